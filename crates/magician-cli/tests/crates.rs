@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What each crate depends on among ours, in any section but dev-dependencies: all of it, and nothing else.
-const DEPENDENCIES: [(&str, &[&str]); 14] = [
+const DEPENDENCIES: [(&str, &[&str]); 15] = [
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),
@@ -15,12 +15,17 @@ const DEPENDENCIES: [(&str, &[&str]); 14] = [
         &["magician-protocol", "magician-motion", "magician-sim"],
     ),
     (
+        "magician-record",
+        &["magician-protocol", "magician-motion", "magician-sim"],
+    ),
+    (
         "magician",
         &[
             "magician-protocol",
             "magician-motion",
             "magician-host",
             "magician-sim",
+            "magician-record",
         ],
     ),
     (
@@ -45,6 +50,7 @@ const DEPENDENCIES: [(&str, &[&str]); 14] = [
             "magician",
             "magician-conform",
             "magician-program",
+            "magician-record",
         ],
     ),
     ("magician-capi", &["magician"]),

@@ -10,7 +10,7 @@ use std::process::Stdio;
 use magician::served::Served;
 use magician::{command, run};
 use magician_protocol::Direction::{Reply, Request};
-use magician_sim::trace::{TraceWriter, read_trace};
+use magician_record::trace::{TraceWriter, read_trace};
 use serde_json::{Value, json};
 
 const GET_POSE: [u8; 6] = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF6];

@@ -20,13 +20,6 @@
 //! ```
 #![forbid(unsafe_code)]
 
-#[cfg(feature = "record")]
-pub mod record;
-#[cfg(feature = "trace")]
-pub mod replay;
-#[cfg(feature = "trace")]
-pub mod trace;
-
 mod alarms;
 mod chapter;
 mod controller;
@@ -61,7 +54,7 @@ pub use flash::{Flash, FlashError};
 pub use happening::LineState;
 pub use link::LinkId;
 pub use observer::Observer;
-pub use pace::{Line, Speed, SpeedError};
+pub use pace::{ArmClock, Line, Speed, SpeedError};
 pub use pins::{PinState, Signal};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,

@@ -122,15 +122,16 @@ impl Wire {
 
 /// The arm's clock as a function of the wall clock: a straight line through one known instant.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct ArmClock {
+pub struct ArmClock {
     speed: Speed,
     wall: Micros,
     arm: Micros,
 }
 
 impl ArmClock {
-    /// The wall clock begins at 0.
-    pub(crate) fn new(speed: Speed, arm: Micros) -> Self {
+    /// A clock that shows `arm` when the wall clock, which begins there, shows 0. A speed below 0 stands.
+    #[must_use]
+    pub fn new(speed: Speed, arm: Micros) -> Self {
         let speed = match speed {
             Speed::Times(times) if times.is_nan() || times < 0.0 => Speed::Times(0.0),
             other => other,
@@ -156,7 +157,7 @@ impl ArmClock {
 
     /// Lets the arm's time pass until the wall clock shows `wall`. If that shows the observer more than can be shown in
     /// one go, the arm's clock stays behind and goes on from there.
-    pub(crate) fn pass<O: Observer>(
+    pub fn pass<O: Observer>(
         &mut self,
         controller: &mut Controller,
         observer: &mut O,
@@ -188,7 +189,7 @@ impl ArmClock {
     }
 
     /// At full speed, runs through all that the arm is busy with in no wall time.
-    pub(crate) fn jump<O: Observer>(
+    pub fn jump<O: Observer>(
         &mut self,
         controller: &mut Controller,
         observer: &mut O,

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 
 use magician::Event;
 use magician_motion::{JointAngles, Pose};
-use magician_sim::record::{self, Readings};
+use magician_record::mcap::{self, Readings};
 
 use super::sink::{Beginning, Reading, Sink};
 use crate::failure::Failure;
@@ -39,7 +39,7 @@ impl Sink for Mcap {
     fn write(&mut self, reading: &Reading) -> Result<(), Failure> {
         let pose = &reading.pose;
         let place = [pose.x, pose.y, pose.z, pose.r].map(f64::from);
-        let seen = record::Reading {
+        let seen = mcap::Reading {
             pose: Pose::from(place),
             joints: JointAngles::from(pose.joint_angle.map(f64::from)),
             rail: None,

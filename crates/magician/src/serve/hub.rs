@@ -208,7 +208,7 @@ mod tape {
 
     use magician_protocol::Direction;
 
-    use magician_sim::trace::{TraceLink, TraceWriter};
+    use magician_record::trace::{TraceLink, TraceWriter};
     use magician_sim::{LinkId, Micros};
 
     /// The trace, if there is one.

@@ -319,7 +319,7 @@ impl Server {
         self
     }
 
-    /// Writes all that passes to a trace file ([`trace`](magician_sim::trace)).
+    /// Writes all that passes to a trace file ([`trace`](magician_record::trace)).
     #[cfg(feature = "trace")]
     #[must_use]
     pub fn trace(mut self, writer: impl io::Write + Send + 'static) -> Self {
@@ -327,7 +327,7 @@ impl Server {
         self
     }
 
-    /// Records what the arm does ([`record`](magician_sim::record)); the epoch is now. A thread of its own
+    /// Records what the arm does ([`record`](magician_record::mcap)); the epoch is now. A thread of its own
     /// writes to `writer`, so that a slow disk does not hold the arm up: it may fall 16 MB behind.
     /// After that the recording ends, but at [`Speed::Max`] the arm's clock waits instead.
     #[cfg(feature = "record")]

@@ -14,7 +14,7 @@ mod on {
 
     use super::super::ServeError;
     use super::super::behind::{Full, WriteBehind};
-    use magician_sim::record::Recorder;
+    use magician_record::mcap::Recorder;
     use magician_sim::{LinkId, Runner, Speed};
 
     type Shared = Arc<Mutex<Recorder<WriteBehind>>>;

@@ -4,7 +4,7 @@ use std::task::{Context, Poll};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 use magician_protocol::Direction;
-use magician_sim::trace::{TraceLink, TraceWriter};
+use magician_record::trace::{TraceLink, TraceWriter};
 
 use super::{Leap, Transport};
 use crate::connection::Micros;

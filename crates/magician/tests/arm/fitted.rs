@@ -72,7 +72,7 @@ async fn what_an_arm_says_and_hears_is_written_down() {
 
     use magician::Tracer;
     use magician::protocol::Direction;
-    use magician::sim::trace::read_trace;
+    use magician_record::trace::read_trace;
 
     #[derive(Clone, Default)]
     struct Memory(Arc<Mutex<Vec<u8>>>);

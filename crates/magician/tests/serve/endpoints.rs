@@ -204,7 +204,7 @@ fn the_trace_has_every_frame_of_every_client() {
     let index = datagram(&socket);
     served.stop();
     let file = fs::read(&path).unwrap();
-    let packets: Vec<_> = magician_sim::trace::read_trace(&file)
+    let packets: Vec<_> = magician_record::trace::read_trace(&file)
         .map(Result::unwrap)
         .collect();
     let seen: Vec<_> = packets

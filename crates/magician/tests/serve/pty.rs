@@ -164,7 +164,7 @@ fn every_byte_value_reaches_the_arm_unchanged() {
     assert_eq!(name(&client.ask(&get(1))), special);
     served.stop();
     let file = fs::read(&file).unwrap();
-    let sent: Vec<u8> = magician_sim::trace::read_trace(&file)
+    let sent: Vec<u8> = magician_record::trace::read_trace(&file)
         .map(Result::unwrap)
         .filter(|packet| packet.direction == Some(magician_protocol::Direction::Request))
         .flat_map(|packet| packet.bytes.to_vec())

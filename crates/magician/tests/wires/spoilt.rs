@@ -112,8 +112,8 @@ mod traced {
     use std::sync::{Arc, Mutex};
 
     use magician::protocol::Direction;
-    use magician::sim::trace::read_trace;
     use magician::{LineOptions, RawLine, Tracer, VirtualArm};
+    use magician_record::trace::read_trace;
 
     use crate::replug::answers;
 

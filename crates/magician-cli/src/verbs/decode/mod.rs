@@ -11,7 +11,7 @@ use std::ffi::OsString;
 use clap::{Args, ValueEnum};
 use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection, describe};
 
-use magician_sim::trace::Packet;
+use magician_record::trace::Packet;
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};

@@ -8,7 +8,7 @@ use super::Printer;
 use super::hex::{HexError, Parser, Test};
 use super::stream::{Decoder, Origin};
 use crate::failure::Failure;
-use magician_sim::trace::{is_trace, read_trace};
+use magician_record::trace::{is_trace, read_trace};
 
 const CHUNK: usize = 1 << 16;
 /// How many first bytes tell a capture.

@@ -1,7 +1,7 @@
 //! Bytes to pieces: frames, rejected candidates, runs of noise.
 
 use magician_protocol::{Deframer, Direction, Event};
-use magician_sim::trace::Packet;
+use magician_record::trace::Packet;
 
 use super::{From, Place, Printer};
 use crate::failure::Failure;

@@ -3,7 +3,7 @@ use std::io::{self, Write};
 use std::time::SystemTime;
 
 use magician_protocol::Direction;
-use magician_sim::trace::{TraceLink, TraceWriter};
+use magician_record::trace::{TraceLink, TraceWriter};
 
 /// The trace: an interface for everybody by name, the arm's line among them.
 pub(super) struct Tape {

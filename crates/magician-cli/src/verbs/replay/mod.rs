@@ -8,8 +8,8 @@ use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use magician_sim::replay::{Replay as Session, Tolerances};
-use magician_sim::trace::TraceWriter;
+use magician_record::replay::{Replay as Session, Tolerances};
+use magician_record::trace::TraceWriter;
 use magician_sim::{Controller, Speed, World};
 
 use super::{decode, sim};

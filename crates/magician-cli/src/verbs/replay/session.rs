@@ -7,9 +7,9 @@ use std::io::BufWriter;
 use std::time::Duration;
 
 use magician_protocol::Direction;
+use magician_record::replay::{Moment, Replay};
+use magician_record::trace::{TraceLink, TraceWriter};
 use magician_sim::Speed;
-use magician_sim::replay::{Moment, Replay};
-use magician_sim::trace::{TraceLink, TraceWriter};
 use tokio::time::{Instant, sleep_until};
 
 use crate::failure::Failure;

@@ -1,7 +1,7 @@
 //! What a replay came to, for people and as JSON.
 
 use magician_protocol::{FieldValue, visible};
-use magician_sim::replay::{Difference, Report, What};
+use magician_record::replay::{Difference, Report, What};
 use serde::Serialize;
 
 use super::failed;

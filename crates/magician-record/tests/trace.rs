@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
 
 use magician_protocol::Direction::{self, Reply, Request};
-use magician_sim::trace::{TraceError, TraceWriter, is_trace, read_trace};
+use magician_record::trace::{TraceError, TraceWriter, is_trace, read_trace};
 use pcap_file::pcapng::blocks::enhanced_packet::EnhancedPacketOption;
 use pcap_file::pcapng::blocks::interface_description::InterfaceDescriptionOption;
 use pcap_file::pcapng::{Block, PcapNgReader};

@@ -1,6 +1,6 @@
 use magician_protocol::{Direction, Field, FieldValue, FrameBuf, describe};
 
-use crate::Micros;
+use magician_sim::Micros;
 
 /// What a replay came to.
 #[derive(Clone, Debug, Default, PartialEq)]

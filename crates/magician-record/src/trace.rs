@@ -53,7 +53,7 @@ pub struct TraceLink(u32);
 ///
 /// ```
 /// use magician_protocol::Direction;
-/// use magician_sim::trace::{TraceWriter, read_trace};
+/// use magician_record::trace::{TraceWriter, read_trace};
 ///
 /// let mut file = Vec::new();
 /// let mut writer = TraceWriter::new(&mut file)?;

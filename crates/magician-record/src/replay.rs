@@ -6,13 +6,13 @@
 //!
 //! ```
 //! use magician_sim::Controller;
-//! use magician_sim::replay::Replay;
+//! use magician_record::replay::Replay;
 //!
 //! # let file = tempfile::NamedTempFile::new()?;
 //! # let path = file.path();
 //! # {
 //! #     use magician_protocol::Direction::{Reply, Request};
-//! #     use magician_sim::trace::TraceWriter;
+//! #     use magician_record::trace::TraceWriter;
 //! #     let mut trace = TraceWriter::new(std::fs::File::create(path)?)?;
 //! #     let link = trace.link("arm")?;
 //! #     trace.record(link, 1, Request, &[0xAA, 0xAA, 0x04, 0x03, 0x01, 0x01, 0x00, 0xFB])?;
@@ -49,7 +49,7 @@ use magician_protocol::{Direction, Frame, Layout, Readable, Row, TABLE, commands
 use thiserror::Error;
 
 use crate::trace::{Packet, TraceError, read_trace};
-use crate::{Controller, Micros, Speed};
+use magician_sim::{Controller, Micros, Speed};
 
 mod compare;
 mod play;

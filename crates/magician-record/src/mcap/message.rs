@@ -6,7 +6,7 @@ use magician_motion::{JointAngles, Pose, ToolBias};
 use magician_protocol::{Alarm, AlarmSet, IoFunction};
 use serde::Serialize;
 
-use crate::{Controller, Event, Output, PinState, QueueState, State, StepperState};
+use magician_sim::{Controller, Event, Output, PinState, QueueState, State, StepperState};
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
 /// The frame in which poses stand: that of the arm's own coordinates.

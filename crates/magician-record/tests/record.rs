@@ -1,18 +1,16 @@
 //! Recordings: the grid is exact, what is written is what the arm says, and a file that was not completed is read as
 //! far as it got.
 
-mod arm;
 mod recording;
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
 
-use arm::{SECOND, USB, hex};
 use magician_motion::Pose;
 use magician_protocol::commands;
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable};
-use magician_sim::record::Recorder;
+use magician_record::mcap::Recorder;
 use magician_sim::{
     Controller, Line, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
 };
@@ -20,6 +18,9 @@ use proptest::prelude::*;
 use recording::{EPOCH, Read, of, read};
 use serde_json::{Value, json};
 
+const USB: LinkId = LinkId(0);
+/// A second of arm time.
+const SECOND: Micros = 1_000_000;
 const PERIOD: Micros = 20_000;
 const RUNNER_SPEEDS: [Speed; 4] = [
     Speed::Times(1.0),
@@ -27,6 +28,13 @@ const RUNNER_SPEEDS: [Speed; 4] = [
     Speed::Times(0.3),
     Speed::Max,
 ];
+
+/// Bytes from a line of hex.
+fn hex(text: &str) -> Vec<u8> {
+    text.split_whitespace()
+        .map(|byte| u8::from_str_radix(byte, 16).expect("hex"))
+        .collect()
+}
 
 fn request(id: u8, ctrl: Ctrl, params: &[u8]) -> Vec<u8> {
     FrameBuf::new(id, ctrl, params).unwrap().bytes().to_vec()

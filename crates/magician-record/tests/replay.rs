@@ -5,8 +5,8 @@ use magician_protocol::commands::{
     DeviceTime, Pose, PtpCmd, PtpCommonParams, QueuedCmdCurrentIndex, QueuedCmdStartExec, WaitCmd,
 };
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, PtpMode, QueuedCmdIndex, Readable, Row, Set};
-use magician_sim::replay::{Replay, ReplayError, Report, Tolerances, What};
-use magician_sim::trace::{TraceError, TraceLink, TraceWriter};
+use magician_record::replay::{Replay, ReplayError, Report, Tolerances, What};
+use magician_record::trace::{TraceError, TraceLink, TraceWriter};
 use magician_sim::{Controller, LinkId, Profile};
 use proptest::prelude::*;
 

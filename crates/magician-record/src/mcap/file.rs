@@ -9,7 +9,7 @@ use mcap::{McapError, WriteOptions, Writer};
 use serde::Serialize;
 
 use super::message::Time;
-use crate::Micros;
+use magician_sim::Micros;
 
 /// Most bytes of a chunk; it is closed every second all the same.
 const CHUNK: u64 = 256 * 1024;

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use super::file::{File, Topic};
 use super::message::Time;
-use crate::{LinkId, Micros};
+use magician_sim::{LinkId, Micros};
 
 /// The links: their names, and what has been heard of frames that are not complete.
 #[derive(Default)]

@@ -12,7 +12,7 @@
 //! | `/alarms` | `magician.Alarms.v1` | when they change, and every second |
 //! | `/status` | `magician.Status.v1` | when it changes, and every second |
 //! | `/frames` | `magician.Frame.v1` | every frame of every link, both ways, and what is none |
-//! | `/events` | `foxglove.Log` | every [`Event`](crate::Event), in words |
+//! | `/events` | `foxglove.Log` | every [`Event`](magician_sim::Event), in words |
 //!
 //! **Time.** Everything happens on the arm's clock, whatever the speed at which it runs. `log_time` and `publish_time`
 //! are the epoch that the recorder was given plus the arm's clock, in nanoseconds; the epoch and the number of samples a
@@ -37,7 +37,7 @@ use std::io::{self, Write};
 
 use magician_protocol::{AlarmSet, FrameBuf};
 
-use crate::{Controller, LinkId, Micros, Observer, QueueState, State};
+use magician_sim::{Controller, LinkId, Micros, Observer, QueueState, State};
 
 mod file;
 mod frames;
@@ -56,12 +56,12 @@ const SECOND: Micros = 1_000_000;
 
 /// Records what an arm does.
 ///
-/// Whoever lets the arm's time pass stops where the recorder wants to look; a [`Runner`](crate::Runner) and
+/// Whoever lets the arm's time pass stops where the recorder wants to look; a [`Runner`](magician_sim::Runner) and
 /// [`Controller::advance_observed`] do. A recorder that cannot write keeps the first [error](Self::error), wants to see
 /// nothing more, and the arm goes on.
 ///
 /// ```
-/// use magician_sim::record::Recorder;
+/// use magician_record::mcap::Recorder;
 /// use magician_sim::{Controller, Observer};
 ///
 /// let mut arm = Controller::default();

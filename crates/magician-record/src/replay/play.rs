@@ -9,8 +9,7 @@ use magician_protocol::{
 use super::compare::Comparer;
 use super::report::{Difference, Report, What};
 use super::{Packet, Replay};
-use crate::pace::ArmClock;
-use crate::{Controller, LinkId, Micros, Observer};
+use magician_sim::{ArmClock, Controller, LinkId, Micros, Observer};
 
 /// Nobody looks on.
 type Nobody = Option<Box<dyn Observer + Send>>;

@@ -8,7 +8,7 @@ use magician_protocol::AlarmSet;
 use super::SECOND;
 use super::file::{File, Topic};
 use super::message::{Alarms, Joints, Log, PoseInFrame, QueueFromOutside};
-use crate::Micros;
+use magician_sim::Micros;
 
 /// What a host has read of an arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub struct Reading {
 ///
 /// ```
 /// use magician_motion::{Geometry, JointAngles};
-/// use magician_sim::record::{Reading, Readings};
+/// use magician_record::mcap::{Reading, Readings};
 ///
 /// let joints = JointAngles::HOME;
 /// let pose = Geometry::default().forward(&joints);
