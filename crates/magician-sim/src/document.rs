@@ -1,18 +1,11 @@
-//! Files that people write: reading them with bounds, and saying where one is wrong.
+//! Text that people write: taken with bounds, and saying where it is wrong.
 
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::Path;
+/// A larger text is none of ours: a program for the flash of 65536 commands has 7 MB.
+pub const MOST_BYTES: usize = 16 << 20;
 
-/// A larger file is none of ours: a program for the flash of 65536 commands has 7 MB.
-const MOST_BYTES: u64 = 16 << 20;
-
-/// Why a file cannot be taken as text.
-#[derive(Debug, thiserror::Error)]
+/// Why bytes cannot be taken as text.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DocumentError {
-    /// The system did not let it be read.
-    #[error("cannot be read: {0}")]
-    File(#[from] io::Error),
     /// It is a device that does not end, or something else than text.
     #[error("it is larger than 16 MB: is it another file?")]
     TooLarge,
@@ -28,15 +21,13 @@ pub enum DocumentError {
     },
 }
 
-/// Reads a file of text: a scenario, a profile, a flash. One that does not end is not read to its end.
+/// The text of a scenario, a profile or a flash, from the bytes of its file. Whoever reads a file that may not end need
+/// not read more than a byte above [`MOST_BYTES`].
 ///
 /// # Errors
 /// [`DocumentError`], whose message goes on after the file's name.
-pub fn read(path: &Path) -> Result<String, DocumentError> {
-    let file = File::open(path)?;
-    let mut bytes = Vec::new();
-    file.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MOST_BYTES {
+pub fn text(bytes: Vec<u8>) -> Result<String, DocumentError> {
+    if bytes.len() > MOST_BYTES {
         return Err(DocumentError::TooLarge);
     }
     String::from_utf8(bytes).map_err(|error| {

@@ -1,14 +1,10 @@
-//! Files that people write: bounded, and every refusal in one line that says where.
+//! Text that people write: bounded, and every refusal in one line that says where.
 
-use std::fs;
-
-use magician_sim::document::{self, DocumentError};
+use magician_sim::document::{self, DocumentError, MOST_BYTES};
 use magician_sim::{Flash, Profile};
 
 #[test]
 fn what_is_no_text_is_refused_where_it_begins_not_to_be() {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("scenario.toml");
     for (bytes, place) in [
         (&b"title = \"ok\"\n[tab\xFFle]\n"[..], (2, 5)),
         ("t = \"\u{e4}".as_bytes(), (0, 0)),
@@ -16,8 +12,7 @@ fn what_is_no_text_is_refused_where_it_begins_not_to_be() {
         (b"\xFF\xFE[\0t\0", (1, 1)),
         (b"\n\n\xC3", (3, 1)),
     ] {
-        fs::write(&path, bytes).unwrap();
-        match document::read(&path) {
+        match document::text(bytes.to_vec()) {
             Err(DocumentError::NotUtf8 { line, column }) => assert_eq!((line, column), place),
             Ok(text) => assert_eq!((text.as_bytes(), place), (bytes, (0, 0))),
             Err(other) => panic!("{other}"),
@@ -26,21 +21,12 @@ fn what_is_no_text_is_refused_where_it_begins_not_to_be() {
 }
 
 #[test]
-fn what_is_too_large_is_not_read_to_its_end() {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("scenario.toml");
-    let file = fs::File::create(&path).unwrap();
-    file.set_len(16 << 20).unwrap();
-    assert_eq!(document::read(&path).unwrap().len(), 16 << 20);
-    // Larger than memory.
-    file.set_len(1 << 36).unwrap();
-    assert!(matches!(
-        document::read(&path),
+fn what_is_too_large_is_refused() {
+    assert!(document::text(vec![b' '; MOST_BYTES]).is_ok());
+    assert_eq!(
+        document::text(vec![b' '; MOST_BYTES + 1]),
         Err(DocumentError::TooLarge)
-    ));
-    assert!(matches!(Flash::load(&path), Err(error) if error.to_string().contains("16 MB")));
-    let missing = document::read(&directory.path().join("missing"));
-    assert!(matches!(missing, Err(DocumentError::File(_))));
+    );
 }
 
 #[test]

@@ -1,14 +1,12 @@
-//! What the arm keeps without power, and how it is kept in a file (model sections 6 and 12).
+//! What the arm keeps without power, and how it is kept as text (model sections 6 and 12).
 
 mod arm;
-
-use std::fs;
 
 use arm::{Bench, arm, arm_with, ptp, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, Layout, PoCmd, PoList, PtpMode, Text};
 use magician_sim::world::Press;
-use magician_sim::{Controller, Flash, FlashError, Happening, Profile, World};
+use magician_sim::{Controller, Flash, Happening, Profile, World};
 
 fn text(of: &str) -> Text {
     Text::new(of).unwrap()
@@ -175,67 +173,4 @@ fn text_that_is_no_flash_says_why() {
     for cut in (0..good.len()).filter(|at| good.is_char_boundary(*at)) {
         let _ = Flash::from_toml(&good[..cut]);
     }
-}
-
-#[test]
-fn a_file_is_replaced_whole() {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("flash.toml");
-    assert!(Flash::load(&path).unwrap().is_none(), "no file is no error");
-    let mut bench = arm();
-    bench.arm.flash().save(&path).unwrap();
-    fill(&mut bench);
-    bench.arm.flash().save(&path).unwrap();
-    assert_eq!(&Flash::load(&path).unwrap().unwrap(), bench.arm.flash());
-    let left: Vec<_> = fs::read_dir(directory.path()).unwrap().collect();
-    assert_eq!(left.len(), 1, "{left:?}");
-}
-
-#[test]
-fn a_damaged_file_is_named_and_left_alone() {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("flash.toml");
-    for damage in [&b"version = 1\nname = "[..], b"\xFF\xFE", b""] {
-        fs::write(&path, damage).unwrap();
-        let error = Flash::load(&path).unwrap_err();
-        assert!(matches!(error, FlashError::Damaged { .. }), "{error}");
-        assert!(error.to_string().contains("flash.toml is damaged"));
-        assert_eq!(fs::read(&path).unwrap(), damage);
-    }
-    assert!(matches!(
-        Flash::load(directory.path()),
-        Err(FlashError::File { .. })
-    ));
-}
-
-#[test]
-fn a_file_that_cannot_be_written_stays_as_it_was() {
-    let directory = tempfile::tempdir().unwrap();
-    let path = directory.path().join("flash.toml");
-    let old = arm().arm.flash().to_toml();
-    fs::write(&path, &old).unwrap();
-    // Where the new one would be written there is something in the way.
-    fs::create_dir(directory.path().join("flash.toml.new")).unwrap();
-    let mut bench = arm();
-    fill(&mut bench);
-    let error = bench.arm.flash().save(&path).unwrap_err();
-    assert!(error.to_string().contains("flash.toml.new: cannot write"));
-    assert_eq!(fs::read_to_string(&path).unwrap(), old);
-    let nowhere = directory.path().join("no/such/flash.toml");
-    assert!(bench.arm.flash().save(&nowhere).is_err());
-}
-
-#[cfg(unix)]
-#[test]
-fn a_file_behind_a_symlink_stays_there_and_is_its_owners() {
-    use std::os::unix::fs::{PermissionsExt, symlink};
-    let directory = tempfile::tempdir().unwrap();
-    let (path, link) = (directory.path().join("real"), directory.path().join("link"));
-    fs::write(&path, "").unwrap();
-    symlink(&path, &link).unwrap();
-    arm().arm.flash().save(&link).unwrap();
-    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-    assert!(Flash::load(&path).unwrap().is_some());
-    let mode = fs::metadata(&path).unwrap().permissions().mode();
-    assert_eq!(mode & 0o777, 0o600);
 }

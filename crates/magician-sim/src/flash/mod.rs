@@ -1,8 +1,5 @@
 //! The controller's flash: what it keeps without power (model sections 6 and 12).
 
-use std::io;
-use std::path::PathBuf;
-
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, Text};
 
@@ -12,7 +9,6 @@ use crate::profile::WifiDefaults;
 use crate::program::Program;
 use crate::{Controller, Profile, World};
 
-mod disk;
 mod file;
 
 /// What a controller keeps without power and through a reset: name and serial number, the settings of the Wi-Fi module,
@@ -46,8 +42,8 @@ pub struct Flash {
     pub(crate) program: Program,
 }
 
-/// Why a flash cannot be read or written.
-#[derive(Debug, thiserror::Error)]
+/// Why a text is no flash.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FlashError {
     /// It is not TOML, lacks a value or has one that is not known.
     #[error("line {line}, column {column}: {message}")]
@@ -72,24 +68,6 @@ pub enum FlashError {
         name: String,
         /// What it must be.
         rule: &'static str,
-    },
-    /// The file is there and holds no flash; it was left as it is.
-    #[error("{} is damaged: {reason}", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        reason: Box<FlashError>,
-    },
-    /// The system did not let it be read or written.
-    #[error("{}: cannot {action}: {source}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// What was tried.
-        action: &'static str,
-        /// What the system said.
-        source: io::Error,
     },
 }
 

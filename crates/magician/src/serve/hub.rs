@@ -4,10 +4,11 @@ use std::time::{Duration, Instant};
 use magician_protocol::commands::DeviceId;
 use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
 
+use super::files::FlashFileError;
 use super::keep::Keeper;
 use super::recording::Recording;
 use super::{Notice, OnNotice, ServeError, Service};
-use magician_sim::{FlashError, LinkId, Micros, Runner};
+use magician_sim::{LinkId, Micros, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
 pub(super) struct Hub {
@@ -84,7 +85,7 @@ impl Hub {
     }
 
     /// A flash that cannot be written is no reason to stop serving.
-    fn kept(&mut self, kept: Result<(), FlashError>) {
+    fn kept(&mut self, kept: Result<(), FlashFileError>) {
         if let Err(error) = kept {
             self.notice(Notice::FlashNotKept(error));
         }

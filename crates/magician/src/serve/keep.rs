@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use magician_sim::{Controller, FlashError, Micros};
+use magician_sim::{Controller, Micros};
+
+use super::files::{FlashFileError, save_flash};
 
 /// A host that sets ten things at once has them written once.
 const DELAY: Micros = 500_000;
@@ -29,7 +31,11 @@ impl Keeper {
     }
 
     /// Writes what has changed, a while after it has; if that fails, with the next change or at the end.
-    pub(super) fn keep(&mut self, now: Micros, controller: &Controller) -> Result<(), FlashError> {
+    pub(super) fn keep(
+        &mut self,
+        now: Micros,
+        controller: &Controller,
+    ) -> Result<(), FlashFileError> {
         if controller.flash_writes() == self.written {
             return Ok(());
         }
@@ -46,17 +52,17 @@ impl Keeper {
     }
 
     /// The end: writes what the file lacks.
-    pub(super) fn finish(&mut self, controller: &Controller) -> Result<(), FlashError> {
+    pub(super) fn finish(&mut self, controller: &Controller) -> Result<(), FlashFileError> {
         if self.failed || controller.flash_writes() != self.written {
             return self.write(controller);
         }
         Ok(())
     }
 
-    fn write(&mut self, controller: &Controller) -> Result<(), FlashError> {
+    fn write(&mut self, controller: &Controller) -> Result<(), FlashFileError> {
         self.due = None;
         self.written = controller.flash_writes();
-        let saved = controller.flash().save(&self.path);
+        let saved = save_flash(controller.flash(), &self.path);
         self.failed = saved.is_err();
         saved
     }
@@ -64,10 +70,11 @@ impl Keeper {
 
 #[cfg(test)]
 mod tests {
+    use super::super::files::load_flash;
     use super::*;
     use magician_protocol::commands::DeviceName;
     use magician_protocol::{Ctrl, FrameBuf};
-    use magician_sim::{Flash, LinkId, Profile, World};
+    use magician_sim::{LinkId, Profile, World};
 
     fn rename(controller: &mut Controller, name: &[u8]) {
         let frame = FrameBuf::new(1, Ctrl::SET, name).unwrap();
@@ -75,7 +82,7 @@ mod tests {
     }
 
     fn name(path: &std::path::Path) -> Option<String> {
-        let flash = Flash::load(path).unwrap()?;
+        let flash = load_flash(path).unwrap()?;
         let mut arm = Controller::with_flash(Profile::default(), World::default(), flash);
         let get = FrameBuf::new(1, Ctrl::GET, &[]).unwrap();
         arm.receive(LinkId(0), get.bytes());

@@ -19,7 +19,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::task::Context;
 
-use magician_sim::{Controller, Event, FlashError, Line, Speed};
+use magician_sim::{Controller, Event, Line, Speed};
 
 mod address;
 mod arm;
@@ -29,6 +29,7 @@ mod bell;
 mod discovery;
 mod door;
 mod doors;
+pub mod files;
 mod handle;
 mod hub;
 mod keep;
@@ -51,6 +52,7 @@ pub use service::Service;
 pub use several::{numbered, serve_all};
 
 use door::{Door, Number};
+use files::FlashFileError;
 use handle::Orders;
 
 /// Reads on one endpoint before the others get their turn.
@@ -148,7 +150,7 @@ pub enum Notice {
         error: io::Error,
     },
     /// The file of the flash cannot be written and is as it was; it is tried again with the next change and at the end.
-    FlashNotKept(FlashError),
+    FlashNotKept(FlashFileError),
     /// The trace cannot be written and ends here; the arm is served on.
     TraceEnded(io::Error),
     /// The recording cannot be written and ends here; the arm is served on, and
@@ -311,7 +313,7 @@ impl Server {
     }
 
     /// Keeps what the arm keeps without power in a file: it is written half a second after a change, and at the end.
-    /// Reading it is the caller's, before the arm is switched on ([`Flash::load`](magician_sim::Flash::load),
+    /// Reading it is the caller's, before the arm is switched on ([`load_flash`](files::load_flash),
     /// [`Controller::with_flash`]).
     #[must_use]
     pub fn flash(mut self, path: impl Into<PathBuf>) -> Self {

@@ -10,12 +10,11 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
+use magician::serve::files::{FlashFileError, load_flash, read_text, save_flash};
 use magician::serve::{self, Discovery, Handle, Server, serve_all};
 use magician_motion::ToolBias;
 use magician_sim::world::PictureOptions;
-use magician_sim::{
-    Controller, Flash, FlashError, Identity, Line, Profile, Scenario, Speed, World, document,
-};
+use magician_sim::{Controller, Flash, Identity, Line, Profile, Scenario, Speed, World};
 
 use crate::context::Context;
 use crate::failure::Failure;
@@ -370,24 +369,24 @@ pub(crate) fn scenario_of(path: Option<&Path>) -> Result<Scenario, Failure> {
 
 /// A file that somebody has written.
 fn read(path: &Path) -> Result<String, Failure> {
-    document::read(path).map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
+    read_text(path).map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
 }
 
 /// What a file keeps; it is made if it is not there.
 fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
-    let wrong = |error: FlashError| {
+    let wrong = |error: FlashFileError| {
         let failure = Failure::invalid(error.to_string());
         match error {
-            FlashError::Damaged { .. } => {
+            FlashFileError::Damaged { .. } => {
                 failure.hint("mend it, or move it away: without one the arm begins with a new one")
             }
             _ => failure,
         }
     };
-    if let Some(flash) = Flash::load(path).map_err(wrong)? {
+    if let Some(flash) = load_flash(path).map_err(wrong)? {
         return Ok(flash);
     }
     let flash = Flash::new(profile);
-    flash.save(path).map_err(wrong)?;
+    save_flash(&flash, path).map_err(wrong)?;
     Ok(flash)
 }
