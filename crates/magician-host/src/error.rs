@@ -1,7 +1,7 @@
 use std::fmt;
 use std::io;
 
-use magician_motion::{MotionError, Unreachable};
+use magician_motion::{Breach, FencePart, MotionError, Unreachable};
 use magician_protocol::{Alarm, AlarmSet, DecodeError, EncodeError, visible_lines};
 
 /// What the driver returns.
@@ -89,6 +89,8 @@ struct Details {
     alarms: Option<AlarmSet>,
     /// It is refused because the laser was not allowed to burn.
     wants_laser: bool,
+    /// What of the arm's fence it would break.
+    breach: Option<Breach>,
     /// The check of a program that has refused it.
     guard: Option<&'static str>,
     source: Option<io::Error>,
@@ -161,6 +163,12 @@ impl Error {
         self.0.guard
     }
 
+    /// What of the arm's fence it would break.
+    #[must_use]
+    pub fn breach(&self) -> Option<&Breach> {
+        self.0.breach.as_ref()
+    }
+
     /// Whether it was refused because the laser would or could burn, and nobody had allowed that
     /// ([`Options::allow_laser`](crate::Options::allow_laser)).
     #[must_use]
@@ -185,6 +193,7 @@ impl Error {
             to: None,
             alarms: None,
             wants_laser: false,
+            breach: None,
             guard: None,
             source: None,
         }))
@@ -239,6 +248,19 @@ impl Error {
     pub fn guarded(guard: &'static str, message: String) -> Self {
         let mut error = Self::invalid(message);
         error.0.guard = Some(guard);
+        error
+    }
+
+    /// What a fence does not let pass.
+    #[must_use]
+    pub fn fenced(breach: Breach) -> Self {
+        let kind = match breach.part {
+            FencePart::TopSpeed | FencePart::Laser => ErrorKind::InvalidInput,
+            _ => ErrorKind::Unreachable,
+        };
+        let error = Self::new(kind, breach.to_string());
+        let mut error = error.with_limit(breach.value, breach.limit, breach.part.unit());
+        error.0.breach = Some(breach);
         error
     }
 

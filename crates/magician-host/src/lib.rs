@@ -27,7 +27,8 @@ pub use burning::{
 };
 pub use error::{Error, ErrorKind, Result};
 pub use magician_motion::{
-    ArmModel, ArmState, Geometry, JointAngles, Law, Limits, ToolBias, Trajectory,
+    ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles, Law,
+    Limits, ToolBias, Trajectory,
 };
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,

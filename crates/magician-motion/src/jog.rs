@@ -61,6 +61,21 @@ impl JogAxis {
         }
     }
 
+    /// Where the arm is on this axis, mm or degrees.
+    #[must_use]
+    pub fn value(self, state: &ArmState) -> f64 {
+        match self {
+            Self::J1 => state.joints.j1,
+            Self::J2 => state.joints.j2,
+            Self::J3 => state.joints.j3,
+            Self::J4 => state.joints.j4,
+            Self::X => state.pose.x,
+            Self::Y => state.pose.y,
+            Self::Z => state.pose.z,
+            Self::R => state.joints.j4,
+        }
+    }
+
     /// The pose that is `by` mm further along a straight axis.
     fn moved(self, pose: &Pose, by: f64) -> Pose {
         let mut moved = *pose;

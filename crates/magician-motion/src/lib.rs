@@ -27,6 +27,7 @@ mod arc_reach;
 mod boundary;
 mod crossing;
 mod error;
+mod fence;
 mod geometry;
 mod jog;
 mod joint_leg;
@@ -52,6 +53,7 @@ mod trajectory;
 mod wrist;
 
 pub use error::{MotionError, SpeedQuantity, Unreachable};
+pub use fence::{Breach, Cuboid, Fence, FenceError, FencePart};
 pub use geometry::{FOREARM, Geometry, ParseToolError, REAR_ARM, ToolBias};
 pub use jog::{Jog, JogAxis};
 pub use jump::{JumpHeights, Transfer};

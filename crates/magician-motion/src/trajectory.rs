@@ -168,6 +168,16 @@ impl Trajectory {
         Some((&timed.leg, t))
     }
 
+    /// Each leg with the moments between which it is under way, as far as the motion goes.
+    pub(crate) fn timed_legs(&self) -> impl Iterator<Item = (&Leg, u64, u64)> {
+        let ends = self.legs().skip(1).map(|next| next.start_us);
+        let ends = ends.chain([self.duration_us]);
+        self.legs()
+            .zip(ends)
+            .filter(|(timed, _)| timed.start_us < self.duration_us)
+            .map(|(timed, end)| (&timed.leg, timed.start_us, end.min(self.duration_us)))
+    }
+
     /// The leg with which the motion ends; nothing if it is cut short.
     pub(crate) fn last_leg(&self) -> Option<&Leg> {
         let timed = self.legs().last()?;

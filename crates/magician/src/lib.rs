@@ -58,7 +58,8 @@ pub use magician_host::{
     Error, ErrorKind, Result, burns, connection, faults, proxy, stream, words,
 };
 pub use magician_motion::{
-    ArmModel, ArmState, Geometry, JointAngles, Law, Limits, ToolBias, Trajectory,
+    ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles, Law,
+    Limits, ToolBias, Trajectory,
 };
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,

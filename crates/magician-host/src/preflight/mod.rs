@@ -1,5 +1,6 @@
 //! Checks before a byte is sent, and how long things will take.
 
+mod fence;
 mod guards;
 mod laser;
 mod motion;
@@ -13,14 +14,14 @@ mod way;
 
 use std::time::Duration;
 
-use magician_motion::{ArmModel, ArmState, JointAngles, Limits, ToolBias};
+use magician_motion::{ArmModel, ArmState, Fence, JointAngles, Limits, ToolBias};
 use magician_protocol::Set;
 use magician_protocol::commands::EndEffectorParams;
 
 pub use guards::{Guards, refuse};
 use laser::Laser;
 use path::Path;
-pub use readings::{Needs, Readings};
+pub use readings::{Needs, Readings, governs_motion};
 pub use retract::Lift;
 pub use speeds::PathLaws;
 
@@ -54,6 +55,10 @@ const FOREVER: u64 = u64::MAX;
 pub struct Preflight {
     model: ArmModel,
     guards: Guards,
+    /// Where the tip may be.
+    fence: Option<Fence>,
+    /// Whether a laser may be wired to the pins.
+    laser_pins: bool,
     /// The settings in force by then.
     now: Readings,
     /// Where the arm is by then, when that is known.
@@ -99,6 +104,8 @@ impl Preflight {
         Self {
             model: ArmModel::MAGICIAN,
             guards: Guards::default(),
+            fence: None,
+            laser_pins: true,
             now: *readings,
             at,
             rail: readings.rail.map(f64::from),
@@ -175,6 +182,7 @@ impl Preflight {
     pub fn check(&mut self, command: &Set) -> Result<Step> {
         let passed = numbers::check(command)
             .and_then(|()| self.laser.check(command, self.guards.laser))
+            .and_then(|()| self.check_fence(command))
             .and_then(|()| self.follow(command));
         let own = passed.map_err(|error| error.with_command(command.row().set_name))?;
         self.laser = self.laser.after(command);

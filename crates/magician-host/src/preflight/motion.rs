@@ -1,8 +1,8 @@
 //! Where each command leads, and how long it takes.
 
 use magician_motion::{
-    ArmState, CpSegment, JointAngles, LookAhead, MotionError, Move, MoveKind, Plan, Planner, Rates,
-    Speeds, Target, Transfer,
+    ArmState, CpSegment, JointAngles, LookAhead, MotionError, Move, MoveKind, Plan, Planner, Pose,
+    Rates, Speeds, Target, Transfer,
 };
 use magician_protocol::commands::{CircleCmd, EMotorS};
 use magician_protocol::{CpMode, Effect, JogCommand, PtpMode, Set};
@@ -73,9 +73,15 @@ impl Preflight {
                 Ok(0)
             }
             Set::EndEffectorParams(_) => {
-                self.now.note(command);
-                let (joints, geometry) = (self.at.map(|at| at.joints), self.geometry());
-                self.at = joints.map(|at| ArmState::at_joints(&geometry, &at));
+                let mut then = self.now;
+                then.note(command);
+                let geometry = self.model.geometry(then.tool());
+                if let Some(before) = self.at {
+                    let after = ArmState::at_joints(&geometry, &before.joints);
+                    self.tool_within_fence(&before, &after)?;
+                    self.at = Some(after);
+                }
+                self.now = then;
                 // A home that nobody has set stays at its joints, and which it is does not show.
                 let home = self.now.home.filter(|_| self.home_is_set);
                 self.home = home.map(|home| [home.x, home.y, home.z, home.r].map(f64::from).into());
@@ -90,6 +96,7 @@ impl Preflight {
             }
             // It moves the arm by rules of its own, to where nobody can tell.
             other if other.row().effect == Effect::Motion => {
+                self.known_way(other)?;
                 self.at = None;
                 Ok(FOREVER)
             }
@@ -108,6 +115,7 @@ impl Preflight {
         let request = self.request(ptp)?;
         let course = self.course(ptp.mode, ptp.rail)?;
         let Some(from) = self.at else {
+            self.known_start()?;
             self.arrive(&request)?;
             self.rail = course.to;
             return Ok(FOREVER);
@@ -121,7 +129,7 @@ impl Preflight {
         {
             self.say_end(&from, &request)?;
         }
-        let arm = self.arrive_by(plan)?;
+        let arm = self.arrive_in_time(plan)?;
         self.rail = course.to;
         Ok(course.time.map_or(FOREVER, |rail| arm.max(rail)))
     }
@@ -170,8 +178,17 @@ impl Preflight {
             let done = 100.0 * crossing.progress;
             return Err(Error::from(crossing.cause).on_the_way(done));
         }
+        self.within_fence(&plan.trajectory)?;
         self.at = Some(*plan.trajectory.end());
         Ok(plan.trajectory.duration_us())
+    }
+
+    /// As [`arrive_by`](Self::arrive_by), for a motion that goes at the speeds it was planned with.
+    fn arrive_in_time(&mut self, plan: Result<Plan, MotionError>) -> Result<u64> {
+        if let Ok(plan) = &plan {
+            self.slow_enough(&plan.trajectory)?;
+        }
+        self.arrive_by(plan)
     }
 
     /// What is out of reach is refused if it is to be; then there is no value.
@@ -219,6 +236,7 @@ impl Preflight {
         let look_ahead = LookAhead::new(&self.now.cp_speeds(&self.model), &self.model.ceilings)?;
         let to = point.map(f64::from);
         let Some(from) = self.at else {
+            self.known_start()?;
             self.unknown_way("which way the path begins")?;
             let [x, y, z] = to;
             if mode == CpMode::Absolute {
@@ -238,6 +256,7 @@ impl Preflight {
         if way.is_empty() {
             return Ok(0);
         }
+        self.path_slow_enough(look_ahead.rates(&way).velocity)?;
         // The way does not depend on the speed.
         let rates = Rates {
             velocity: 100.0,
@@ -250,6 +269,7 @@ impl Preflight {
 
     fn arc(&mut self, via: [f32; 4], to: [f32; 4]) -> Result<u64> {
         let Some(from) = self.at else {
+            self.known_start()?;
             self.unknown_way("which arc leads from there")?;
             let (target, kind) = (Target::Pose(to.map(f64::from).into()), MoveKind::Joint);
             self.arrive(&Move { target, kind })?;
@@ -257,19 +277,20 @@ impl Preflight {
         };
         let [via, to] = [via, to].map(|point| point.map(f64::from).into());
         let plan = self.planner(self.now.arc_speeds()).arc(&from, &via, &to);
-        self.arrive_by(plan)
+        self.arrive_in_time(plan)
     }
 
     fn circle(&mut self, circle: &CircleCmd) -> Result<u64> {
         let points = [circle.cir_point, circle.to_point];
         let Some(from) = self.at else {
+            self.known_start()?;
             self.unknown_way("which circle leads through there")?;
             self.check_points(points)?;
             return Ok(FOREVER);
         };
         let [via, to] = points.map(|point| point.map(f64::from).into());
         let planner = self.planner(self.now.arc_speeds());
-        self.arrive_by(planner.circle(&from, &via, &to, circle.count))
+        self.arrive_in_time(planner.circle(&from, &via, &to, circle.count))
     }
 
     /// Points that the arm passes and does not stay at.
@@ -285,7 +306,7 @@ impl Preflight {
     /// From the switch of J1 to the home point, all joints together (model section 11). How long the search takes
     /// depends on where the base really stands.
     fn homing(&mut self) -> Result<u64> {
-        let Some(home) = self.home else {
+        let Some(home) = self.home_point() else {
             self.at = None;
             return Ok(self.homed());
         };
@@ -299,8 +320,12 @@ impl Preflight {
             kind: MoveKind::Joint,
         };
         match self.at {
-            None => self.arrive(&request)?,
+            None => {
+                self.known_start()?;
+                self.arrive(&request)?;
+            }
             Some(at) => {
+                self.search_within_fence(&at)?;
                 let joints = JointAngles {
                     j1: self.model.homing.switch,
                     ..at.joints
@@ -311,6 +336,13 @@ impl Preflight {
             }
         }
         Ok(self.homed())
+    }
+
+    /// Where homing leads. A fence has to know; without one what is not known is told so.
+    fn home_point(&self) -> Option<Pose> {
+        let usual = || self.geometry().forward(&self.model.homing.joints);
+        self.home
+            .or_else(|| self.held_fence().is_some().then(usual))
     }
 
     fn homed(&mut self) -> u64 {

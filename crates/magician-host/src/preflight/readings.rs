@@ -119,8 +119,13 @@ impl Readings {
         }
     }
 
-    /// Follows a command that sets one of them, but for what moves.
-    pub(super) fn note(&mut self, command: &Set) {
+    /// Whether a command sets one of them.
+    fn are_set_by(command: &Set) -> bool {
+        Self::default().note(command)
+    }
+
+    /// Follows a command, but for what moves; whether it sets one of them.
+    pub(super) fn note(&mut self, command: &Set) -> bool {
         match command {
             Set::EndEffectorParams(tool) => self.tool = *tool,
             Set::HomeParams(home) => self.home = Some(*home),
@@ -141,8 +146,9 @@ impl Readings {
             Set::ArcCommonParams(ratios) => self.arc_ratios = *ratios,
             Set::CpParams(speeds) => self.path_speeds = *speeds,
             Set::SetDeviceWithL(rail) => self.with_rail = rail.with_l.is_on(),
-            _ => {}
+            _ => return false,
         }
+        true
     }
 
     pub(super) fn tool(&self) -> ToolBias {
@@ -223,6 +229,19 @@ impl Readings {
     }
 }
 
+/// Whether a command sets something that motions depend on: a reading, a jog's speed, or where the arm believes to be.
+#[must_use]
+pub fn governs_motion(command: &Set) -> bool {
+    matches!(
+        command,
+        Set::JogJointParams(_)
+            | Set::JogCoordinateParams(_)
+            | Set::JogCommonParams(_)
+            | Set::JogLParams(_)
+            | Set::ResetPose(_)
+    ) || Readings::are_set_by(command)
+}
+
 /// What a program depends on besides what every program does.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Needs {
@@ -237,6 +256,17 @@ pub struct Needs {
 }
 
 impl Needs {
+    /// All that any command depends on.
+    #[must_use]
+    pub const fn all(rail: bool) -> Self {
+        Self {
+            home: true,
+            arc: true,
+            path: true,
+            rail,
+        }
+    }
+
     /// What these commands depend on.
     #[must_use]
     pub fn of(commands: &[Set]) -> Self {

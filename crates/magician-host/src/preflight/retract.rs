@@ -59,12 +59,23 @@ impl Preflight {
             )));
         }
         let from = self.stands()?.pose;
+        let top = self.held_fence().and_then(|fence| fence.top_speed());
+        let [velocity, acceleration] = QUICK;
+        let velocity = top.map_or(velocity, |top| velocity.min(top as f32));
+        let quick = [line_speed(velocity, acceleration), speed(100.0, 100.0)];
+        let mut start = self.clone();
+        if top.is_some() {
+            // The speeds in force may be above those of the fence.
+            for command in &quick {
+                start.check(command)?;
+            }
+        }
         let up = |by: f64| {
             let command = line(Pose {
                 z: from.z + by,
                 ..from
             });
-            let step = self.clone().check(&command).ok()?;
+            let step = start.clone().check(&command).ok()?;
             Some((by, command, step.time))
         };
         // A longer line begins with the shorter one: what is refused at one height is refused at all above it.
@@ -85,9 +96,7 @@ impl Preflight {
                 commands: Vec::new(),
             });
         };
-        let [velocity, acceleration] = QUICK;
-        let commands = if time > PATIENCE {
-            let quick = [line_speed(velocity, acceleration), speed(100.0, 100.0)];
+        let commands = if top.is_some() || time > PATIENCE {
             quick.into_iter().chain([command]).collect()
         } else {
             vec![command]

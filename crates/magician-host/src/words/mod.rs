@@ -25,7 +25,9 @@ mod sensor;
 mod speed;
 mod tool;
 
-pub use crate::preflight::{Guards, Lift, Needs, PathLaws, Preflight, Readings, Step, refuse};
+pub use crate::preflight::{
+    Guards, Lift, Needs, PathLaws, Preflight, Readings, Step, governs_motion, refuse,
+};
 pub use conveyor::*;
 pub use io::*;
 pub use motion::*;

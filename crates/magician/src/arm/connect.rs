@@ -158,6 +158,7 @@ impl Arm {
             flow: tokio::sync::Mutex::default(),
             timeout: AtomicU64::new(micros(options.timeout)),
             in_process,
+            held: super::fence::Held::new(options.fence),
             options,
             warned: AtomicBool::new(false),
         };

@@ -10,6 +10,7 @@ use tokio::sync::{oneshot, watch};
 use tokio::time::{Instant, timeout_at};
 
 use super::driver::{JogStart, Message, micros};
+use super::fenced_jog::FencedJog;
 use super::{Arm, Shared};
 use crate::connection::{Micros, Request};
 use crate::{Error, ErrorKind, Result};
@@ -74,6 +75,8 @@ pub(super) enum Why {
     Failed,
     /// A stop came.
     Stopped,
+    /// It came near the arm's fence.
+    Fence,
     /// Another jog took its place.
     Replaced,
     /// The line broke.
@@ -106,6 +109,8 @@ pub(super) struct Life {
     /// When it was kept up last, since the connection's beginning.
     kept: AtomicU64,
     released: AtomicBool,
+    /// How it is kept from crossing the arm's fence.
+    pub(super) fence: Option<FencedJog>,
 }
 
 impl Life {
@@ -213,6 +218,10 @@ impl Jog {
                 "the line broke during a jog: the arm is told to stop as soon as it is found again"
                     .to_owned(),
             ),
+            Why::Fence => (
+                ErrorKind::Unreachable,
+                "the jog was ended before it came to the arm's fence".to_owned(),
+            ),
             Why::Replaced => (ErrorKind::Closed, "another jog took its place".to_owned()),
             Why::Stopped => (ErrorKind::Closed, "a stop ended the jog".to_owned()),
             Why::Released => (ErrorKind::Closed, "the jog was ended".to_owned()),
@@ -240,10 +249,11 @@ impl Arm {
     /// Jogs, one axis or joint in one direction, for as long as the guard that this returns is
     /// [kept up](Jog::keep), every 300 ms at least. `command` is what `words::jog_axis` and `words::jog_joint` make.
     /// It acts at once, past the queue. One jog at a time: a new one takes the place of one under way, and waits for
-    /// the end of one that is being stopped.
+    /// the end of one that is being stopped. Under a [fence](super::Options::fence) it stops before that.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] for a command that is no jog and while a program runs, else as [`set`](Self::set). When it is not certain that
+    /// [`ErrorKind::InvalidInput`] for a command that is no jog and while a program runs, [`ErrorKind::Unreachable`] where the
+    /// arm's fence ([`Options::fence`](super::Options::fence)) leaves no room for it, else as [`set`](Self::set). When it is not certain that
     /// the jog did not begin, its stop is sent all the same.
     pub async fn jog(&self, command: impl Into<Set>) -> Result<Jog> {
         self.jog_with(command, JogOptions::default()).await
@@ -266,6 +276,10 @@ impl Arm {
             ));
         }
         options.check()?;
+        if self.fences_jogs() && self.moving() {
+            // What follows needs an arm that stands.
+            self.stop_jog().await?;
+        }
         if let Some(ratio) = options.ratio {
             let read = Request::get::<JogCommonParams>(&NoArgs)?;
             let read = self.ask_until(read, deadline).await?;
@@ -275,13 +289,18 @@ impl Arm {
             };
             self.ask_until(Request::set(&slower)?, deadline).await?;
         }
-        self.begin_jog(&command, options, stops, deadline).await
+        let turn = self.fence_jog(&cmd, deadline).await?;
+        let (_turn, fence) = turn.unzip();
+        let fence = fence.flatten();
+        self.begin_jog(&command, options, fence, stops, deadline)
+            .await
     }
 
     async fn begin_jog(
         &self,
         command: &Set,
         options: JogOptions,
+        fence: Option<FencedJog>,
         stops: u64,
         deadline: Instant,
     ) -> Result<Jog> {
@@ -291,6 +310,7 @@ impl Arm {
             keep: micros(options.keep),
             kept: AtomicU64::new(self.inner.shared.now()),
             released: AtomicBool::new(false),
+            fence,
         });
         // From here on giving up ends it: the guard is dropped.
         let jog = Jog {

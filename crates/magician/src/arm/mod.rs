@@ -2,6 +2,8 @@ mod connect;
 mod driver;
 mod events;
 mod exposure;
+mod fence;
+mod fenced_jog;
 mod flow;
 mod halt;
 mod jog;
@@ -88,6 +90,8 @@ struct Inner {
     shared: Arc<Shared>,
     flow: tokio::sync::Mutex<Flow>,
     options: Options,
+    /// The fence, with what is known of the arm's way.
+    held: Option<fence::Held>,
     /// The arm is a virtual one in this process.
     in_process: bool,
     /// [`Options::timeout`] as it is now, in microseconds.

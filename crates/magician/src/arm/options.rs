@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use magician_motion::ArmModel;
+use magician_motion::{ArmModel, Fence};
 
 use crate::faults::Faults;
 #[cfg(feature = "trace")]
@@ -41,6 +41,15 @@ pub struct Options {
     /// The firmware's numbers, by which commands are checked: those of the known one at first. A virtual arm of the caller's
     /// own ([`Arm::simulated`](crate::Arm::simulated)) brings its own.
     pub model: ArmModel,
+    /// The fence of the arm: everything over this connection is checked against it before it is sent, as
+    /// [`Preflight::fence`](crate::words::Preflight::fence) does, from where the arm will be by then. What cannot be checked is
+    /// refused: commands of other programs in the queue, a plain [`JogCmd`](crate::commands::JogCmd) (use
+    /// [`Arm::jog`](crate::Arm::jog), which stops before the fence), what is downloaded into the arm. It costs reads before
+    /// each motion; without a fence there are none.
+    ///
+    /// It holds for what this connection sends, not for other programs, for hands and keys on the arm, nor for the way on
+    /// which a stop brakes. This is a convenience, not a safety function.
+    pub fence: Option<Fence>,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     pub faults: Faults,
     /// Where what passes on the line is written to, as this program says and hears it: not over a stream that the
@@ -60,6 +69,7 @@ impl Default for Options {
             allow_laser: false,
             laser_pins: true,
             model: ArmModel::MAGICIAN,
+            fence: None,
             faults: Faults::default(),
             #[cfg(feature = "trace")]
             trace: None,
@@ -121,6 +131,13 @@ impl Options {
     #[must_use]
     pub fn model(mut self, model: ArmModel) -> Self {
         self.model = model;
+        self
+    }
+
+    /// Sets [`fence`](Self::fence); one that bounds nothing is none.
+    #[must_use]
+    pub fn fence(mut self, fence: impl Into<Option<Fence>>) -> Self {
+        self.fence = fence.into();
         self
     }
 

@@ -99,7 +99,7 @@ impl Arm {
         self.read(needs, on_rail).await
     }
 
-    async fn read(&self, needs: Needs, on_rail: bool) -> Result<Preflight> {
+    pub(super) async fn read(&self, needs: Needs, on_rail: bool) -> Result<Preflight> {
         let before = self.get::<Pose>().await?;
         let mut read = Readings::default();
         read.tool = self.get().await?;
@@ -132,7 +132,7 @@ impl Arm {
         let waits = room < capacity;
         let pose = self.get::<Pose>().await?;
         read.pose = (!waits && pose == before).then_some(pose);
-        Ok(Preflight::new(&read).model(self.inner.options.model))
+        Ok(self.fenced(Preflight::new(&read).model(self.inner.options.model)))
     }
 
     /// Homes the arm, waits until it is done, and clears the alarms (document 1.6.2). It takes up to

@@ -60,8 +60,27 @@ impl Arm {
     }
 
     pub(super) async fn ask_until(&self, request: Request, deadline: Instant) -> Result<FrameBuf> {
+        let stops = self.stops();
+        let Some(held) = &self.inner.held else {
+            return self.asked(request, deadline, stops).await;
+        };
         let frame = *request.frame();
-        let answer = self.submit(request, deadline, self.stops()).await?;
+        let turn = Box::pin(self.hold_fence(held, &frame.frame(), deadline)).await?;
+        let answer = self.asked(request, deadline, stops).await;
+        if let Some(turn) = turn {
+            turn.ends(&answer);
+        }
+        answer
+    }
+
+    /// A read: no fence is asked for it.
+    pub(super) async fn ask_for(&self, request: Request) -> Result<FrameBuf> {
+        self.asked(request, self.deadline(), self.stops()).await
+    }
+
+    async fn asked(&self, request: Request, deadline: Instant, stops: u64) -> Result<FrameBuf> {
+        let frame = *request.frame();
+        let answer = self.submit(request, deadline, stops).await?;
         self.answer(answer, &frame, deadline).await
     }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use magician::commands::DeviceSn;
 use magician::protocol::{FrameBuf, Text};
-use magician::sim::{Controller, LinkId, Profile};
+use magician::sim::{Controller, LinkId, Profile, State};
 use magician::{Arm, Ctrl, Options};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::task::JoinHandle;
@@ -24,6 +24,32 @@ struct Inner {
     swallowed: Vec<u8>,
     heard: Vec<FrameBuf>,
     cable: Option<JoinHandle<()>>,
+    watcher: Option<Watcher>,
+}
+
+/// Looks at the arm every few milliseconds of its clock.
+type Watcher = Box<dyn FnMut(&State) + Send>;
+
+/// How often it does, us.
+const WATCHED: u64 = 4_000;
+
+impl Inner {
+    /// The arm comes to the present, watched on its way.
+    fn catch_up(&mut self) {
+        let now = self.booted.elapsed().as_micros() as u64;
+        while let Some(watcher) = &mut self.watcher {
+            let at = self.controller.now();
+            if at >= now {
+                break;
+            }
+            // Nothing is seen of an arm at rest.
+            let still = !self.controller.busy();
+            self.controller
+                .advance(if still { now } else { now.min(at + WATCHED) });
+            watcher(&self.controller.state());
+        }
+        self.controller.advance(now);
+    }
 }
 
 impl Desk {
@@ -35,6 +61,7 @@ impl Desk {
             swallowed: Vec::new(),
             heard: Vec::new(),
             cable: None,
+            watcher: None,
         })));
         desk.replace("arm A");
         desk
@@ -73,8 +100,7 @@ impl Desk {
             {
                 let mut inner = self.lock();
                 inner.heard.push(request);
-                let now = inner.booted.elapsed().as_micros() as u64;
-                inner.controller.advance(now);
+                inner.catch_up();
                 inner.controller.receive(LinkId(0), request.bytes());
                 while let Some(reply) = inner.controller.poll_transmit(LinkId(0)) {
                     if !inner.swallowed.contains(&request.frame().id()) {
@@ -113,6 +139,11 @@ impl Desk {
         inner.controller.receive(LinkId(9), write.bytes());
     }
 
+    /// Has the arm looked at every few milliseconds that it is busy.
+    pub(crate) fn watched_by(&self, watcher: impl FnMut(&State) + Send + 'static) {
+        self.lock().watcher = Some(Box::new(watcher));
+    }
+
     /// Requests of these ids are heard and not answered.
     pub(crate) fn swallow(&self, ids: &[u8]) {
         self.lock().swallowed = ids.to_vec();
@@ -136,8 +167,7 @@ impl Desk {
 
     pub(crate) fn with<T>(&self, look: impl FnOnce(&mut Controller) -> T) -> T {
         let mut inner = self.lock();
-        let now = inner.booted.elapsed().as_micros() as u64;
-        inner.controller.advance(now);
+        inner.catch_up();
         look(&mut inner.controller)
     }
 

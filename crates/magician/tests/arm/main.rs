@@ -7,6 +7,7 @@ mod checks;
 mod clones;
 mod desk;
 mod endings;
+mod fence;
 mod fitted;
 mod holds;
 mod jogs;

@@ -105,6 +105,7 @@ impl Driver {
             To::Jog(reply, life) => self.jog_began(result, reply, &life),
             To::JogStop => self.jog_stopped(result),
             To::JogPose => self.jog_pose(result),
+            To::JogLook(asked) => self.jog_seen(result, asked),
             To::Nobody => {}
         }
     }

@@ -20,6 +20,8 @@ use crate::{Error, Result};
 const PATIENCE: Micros = 300_000;
 /// Poses so far apart that are equal are those of an arm that stands.
 const APART: Micros = 30_000;
+/// How often one under a fence is looked at.
+const LOOK: Micros = 40_000;
 /// Pause after something that failed at once.
 const PAUSE: Micros = 50_000;
 /// A stop that was answered and has no effect for so long is said again.
@@ -45,6 +47,9 @@ pub(super) struct Jogging {
 }
 
 struct Active {
+    /// When it has to be stopped for the arm's fence, and when to look next where it is.
+    until: Option<Micros>,
+    look: Option<Micros>,
     /// `None`: somebody's jog that is to be ended.
     life: Option<Arc<Life>>,
     ending: Option<Ending>,
@@ -94,7 +99,13 @@ impl Jogging {
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
         let active = self.now.as_ref()?;
         match &active.ending {
-            None => active.life.as_ref().map(|life| life.ends()),
+            None => {
+                let ends = active.life.as_ref().map(|life| life.ends());
+                [ends, active.until, active.look]
+                    .into_iter()
+                    .flatten()
+                    .min()
+            }
             Some(ending) if ending.under_way => None,
             Some(ending) => Some(ending.at),
         }
@@ -145,7 +156,11 @@ impl Driver {
             return;
         }
         start.life.kept(self.now());
+        let now = self.now();
+        let fence = start.life.fence.as_ref();
         let active = Active {
+            until: fence.map(|fence| fence.latest(now)),
+            look: fence.map(|_| now.saturating_add(LOOK)),
             life: Some(Arc::clone(&start.life)),
             ending: None,
         };
@@ -192,6 +207,8 @@ impl Driver {
     /// Ends whatever jog the arm may be in, of whomever.
     pub(super) fn end_any_jog(&mut self) {
         self.jogging.now.get_or_insert_with(|| Active {
+            until: None,
+            look: None,
             life: None,
             ending: Some(Ending::default()),
         });
@@ -232,9 +249,45 @@ impl Driver {
                 );
                 self.end_jog(Why::NotKept);
             }
+            (Some(_), None) if active.until.is_some_and(|until| until <= now) => {
+                self.end_jog(Why::Fence);
+            }
+            (Some(_), None) if active.look.is_some_and(|at| at <= now) => self.look_at_jog(now),
             _ => {}
         }
         self.go_on_ending(now);
+    }
+
+    /// Looks where a jog under a fence is: an arm that is faster than it says has to stop sooner.
+    fn look_at_jog(&mut self, now: Micros) {
+        if let Some(active) = &mut self.jogging.now {
+            active.look = None;
+        }
+        let deadline = self.at(now.saturating_add(PATIENCE));
+        if let Ok(request) = Request::get::<Pose>(&NoArgs) {
+            self.submit(request, deadline, To::JogLook(now));
+        }
+    }
+
+    /// Where it is, as of when that was asked; who is not answered cannot keep it from the fence.
+    pub(super) fn jog_seen(&mut self, answer: Result<FrameBuf>, asked: Micros) {
+        let now = self.now();
+        let Some(active) = &mut self.jogging.now else {
+            return;
+        };
+        let Some(life) = active.life.as_ref().filter(|_| active.ending.is_none()) else {
+            return;
+        };
+        let pose = answer.ok();
+        let pose = pose.and_then(|reply| Pose::decode(reply.frame().params()).ok());
+        match life.fence.as_ref().zip(pose) {
+            Some((fence, pose)) => {
+                let latest = fence.latest_after(asked, &pose);
+                active.until = active.until.map(|until| until.min(latest));
+                active.look = Some(now.saturating_add(LOOK));
+            }
+            None => self.end_jog(Why::Fence),
+        }
     }
 
     fn go_on_ending(&mut self, now: Micros) {

@@ -83,6 +83,8 @@ enum To {
     /// The end of a jog.
     JogStop,
     JogPose,
+    /// Where a jog under a fence is, and when that was asked.
+    JogLook(Micros),
     /// Nobody any more, or nobody but those who look at whatever passes.
     Nobody,
 }

@@ -6,6 +6,7 @@ mod plan;
 
 use std::collections::VecDeque;
 
+use magician_motion::Fence;
 use magician_protocol::{QueuedCmdIndex, Set};
 
 use super::Arm;
@@ -54,6 +55,9 @@ pub struct Run<C> {
     options: RunOptions,
     /// Where the commands lead and how long they take, once that is of use.
     course: Option<Preflight>,
+    /// Where they lead by the arm's fence, and where the first of them begins.
+    fenced: Option<Preflight>,
+    begins_at: Option<[f64; 4]>,
     planned: bool,
     /// Taken from `commands` and not handed on.
     pending: VecDeque<Planned>,
@@ -123,6 +127,8 @@ impl Arm {
             commands,
             options,
             course: None,
+            fenced: None,
+            begins_at: None,
             planned: false,
             pending: VecDeque::new(),
             leftover: None,
@@ -170,7 +176,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
     /// Tells how long the commands take and where they lead from this check, made before them, instead of reading the
     /// arm's settings once more: what passed [`Preflight::program`] need not be looked up again.
     pub fn along(mut self, course: Preflight) -> Self {
-        self.course = Some(course.guards(Guards::NONE));
+        self.course = Some(course.guards(Guards::NONE).fence(Fence::default()));
         self.planned = true;
         self
     }
@@ -205,7 +211,9 @@ impl<C: Iterator<Item = Set>> Run<C> {
             }
             arm.warn_if_not_homed().await?;
         }
+        let turn = self.within_fence(&arm, begins).await?;
         self.plan().await?;
+        self.check_ahead()?;
         if self.leftover.is_none() && self.pending.is_empty() {
             return Ok(self.ran);
         }
@@ -239,6 +247,9 @@ impl<C: Iterator<Item = Set>> Run<C> {
             return Err(error);
         }
         arm.refused_none(self.ran.last).await?;
+        if let Some((turn, end)) = turn.zip(self.fenced.take()) {
+            turn.run_ended(self.ran.last, end);
+        }
         Ok(self.ran)
     }
 

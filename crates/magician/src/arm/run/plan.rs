@@ -1,12 +1,15 @@
 //! What a run knows of its commands before it sends them.
 
+use magician_motion::Fence;
 use magician_protocol::Set;
 
 use super::Run;
-use crate::Result;
+use crate::arm::Arm;
 use crate::arm::driver::micros;
+use crate::arm::fence::Turn as FenceTurn;
 use crate::stream::Item;
 use crate::words::{Guards, Preflight};
+use crate::{Error, ErrorKind, Result};
 use magician_host::raises_laser_pin;
 
 /// So few are in the arm whatever they take: their times are of no use.
@@ -68,7 +71,48 @@ impl<C: Iterator<Item = Set>> Run<C> {
             true => self.arm.preflight_for(&ahead).await?,
             false => self.arm.preflight().await?,
         };
-        self.course = Some(course.guards(Guards::NONE));
+        self.course = Some(course.guards(Guards::NONE).fence(Fence::default()));
+        Ok(())
+    }
+
+    /// Takes the right to run by the arm's fence, if it has one. One that goes on does so from where it was.
+    pub(super) async fn within_fence<'a>(
+        &mut self,
+        arm: &'a Arm,
+        begins: bool,
+    ) -> Result<Option<FenceTurn<'a>>> {
+        let Some(mut turn) = arm.hold_run(begins).await? else {
+            return Ok(None);
+        };
+        let start = turn.start();
+        let place = |check: &Preflight| check.arm().map(|at| at.pose.to_array());
+        if let Some(start) = start {
+            let stands = place(&start);
+            if self.leftover.is_some() && self.begins_at != stands {
+                return Err(Error::new(
+                    ErrorKind::Closed,
+                    "the arm does not stand where this run was to begin; begin a new one",
+                ));
+            }
+            if self.leftover.is_none() {
+                (self.fenced, self.begins_at) = (Some(start), stands);
+            }
+        }
+        Ok(Some(turn))
+    }
+
+    /// What is known of the beginning is checked before anything is sent.
+    pub(super) fn check_ahead(&self) -> Result<()> {
+        let Some(mut fenced) = self.fenced.clone() else {
+            return Ok(());
+        };
+        let fresh = self.pending.iter().filter_map(|planned| match planned {
+            Planned::Fresh(command) => Some(command),
+            Planned::Item(_) => None,
+        });
+        for command in fresh {
+            fenced.check(command)?;
+        }
         Ok(())
     }
 
@@ -86,6 +130,12 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let planned = planned.or_else(|| self.commands.next().map(Planned::Fresh))?;
         let command = planned.command();
         if let Err(error) = self.arm.permit([&command]) {
+            self.refused = Some(error);
+            return None;
+        }
+        if let (Planned::Fresh(_), Some(fenced)) = (&planned, &mut self.fenced)
+            && let Err(error) = fenced.check(&command)
+        {
             self.refused = Some(error);
             return None;
         }

@@ -1,0 +1,362 @@
+//! The fence of an arm: what each command does to it.
+
+use magician_motion::{
+    ArmState, Fence, JointAngles, Limits, Move, MoveKind, Planner, Range, Target, Trajectory,
+};
+use magician_protocol::Set;
+
+use super::Preflight;
+use crate::burning::{LASER_POWER, raises_laser_pin};
+use crate::{Error, Result};
+
+/// While the base is sought no limit holds it.
+const ANYWHERE: Limits = {
+    const ANY: Range = Range::new(-1e9, 1e9);
+    Limits {
+        j1: ANY,
+        j2: ANY,
+        j3: ANY,
+        j4: ANY,
+        j2_minus_j3: ANY,
+    }
+};
+
+impl Preflight {
+    /// Holds a fence: every motion is checked along its whole way, whatever the [`Guards`](super::Guards) let pass, and so is
+    /// how strong the laser burns. What cannot be checked is refused: a motion from a place that nobody knows, a queued
+    /// jog, and [`ResetPose`](magician_protocol::commands::ResetPose), which would move the fence with the arm.
+    ///
+    /// Homing is checked by its way from where the arm believes to be, J1 to its switch and then to the home point; its speeds
+    /// are the arm's own.
+    ///
+    /// ```
+    /// use magician_host::words::{self, Preflight};
+    /// use magician_host::{Fence, FencePart, JointAngles, ToolBias};
+    ///
+    /// let fence = Fence::default().with_floor(-60.0)?;
+    /// let mut check = Preflight::at(JointAngles::HOME, ToolBias::PEN).fence(fence);
+    /// check.check(&words::line_to(250.0, 0.0, -60.0, 0.0))?;
+    ///
+    /// let error = check.check(&words::line_to(250.0, 0.0, -71.2, 0.0)).unwrap_err();
+    /// assert_eq!((error.value(), error.limit()), (Some(-71.2_f32.into()), Some(-60.0)));
+    /// assert_eq!(error.breach().map(|breach| breach.part), Some(FencePart::Floor));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[must_use]
+    pub fn fence(mut self, fence: Fence) -> Self {
+        self.fence = Some(fence).filter(|fence| !fence.is_empty());
+        self
+    }
+
+    /// The fence that it holds.
+    #[must_use]
+    pub fn held_fence(&self) -> Option<&Fence> {
+        self.fence.as_ref()
+    }
+
+    /// What plans a jog from here; its speeds are its own.
+    #[must_use]
+    pub fn jog_planner(&self) -> Planner {
+        self.planner(self.model.power_up.speeds)
+    }
+
+    /// Whether the laser's pins may drive something else.
+    #[must_use]
+    pub fn laser_pins(mut self, laser: bool) -> Self {
+        self.laser_pins = laser;
+        self
+    }
+
+    /// What can be told before it is known where a command leads.
+    pub(super) fn check_fence(&self, command: &Set) -> Result<()> {
+        let Some(fence) = &self.fence else {
+            return Ok(());
+        };
+        self.check_power(command)?;
+        let bounds_motion = fence.bounds_space() || fence.top_speed().is_some();
+        match command {
+            Set::JogCmd(jog) if bounds_motion && jog.cmd != magician_protocol::JogCommand::Stop => {
+                Err(unchecked(
+                    "nobody stops a jog before the fence",
+                    "use `magician jog`",
+                ))
+            }
+            Set::ResetPose(_) if fence.bounds_space() => Err(unchecked(
+                "ResetPose changes where the arm believes to be, and with it where its fence stands",
+                "home the arm",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether the laser may burn as strongly as it would.
+    ///
+    /// # Errors
+    /// [`Unreachable`](crate::ErrorKind::Unreachable) with both powers.
+    pub fn check_power(&self, command: &Set) -> Result<()> {
+        match self.fence.zip(self.power_of(command)) {
+            Some((fence, power)) => fence.check_laser(power).map_err(Error::fenced),
+            None => Ok(()),
+        }
+    }
+
+    /// How strong the laser would burn, percent.
+    fn power_of(&self, command: &Set) -> Option<f64> {
+        match command {
+            Set::CpLeCmd(segment) => Some(f64::from(segment.velocity_or_power)),
+            Set::SetEndEffectorLaser(laser) => {
+                (laser.enable_ctrl.is_on() && laser.on.is_on()).then_some(100.0)
+            }
+            Set::IoPwm(output) if self.laser_pins && output.address == LASER_POWER => {
+                Some(f64::from(output.duty_cycle))
+            }
+            command => (self.laser_pins && raises_laser_pin(command)).then_some(100.0),
+        }
+    }
+
+    /// The whole way of a motion.
+    pub(super) fn within_fence(&self, motion: &Trajectory) -> Result<()> {
+        let checked = self.fence.map_or(Ok(()), |fence| fence.check_way(motion));
+        checked.map_err(Error::fenced)
+    }
+
+    /// The speeds of a motion.
+    pub(super) fn slow_enough(&self, motion: &Trajectory) -> Result<()> {
+        let checked = self
+            .fence
+            .map_or(Ok(()), |fence| fence.check_speed_of(motion));
+        checked.map_err(Error::fenced)
+    }
+
+    /// The speed of a continuous path, mm/s.
+    pub(super) fn path_slow_enough(&self, speed: f64) -> Result<()> {
+        let checked = self.fence.map_or(Ok(()), |fence| fence.check_speed(speed));
+        checked.map_err(Error::fenced)
+    }
+
+    /// A tool that is said to be another one has its tip elsewhere.
+    pub(super) fn tool_within_fence(&self, before: &ArmState, after: &ArmState) -> Result<()> {
+        let checked =
+            (self.fence).map_or(Ok(()), |fence| fence.check_leap(&before.pose, &after.pose));
+        checked.map_err(Error::fenced)
+    }
+
+    /// A motion of which nobody knows where it begins.
+    pub(super) fn known_start(&self) -> Result<()> {
+        let bounds = |fence: &Fence| fence.bounds_space() || fence.top_speed().is_some();
+        match self.fence.as_ref().is_some_and(bounds) {
+            true => Err(unchecked(
+                "nobody knows where the arm is by then",
+                "wait until it stands, or go on in a program of its own",
+            )),
+            false => Ok(()),
+        }
+    }
+
+    /// A motion that goes by rules of its own.
+    pub(super) fn known_way(&self, command: &Set) -> Result<()> {
+        match self.known_start() {
+            Err(_) => Err(unchecked(
+                &format!(
+                    "{} moves the arm to where nobody can tell",
+                    command.row().set_name
+                ),
+                "go there with a move",
+            )),
+            Ok(()) => Ok(()),
+        }
+    }
+
+    /// The way on which homing seeks the switch of J1: there, and a little back.
+    pub(super) fn search_within_fence(&self, from: &ArmState) -> Result<()> {
+        if self.fence.is_none() {
+            return Ok(());
+        }
+        let planner = Planner {
+            limits: ANYWHERE,
+            ..self.planner(self.model.homing.speeds())
+        };
+        let mut from = *from;
+        for j1 in [
+            self.model.homing.switch,
+            self.model.homing.switch + self.model.homing.back_off,
+            self.model.homing.switch,
+        ] {
+            let target = Target::Joints(JointAngles { j1, ..from.joints });
+            let request = Move {
+                target,
+                kind: MoveKind::Joint,
+            };
+            let motion = planner.plan(&from, &request)?.trajectory;
+            self.within_fence(&motion)?;
+            from = *motion.end();
+        }
+        Ok(())
+    }
+}
+
+/// What a fence cannot be held against.
+fn unchecked(why: &str, way_out: &str) -> Error {
+    Error::guarded(
+        "fence",
+        format!("this arm has a fence, and it cannot be checked against it: {why}; {way_out}"),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use magician_motion::{Cuboid, Fence, FencePart, ToolBias};
+    use magician_protocol::JogCommand;
+
+    use super::*;
+    use crate::words::{self, Guards};
+    use crate::{ErrorKind, commands};
+
+    fn at(x: f32, y: f32, z: f32, fence: Fence) -> Preflight {
+        let mut arm = Preflight::at(JointAngles::HOME, ToolBias::PEN);
+        arm.check(&words::move_to(x, y, z, 0.0)).unwrap();
+        arm.fence(fence).guards(Guards::NONE)
+    }
+
+    fn floor() -> Fence {
+        Fence::default().with_floor(-60.0).unwrap()
+    }
+
+    fn part_of(checked: crate::Result<crate::words::Step>) -> Option<FencePart> {
+        checked.unwrap_err().breach().map(|breach| breach.part)
+    }
+
+    #[test]
+    fn every_kind_of_motion_is_held_whatever_the_guards_let_pass() {
+        let start = at(220.0, -60.0, -50.0, floor());
+        let across = Set::from(commands::ArcCmd {
+            cir_point: [220.0, 0.0, -62.0, 0.0],
+            to_point: [220.0, 60.0, -50.0, 0.0],
+        });
+        let crossing = [
+            words::line_to(220.0, 0.0, -61.0, 0.0),
+            words::move_to(220.0, 0.0, -61.0, 0.0),
+            words::jump_to(220.0, 0.0, -61.0, 0.0),
+            words::line_by(0.0, 0.0, -11.0, 0.0),
+            words::path_to(220.0, 0.0, -61.0),
+            words::engrave_to(220.0, 0.0, -61.0, 10.0),
+            across,
+        ];
+        for command in crossing {
+            let error = start.clone().check(&command).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Unreachable, "{command:?}");
+            assert_eq!(error.limit(), Some(-60.0));
+            let breach = error.breach().expect("data");
+            assert_eq!(breach.part, FencePart::Floor, "{command:?}");
+            // The same without the fence.
+            let mut free = at(220.0, -60.0, -50.0, Fence::default());
+            assert!(free.check(&command).is_ok(), "{command:?}");
+        }
+        assert!(
+            start
+                .clone()
+                .check(&words::line_to(220.0, 0.0, -60.0, 0.0))
+                .is_ok()
+        );
+    }
+
+    #[test]
+    fn what_nobody_can_check_is_refused() {
+        let mut lost = at(220.0, 0.0, 0.0, floor());
+        lost.at = None;
+        for command in [
+            words::move_to(220.0, 0.0, 0.0, 0.0),
+            words::home(),
+            words::path_to(220.0, 0.0, 0.0),
+        ] {
+            let error = lost.clone().check(&command).unwrap_err();
+            assert_eq!(error.guard(), Some("fence"), "{command:?} {error}");
+        }
+        let start = at(220.0, 0.0, 0.0, floor());
+        let pose = commands::ResetPose {
+            manual: magician_protocol::Flag(0),
+            rear_arm_angle: 0.0,
+            front_arm_angle: 0.0,
+        };
+        for command in [words::jog_joint(JogCommand::Axis1Plus), Set::from(pose)] {
+            assert!(start.clone().check(&command).is_err(), "{command:?}");
+        }
+    }
+
+    #[test]
+    fn a_tool_of_another_length_is_a_motion_of_the_tip() {
+        let low = at(220.0, 0.0, -55.0, floor());
+        let longer = commands::EndEffectorParams {
+            x_bias: 61.0,
+            y_bias: 0.0,
+            z_bias: 20.0,
+        };
+        assert_eq!(
+            part_of(low.clone().check(&longer.into())),
+            Some(FencePart::Floor)
+        );
+        assert!(at(220.0, 0.0, 0.0, floor()).check(&longer.into()).is_ok());
+    }
+
+    #[test]
+    fn homing_goes_by_the_switch_of_the_base() {
+        let behind = Cuboid {
+            min: [-400.0, -400.0, -100.0],
+            max: [-100.0, 0.0, 200.0],
+        };
+        let fence = Fence::default().with_keep_out(behind).unwrap();
+        assert_eq!(
+            part_of(at(220.0, 0.0, 0.0, fence).check(&words::home())),
+            Some(FencePart::KeepOut(0))
+        );
+        assert!(at(220.0, 0.0, 0.0, floor()).check(&words::home()).is_ok());
+    }
+
+    #[test]
+    fn speeds_count_where_they_are_reached() {
+        let slow = Fence::default().with_top_speed(50.0).unwrap();
+        let mut arm = at(220.0, -60.0, 0.0, slow);
+        let line = words::line_to(220.0, 60.0, 0.0, 0.0);
+        let error = arm.check(&line).unwrap_err();
+        assert_eq!(
+            (error.value(), error.limit(), error.unit()),
+            (Some(100.0), Some(50.0), Some("mm/s"))
+        );
+        assert!(arm.check(&words::path_to(220.0, 60.0, 0.0)).is_err());
+        assert!(arm.check(&words::move_to(220.0, 60.0, 0.0, 0.0)).is_err());
+        arm.check(&words::speed(25.0, 50.0)).unwrap();
+        assert!(arm.check(&line).is_ok());
+        // A pen goes up all the same, at a speed that is allowed.
+        let lift = at(220.0, 0.0, 0.0, slow).lift(50.0).unwrap();
+        assert_eq!(lift.by, 50.0);
+        let time = at(220.0, 0.0, 0.0, slow).estimate(&lift.commands).unwrap();
+        assert!(time > Duration::from_millis(1000), "{time:?}");
+    }
+
+    #[test]
+    fn a_laser_burns_as_strongly_as_it_may() {
+        let dim = Fence::default().with_strongest_laser(60.0).unwrap();
+        let mut arm = at(220.0, 0.0, 0.0, dim);
+        assert!(arm.check(&words::engrave_to(230.0, 0.0, 0.0, 60.0)).is_ok());
+        let error = arm
+            .check(&words::engrave_to(220.0, 0.0, 0.0, 61.0))
+            .unwrap_err();
+        assert_eq!((error.value(), error.limit()), (Some(61.0), Some(60.0)));
+        for full in [
+            words::laser(true),
+            words::output(4, true),
+            words::pwm(4, 1000.0, 61.0),
+        ] {
+            assert_eq!(
+                part_of(arm.clone().check(&full)),
+                Some(FencePart::Laser),
+                "{full:?}"
+            );
+        }
+        assert!(arm.clone().check(&words::laser(false)).is_ok());
+        let mut without = arm.laser_pins(false);
+        assert!(without.check(&words::output(4, true)).is_ok());
+    }
+}

@@ -1,0 +1,452 @@
+//! The fence of an arm, below all doors: whatever is sent over a connection that has one is checked first, from where the arm
+//! will be by then.
+//!
+//! One check at a time, and nothing that moves the arm is sent between a check and what it has passed. What the arm will do is
+//! followed from command to command while its queue holds what this connection has put there; whenever that has ended, or may
+//! have gone another way (a stop, an alarm, a motion outside of the queue, an answer that was lost), the arm is read again
+//! while it stands.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use magician_motion::Fence;
+use magician_protocol::commands::{
+    ClearAlarmsState, ClearAllAlarmsState, Pose, QueuedCmdClear, QueuedCmdCurrentIndex,
+    QueuedCmdForceStopExec, QueuedCmdStartDownload, QueuedCmdStartExec,
+};
+use magician_protocol::{Effect, Frame, FrameBuf, JogCommand, QueuedCmdIndex, Row, Set, Writable};
+use tokio::sync::{Mutex, MutexGuard};
+use tokio::time::{Instant, sleep, timeout_at};
+
+use super::Arm;
+use crate::words::{Guards, Needs, Preflight, Readings, governs_motion};
+use crate::{Error, ErrorKind, Result};
+
+/// Poses so far apart that are equal are those of an arm that stands.
+const APART: std::time::Duration = std::time::Duration::from_millis(30);
+/// A command that has finished leaves the arm so near to where it was to, mm and degrees.
+const NEAR: f64 = 0.05;
+
+/// The fence of a connection, and what it has let pass.
+#[derive(Debug)]
+pub(super) struct Held {
+    fence: Fence,
+    course: Mutex<Course>,
+    /// How often what was followed came to an end that it was not to.
+    breaks: AtomicU64,
+}
+
+/// Where the arm will be when what it has was carried out.
+#[derive(Debug, Default)]
+pub(super) struct Course {
+    end: Option<Preflight>,
+    /// [`Held::breaks`] of then.
+    breaks: u64,
+    /// The last index that it holds for.
+    last: u64,
+    /// Where each command leads that waits, and where the first begins.
+    stations: VecDeque<(u64, [f64; 4])>,
+}
+
+/// The right to send what was checked. Nothing else is checked meanwhile.
+pub(super) struct Turn<'a> {
+    held: &'a Held,
+    course: MutexGuard<'a, Course>,
+    /// What is known after it, if it goes into the queue.
+    then: Option<Preflight>,
+    breaks: u64,
+}
+
+/// What a frame is to a fence.
+enum Sort {
+    /// It moves nothing, and changes nothing that a motion depends on.
+    Free,
+    /// It ends motions, or what waits.
+    Ends,
+    /// It lets a queue run.
+    Releases,
+    /// A motion, or what one depends on.
+    Governs(Set),
+    /// Nobody can tell.
+    Unknown(&'static str),
+}
+
+impl Sort {
+    fn of(frame: &Frame<'_>) -> Self {
+        let ctrl = frame.ctrl();
+        if !ctrl.write() && !ctrl.queued() {
+            return Self::Free;
+        }
+        let Some(row) = Row::with_id(frame.id()) else {
+            return Self::Unknown("nobody knows what this command does");
+        };
+        match row.id {
+            id if id == QueuedCmdForceStopExec::ROW.id || id == QueuedCmdClear::ROW.id => {
+                return Self::Ends;
+            }
+            id if id == QueuedCmdStartExec::ROW.id
+                || id == ClearAlarmsState::ROW.id
+                || id == ClearAllAlarmsState::ROW.id =>
+            {
+                return Self::Releases;
+            }
+            id if id == QueuedCmdStartDownload::ROW.id => {
+                return Self::Unknown("what is stored in the arm runs when nobody checks it");
+            }
+            _ => {}
+        }
+        match Set::decode(row.id, frame.params()) {
+            Ok(Set::JogCmd(jog)) if jog.cmd == JogCommand::Stop && !ctrl.queued() => Self::Ends,
+            Ok(command) if row.effect.moves_arm() || governs_motion(&command) => {
+                Self::Governs(command)
+            }
+            Ok(_) => Self::Free,
+            Err(_) if matches!(row.effect, Effect::Look | Effect::Consume | Effect::Queue) => {
+                Self::Free
+            }
+            Err(_) => Self::Unknown("its parameters cannot be read"),
+        }
+    }
+}
+
+impl Held {
+    pub(super) fn new(fence: Option<Fence>) -> Option<Self> {
+        let fence = fence.filter(|fence| !fence.is_empty())?;
+        Some(Self {
+            fence,
+            course: Mutex::default(),
+            breaks: AtomicU64::new(0),
+        })
+    }
+
+    /// What was followed ends here: the arm has to be read again.
+    pub(super) fn forget(&self) {
+        self.breaks.fetch_add(1, Ordering::SeqCst);
+    }
+
+    fn bounds_motion(&self) -> bool {
+        self.fence.bounds_space() || self.fence.top_speed().is_some()
+    }
+}
+
+impl Turn<'_> {
+    /// What was sent has been answered, or not.
+    pub(super) fn ends(mut self, answer: &Result<FrameBuf>) {
+        let Some(then) = self.then.take() else {
+            return;
+        };
+        let index = answer.as_ref().ok().map(|answer| answer.frame());
+        let index = index.filter(|answer| answer.ctrl().queued());
+        let index = index.and_then(|answer| answer.read::<QueuedCmdIndex>().ok());
+        match index {
+            Some(QueuedCmdIndex(index)) => self.accepted(index, then),
+            None => self.held.forget(),
+        }
+    }
+
+    fn accepted(&mut self, index: u64, then: Preflight) {
+        let follows = index == self.course.last.saturating_add(1);
+        if !follows {
+            // Somebody else has put a command between.
+            return self.held.forget();
+        }
+        if let Some(end) = then.arm() {
+            self.course.stations.push_back((index, end.pose.to_array()));
+        }
+        // More than a queue holds.
+        if self.course.stations.len() > 64 {
+            self.course.stations.pop_front();
+        }
+        self.course.end = Some(then);
+        self.course.last = index;
+        self.course.breaks = self.breaks;
+    }
+
+    /// Where a run begins.
+    pub(super) fn start(&mut self) -> Option<Preflight> {
+        // Whoever gives a run up leaves nothing behind that is known.
+        self.course.end = None;
+        self.then.take()
+    }
+
+    /// A run has ended well.
+    pub(super) fn run_ended(mut self, last: Option<QueuedCmdIndex>, end: Preflight) {
+        if let Some(QueuedCmdIndex(last)) = last {
+            self.course.last = last;
+            self.course.stations.clear();
+            self.course.end = Some(end);
+            self.course.breaks = self.breaks;
+        }
+    }
+}
+
+impl Arm {
+    /// The fence that everything over this connection keeps to: [`Options::fence`](super::Options::fence).
+    #[must_use]
+    pub fn fence(&self) -> Option<&Fence> {
+        self.inner.held.as_ref().map(|held| &held.fence)
+    }
+
+    /// What a frame does to the fence: refused, or with the right to send it now.
+    pub(super) async fn hold_fence<'a>(
+        &self,
+        held: &'a Held,
+        frame: &Frame<'_>,
+        deadline: Instant,
+    ) -> Result<Option<Turn<'a>>> {
+        let turn = match Sort::of(frame) {
+            Sort::Free => self.check_power(held, frame).map(|()| None),
+            Sort::Ends => {
+                held.forget();
+                Ok(None)
+            }
+            Sort::Unknown(_) | Sort::Releases if !held.bounds_motion() => Ok(None),
+            Sort::Unknown(why) => Err(refused(why)),
+            Sort::Releases => self.hold_release(held, frame, deadline).await.map(Some),
+            Sort::Governs(command) => {
+                self.check_power(held, frame)?;
+                match held.bounds_motion() {
+                    false => Ok(None),
+                    true => {
+                        let queued = frame.ctrl().queued();
+                        let turn = self.hold_command(held, &command, queued, deadline).await;
+                        turn.map(Some)
+                    }
+                }
+            }
+        };
+        turn.map_err(|error| match error.command() {
+            Some(_) => error,
+            None => error.with_command(super::driver::command_name(frame)),
+        })
+    }
+
+    /// How strong the laser would burn: that depends on nothing else.
+    fn check_power(&self, held: &Held, frame: &Frame<'_>) -> Result<()> {
+        let ctrl = frame.ctrl();
+        if held.fence.strongest_laser().is_none() || !(ctrl.write() || ctrl.queued()) {
+            return Ok(());
+        }
+        let may = Row::with_id(frame.id()).is_some_and(|row| row.may_burn);
+        match Set::decode(frame.id(), frame.params()) {
+            Ok(command) => self
+                .fenced(Preflight::new(&Readings::default()))
+                .check_power(&command),
+            Err(_) if may => Err(refused("its parameters cannot be read")),
+            Err(_) => Ok(()),
+        }
+    }
+
+    /// The same check, with the fence of this connection.
+    pub(super) fn fenced(&self, check: Preflight) -> Preflight {
+        let check = check.laser_pins(self.inner.options.laser_pins);
+        match self.fence() {
+            Some(fence) => check.fence(*fence),
+            None => check,
+        }
+    }
+
+    /// How often what was followed may have gone another way: by what was sent, by stops, resets, commands of others, lost
+    /// answers and lines that were found again.
+    fn breaks(&self, held: &Held) -> u64 {
+        let shared = &self.inner.shared;
+        let doubts = shared.doubts.load(Ordering::SeqCst);
+        let sent = held.breaks.load(Ordering::SeqCst);
+        // Each of them only grows.
+        [shared.stops(), shared.clears(), doubts]
+            .into_iter()
+            .fold(sent, u64::wrapping_add)
+    }
+
+    async fn take_fence<'a>(&self, held: &'a Held, deadline: Instant) -> Result<Turn<'a>> {
+        let course = timeout_at(deadline, held.course.lock()).await;
+        let course = course.map_err(|_| {
+            let message =
+                "a run is under way, or another call is being checked against the arm's fence";
+            Error::new(ErrorKind::Timeout, message)
+        })?;
+        Ok(Turn {
+            held,
+            course,
+            then: None,
+            breaks: self.breaks(held),
+        })
+    }
+
+    /// A motion, or what one depends on.
+    async fn hold_command<'a>(
+        &self,
+        held: &'a Held,
+        command: &Set,
+        queued: bool,
+        deadline: Instant,
+    ) -> Result<Turn<'a>> {
+        let mut turn = self.take_fence(held, deadline).await?;
+        let mut check = match queued {
+            true => self.course_end(&mut turn).await?,
+            false => self.read_standing(&mut turn).await?,
+        };
+        check.check(command)?;
+        match queued {
+            true => turn.then = Some(check),
+            // It is not seen to end.
+            false => held.forget(),
+        }
+        Ok(turn)
+    }
+
+    /// Where the arm is when all that waits was done.
+    async fn course_end(&self, turn: &mut Turn<'_>) -> Result<Preflight> {
+        if turn.course.breaks == turn.breaks
+            && let Some(end) = turn.course.end.clone()
+            && self.waits_in_order(turn).await?
+        {
+            return Ok(end);
+        }
+        self.read_standing(turn).await
+    }
+
+    /// Whether what was followed still waits, or runs, and nothing else does.
+    async fn waits_in_order(&self, turn: &mut Turn<'_>) -> Result<bool> {
+        let room = self.left_space().await?;
+        let (_, capacity) = self.stats().await?;
+        let current = self.current().await?;
+        let ours = turn.course.last.saturating_sub(current);
+        let waiting = u64::from(capacity.saturating_sub(room));
+        // The command under way may count as waiting or not.
+        Ok(ours > 0 && waiting <= ours)
+    }
+
+    async fn current(&self) -> Result<u64> {
+        let current = self.get::<QueuedCmdCurrentIndex>().await?;
+        Ok(current.queued_cmd_current_index)
+    }
+
+    /// All that a motion depends on, of an arm that stands with an empty queue.
+    async fn read_standing(&self, turn: &mut Turn<'_>) -> Result<Preflight> {
+        turn.course.end = None;
+        let room = self.left_space().await?;
+        let (_, capacity) = self.stats().await?;
+        if room < capacity {
+            return Err(refused(
+                "commands wait in its queue that were not checked from where it is now, or run there; wait until they \
+                 have finished, or drop them (`magician stop`)",
+            ));
+        }
+        if self.moving() {
+            self.wait_still().await?;
+        }
+        let on_rail = (self.get::<magician_protocol::commands::DeviceWithL>().await)
+            .is_ok_and(|rail| rail.with_l.is_on());
+        let check = self.read(Needs::all(on_rail), on_rail).await?;
+        let Some(start) = check.arm().map(|start| start.pose.to_array()) else {
+            return Err(refused("it moves; wait until it stands"));
+        };
+        let current = self.current().await?;
+        turn.course.last = current;
+        turn.course.stations.clear();
+        turn.course.stations.push_back((current, start));
+        Ok(check.guards(Guards::NONE.reach(true).unknown_start(true)))
+    }
+
+    /// What lets a queue run: only what was checked from where the arm stands may wait there.
+    async fn hold_release<'a>(
+        &self,
+        held: &'a Held,
+        frame: &Frame<'_>,
+        deadline: Instant,
+    ) -> Result<Turn<'a>> {
+        let turn = self.take_fence(held, deadline).await?;
+        let room = self.left_space().await?;
+        let (_, capacity) = self.stats().await?;
+        let waiting = capacity.saturating_sub(room);
+        if waiting == 0 {
+            if frame.id() != QueuedCmdStartExec::ROW.id {
+                held.forget();
+            }
+            return Ok(turn);
+        }
+        let current = self.current().await?;
+        let known = turn.course.breaks == turn.breaks && turn.course.end.is_some();
+        let ours = turn.course.last.saturating_sub(current);
+        if !known || u64::from(waiting) > ours {
+            let (commands, were) = match waiting {
+                1 => ("1 command waits", "was"),
+                _ => ("commands wait", "were"),
+            };
+            return Err(refused(&format!(
+                "{commands} in its queue that {were} not checked from where it stands; `magician stop` drops what waits"
+            )));
+        }
+        if frame.id() == QueuedCmdStartExec::ROW.id {
+            if self.exposure().stopped() {
+                self.stands_at_station(&turn, current).await?;
+            }
+            return Ok(turn);
+        }
+        // What an alarm has ended counts as finished, wherever the arm was.
+        if self.alarms().await?.blocking() {
+            return Err(refused(
+                "an alarm holds commands in its queue that were to begin elsewhere; `magician stop` drops what waits",
+            ));
+        }
+        let before: Pose = self.get().await?;
+        sleep(APART).await;
+        if self.get::<Pose>().await? == before {
+            self.stands_at_station(&turn, current).await?;
+        }
+        Ok(turn)
+    }
+
+    /// A queue that stood: nobody has moved the arm meanwhile.
+    async fn stands_at_station(&self, turn: &Turn<'_>, current: u64) -> Result<()> {
+        let stations = turn.course.stations.iter().rev();
+        let station = stations.into_iter().find(|(index, _)| *index <= current);
+        let pose: Pose = self.get().await?;
+        let stands = [pose.x, pose.y, pose.z, pose.r].map(f64::from);
+        let is_there = station.is_some_and(|(_, station)| {
+            let off = station.iter().zip(stands).map(|(was, is)| (was - is).abs());
+            off.fold(0.0, f64::max) <= NEAR
+        });
+        match is_there {
+            true => Ok(()),
+            false => Err(refused(
+                "it does not stand where its last command left it; `magician stop` drops what waits",
+            )),
+        }
+    }
+
+    /// The right to jog, and where from.
+    pub(super) async fn hold_jog(
+        &self,
+        deadline: Instant,
+    ) -> Result<Option<(Turn<'_>, Preflight)>> {
+        let Some(held) = self.inner.held.as_ref().filter(|held| held.bounds_motion()) else {
+            return Ok(None);
+        };
+        let mut turn = self.take_fence(held, deadline).await?;
+        let check = self.read_standing(&mut turn).await?;
+        held.forget();
+        Ok(Some((turn, check)))
+    }
+
+    /// The right to run a program, with where it begins.
+    pub(super) async fn hold_run(&self, begins: bool) -> Result<Option<Turn<'_>>> {
+        let Some(held) = self.inner.held.as_ref().filter(|held| held.bounds_motion()) else {
+            return Ok(None);
+        };
+        let mut turn = self.take_fence(held, self.call_deadline()).await?;
+        if begins {
+            turn.then = Some(self.course_end(&mut turn).await?);
+        }
+        Ok(Some(turn))
+    }
+}
+
+/// What a fence cannot be held against.
+fn refused(why: &str) -> Error {
+    Error::guarded(
+        "fence",
+        format!("this arm has a fence, and {why}; nothing was sent"),
+    )
+}

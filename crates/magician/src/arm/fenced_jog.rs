@@ -1,0 +1,164 @@
+//! Jogs under a fence: when the stop has to go out, so that the tool is at rest before it.
+
+use magician_motion::{ArmState, JogAxis, Plan, Planner, Rates, Speeds, Trajectory};
+use magician_protocol::JogCommand;
+use magician_protocol::commands::{
+    JogCmd, JogCommonParams, JogCoordinateParams, JogJointParams, Pose,
+};
+use tokio::time::Instant;
+
+use super::Arm;
+use super::driver::micros;
+use super::fence::Turn;
+use crate::connection::Micros;
+use crate::words::Preflight;
+use crate::{Error, Result};
+
+/// What may pass between the instant at which a stop is due and the arm that obeys it, besides the line's own time.
+const LATE: Micros = 60_000;
+/// Round trips that the stop may have to wait for.
+const TRIPS: Micros = 4;
+
+/// A jog that has to be stopped.
+#[derive(Clone, Debug)]
+pub(super) struct FencedJog {
+    motion: Trajectory,
+    axis: JogAxis,
+    positive: bool,
+    /// The stop has to go out at this time of the jog at the latest, us.
+    stop: Micros,
+}
+
+impl FencedJog {
+    /// When it has to be stopped if it begins now: it cannot have begun before.
+    pub(super) fn latest(&self, now: Micros) -> Micros {
+        now.saturating_add(self.stop)
+    }
+
+    /// The same, where the arm was seen on its way by a look that was asked for then.
+    pub(super) fn latest_after(&self, asked: Micros, pose: &Pose) -> Micros {
+        let seen = ArmState {
+            joints: pose.joint_angle.map(f64::from).into(),
+            pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from).into(),
+        };
+        let sign = if self.positive { 1.0 } else { -1.0 };
+        let place = |state: &ArmState| sign * self.axis.value(state);
+        let reached = place(&seen);
+        let (mut early, mut late) = (0, self.motion.duration_us());
+        while late - early > 1000 {
+            let middle = early + (late - early) / 2;
+            match place(&self.motion.sample(middle)) < reached {
+                true => early = middle,
+                false => late = middle,
+            }
+        }
+        asked.saturating_add(self.stop.saturating_sub(early))
+    }
+}
+
+fn jog_of(command: &JogCmd) -> Option<magician_motion::Jog> {
+    let (number, positive) = match command.cmd {
+        JogCommand::Axis1Plus => (0, true),
+        JogCommand::Axis1Minus => (0, false),
+        JogCommand::Axis2Plus => (1, true),
+        JogCommand::Axis2Minus => (1, false),
+        JogCommand::Axis3Plus => (2, true),
+        JogCommand::Axis3Minus => (2, false),
+        JogCommand::Axis4Plus => (3, true),
+        JogCommand::Axis4Minus => (3, false),
+        _ => return None,
+    };
+    let axes = match command.is_joint.is_on() {
+        true => [JogAxis::J1, JogAxis::J2, JogAxis::J3, JogAxis::J4],
+        false => [JogAxis::X, JogAxis::Y, JogAxis::Z, JogAxis::R],
+    };
+    let axis = axes.get(number).copied()?;
+    Some(magician_motion::Jog { axis, positive })
+}
+
+impl Arm {
+    /// Whether jogs have to keep to a fence.
+    pub(super) fn fences_jogs(&self) -> bool {
+        self.fence()
+            .is_some_and(|fence| fence.bounds_space() || fence.top_speed().is_some())
+    }
+
+    /// The right to jog, and how far: nothing without a fence, no limit where none is in the way.
+    pub(super) async fn fence_jog(
+        &self,
+        command: &JogCmd,
+        deadline: Instant,
+    ) -> Result<Option<(Turn<'_>, Option<FencedJog>)>> {
+        let (Some(turn), Some(jog)) = (self.hold_jog(deadline).await?, jog_of(command)) else {
+            return Ok(None);
+        };
+        let (turn, check) = turn;
+        let joint: JogJointParams = self.get().await?;
+        let space: JogCoordinateParams = self.get().await?;
+        let asked = Instant::now();
+        let share: JogCommonParams = self.get().await?;
+        let trip = micros(asked.elapsed());
+        let ([along, _, _, _], [push, _, _, _]) = (space.velocity, space.acceleration);
+        let [_, _, _, round] = space.velocity;
+        let [_, _, _, twist] = space.acceleration;
+        let (along, push) = match jog.axis {
+            JogAxis::Y => (space.velocity[1], space.acceleration[1]),
+            JogAxis::Z => (space.velocity[2], space.acceleration[2]),
+            _ => (along, push),
+        };
+        let speeds = Speeds {
+            joint_velocity: joint.velocity.map(f64::from),
+            joint_acceleration: joint.acceleration.map(f64::from),
+            linear_velocity: along.into(),
+            linear_acceleration: push.into(),
+            rotation_velocity: round.into(),
+            rotation_acceleration: twist.into(),
+            velocity_ratio: share.velocity_ratio.into(),
+            acceleration_ratio: 100.0,
+        };
+        let planner = check.jog_planner();
+        let rates = speeds.jog(jog.axis, &planner.ceilings)?;
+        let fenced = fenced(&check, &planner, jog, rates, LATE + TRIPS * trip)?;
+        Ok(Some((turn, fenced)))
+    }
+}
+
+/// How far a jog may go from where the arm stands; `late` passes until a stop is obeyed.
+fn fenced(
+    check: &Preflight,
+    planner: &Planner,
+    jog: magician_motion::Jog,
+    rates: Rates,
+    late: Micros,
+) -> Result<Option<FencedJog>> {
+    let (Some(fence), Some(from)) = (check.held_fence(), check.arm()) else {
+        return Ok(None);
+    };
+    let Plan { trajectory, .. } = planner.jog(from, jog, rates, 0.0)?;
+    fence.check_speed_of(&trajectory).map_err(Error::fenced)?;
+    let Some((crossing, _)) = fence.first_crossing(&trajectory) else {
+        return Ok(None);
+    };
+    let stops_before = |at_us| {
+        let stop = planner.jog_stop(&trajectory, at_us, rates.acceleration);
+        fence.first_crossing(&stop.trajectory).is_none()
+    };
+    let (mut early, mut latest) = (0, crossing);
+    while latest - early > 500 {
+        let middle = early + (latest - early) / 2;
+        match stops_before(middle) {
+            true => early = middle,
+            false => latest = middle,
+        }
+    }
+    if early <= late {
+        // So near that it would be beyond before it stands again.
+        fence.check_way(&trajectory).map_err(Error::fenced)?;
+    }
+    Ok(Some(FencedJog {
+        motion: trajectory,
+        axis: jog.axis,
+        positive: jog.positive,
+        stop: early - late,
+    }))
+}
