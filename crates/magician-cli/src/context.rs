@@ -515,7 +515,8 @@ impl Context {
     async fn connect(&mut self, sim: Option<Sim>) -> Result<Connected, Failure> {
         let port = self.global.port.clone();
         let target = self.target(sim)?;
-        let options = self.options()?;
+        let config = self.config()?;
+        let options = self.options()?.for_arm(config.arm_at(&target));
         let tool = self.global.virtual_tool;
         if tool.is_some() && !matches!(target, Target::Sim(_)) {
             let hint = "`magician set EndEffectorParams x_bias=X y_bias=Y z_bias=Z` tells the arm";

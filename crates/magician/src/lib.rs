@@ -32,6 +32,8 @@
 #![forbid(unsafe_code)]
 
 mod arm;
+#[cfg(feature = "config")]
+pub mod arms;
 pub mod blocking;
 #[cfg(feature = "lines")]
 pub mod discovery;

@@ -198,7 +198,9 @@ impl Registry {
 
     /// Opens a port and finds out what is there.
     fn open(&self, target: &Target, ask_in_text: bool) -> magician::Result<Met> {
-        let options = self.options();
+        // A fence that nobody can read is no reason to move without one.
+        let known = magician::arms::load()?;
+        let options = self.options().for_arm(magician::arms::at(&known, target));
         if let Target::Sim(speed) = target {
             return self.open_virtual(self.pool.take(*speed), options);
         }

@@ -1,130 +1,137 @@
-//! `[arms.NAME]`: what is true of one arm.
+//! `[arms.NAME]`: what is true of one arm. It is read where every door reads it, in [`magician::arms`]; here a person changes it.
 
-use magician::Target;
+use magician::arms::KnownArm;
 use magician_program::{Lines, Problem};
 use toml::Spanned;
 use toml::de::DeValue;
 
-/// The table of all arms.
-pub(super) const TABLE: &str = "arms";
+pub(super) use magician::arms::TABLE;
 
-/// What is known of one arm.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Arm {
-    /// Where it is, as `--port` takes it.
-    port: String,
-    /// Whether a laser may be mounted on it.
-    laser: bool,
+/// What can be said of an arm, and how it is shown when nobody has.
+const SETTINGS: [(&str, &str, Kind); 7] = [
+    ("port", "", Kind::Text),
+    ("laser", "true", Kind::Flag),
+    ("fence.floor", "no floor", Kind::Number),
+    ("fence.box", "no box", Kind::Box),
+    ("fence.keep_out", "no keep-outs", Kind::Boxes),
+    ("fence.top_speed", "no top speed", Kind::Number),
+    ("fence.strongest_laser", "100", Kind::Number),
+];
+
+#[derive(Clone, Copy)]
+enum Kind {
+    Text,
+    Flag,
+    Number,
+    Box,
+    Boxes,
 }
 
 /// The arms of a file, or where it is wrong.
-pub(super) fn read(lines: &Lines<'_>, table: &Spanned<DeValue<'_>>) -> Result<Vec<Arm>, Problem> {
-    let wrong = |place, message: String| Problem::new(lines.origin(place), message);
-    let DeValue::Table(arms) = table.get_ref() else {
-        let message = "write [arms.NAME] and its values below it".to_owned();
-        return Err(wrong(table.span(), message));
-    };
-    let mut known = Vec::new();
-    for (name, arm) in arms {
-        let full = format!("{TABLE}.{}", name.get_ref());
-        let DeValue::Table(values) = arm.get_ref() else {
-            return Err(wrong(
-                arm.span(),
-                format!("write [{full}] and its values below it"),
-            ));
-        };
-        let (mut port, mut laser) = (None, true);
-        for (key, value) in values {
-            match (key.get_ref().as_ref(), value.get_ref()) {
-                ("port", DeValue::String(text)) => {
-                    let target = text.parse::<Target>();
-                    target.map_err(|error| wrong(value.span(), format!("{full}.port: {error}")))?;
-                    port = Some(text.to_string());
-                }
-                ("port", _) => {
-                    return Err(wrong(
-                        value.span(),
-                        format!("{full}.port: expected a text in quotes"),
-                    ));
-                }
-                ("laser", DeValue::Boolean(mounted)) => laser = *mounted,
-                ("laser", _) => {
-                    return Err(wrong(
-                        value.span(),
-                        format!("{full}.laser: expected true or false"),
-                    ));
-                }
-                (other, _) => {
-                    let problem =
-                        wrong(key.span(), format!("there is no setting `{full}.{other}`"));
-                    return Err(problem.help("an arm has port and laser"));
-                }
-            }
+pub(super) fn read(
+    lines: &Lines<'_>,
+    table: &Spanned<DeValue<'_>>,
+) -> Result<Vec<KnownArm>, Problem> {
+    magician::arms::read(table).map_err(|flaw| {
+        let problem = Problem::new(lines.origin(flaw.place), flaw.message);
+        match flaw.help {
+            Some(help) => problem.help(help),
+            None => problem,
         }
-        let Some(port) = port else {
-            let message = format!("{full} does not say which arm it is");
-            return Err(wrong(name.span(), message).help("port = \"...\" does, as --port takes it"));
-        };
-        known.push(Arm { port, laser });
-    }
-    Ok(known)
+    })
 }
 
-/// Whether a laser may be mounted on the arm at this port: yes, unless the file says that there is none.
-pub(super) fn laser_is_mounted(arms: &[Arm], port: Option<&str>) -> bool {
-    let same = |arm: &&Arm| {
-        let (known, meant) = (arm.port.parse::<Target>(), port.map(str::parse::<Target>));
-        matches!((known, meant), (Ok(known), Some(Ok(meant))) if known == meant)
-    };
-    arms.iter().find(same).is_none_or(|arm| arm.laser)
+/// Whether this is the name of something that can be said of an arm: `arms.NAME.fence.floor` and the like.
+pub(crate) fn is_name(name: &str) -> bool {
+    setting(name).is_some()
+}
+
+/// Every name for an arm that is called so.
+pub(crate) fn names_of(arm: &str) -> impl Iterator<Item = (String, &'static str)> {
+    SETTINGS
+        .iter()
+        .map(move |(setting, default, _)| (format!("{TABLE}.{arm}.{setting}"), *default))
+}
+
+/// How it is shown when nobody has said it.
+pub(crate) fn default_of(name: &str) -> &'static str {
+    setting(name).map_or("", |(default, _)| default)
+}
+
+fn setting(name: &str) -> Option<(&'static str, Kind)> {
+    let (arm, setting) = name
+        .strip_prefix(TABLE)?
+        .strip_prefix('.')?
+        .split_once('.')?;
+    let bare = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if arm.is_empty() || !arm.chars().all(bare) {
+        return None;
+    }
+    let mut known = SETTINGS.iter();
+    let (_, default, kind) = known.find(|(known, ..)| *known == setting)?;
+    Some((default, *kind))
+}
+
+/// A value that a person has typed, as TOML writes it.
+pub(crate) fn written(name: &str, value: &str) -> Result<String, String> {
+    let value = value.trim();
+    let (_, kind) = setting(name).ok_or("no such setting")?;
+    match kind {
+        Kind::Text => Ok(toml::Value::from(value).to_string()),
+        Kind::Flag if ["true", "false"].contains(&value) => Ok(value.to_owned()),
+        Kind::Flag => Err("expected true or false".to_owned()),
+        Kind::Number => value
+            .parse::<f64>()
+            .map(|number| toml::Value::from(number).to_string())
+            .map_err(|_| format!("`{value}` is not a number")),
+        Kind::Box | Kind::Boxes if value.starts_with('[') => Ok(value.to_owned()),
+        Kind::Box => corners(value),
+        Kind::Boxes => {
+            let boxes: Result<Vec<String>, String> = value.split(';').map(corners).collect();
+            Ok(format!("[{}]", boxes?.join(", ")))
+        }
+    }
+}
+
+/// Two corners of six numbers.
+fn corners(text: &str) -> Result<String, String> {
+    let wrong = || format!("`{text}`: expected X,Y,Z,X,Y,Z, two corners in mm");
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    match numbers.map_err(|_| wrong())?.as_slice() {
+        [a, b, c, d, e, f] => Ok(format!("[[{a:?}, {b:?}, {c:?}], [{d:?}, {e:?}, {f:?}]]")),
+        _ => Err(wrong()),
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use toml::de::DeTable;
-
     use super::*;
 
-    fn arms(text: &str) -> Result<Vec<Arm>, Problem> {
-        let lines = Lines::new(text);
-        let file = DeTable::parse(text).expect("it is TOML");
-        let (_, table) = (file.get_ref().iter())
-            .find(|(name, _)| name.get_ref() == TABLE)
-            .expect("arms");
-        read(&lines, table)
-    }
-
     #[test]
-    fn an_arm_is_known_by_its_port_and_has_a_laser_unless_the_file_says_none() {
-        let text =
-            "[arms.white]\nport = 'udp:192.168.1.5'\nlaser = false\n[arms.black]\nport = 'COM3'\n";
-        let arms = arms(text).expect("it is right");
-        let mounted = |port| laser_is_mounted(&arms, port);
-        assert!(!mounted(Some("udp:192.168.1.5")) && !mounted(Some("udp:192.168.1.5:8899")));
-        assert!(mounted(Some("COM3")) && mounted(Some("COM4")) && mounted(None));
-    }
-
-    #[test]
-    fn what_is_wrong_is_told_with_its_place() {
-        for (text, line, part) in [
-            ("arms = 3", 1, "[arms.NAME]"),
-            ("[arms]\nwhite = 3", 2, "[arms.white]"),
-            ("[arms.white]\nlaser = false", 1, "which arm"),
-            ("[arms.white]\nport = 'nowhere'", 2, "arms.white.port"),
+    fn what_a_person_types_is_what_the_file_takes() {
+        for (name, typed, written) in [
+            ("arms.white.fence.floor", "-60", Some("-60.0")),
+            ("arms.white.port", "COM3", Some("\"COM3\"")),
+            ("arms.white.laser", "false", Some("false")),
             (
-                "[arms.white]\nport = 'COM3'\nlaser = 'no'",
-                3,
-                "true or false",
+                "arms.white.fence.box",
+                "1,2,3,4,5,6",
+                Some("[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]"),
             ),
             (
-                "[arms.white]\nport = 'COM3'\nlazer = false",
-                3,
-                "arms.white.lazer",
+                "arms.w.fence.keep_out",
+                "1,2,3,4,5,6;0,0,0,1,1,1",
+                Some("[[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]]"),
             ),
+            ("arms.white.fence.floor", "low", None),
+            ("arms.white.fence.box", "1,2,3", None),
         ] {
-            let problem = arms(text).expect_err(text);
-            assert_eq!(problem.origin.line, line, "{text}");
-            assert!(problem.message.contains(part), "{text}: {problem}");
+            assert_eq!(
+                super::written(name, typed).ok().as_deref(),
+                written,
+                "{name}"
+            );
         }
+        assert!(!is_name("arms.white.roof") && !is_name("arms..laser") && !is_name("port"));
     }
 }

@@ -17,7 +17,7 @@ pub(super) fn with(text: &str, name: &str, value: &str) -> Option<String> {
         ));
     }
     let (section, key) = name
-        .split_once('.')
+        .rsplit_once('.')
         .map_or((None, name), |(a, b)| (Some(a), b));
     let line = format!("{key} = {value}\n");
     let Some(section) = section else {
@@ -71,7 +71,7 @@ pub(super) fn without(text: &str, name: &str) -> Option<String> {
 }
 
 /// Where a name and its value stand. `None` if the text is no TOML.
-fn find(text: &str, name: &str) -> Option<Option<(Range<usize>, Range<usize>)>> {
+pub(super) fn find(text: &str, name: &str) -> Option<Option<(Range<usize>, Range<usize>)>> {
     let file = DeTable::parse(text).ok()?;
     let mut table = file.get_ref();
     let mut steps = name.split('.').peekable();

@@ -1,7 +1,7 @@
 //! The file of settings. What a flag says goes before it, and what a variable of the environment says; what it does not
 //! say has a default.
 
-mod arms;
+pub(crate) mod arms;
 mod edit;
 mod keys;
 
@@ -9,7 +9,8 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use magician::ErrorKind;
+use magician::arms::KnownArm;
+use magician::{ErrorKind, Target};
 use magician_program::{Lines, Power, Problem};
 use miette::Severity;
 use serde::Serialize;
@@ -34,7 +35,7 @@ pub(crate) struct Config {
     /// What it says, as a person would type it.
     values: Vec<(&'static str, String)>,
     /// What it says of single arms.
-    arms: Vec<arms::Arm>,
+    arms: Vec<KnownArm>,
 }
 
 /// Where a value comes from.
@@ -97,7 +98,43 @@ impl Config {
 
     /// Whether a laser may be mounted on the arm at this port: `[arms.NAME] laser = false` says that there is none.
     pub(crate) fn laser_is_mounted(&self, port: Option<&str>) -> bool {
-        arms::laser_is_mounted(&self.arms, port)
+        let port = port.and_then(|port| port.parse::<Target>().ok());
+        let known = port.and_then(|port| self.arm_at(&port));
+        known.is_none_or(|arm| arm.laser)
+    }
+
+    /// What the file says of the arm at this port.
+    pub(crate) fn arm_at(&self, port: &Target) -> Option<&KnownArm> {
+        magician::arms::at(&self.arms, port)
+    }
+
+    /// Every arm that the file knows.
+    pub(crate) fn arms(&self) -> &[KnownArm] {
+        &self.arms
+    }
+
+    /// What the file says of an arm, as it is written there.
+    pub(crate) fn says_of_arm(&self, name: &str) -> Option<&str> {
+        let (_, value) = edit::find(&self.text, name)??;
+        let value = self.text.get(value)?;
+        let bare = value
+            .strip_prefix(['"', '\''])
+            .and_then(|text| text.strip_suffix(['"', '\'']));
+        Some(bare.unwrap_or(value))
+    }
+
+    /// Says this of an arm from now on, or nothing any more: `value` is how TOML writes it.
+    pub(crate) fn set_of_arm(&mut self, name: &str, value: Option<&str>) -> Result<(), Failure> {
+        let text = match value {
+            Some(value) => edit::with(&self.text, name, value),
+            None => edit::without(&self.text, name),
+        };
+        // What would be wrong with it is the better story than that it cannot be changed.
+        if let Some(text) = &text {
+            Self::of(self.path.clone(), text.clone())?;
+        }
+        let said = value.is_some();
+        self.change(text, |config| config.says_of_arm(name).is_some() == said)
     }
 
     /// A number that the file says. The check has let nothing else through.
@@ -192,7 +229,7 @@ fn read(path: &Path) -> Result<String, Failure> {
 }
 
 /// The values of a text.
-type Values = (Vec<(&'static str, String)>, Vec<arms::Arm>);
+type Values = (Vec<(&'static str, String)>, Vec<KnownArm>);
 
 /// The values of a text, or where it is wrong.
 fn check(text: &str) -> Result<Values, Problem> {

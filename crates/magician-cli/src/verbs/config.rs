@@ -4,7 +4,7 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use crate::columns::Columns;
-use crate::config::{Config, KEYS, Key, Source, near};
+use crate::config::{Config, KEYS, Key, Source, arms, near};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -19,6 +19,8 @@ Examples:
   magician config set port /dev/ttyUSB0
   magician config set tool pen
   magician config unset port
+  magician config set arms.white.port /dev/ttyUSB0
+  magician config set arms.white.fence.floor -60
 
 A flag goes before a variable of the environment (MAGICIAN_PORT, MAGICIAN_TOOL, MAGICIAN_WINDOW), and that before the \
 file. MAGICIAN_CONFIG names another file.")]
@@ -54,7 +56,7 @@ enum Deed {
 /// A setting as JSON has it.
 #[derive(Serialize)]
 struct Setting {
-    key: &'static str,
+    key: String,
     value: Option<String>,
     source: Source,
 }
@@ -74,6 +76,17 @@ impl Show {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         match self.deed {
             None => all(context),
+            Some(Deed::Get { key }) if arms::is_name(&key) => one_of_arm(&key, context),
+            Some(Deed::Set { key, value }) if arms::is_name(&key) => {
+                let text = arms::written(&key, &value);
+                let text = text.map_err(|why| Failure::usage(format!("{key}: {why}")))?;
+                Config::load()?.set_of_arm(&key, Some(&text))?;
+                one_of_arm(&key, context)
+            }
+            Some(Deed::Unset { key }) if arms::is_name(&key) => {
+                Config::load()?.set_of_arm(&key, None)?;
+                one_of_arm(&key, context)
+            }
             Some(Deed::Get { key }) => one(key_named(&key)?, context),
             Some(Deed::Set { key, value }) => {
                 let key = key_named(&key)?;
@@ -109,7 +122,7 @@ fn key_named(name: &str) -> Result<&'static Key, Failure> {
 fn setting(config: &Config, key: &Key) -> Setting {
     let (value, source) = config.value(key).unzip();
     Setting {
-        key: key.name,
+        key: key.name.to_owned(),
         value,
         source: source.unwrap_or(Source::Default),
     }
@@ -123,11 +136,44 @@ fn one(key: &'static Key, context: &mut Context) -> Result<(), Failure> {
     })
 }
 
+fn setting_of_arm(config: &Config, name: &str) -> Setting {
+    let value = config.says_of_arm(name).map(str::to_owned);
+    let source = match value {
+        Some(_) => Source::File,
+        None => Source::Default,
+    };
+    Setting {
+        key: name.to_owned(),
+        value,
+        source,
+    }
+}
+
+fn one_of_arm(name: &str, context: &mut Context) -> Result<(), Failure> {
+    let setting = setting_of_arm(&Config::load()?, name);
+    context.show(&setting, |out| match &setting.value {
+        Some(value) => out.line(value),
+        None => out.line(format_args!("not set ({})", arms::default_of(name))),
+    })
+}
+
+/// What the file says of its arms.
+fn of_arms(config: &Config) -> Vec<Setting> {
+    let names = config
+        .arms()
+        .iter()
+        .flat_map(|arm| arms::names_of(&arm.name));
+    let settings = names.map(|(name, _)| setting_of_arm(config, &name));
+    settings.filter(|setting| setting.value.is_some()).collect()
+}
+
 fn all(context: &mut Context) -> Result<(), Failure> {
     let config = Config::load()?;
     let all = All {
         path: path_of(&config),
-        settings: KEYS.iter().map(|key| setting(&config, key)).collect(),
+        settings: (KEYS.iter().map(|key| setting(&config, key)))
+            .chain(of_arms(&config))
+            .collect(),
     };
     context.show(&all, |out| {
         let mut columns = Columns::default();
@@ -142,6 +188,13 @@ fn all(context: &mut Context) -> Result<(), Failure> {
             match roomy {
                 true => columns.row([key.name, value, source, key.about]),
                 false => columns.row([key.name, value, source]),
+            }
+        }
+        for setting in all.settings.iter().skip(KEYS.len()) {
+            let value = setting.value.as_deref().unwrap_or_default();
+            match roomy {
+                true => columns.row([setting.key.as_str(), value, "file", ""]),
+                false => columns.row([setting.key.as_str(), value, "file"]),
             }
         }
         columns.write(out)?;

@@ -129,6 +129,9 @@ impl Core {
         let options = options(py, timeout, window, probe, reconnect, echo)?;
         let target = py.detach(|| target(port));
         let target = target.map_err(|error| errors::raise(py, &error))?;
+        let known = py.detach(magician::arms::load);
+        let known = known.map_err(|error| errors::raise(py, &error))?;
+        let options = options.for_arm(magician::arms::at(&known, &target));
         Self::connecting(py, async move { Arm::connect_with(&target, options).await })
     }
 

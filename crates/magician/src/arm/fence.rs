@@ -42,10 +42,10 @@ pub(super) struct Course {
     end: Option<Preflight>,
     /// [`Held::breaks`] of then.
     breaks: u64,
-    /// The last index that it holds for.
+    /// The last index that was seen.
     last: u64,
-    /// Where each command leads that waits, and where the first begins.
-    stations: VecDeque<(u64, [f64; 4])>,
+    /// Where each command leads that waits, if that is known, and where the first begins.
+    stations: VecDeque<(u64, Option<[f64; 4]>)>,
 }
 
 /// The right to send what was checked. Nothing else is checked meanwhile.
@@ -54,7 +54,17 @@ pub(super) struct Turn<'a> {
     course: MutexGuard<'a, Course>,
     /// What is known after it, if it goes into the queue.
     then: Option<Preflight>,
+    /// The queue is empty: its next index may be any.
+    first: bool,
     breaks: u64,
+}
+
+impl Course {
+    /// How many commands wait, or run, that were followed.
+    fn waiting(&self, current: u64) -> u64 {
+        let stations = self.stations.iter();
+        stations.filter(|(index, _)| *index > current).count() as u64
+    }
 }
 
 /// What a frame is to a fence.
@@ -145,14 +155,13 @@ impl Turn<'_> {
     }
 
     fn accepted(&mut self, index: u64, then: Preflight) {
-        let follows = index == self.course.last.saturating_add(1);
-        if !follows {
+        let next = self.course.last.saturating_add(1);
+        if !(index == next || self.first && index > next) {
             // Somebody else has put a command between.
             return self.held.forget();
         }
-        if let Some(end) = then.arm() {
-            self.course.stations.push_back((index, end.pose.to_array()));
-        }
+        let end = then.arm().map(|end| end.pose.to_array());
+        self.course.stations.push_back((index, end));
         // More than a queue holds.
         if self.course.stations.len() > 64 {
             self.course.stations.pop_front();
@@ -167,16 +176,6 @@ impl Turn<'_> {
         // Whoever gives a run up leaves nothing behind that is known.
         self.course.end = None;
         self.then.take()
-    }
-
-    /// A run has ended well.
-    pub(super) fn run_ended(mut self, last: Option<QueuedCmdIndex>, end: Preflight) {
-        if let Some(QueuedCmdIndex(last)) = last {
-            self.course.last = last;
-            self.course.stations.clear();
-            self.course.end = Some(end);
-            self.course.breaks = self.breaks;
-        }
     }
 }
 
@@ -269,6 +268,7 @@ impl Arm {
             held,
             course,
             then: None,
+            first: false,
             breaks: self.breaks(held),
         })
     }
@@ -311,7 +311,7 @@ impl Arm {
         let room = self.left_space().await?;
         let (_, capacity) = self.stats().await?;
         let current = self.current().await?;
-        let ours = turn.course.last.saturating_sub(current);
+        let ours = turn.course.waiting(current);
         let waiting = u64::from(capacity.saturating_sub(room));
         // The command under way may count as waiting or not.
         Ok(ours > 0 && waiting <= ours)
@@ -324,7 +324,6 @@ impl Arm {
 
     /// All that a motion depends on, of an arm that stands with an empty queue.
     async fn read_standing(&self, turn: &mut Turn<'_>) -> Result<Preflight> {
-        turn.course.end = None;
         let room = self.left_space().await?;
         let (_, capacity) = self.stats().await?;
         if room < capacity {
@@ -343,9 +342,11 @@ impl Arm {
             return Err(refused("it moves; wait until it stands"));
         };
         let current = self.current().await?;
+        turn.first = true;
+        turn.course.end = None;
         turn.course.last = current;
         turn.course.stations.clear();
-        turn.course.stations.push_back((current, start));
+        turn.course.stations.push_back((current, Some(start)));
         Ok(check.guards(Guards::NONE.reach(true).unknown_start(true)))
     }
 
@@ -368,7 +369,7 @@ impl Arm {
         }
         let current = self.current().await?;
         let known = turn.course.breaks == turn.breaks && turn.course.end.is_some();
-        let ours = turn.course.last.saturating_sub(current);
+        let ours = turn.course.waiting(current);
         if !known || u64::from(waiting) > ours {
             let (commands, were) = match waiting {
                 1 => ("1 command waits", "was"),
@@ -400,11 +401,12 @@ impl Arm {
 
     /// A queue that stood: nobody has moved the arm meanwhile.
     async fn stands_at_station(&self, turn: &Turn<'_>, current: u64) -> Result<()> {
-        let stations = turn.course.stations.iter().rev();
-        let station = stations.into_iter().find(|(index, _)| *index <= current);
+        let mut stations = turn.course.stations.iter().rev();
+        let station = stations.find(|(index, _)| *index <= current);
+        let station = station.and_then(|(_, pose)| *pose);
         let pose: Pose = self.get().await?;
         let stands = [pose.x, pose.y, pose.z, pose.r].map(f64::from);
-        let is_there = station.is_some_and(|(_, station)| {
+        let is_there = station.is_some_and(|station| {
             let off = station.iter().zip(stands).map(|(was, is)| (was - is).abs());
             off.fold(0.0, f64::max) <= NEAR
         });

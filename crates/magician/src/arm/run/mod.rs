@@ -211,7 +211,8 @@ impl<C: Iterator<Item = Set>> Run<C> {
             }
             arm.warn_if_not_homed().await?;
         }
-        let turn = self.within_fence(&arm, begins).await?;
+        // Held to the end of the run.
+        let _turn = self.within_fence(&arm, begins).await?;
         self.plan().await?;
         self.check_ahead()?;
         if self.leftover.is_none() && self.pending.is_empty() {
@@ -247,9 +248,6 @@ impl<C: Iterator<Item = Set>> Run<C> {
             return Err(error);
         }
         arm.refused_none(self.ran.last).await?;
-        if let Some((turn, end)) = turn.zip(self.fenced.take()) {
-            turn.run_ended(self.ran.last, end);
-        }
         Ok(self.ran)
     }
 

@@ -1,0 +1,433 @@
+//! What the file of settings says of single arms: `[arms.NAME]`.
+//!
+//! Every door reads it here: the `magician` command, the Python package and the vendor's C library. An arm is known by its port.
+//!
+//! ```toml
+//! [arms.white]
+//! port = "/dev/ttyUSB0"
+//! laser = false                 # no laser is mounted: EIO 2 and 4 may drive something else
+//!
+//! [arms.white.fence]            # mm, in the arm's coordinates, for the tip of the tool
+//! floor = -60.0
+//! box = [[150, -200, -60], [310, 200, 150]]
+//! keep_out = [[[150, 80, -60], [250, 150, 40]]]
+//! top_speed = 100.0             # mm/s
+//! strongest_laser = 60.0        # percent
+//! ```
+
+use std::ffi::OsString;
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use magician_motion::{Cuboid, Fence, FenceError};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::{Error, Options, Result, Target};
+
+/// The table of all arms.
+pub const TABLE: &str = "arms";
+/// A file larger than this is none of settings.
+const LARGEST: u64 = 1 << 20;
+
+/// What is known of one arm.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct KnownArm {
+    /// What it is called.
+    pub name: String,
+    /// Where it is.
+    pub port: Target,
+    /// Whether a laser may be mounted on it.
+    pub laser: bool,
+    /// Its fence.
+    pub fence: Option<Fence>,
+}
+
+/// Something in the text that is not as it must be.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Flaw {
+    /// Where, in bytes.
+    pub place: Range<usize>,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: Option<String>,
+}
+
+impl Flaw {
+    fn new(place: Range<usize>, message: impl Into<String>) -> Self {
+        Self {
+            place,
+            message: message.into(),
+            help: None,
+        }
+    }
+
+    fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        match &self.help {
+            Some(help) => write!(f, "; {help}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The file of settings: `MAGICIAN_CONFIG`, or `magician/config.toml` in the system's directory for settings.
+#[must_use]
+pub fn file() -> Option<PathBuf> {
+    file_by(|name| std::env::var_os(name))
+}
+
+fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+    let set = |name| variable(name).filter(|value| !value.is_empty());
+    if let Some(path) = set("MAGICIAN_CONFIG") {
+        return Some(path.into());
+    }
+    let config = set("XDG_CONFIG_HOME").map(PathBuf::from);
+    let config = config.filter(|path| path.is_absolute());
+    let local = || match (cfg!(windows), cfg!(target_os = "macos")) {
+        (true, _) => set("APPDATA").map(PathBuf::from),
+        (_, true) => {
+            set("HOME").map(|home| PathBuf::from(home).join("Library/Application Support"))
+        }
+        _ => set("HOME").map(|home| PathBuf::from(home).join(".config")),
+    };
+    Some(config.or_else(local)?.join("magician").join("config.toml"))
+}
+
+/// What the file of this user says of its arms; one that is not there says nothing.
+///
+/// # Errors
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) with file, line and column for one that cannot be read: a fence that
+/// nobody can read is no reason to move without one.
+pub fn load() -> Result<Vec<KnownArm>> {
+    match file() {
+        Some(path) => load_from(&path),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// As [`load`], of this file.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_from(path: &Path) -> Result<Vec<KnownArm>> {
+    let unreadable = |why: &dyn fmt::Display| {
+        Error::invalid(format!("{} cannot be read: {why}", path.display()))
+    };
+    match std::fs::metadata(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Ok(about) if about.len() > LARGEST => {
+            return Err(unreadable(&"it is too large for settings"));
+        }
+        _ => {}
+    }
+    let text = std::fs::read_to_string(path).map_err(|error| unreadable(&error))?;
+    read_text(&text).map_err(|flaw| {
+        let before = text.get(..flaw.place.start).unwrap_or(&text);
+        let line = before.matches('\n').count() + 1;
+        let column = before
+            .rsplit('\n')
+            .next()
+            .unwrap_or_default()
+            .chars()
+            .count()
+            + 1;
+        Error::invalid(format!("{}:{line}:{column}: {flaw}", path.display()))
+    })
+}
+
+/// The arms of a text.
+///
+/// # Errors
+/// Where it is wrong.
+pub fn read_text(text: &str) -> std::result::Result<Vec<KnownArm>, Flaw> {
+    let file = DeTable::parse(text)
+        .map_err(|error| Flaw::new(error.span().unwrap_or_default(), error.message().trim()))?;
+    let table = file.get_ref().iter();
+    let table = table.into_iter().find(|(name, _)| name.get_ref() == TABLE);
+    table.map_or(Ok(Vec::new()), |(_, table)| read(table))
+}
+
+/// The arms of the table `arms`.
+///
+/// # Errors
+/// Where it is wrong.
+pub fn read(table: &Spanned<DeValue<'_>>) -> std::result::Result<Vec<KnownArm>, Flaw> {
+    let DeValue::Table(arms) = table.get_ref() else {
+        return Err(Flaw::new(
+            table.span(),
+            "write [arms.NAME] and its values below it",
+        ));
+    };
+    arms.iter().map(|(name, arm)| one(name, arm)).collect()
+}
+
+fn one(
+    name: &Spanned<std::borrow::Cow<'_, str>>,
+    arm: &Spanned<DeValue<'_>>,
+) -> std::result::Result<KnownArm, Flaw> {
+    let full = format!("{TABLE}.{}", name.get_ref());
+    let DeValue::Table(values) = arm.get_ref() else {
+        return Err(Flaw::new(
+            arm.span(),
+            format!("write [{full}] and its values below it"),
+        ));
+    };
+    let (mut port, mut laser, mut fence) = (None, true, None);
+    for (key, value) in values {
+        let wrong =
+            |what: &str| Flaw::new(value.span(), format!("{full}.{}: {what}", key.get_ref()));
+        match (key.get_ref().as_ref(), value.get_ref()) {
+            ("port", DeValue::String(text)) => {
+                let target = text.parse::<Target>();
+                port = Some(target.map_err(|error| wrong(&error.to_string()))?);
+            }
+            ("port", _) => return Err(wrong("expected a text in quotes")),
+            ("laser", DeValue::Boolean(mounted)) => laser = *mounted,
+            ("laser", _) => return Err(wrong("expected true or false")),
+            ("fence", _) => fence = Some(fence_of(&full, value)?),
+            (other, _) => {
+                let flaw = Flaw::new(key.span(), format!("there is no setting `{full}.{other}`"));
+                return Err(flaw.help("an arm has port, laser and fence"));
+            }
+        }
+    }
+    let Some(port) = port else {
+        let flaw = Flaw::new(name.span(), format!("{full} does not say which arm it is"));
+        return Err(flaw.help("port = \"...\" does, as --port takes it"));
+    };
+    Ok(KnownArm {
+        name: name.get_ref().to_string(),
+        port,
+        laser,
+        fence: fence.filter(|fence| !fence.is_empty()),
+    })
+}
+
+fn fence_of(arm: &str, table: &Spanned<DeValue<'_>>) -> std::result::Result<Fence, Flaw> {
+    let full = format!("{arm}.fence");
+    let DeValue::Table(values) = table.get_ref() else {
+        return Err(Flaw::new(
+            table.span(),
+            format!("write [{full}] and its values below it"),
+        ));
+    };
+    let mut fence = Fence::default();
+    for (key, value) in values {
+        let wrong = |why: String| Flaw::new(value.span(), format!("{full}.{why}"));
+        let name = key.get_ref().as_ref();
+        let expected = |what: &str| wrong(format!("{name}: expected {what}"));
+        let flawed = |error: FenceError| wrong(error.to_string());
+        let a_number = || number(value.get_ref()).ok_or_else(|| expected("a number"));
+        let corners = "two corners, [[x, y, z], [x, y, z]]";
+        fence = match name {
+            "floor" => fence.with_floor(a_number()?).map_err(flawed)?,
+            "top_speed" => fence.with_top_speed(a_number()?).map_err(flawed)?,
+            "strongest_laser" => fence.with_strongest_laser(a_number()?).map_err(flawed)?,
+            "box" => {
+                let within = cuboid(value.get_ref()).ok_or_else(|| expected(corners))?;
+                fence.with_box(within).map_err(flawed)?
+            }
+            "keep_out" => {
+                let DeValue::Array(boxes) = value.get_ref() else {
+                    return Err(expected("a list of boxes, each of two corners"));
+                };
+                for each in boxes {
+                    let wrong = |why: String| Flaw::new(each.span(), format!("{full}.{why}"));
+                    let keep_out = cuboid(each.get_ref());
+                    let keep_out =
+                        keep_out.ok_or_else(|| wrong(format!("keep_out: expected {corners}")))?;
+                    let more = fence.with_keep_out(keep_out);
+                    fence = more.map_err(|error| wrong(error.to_string()))?;
+                }
+                fence
+            }
+            other => {
+                let flaw = Flaw::new(key.span(), format!("there is no setting `{full}.{other}`"));
+                return Err(
+                    flaw.help("a fence has floor, box, keep_out, top_speed and strongest_laser")
+                );
+            }
+        };
+    }
+    Ok(fence)
+}
+
+fn number(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Integer(number) => i64::from_str_radix(number.as_str(), number.radix())
+            .ok()
+            .map(|number| number as f64),
+        DeValue::Float(number) => number.as_str().parse().ok(),
+        _ => None,
+    }
+}
+
+fn point(value: &DeValue<'_>) -> Option<[f64; 3]> {
+    let DeValue::Array(numbers) = value else {
+        return None;
+    };
+    let numbers: Option<Vec<f64>> = numbers.iter().map(|each| number(each.get_ref())).collect();
+    numbers?.try_into().ok()
+}
+
+fn cuboid(value: &DeValue<'_>) -> Option<Cuboid> {
+    let DeValue::Array(corners) = value else {
+        return None;
+    };
+    let mut corners = corners.iter().map(|corner| point(corner.get_ref()));
+    match (corners.next(), corners.next(), corners.next()) {
+        (Some(Some(min)), Some(Some(max)), None) => Some(Cuboid { min, max }),
+        _ => None,
+    }
+}
+
+/// The arm at this port, if one of these is.
+#[must_use]
+pub fn at<'a>(arms: &'a [KnownArm], port: &Target) -> Option<&'a KnownArm> {
+    arms.iter().find(|arm| arm.port == *port)
+}
+
+impl Options {
+    /// What is known of the arm that is to be connected: its [`laser_pins`](Self::laser_pins) and its
+    /// [`fence`](Self::fence).
+    #[must_use]
+    pub fn for_arm(self, known: Option<&KnownArm>) -> Self {
+        match known {
+            Some(known) => self.laser_pins(known.laser).fence(known.fence),
+            None => self,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &str = "\
+[arms.white]
+port = 'udp:192.168.1.5'
+laser = false
+
+[arms.white.fence]
+floor = -60
+box = [[150, -200, -60.0], [310, 200, 150]]
+keep_out = [[[150, 80, -60], [250, 150, 40]], [[0, 0, 0], [1, 1, 1]]]
+top_speed = 100.0
+strongest_laser = 60
+
+[arms.black]
+port = 'COM3'
+";
+
+    #[test]
+    fn an_arm_is_known_by_its_port() {
+        let arms = read_text(FILE).expect("it is right");
+        let known = |port: &str| at(&arms, &port.parse().expect("a port"));
+        let white = known("udp:192.168.1.5:8899").expect("the white one");
+        let fence = white.fence.expect("it has one");
+        assert!(!white.laser && fence.floor() == Some(-60.0));
+        assert_eq!(
+            fence.within().map(|within| within.max),
+            Some([310.0, 200.0, 150.0])
+        );
+        assert_eq!(fence.keep_outs().len(), 2);
+        assert_eq!(
+            (fence.top_speed(), fence.strongest_laser()),
+            (Some(100.0), Some(60.0))
+        );
+        let black = known("COM3").expect("the black one");
+        assert!(black.laser && black.fence.is_none());
+        assert!(known("COM4").is_none());
+        let options = Options::default().for_arm(Some(white));
+        assert!(options.fence == Some(fence) && !options.laser_pins);
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_place() {
+        let fence = |line: &str| format!("[arms.white]\nport = 'COM3'\n[arms.white.fence]\n{line}");
+        for (text, line, part) in [
+            ("arms = 3".to_owned(), 1, "[arms.NAME]"),
+            ("[arms]\nwhite = 3".to_owned(), 2, "[arms.white]"),
+            ("[arms.white]\nlaser = false".to_owned(), 1, "which arm"),
+            (
+                "[arms.white]\nport = 'nowhere'".to_owned(),
+                2,
+                "arms.white.port",
+            ),
+            (
+                "[arms.white]\nport = 'COM3'\nlaser = 'no'".to_owned(),
+                3,
+                "true or false",
+            ),
+            (
+                "[arms.white]\nport = 'COM3'\nlazer = false".to_owned(),
+                3,
+                "arms.white.lazer",
+            ),
+            (
+                "[arms.white]\nport = 'COM3'\nfence = 3".to_owned(),
+                3,
+                "[arms.white.fence]",
+            ),
+            (fence("floor = nan"), 4, "floor: expected finite numbers"),
+            (fence("floor = 'low'"), 4, "floor: expected a number"),
+            (fence("\nroof = 3"), 5, "arms.white.fence.roof"),
+            (fence("box = [[0, 0, 0], [10, 10, -10]]"), 4, "is not on z"),
+            (fence("box = [[0, 0], [10, 10]]"), 4, "two corners"),
+            (
+                fence("keep_out = [\n[[0, 0, 0], [10, 10, 10]],\n[[0, 0, 0], [-1, 10, 10]]]"),
+                6,
+                "is not on x",
+            ),
+            (fence("top_speed = 0"), 4, "above 0"),
+            (fence("strongest_laser = 120"), 4, "0 to 100"),
+        ] {
+            let flaw = read_text(&text).expect_err(&text);
+            let found = text[..flaw.place.start].matches('\n').count() + 1;
+            assert_eq!(found, line, "{text}");
+            assert!(flaw.to_string().contains(part), "{text}: {flaw}");
+        }
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn the_file_has_its_place_or_the_one_that_is_named() {
+        let with = |name: &'static str, value: &'static str| {
+            file_by(move |asked| (asked == name).then(|| value.into()))
+        };
+        assert_eq!(
+            with("XDG_CONFIG_HOME", "/config"),
+            Some("/config/magician/config.toml".into())
+        );
+        assert_eq!(with("MAGICIAN_CONFIG", "my.toml"), Some("my.toml".into()));
+        assert_eq!(with("MAGICIAN_CONFIG", ""), None);
+    }
+
+    #[test]
+    fn a_file_that_cannot_be_read_is_told_with_line_and_column() {
+        let directory = tempfile::tempdir().expect("a directory");
+        let path = directory.path().join("config.toml");
+        assert_eq!(load_from(&path).expect("nothing there"), []);
+        std::fs::write(
+            &path,
+            "port = 'COM3'\n[arms.white]\nport = 'COM3'\nlazer = 1\n",
+        )
+        .expect("a disk");
+        let error = load_from(&path).unwrap_err().to_string();
+        assert!(
+            error.contains("config.toml:4:1: there is no setting"),
+            "{error}"
+        );
+    }
+}
