@@ -13,6 +13,7 @@ mod debts;
 mod diagnostics;
 mod dirs;
 mod failure;
+mod fence;
 mod interrupt;
 mod log;
 mod mounted;

@@ -2,7 +2,7 @@
 
 use magician_host::Set;
 use magician_host::words::{self, Preflight};
-use magician_motion::{ArmModel, ToolBias};
+use magician_motion::{ArmModel, Fence, ToolBias};
 
 use crate::artwork::{Layout, Marking, Misfit, Order, Sheet, rotated};
 use crate::raster::{Engrave, Grid, Size, Trace};
@@ -49,6 +49,8 @@ pub struct Setup {
     pub power: Option<Power>,
     /// Full power, if nobody asks for another.
     pub usual_power: Option<Power>,
+    /// The fence of the arm: what is made to fit keeps to it.
+    pub fence: Option<Fence>,
 }
 
 mod fitting;
@@ -140,6 +142,7 @@ impl Default for Setup {
             laser_speed: None,
             power: None,
             usual_power: None,
+            fence: None,
         }
     }
 }
@@ -182,6 +185,7 @@ impl Setup {
             notes,
             scale,
             misfit,
+            fence: self.fence,
         })
     }
 

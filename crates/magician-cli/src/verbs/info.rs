@@ -8,6 +8,7 @@ use crate::columns::Columns;
 use crate::context::Context;
 use crate::debts::Access;
 use crate::failure::Failure;
+use crate::fence::Bounds;
 
 /// Show who the arm is and how it is
 #[derive(Args, Debug)]
@@ -27,11 +28,17 @@ struct Answer {
     queue_left_space: u32,
     /// Whether the laser is on; null where the arm does not say.
     laser: Option<bool>,
+    /// The fence that this computer holds it to, if there is one.
+    fence: Option<Bounds>,
 }
 
 impl Info {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let answer = context.with_arm(Access::Reads, async |arm, _| read(arm).await)?;
+        let answer = context.with_arm(Access::Reads, async |arm, _| {
+            let fence = arm.fence().map(ToString::to_string);
+            Ok((read(arm).await?, fence))
+        })?;
+        let (answer, fence) = answer;
         context.show(&answer, |out| {
             let mut columns = Columns::default();
             columns.row(["port", &answer.port]);
@@ -48,6 +55,9 @@ impl Info {
             columns.row(["rail", if answer.with_l { "in use" } else { "none" }]);
             columns.row(["alarms", &alarms(&answer.alarms)]);
             columns.row(["laser", laser(answer.laser)]);
+            if let Some(fence) = &fence {
+                columns.row(["fence", fence]);
+            }
             let (current, left) = (answer.queue_current_index, answer.queue_left_space);
             columns.row([
                 "queue",
@@ -82,6 +92,7 @@ async fn read(arm: &Arm) -> Result<Answer, Failure> {
         queue_current_index: arm.current_index().await?.0,
         queue_left_space: arm.left_space().await?,
         laser: arm.laser().await?,
+        fence: arm.fence().map(Bounds::from),
     })
 }
 

@@ -5,6 +5,8 @@ mod way;
 
 pub use breach::{Breach, FenceError, FencePart};
 
+use core::fmt;
+
 use crate::Pose;
 
 /// A tip so near to a bound is on it, mm: what 32 bits and the search along a curve cost.
@@ -174,6 +176,16 @@ impl Fence {
         *self == Self::default()
     }
 
+    /// Its bounds of where the tip may be alone.
+    #[must_use]
+    pub fn in_space(self) -> Self {
+        Self {
+            top_speed: None,
+            strongest_laser: None,
+            ..self
+        }
+    }
+
     /// Whether it bounds where the tip may be.
     #[must_use]
     pub fn bounds_space(&self) -> bool {
@@ -295,6 +307,42 @@ impl Fence {
             limit,
             at: Some(tip),
         }
+    }
+}
+
+/// In a line: `floor z -60.0 mm, 2 keep-outs, at most 100.0 mm/s`.
+impl fmt::Display for Fence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut comma = "";
+        if let Some(floor) = self.floor {
+            write!(f, "floor z {floor:.1} mm")?;
+            comma = ", ";
+        }
+        if let Some(Cuboid { min, max }) = self.within {
+            let ([x, y, z], [u, v, w]) = (min, max);
+            write!(
+                f,
+                "{comma}box x {x:.1} to {u:.1}, y {y:.1} to {v:.1}, z {z:.1} to {w:.1} mm"
+            )?;
+            comma = ", ";
+        }
+        if self.count > 0 {
+            let keep_outs = if self.count == 1 {
+                "keep-out"
+            } else {
+                "keep-outs"
+            };
+            write!(f, "{comma}{} {keep_outs}", self.count)?;
+            comma = ", ";
+        }
+        if let Some(speed) = self.top_speed {
+            write!(f, "{comma}at most {speed:.1} mm/s")?;
+            comma = ", ";
+        }
+        if let Some(power) = self.strongest_laser {
+            write!(f, "{comma}laser at most {power:.1} %")?;
+        }
+        Ok(())
     }
 }
 

@@ -22,6 +22,9 @@ pub(super) fn part(trip: &Trip, options: &PreviewOptions) -> [[f64; 2]; 2] {
     ends.for_each(|[x, y, _]| extent.show([x, y]));
     let sheet = options.sheet.iter().flatten();
     sheet.for_each(|corner| extent.show(*corner));
+    if let Some(fence) = &options.fence {
+        super::fence::extend(&mut extent, fence);
+    }
     extent.part()
 }
 
@@ -48,6 +51,9 @@ pub(super) fn draw(
         svg.path(&data, &look);
     }
     panel.grid(svg);
+    if let Some(fence) = &options.fence {
+        super::fence::draw(svg, panel, fence);
+    }
     let look = |layer: &Layer| super::svg::tracks(&layer.above, |point| panel.at(point));
     layers::draw(svg, &trip.layers, look);
     for mark in &trip.marks {

@@ -1,5 +1,7 @@
 //! What the lines and signs mean, and what is wrong.
 
+use magician_motion::Fence;
+
 use super::above::{has, kinds};
 use super::layers::look;
 use super::marks::MarkKind;
@@ -28,6 +30,8 @@ enum Sign {
     Line(Leaves),
     Shades,
     Area,
+    Fence,
+    KeepOut,
     Begin,
     End,
     Mark(MarkKind),
@@ -42,10 +46,10 @@ pub(super) struct Legend {
 
 impl Legend {
     /// Lays it out for a width.
-    pub(super) fn new(trip: &Trip, report: &Report, width: f64) -> Self {
+    pub(super) fn new(trip: &Trip, report: &Report, fence: Option<&Fence>, width: f64) -> Self {
         let mut at = [0.0, 0.0];
         let mut entries = Vec::new();
-        for (sign, label) in entries_of(trip) {
+        for (sign, label) in entries_of(trip).into_iter().chain(entries_of_fence(fence)) {
             let room = sign.width() + GAP + text_width(&label);
             if at[0] > 0.0 && at[0] + room > width {
                 at = [0.0, at[1] + ROW];
@@ -131,12 +135,31 @@ fn entries_of(trip: &Trip) -> Vec<(Sign, String)> {
     entries
 }
 
+/// What is seen of a fence, and the floor, which is not.
+fn entries_of_fence(fence: Option<&Fence>) -> Vec<(Sign, String)> {
+    let mut entries = Vec::new();
+    let Some(fence) = fence else {
+        return entries;
+    };
+    let floor = fence
+        .floor()
+        .map(|floor| format!("floor at z = {} mm", signed(floor)));
+    if fence.within().is_some() || floor.is_some() {
+        let more = floor.map_or(String::new(), |floor| format!(", {floor}"));
+        entries.push((Sign::Fence, format!("fence{more}")));
+    }
+    if !fence.keep_outs().is_empty() {
+        entries.push((Sign::KeepOut, "keep-out".to_owned()));
+    }
+    entries
+}
+
 impl Sign {
     /// mm.
     fn width(&self) -> f64 {
         match self {
             Self::Line(_) | Self::Shades => 7.0,
-            Self::Area => 4.0,
+            Self::Area | Self::Fence | Self::KeepOut => 4.0,
             Self::Begin => 2.2,
             Self::End => 4.6,
             Self::Mark(_) => 3.2,
@@ -161,6 +184,8 @@ impl Sign {
                 ];
                 svg.rectangle([[x, y - 1.6], [x + 4.0, y + 1.6]], &look);
             }
+            Self::Fence => super::fence::outline(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
+            Self::KeepOut => super::fence::hatched(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
             Self::Begin => symbols::begin(svg, [x + 1.1, y]),
             Self::End => symbols::finish(svg, [x + 2.3, y]),
             Self::Mark(kind) => symbols::sign(svg, [x + 1.6, y], *kind),

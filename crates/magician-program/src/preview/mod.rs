@@ -6,6 +6,7 @@
 
 mod above;
 mod caption;
+mod fence;
 mod layers;
 mod legend;
 mod locator;
@@ -24,6 +25,7 @@ mod work;
 
 use magician_host::Geometry;
 use magician_host::words::Preflight;
+use magician_motion::Fence;
 
 use legend::Legend;
 use panel::{Panel, TICKS};
@@ -60,6 +62,8 @@ const HEAD: f64 = 16.0;
 pub struct PreviewOptions {
     /// The corners of the sheet, where it is known, in the arm's x and y, mm.
     pub sheet: Option<Vec<[f64; 2]>>,
+    /// The fence of the arm.
+    pub fence: Option<Fence>,
     /// Whether there is a view from the side; if it does not say, there is one of plans that pick and place.
     pub side: Option<bool>,
 }
@@ -69,6 +73,13 @@ impl PreviewOptions {
     #[must_use]
     pub fn sheet(mut self, corners: impl Into<Vec<[f64; 2]>>) -> Self {
         self.sheet = Some(corners.into());
+        self
+    }
+
+    /// Sets [`fence`](Self::fence).
+    #[must_use]
+    pub fn fence(mut self, fence: impl Into<Option<Fence>>) -> Self {
+        self.fence = fence.into();
         self
     }
 
@@ -217,7 +228,7 @@ impl Page {
         });
         let locator = right + MARGIN;
         let right = locator + locator::WIDTH;
-        let legend = Legend::new(trip, report, right - left);
+        let legend = Legend::new(trip, report, options.fence.as_ref(), right - left);
         let foot = bottom + TICKS[1] + 2.0;
         Self {
             size: [right + MARGIN, foot + legend.height() + MARGIN - 2.0],

@@ -2,6 +2,7 @@
 
 use magician_host::JointAngles;
 use magician_host::words::{Guards, Preflight};
+use magician_motion::Fence;
 use serde::Serialize;
 
 use super::{Frame, Placing, Setup, UNSAID, middle};
@@ -83,6 +84,8 @@ pub(super) struct Made {
     /// Its size, 1 being the true one.
     pub(super) scale: f64,
     pub(super) misfit: Option<Misfit>,
+    /// The fence that it keeps to.
+    pub(super) fence: Option<Fence>,
 }
 
 /// The largest that passes the check, or the first that was tried if none does.
@@ -95,7 +98,9 @@ impl Made {
     /// What the check says of it, once the arm has come to where it begins.
     fn report(&self) -> Report {
         let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
-        check(&self.plan, &start)
+        // How fast it goes does not depend on how large it is.
+        let fence = self.fence.map(|fence| fence.in_space()).unwrap_or_default();
+        check(&self.plan, &start.fence(fence))
     }
 
     /// Whether the arm can do all of it.
@@ -136,6 +141,7 @@ impl Setup {
             notes: laid,
             scale,
             misfit,
+            ..
         } = made;
         let mut notes: Vec<_> = reordered.into_iter().collect();
         if self.placing.fit {

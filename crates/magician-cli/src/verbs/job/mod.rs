@@ -212,7 +212,8 @@ impl Job {
         } = read;
         let taught = matches!(content, Content::Plan(_));
         let config = context.config()?;
-        let setup = self.setup(place, &config)?;
+        let mut setup = self.setup(place, &config)?;
+        setup.fence = context.fence();
         // What cannot be laid before the arm is what a check is for; a surface that nobody knows is not.
         let fails = self.look.checks() && setup.known_surface().is_some();
         let refused = |problem: Problem| {
@@ -372,7 +373,8 @@ impl Made {
 
     /// What such an arm says of itself.
     fn start_on_stage(&self) -> Result<Preflight, Failure> {
-        let arm = blocking::Arm::simulated(self.stage()?, Options::default())?;
+        let options = Options::default().fence(self.setup.fence);
+        let arm = blocking::Arm::simulated(self.stage()?, options)?;
         Ok(arm.preflight_for(&self.program.kinds())?)
     }
 

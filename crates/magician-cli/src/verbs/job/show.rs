@@ -19,6 +19,7 @@ use super::tell::clock;
 use super::{Made, Note, notes};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
+use crate::fence::Bounds;
 use crate::output::Output;
 
 /// Resolution of a PNG: about 200 dots an inch.
@@ -46,6 +47,9 @@ struct Answer {
     would_fit: Option<Option<WouldFit>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     complaints: Option<Vec<Refusal>>,
+    /// The fence of the arm, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    fence: Option<Bounds>,
     #[serde(skip_serializing_if = "Option::is_none")]
     preview: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -116,6 +120,7 @@ impl Shown<'_> {
             refused: None,
             would_fit: None,
             complaints: self.look.check.then(|| refusals.collect()),
+            fence: self.made.setup.fence.as_ref().map(Bounds::from),
             preview: self
                 .look
                 .preview
@@ -138,6 +143,9 @@ impl Shown<'_> {
         if let Some(power) = answer.estimate.power() {
             out.line(power)?;
         }
+        if let Some(fence) = &self.made.setup.fence {
+            out.line(format_args!("fence: {fence}"))?;
+        }
         if answer.ok == Some(true) {
             out.line("the arm can do all of it")?;
         }
@@ -151,6 +159,7 @@ impl Shown<'_> {
         let end = path.extension().map(|end| end.to_ascii_lowercase());
         let mut options = PreviewOptions::default();
         options.sheet = self.made.setup.sheet.and_then(|sheet| corners(&sheet));
+        options.fence = self.made.setup.fence;
         let preview = Preview::new(rest.first(), report, rest.told(), &options);
         let wrong = |error: &dyn std::fmt::Display| {
             Failure::invalid(format!("{} cannot be written: {error}", path.display()))
