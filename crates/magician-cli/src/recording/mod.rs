@@ -3,10 +3,8 @@
 //! A [`Recorder`] has a task of its own. What it has seen is in the file within a second, whatever becomes of this program.
 
 mod counted;
-mod csv;
-mod jsonl;
-mod mcap;
 mod program;
+mod readings;
 mod sink;
 
 use std::path::{Path, PathBuf};
@@ -17,6 +15,8 @@ use std::time::{Duration, Instant};
 use magician::commands::{DeviceTime, EndEffectorParams, Pose};
 use magician::protocol::AlarmSet;
 use magician::{Arm, ErrorKind, Event, Events, Link, StateWatch, Status};
+use magician_program::Tool;
+use magician_record::Reading;
 use serde::Serialize;
 use tokio::sync::{oneshot, watch};
 use tokio::task::JoinHandle;
@@ -27,7 +27,7 @@ use crate::mounted::tool_of;
 use crate::terminal::event_text;
 use counted::{Counted, recounted};
 pub(crate) use sink::Format;
-use sink::{Beginning, Reading, Sink};
+use sink::{Beginning, Sink};
 
 /// What was recorded is in the file so often.
 const FLUSH: Duration = Duration::from_secs(1);
@@ -196,8 +196,8 @@ struct Work {
     places: u32,
     counted: Counted,
     sink: Box<dyn Sink>,
-    /// The reading before.
-    last: Option<(Instant, Reading)>,
+    /// The reading before, and the tool that its pose is counted for.
+    last: Option<(Instant, Reading, Tool)>,
     tally: watch::Sender<Tally>,
     /// Why there is no line.
     broke: Option<Arc<str>>,
@@ -273,7 +273,7 @@ impl Work {
             _ => return Err(self.lost()),
         }
         // A line that was found tells the reading before once more.
-        if self.last.is_some_and(|(at, _)| at == status.at) {
+        if self.last.is_some_and(|(at, ..)| at == status.at) {
             return Ok(());
         }
         let seen = Seen {
@@ -314,27 +314,26 @@ impl Work {
             t,
             step: steps.map(|steps| steps.load(Ordering::Relaxed)),
             pose: seen.pose,
-            tool,
+            rail: None,
             index: seen.index,
             left_space: seen.left_space,
-            places: self.places,
+            capacity: self.places,
             alarms: seen.alarms,
         };
-        self.sink.write(&reading)?;
-        self.count(&reading);
-        self.last = Some((at, reading));
+        self.sink.write(&reading, tool)?;
+        self.count(&reading, tool);
+        self.last = Some((at, reading, tool));
         Ok(())
     }
 
-    fn count(&self, reading: &Reading) {
-        let way = self
-            .last
-            .as_ref()
-            .map_or(0.0, |(_, last)| way(last, reading));
-        let seconds = self
-            .last
-            .as_ref()
-            .map_or(0.0, |(_, last)| reading.t - last.t);
+    fn count(&self, reading: &Reading, tool: Tool) {
+        let (way, seconds) = match &self.last {
+            Some((_, last, was)) => {
+                let from = recounted(&last.pose, *was, tool);
+                (way(&from, &reading.pose), reading.t - last.t)
+            }
+            None => (0.0, 0.0),
+        };
         self.tally.send_modify(|tally| {
             *tally = Tally {
                 seconds: reading.t,
@@ -363,9 +362,8 @@ impl Work {
     }
 }
 
-/// From one reading to the next, mm.
-fn way(from: &Reading, to: &Reading) -> f64 {
-    let (a, b) = (&recounted(&from.pose, from.tool, to.tool), &to.pose);
+/// From one pose to the next, mm.
+fn way(a: &Pose, b: &Pose) -> f64 {
     let apart = |a: f32, b: f32| f64::from(b) - f64::from(a);
     let [x, y, z] = [apart(a.x, b.x), apart(a.y, b.y), apart(a.z, b.z)];
     (x * x + y * y + z * z).sqrt()

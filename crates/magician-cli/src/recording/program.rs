@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use magician::Event;
 use magician_program::formats::playback::Playback;
 use magician_program::{Follow, Mark, Plan, Tool, Trail};
+use magician_record::Reading;
 
 use super::counted::recounted;
-use super::sink::{Beginning, Format, Reading, Sink};
+use super::sink::{Beginning, Format, Sink};
 use crate::config::replace;
 use crate::failure::Failure;
 
@@ -80,13 +81,13 @@ impl Program {
 }
 
 impl Sink for Program {
-    fn write(&mut self, reading: &Reading) -> Result<(), Failure> {
-        if reading.tool != self.tool && self.trail.length() == 0.0 {
+    fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), Failure> {
+        if tool != self.tool && self.trail.length() == 0.0 {
             // Told before anything moved, it is the tool of what comes.
-            self.tool = reading.tool;
+            self.tool = tool;
             self.trail = Trail::new(self.tolerance);
         }
-        let pose = recounted(&reading.pose, reading.tool, self.tool);
+        let pose = recounted(&reading.pose, tool, self.tool);
         self.trail.push(Mark {
             t: reading.t,
             pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from),

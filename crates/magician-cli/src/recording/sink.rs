@@ -3,32 +3,12 @@
 use std::path::Path;
 
 use magician::Event;
-use magician::commands::Pose;
-use magician::protocol::AlarmSet;
 use magician_program::Tool;
+use magician_record::Reading;
 use serde::Serialize;
 
-use super::{csv, jsonl, mcap, program};
+use super::{program, readings};
 use crate::failure::Failure;
-
-/// What is known of the arm at an instant.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Reading {
-    /// Seconds since the beginning.
-    pub(super) t: f64,
-    /// Steps of a program that are finished, where somebody counts them.
-    pub(super) step: Option<u64>,
-    pub(super) pose: Pose,
-    /// What the pose is counted for.
-    pub(super) tool: Tool,
-    /// The queued command that was finished last.
-    pub(super) index: u64,
-    /// Free places in the queue.
-    pub(super) left_space: u32,
-    /// Its places in all.
-    pub(super) places: u32,
-    pub(super) alarms: AlarmSet,
-}
 
 /// What is known before the first reading.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +24,8 @@ pub(super) struct Beginning {
 
 /// Where readings go.
 pub(super) trait Sink: Send {
-    fn write(&mut self, reading: &Reading) -> Result<(), Failure>;
+    /// A reading, and the tool that its pose is counted for.
+    fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), Failure>;
     /// Something has happened.
     fn note(&mut self, t: f64, event: &Event, text: &str) -> Result<(), Failure>;
     /// What was written is to outlive this program from now on.
@@ -101,9 +82,9 @@ impl Format {
 
     pub(super) fn open(self, path: &Path, beginning: &Beginning) -> Result<Box<dyn Sink>, Failure> {
         Ok(match self {
-            Self::Mcap => Box::new(mcap::Mcap::open(path, beginning)?),
-            Self::Csv => Box::new(csv::Csv::open(path, beginning)?),
-            Self::Jsonl => Box::new(jsonl::Jsonl::open(path)?),
+            Self::Mcap | Self::Csv | Self::Jsonl => {
+                Box::new(readings::Readings::open(path, self, beginning)?)
+            }
             Self::Plan | Self::Playback => Box::new(program::Program::open(path, self, beginning)?),
         })
     }

@@ -8,8 +8,8 @@ use mcap::write::NoSeek;
 use mcap::{McapError, WriteOptions, Writer};
 use serde::Serialize;
 
+use super::Micros;
 use super::message::Time;
-use magician_sim::Micros;
 
 /// Most bytes of a chunk; it is closed every second all the same.
 const CHUNK: u64 = 256 * 1024;

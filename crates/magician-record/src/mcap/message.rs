@@ -1,12 +1,8 @@
-//! The messages. Their schemas stand in `schema/`.
+//! The messages that every recording has. Their schemas stand in `schema/`.
 
-use std::fmt;
-
-use magician_motion::{JointAngles, Pose, ToolBias};
-use magician_protocol::{Alarm, AlarmSet, IoFunction};
+use magician_motion::{JointAngles, Pose};
+use magician_protocol::{Alarm, AlarmSet};
 use serde::Serialize;
-
-use magician_sim::{Controller, Event, Output, PinState, QueueState, State, StepperState};
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
 /// The frame in which poses stand: that of the arm's own coordinates.
@@ -28,14 +24,6 @@ impl Time {
     }
 }
 
-/// Something that is so at a time.
-#[derive(Serialize)]
-pub(super) struct At<'a, T> {
-    timestamp: Time,
-    #[serde(flatten)]
-    value: &'a T,
-}
-
 #[derive(Serialize)]
 pub(super) struct PoseInFrame {
     timestamp: Time,
@@ -50,17 +38,10 @@ struct Placed {
 }
 
 #[derive(Clone, PartialEq, Serialize)]
-struct Vector3 {
-    x: f64,
-    y: f64,
-    z: f64,
-}
-
-impl From<ToolBias> for Vector3 {
-    fn from(bias: ToolBias) -> Self {
-        let ToolBias { x, y, z } = bias;
-        Self { x, y, z }
-    }
+pub(super) struct Vector3 {
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) z: f64,
 }
 
 #[derive(Serialize)]
@@ -125,19 +106,6 @@ impl Joints {
     }
 }
 
-#[derive(Serialize)]
-pub(super) struct Queue {
-    timestamp: Time,
-    capacity: usize,
-    waiting: usize,
-    running: Option<u64>,
-    running_id: Option<u8>,
-    current_index: u64,
-    started: bool,
-    held: bool,
-    overflows: u64,
-}
-
 /// The command queue as a host sees it, which is told less.
 #[derive(Serialize)]
 pub(super) struct QueueFromOutside {
@@ -145,148 +113,6 @@ pub(super) struct QueueFromOutside {
     pub(super) capacity: u32,
     pub(super) waiting: u32,
     pub(super) current_index: u64,
-}
-
-impl Queue {
-    pub(super) fn new(timestamp: Time, queue: &QueueState) -> Self {
-        Self {
-            timestamp,
-            capacity: queue.capacity,
-            waiting: queue.waiting,
-            running: queue.running,
-            running_id: queue.running_id,
-            current_index: queue.current_index,
-            started: queue.started,
-            held: queue.held,
-            overflows: queue.overflows,
-        }
-    }
-}
-
-/// Tools, pins and stepper outputs.
-#[derive(Clone, PartialEq, Serialize)]
-pub(super) struct Io {
-    suction: Switch,
-    gripper: Switch,
-    holding: bool,
-    laser: bool,
-    laser_power: f64,
-    /// Those that were told anything.
-    pins: Vec<Pin>,
-    /// Pulses a second.
-    steppers: [f64; 2],
-}
-
-#[derive(Clone, PartialEq, Serialize)]
-struct Pin {
-    address: u8,
-    function: u8,
-    able: bool,
-    level: bool,
-    frequency: f32,
-    duty_cycle: f32,
-    high: Option<f64>,
-    input: bool,
-    analog: u16,
-}
-
-impl Pin {
-    fn of(pin: &PinState) -> Option<Self> {
-        let told = pin.function != IoFunction::None
-            || pin.level
-            || pin.frequency != 0.0
-            || pin.duty_cycle != 0.0;
-        told.then(|| Self {
-            address: pin.address,
-            function: pin.function.into(),
-            able: pin.able,
-            level: pin.level,
-            frequency: finite(pin.frequency),
-            duty_cycle: finite(pin.duty_cycle),
-            high: pin.signal.share(),
-            input: pin.input,
-            analog: pin.analog,
-        })
-    }
-}
-
-/// What JSON has no number for counts as the 0 that it is good for.
-fn finite(value: f32) -> f32 {
-    if value.is_finite() { value } else { 0.0 }
-}
-
-#[derive(Clone, Copy, PartialEq, Serialize)]
-struct Switch {
-    commanded: bool,
-    reached: bool,
-}
-
-impl From<Output> for Switch {
-    fn from(output: Output) -> Self {
-        Self {
-            commanded: output.commanded,
-            reached: output.reached,
-        }
-    }
-}
-
-impl Io {
-    pub(super) fn of(arm: &Controller, state: &State) -> Self {
-        let rate = |stepper: StepperState| stepper.pulses_per_second;
-        Self {
-            suction: state.suction.into(),
-            gripper: state.gripper.into(),
-            holding: state.holding,
-            laser: state.laser,
-            laser_power: state.laser_power,
-            pins: arm.pins().iter().filter_map(Pin::of).collect(),
-            steppers: arm.steppers().map(rate),
-        }
-    }
-
-    pub(super) fn at(&self, timestamp: Time) -> At<'_, Self> {
-        At {
-            timestamp,
-            value: self,
-        }
-    }
-}
-
-/// The arm as a whole.
-#[derive(Clone, PartialEq, Serialize)]
-pub(super) struct Status {
-    moving: bool,
-    homed: bool,
-    unlocked: bool,
-    program: bool,
-    awaits_input: Option<u8>,
-    plugged: bool,
-    tool: Vector3,
-    not_simulated: u64,
-    events_lost: u64,
-}
-
-impl Status {
-    pub(super) fn of(state: &State) -> Self {
-        Self {
-            moving: state.moving,
-            homed: state.homed,
-            unlocked: state.unlocked,
-            program: state.program,
-            awaits_input: state.awaits_input,
-            plugged: state.line.plugged,
-            tool: state.tool.into(),
-            not_simulated: state.not_simulated,
-            events_lost: state.events_lost,
-        }
-    }
-
-    pub(super) fn at(&self, timestamp: Time) -> At<'_, Self> {
-        At {
-            timestamp,
-            value: self,
-        }
-    }
 }
 
 #[derive(Serialize)]
@@ -329,9 +155,8 @@ pub(super) struct Log {
 }
 
 impl Log {
-    const DEBUG: u8 = 1;
-    const INFO: u8 = 2;
-    const WARNING: u8 = 3;
+    pub(super) const INFO: u8 = 2;
+    pub(super) const WARNING: u8 = 3;
 
     /// What a host has noticed.
     pub(super) fn noticed(timestamp: Time, warning: bool, message: &str) -> Self {
@@ -339,7 +164,7 @@ impl Log {
         Self::new(timestamp, level, message.to_owned())
     }
 
-    fn new(timestamp: Time, level: u8, message: String) -> Self {
+    pub(super) fn new(timestamp: Time, level: u8, message: String) -> Self {
         Self {
             timestamp,
             level,
@@ -348,30 +173,5 @@ impl Log {
             file: "",
             line: 0,
         }
-    }
-
-    pub(super) fn event(timestamp: Time, event: &Event, words: impl fmt::Display) -> Self {
-        let level = match event {
-            Event::Accepted { .. } | Event::Started { .. } | Event::RestsOn { .. } => Self::DEBUG,
-            Event::QueueFull { .. }
-            | Event::Refused { .. }
-            | Event::AlarmRaised { .. }
-            | Event::ToolUnknown { .. }
-            | Event::HomeOutOfReach
-            | Event::Slipped { .. }
-            | Event::Reset
-            | Event::Cable { plugged: false }
-            | Event::NotSimulated { .. }
-            | Event::BadFrame { .. }
-            | Event::UnknownId { .. }
-            | Event::Overrun { .. } => Self::WARNING,
-            _ => Self::INFO,
-        };
-        Self::new(timestamp, level, words.to_string())
-    }
-
-    pub(super) fn missed(timestamp: Time, count: u64) -> Self {
-        let message = format!("{count} events are missing here");
-        Self::new(timestamp, Self::WARNING, message)
     }
 }

@@ -1,7 +1,8 @@
 //! Recordings: what an arm did, on its own clock, in a file that other programs understand.
 //!
 //! A recording is an MCAP file (<https://mcap.dev/spec>) of JSON messages, each topic with its JSON Schema in the file;
-//! Foxglove opens it. A [`Recorder`] is an [`Observer`]: it looks on and changes nothing.
+//! Foxglove opens it. The `Recorder` of a virtual arm (feature `sim`) is an `Observer`: it looks on and changes
+//! nothing.
 //!
 //! | topic | schema | when |
 //! |---|---|---|
@@ -12,7 +13,7 @@
 //! | `/alarms` | `magician.Alarms.v1` | when they change, and every second |
 //! | `/status` | `magician.Status.v1` | when it changes, and every second |
 //! | `/frames` | `magician.Frame.v1` | every frame of every link, both ways, and what is none |
-//! | `/events` | `foxglove.Log` | every [`Event`](magician_sim::Event), in words |
+//! | `/events` | `foxglove.Log` | every event, in words |
 //!
 //! **Time.** Everything happens on the arm's clock, whatever the speed at which it runs. `log_time` and `publish_time`
 //! are the epoch that the recorder was given plus the arm's clock, in nanoseconds; the epoch and the number of samples a
@@ -29,209 +30,21 @@
 //! **Size.** Nothing is compressed. An arm takes about 110 MB an hour of its clock, of which about a megabyte stays in
 //! memory: the index that is written at the end.
 //!
-//! **Ends.** A recording that is [finished](Recorder::finish) has a summary and an index. One whose program was killed
+//! **Ends.** A recording that is finished has a summary and an index. One whose program was killed
 //! is whole up to the last second of the arm's clock, and any reader that goes through a file from its beginning reads
 //! that far.
 
-use std::io::{self, Write};
-
-use magician_protocol::{AlarmSet, FrameBuf};
-
-use magician_sim::{Controller, LinkId, Micros, Observer, QueueState, State};
-
 mod file;
-mod frames;
 mod message;
 mod readings;
+#[cfg(feature = "sim")]
+mod recorder;
 
-pub use readings::{Reading, Readings};
+pub use readings::Readings;
+#[cfg(feature = "sim")]
+pub use recorder::Recorder;
 
-use file::{File, Topic};
-use frames::Lines;
-use message::{Alarms, Io, Joints, Log, PoseInFrame, Queue, Status};
+/// A point or span of time on the clock of a recording, microseconds.
+type Micros = u64;
 
-/// Time between two samples, on the arm's clock.
-const PERIOD: Micros = 20_000;
 const SECOND: Micros = 1_000_000;
-
-/// Records what an arm does.
-///
-/// Whoever lets the arm's time pass stops where the recorder wants to look; a [`Runner`](magician_sim::Runner) and
-/// [`Controller::advance_observed`] do. A recorder that cannot write keeps the first [error](Self::error), wants to see
-/// nothing more, and the arm goes on.
-///
-/// ```
-/// use magician_record::mcap::Recorder;
-/// use magician_sim::{Controller, Observer};
-///
-/// let mut arm = Controller::default();
-/// let mut recorder = Recorder::new(Vec::new(), 0)?;
-/// recorder.look(&arm);
-/// arm.advance_observed(1_000_000, &mut recorder);
-/// let file = recorder.finish()?;
-///
-/// let poses = mcap::MessageStream::new(&file)?
-///     .filter(|message| message.as_ref().is_ok_and(|message| message.channel.topic == "/pose"))
-///     .count();
-/// assert_eq!(poses, 51); // at 0, 20, .. 1000 ms
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
-pub struct Recorder<W: Write> {
-    file: File<W>,
-    lines: Lines,
-    /// The next multiple of [`PERIOD`] that has not been seen.
-    next: Micros,
-    /// The first event that has not been seen.
-    next_event: u64,
-    /// What was written last.
-    last: Option<Last>,
-    error: Option<io::Error>,
-}
-
-/// What is written when it changes.
-#[derive(Clone, PartialEq)]
-struct Last {
-    queue: QueueState,
-    io: Io,
-    alarms: AlarmSet,
-    status: Status,
-}
-
-impl<W: Write> Recorder<W> {
-    /// Begins a recording of an arm whose clock showed 0 at `epoch`, in nanoseconds since 1970 (or since whatever the
-    /// reader is to take for the beginning of time).
-    ///
-    /// # Errors
-    /// What the writer reports.
-    pub fn new(out: W, epoch: u64) -> io::Result<Self> {
-        Ok(Self {
-            file: File::begin(out, "arm", epoch, &(SECOND / PERIOD).to_string())?,
-            lines: Lines::default(),
-            next: 0,
-            next_event: 0,
-            last: None,
-            error: None,
-        })
-    }
-
-    /// The name under which frames of a link are recorded from now on; `link 3` unless given.
-    pub fn name(&mut self, link: LinkId, name: &str) {
-        self.lines.name(link, name);
-    }
-
-    /// Why nothing is recorded any more, if so.
-    #[must_use]
-    pub fn error(&self) -> Option<&io::Error> {
-        self.error.as_ref()
-    }
-
-    /// Writes summary and index; the file is whole.
-    ///
-    /// # Errors
-    /// What the writer reports, now or when it first could not go on.
-    pub fn finish(self) -> io::Result<W> {
-        match self.error {
-            Some(error) => Err(error),
-            None => self.file.finish(),
-        }
-    }
-
-    /// Writes unless an earlier attempt has failed.
-    fn attempt(&mut self, write: impl FnOnce(&mut Self) -> io::Result<()>) {
-        if self.error.is_none() {
-            self.error = write(self).err();
-        }
-    }
-
-    fn see(&mut self, arm: &Controller) -> io::Result<()> {
-        let (now, state) = (arm.now(), arm.state());
-        self.see_events(arm)?;
-        let sample = now >= self.next && now.is_multiple_of(PERIOD);
-        if sample {
-            self.file
-                .write(Topic::Pose, now, |t| PoseInFrame::new(t, &state.pose))?;
-            self.file.write(Topic::Joints, now, |t| {
-                Joints::new(t, &state.joints, state.rail)
-            })?;
-        }
-        if now >= self.next {
-            self.next = (now / PERIOD + 1).saturating_mul(PERIOD);
-        }
-        let full_second = sample && now.is_multiple_of(SECOND);
-        self.see_changes(arm, &state, full_second)?;
-        if full_second {
-            self.file.flush()?;
-        }
-        Ok(())
-    }
-
-    /// Writes what is not as it was; all of it if `again`.
-    fn see_changes(&mut self, arm: &Controller, state: &State, again: bool) -> io::Result<()> {
-        let now = state.now;
-        let seen = Last {
-            queue: state.queue,
-            io: Io::of(arm, state),
-            alarms: state.alarms,
-            status: Status::of(state),
-        };
-        let last = self.last.replace(seen.clone()).filter(|_| !again);
-        let file = &mut self.file;
-        if last.as_ref().is_none_or(|last| last.queue != seen.queue) {
-            file.write(Topic::Queue, now, |t| Queue::new(t, &seen.queue))?;
-        }
-        if last.as_ref().is_none_or(|last| last.io != seen.io) {
-            file.write(Topic::Io, now, |t| seen.io.at(t))?;
-        }
-        if last.as_ref().is_none_or(|last| last.alarms != seen.alarms) {
-            file.write(Topic::Alarms, now, |t| Alarms::new(t, &seen.alarms))?;
-        }
-        if last.as_ref().is_none_or(|last| last.status != seen.status) {
-            file.write(Topic::Status, now, |t| seen.status.at(t))?;
-        }
-        Ok(())
-    }
-
-    fn see_events(&mut self, arm: &Controller) -> io::Result<()> {
-        let now = arm.now();
-        for (number, event) in arm.events() {
-            let missed = number.saturating_sub(self.next_event);
-            if missed > 0 {
-                self.file
-                    .write(Topic::Events, now, |t| Log::missed(t, missed))?;
-            }
-            if number >= self.next_event {
-                let words = event.in_words(arm.world().scenario());
-                self.file
-                    .write(Topic::Events, now, |t| Log::event(t, &event, words))?;
-                self.next_event = number + 1;
-            }
-        }
-        Ok(())
-    }
-}
-
-impl<W: Write> Observer for Recorder<W> {
-    fn next_look(&self) -> Option<Micros> {
-        self.error.is_none().then_some(self.next)
-    }
-
-    fn look(&mut self, arm: &Controller) {
-        self.attempt(|recorder| recorder.see(arm));
-    }
-
-    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
-        self.attempt(|Self { lines, file, .. }| lines.heard(file, now, link, bytes));
-    }
-
-    fn silence(&mut self, now: Micros, link: LinkId) {
-        self.attempt(|Self { lines, file, .. }| lines.silence(file, now, link));
-    }
-
-    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
-        self.attempt(|Self { lines, file, .. }| lines.answered(file, now, link, frame));
-    }
-
-    fn closed(&mut self, link: LinkId) {
-        self.lines.forget(link);
-    }
-}

@@ -3,47 +3,27 @@
 use std::io::{self, Write};
 
 use magician_motion::{JointAngles, Pose};
-use magician_protocol::AlarmSet;
 
-use super::SECOND;
 use super::file::{File, Topic};
 use super::message::{Alarms, Joints, Log, PoseInFrame, QueueFromOutside};
-use magician_sim::Micros;
+use super::{Micros, SECOND};
+use crate::{Reading, WriteReadings};
 
-/// What a host has read of an arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reading {
-    /// Where the tool is, mm and deg.
-    pub pose: Pose,
-    /// The joint angles, deg.
-    pub joints: JointAngles,
-    /// Where the carriage is on its rail, mm, if there is one.
-    pub rail: Option<f64>,
-    /// Places of the command queue in all.
-    pub capacity: u32,
-    /// Commands in it.
-    pub waiting: u32,
-    /// The index of the command that finished last.
-    pub current_index: u64,
-    /// The alarms that stand.
-    pub alarms: AlarmSet,
-}
-
-/// Writes readings of a host in the topics of a [`Recorder`](super::Recorder), with the same schemas. What was not read is
-/// absent; queue and alarms are written when they change, and every second.
+/// Writes readings of a host in the topics of a recording, with the same schemas. What was not read is absent; queue and
+/// alarms are written when they change, and every second.
 ///
 /// ```
-/// use magician_motion::{Geometry, JointAngles};
-/// use magician_record::mcap::{Reading, Readings};
+/// use magician_protocol::commands::Pose;
+/// use magician_record::mcap::Readings;
+/// use magician_record::{Reading, WriteReadings};
 ///
-/// let joints = JointAngles::HOME;
-/// let pose = Geometry::default().forward(&joints);
+/// let pose = Pose { x: 200.0, y: 0.0, z: 0.0, r: 0.0, joint_angle: [0.0, 45.0, 45.0, 0.0] };
 /// let alarms = Default::default();
-/// let reading = Reading { pose, joints, rail: None, capacity: 32, waiting: 0, current_index: 0, alarms };
+/// let first = Reading { t: 0.0, step: None, pose, rail: None, index: 0, left_space: 32, capacity: 32, alarms };
 /// let mut readings = Readings::new(Vec::new(), 0, 20.0)?;
-/// readings.write(0, &reading)?;
-/// readings.write(50_000, &reading)?;
-/// let file = readings.finish()?;
+/// readings.write(&first)?;
+/// readings.write(&Reading { t: 0.05, ..first })?;
+/// let file = readings.into_file()?;
 ///
 /// let topics: Vec<_> = mcap::MessageStream::new(&file)?
 ///     .map(|message| message.map(|message| message.channel.topic.clone()))
@@ -71,26 +51,44 @@ impl<W: Write> Readings<W> {
         })
     }
 
-    /// Writes a reading of an instant.
+    /// Writes summary and index, and gives back what was written to; the file is whole.
     ///
     /// # Errors
     /// What the writer reports.
-    pub fn write(&mut self, now: Micros, reading: &Reading) -> io::Result<()> {
+    pub fn into_file(self) -> io::Result<W> {
+        self.file.finish()
+    }
+}
+
+fn micros(seconds: f64) -> Micros {
+    (seconds * 1e6) as Micros
+}
+
+impl<W: Write> WriteReadings for Readings<W> {
+    fn write(&mut self, reading: &Reading) -> io::Result<()> {
+        let now = micros(reading.t);
         let all = now >= self.again;
         let last = self.last.replace(*reading).filter(|_| !all);
         let file = &mut self.file;
-        file.write(Topic::Pose, now, |t| PoseInFrame::new(t, &reading.pose))?;
+        let place = [
+            reading.pose.x,
+            reading.pose.y,
+            reading.pose.z,
+            reading.pose.r,
+        ];
+        let pose = Pose::from(place.map(f64::from));
+        let joints = JointAngles::from(reading.pose.joint_angle.map(f64::from));
+        file.write(Topic::Pose, now, |t| PoseInFrame::new(t, &pose))?;
         file.write(Topic::Joints, now, |t| {
-            Joints::new(t, &reading.joints, reading.rail)
+            Joints::new(t, &joints, reading.rail)
         })?;
-        let queue = |of: &Reading| (of.capacity, of.waiting, of.current_index);
+        let queue = |of: &Reading| (of.capacity, of.left_space, of.index);
         if last.is_none_or(|last| queue(&last) != queue(reading)) {
-            let (capacity, waiting, current_index) = queue(reading);
             file.write(Topic::Queue, now, |timestamp| QueueFromOutside {
                 timestamp,
-                capacity,
-                waiting,
-                current_index,
+                capacity: reading.capacity,
+                waiting: reading.capacity.saturating_sub(reading.left_space),
+                current_index: reading.index,
             })?;
         }
         if last.is_none_or(|last| last.alarms != reading.alarms) {
@@ -102,28 +100,17 @@ impl<W: Write> Readings<W> {
         Ok(())
     }
 
-    /// Writes down what happened at an instant, in words; as a warning, or as a mere fact.
-    ///
-    /// # Errors
-    /// What the writer reports.
-    pub fn note(&mut self, now: Micros, warning: bool, words: &str) -> io::Result<()> {
-        self.file
-            .write(Topic::Events, now, |t| Log::noticed(t, warning, words))
+    fn note(&mut self, t: f64, warning: bool, words: &str) -> io::Result<()> {
+        self.file.write(Topic::Events, micros(t), |t| {
+            Log::noticed(t, warning, words)
+        })
     }
 
-    /// Hands on all that was written, so that it is in the file whatever happens to this program.
-    ///
-    /// # Errors
-    /// What the writer reports.
-    pub fn flush(&mut self) -> io::Result<()> {
+    fn flush(&mut self) -> io::Result<()> {
         self.file.flush()
     }
 
-    /// Writes summary and index; the file is whole.
-    ///
-    /// # Errors
-    /// What the writer reports.
-    pub fn finish(self) -> io::Result<W> {
-        self.file.finish()
+    fn finish(self: Box<Self>) -> io::Result<()> {
+        self.into_file().map(drop)
     }
 }

@@ -8,9 +8,10 @@ use magician_protocol::{
 };
 use serde::Serialize;
 
-use super::file::{File, Topic};
-use super::message::Time;
-use magician_sim::{LinkId, Micros};
+use crate::mcap::Micros;
+use crate::mcap::file::{File, Topic};
+use crate::mcap::message::Time;
+use magician_sim::LinkId;
 
 /// The links: their names, and what has been heard of frames that are not complete.
 #[derive(Default)]

@@ -1,0 +1,75 @@
+//! Readings in a file, whatever its format.
+
+use std::io::{self, BufWriter};
+use std::path::Path;
+use std::time::SystemTime;
+
+use magician::Event;
+use magician_program::Tool;
+use magician_record::csv::Csv;
+use magician_record::jsonl::JsonLines;
+use magician_record::{Reading, WriteReadings, mcap};
+
+use super::sink::{Beginning, Format, Sink};
+use crate::failure::Failure;
+use crate::serving::create;
+
+type File = Box<dyn WriteReadings + Send>;
+
+/// The file, until it is complete.
+pub(super) struct Readings(Option<File>);
+
+impl Readings {
+    pub(super) fn open(
+        path: &Path,
+        format: Format,
+        beginning: &Beginning,
+    ) -> Result<Self, Failure> {
+        let out = BufWriter::new(create(path)?);
+        let file: File = match format {
+            Format::Csv => Box::new(Csv::new(out, beginning.counts_steps)?),
+            Format::Jsonl => Box::new(JsonLines::new(out)),
+            _ => Box::new(mcap::Readings::new(out, now(), beginning.rate)?),
+        };
+        Ok(Self(Some(file)))
+    }
+
+    fn file(&mut self) -> io::Result<&mut File> {
+        let file = self.0.as_mut();
+        file.ok_or_else(|| io::ErrorKind::BrokenPipe.into())
+    }
+}
+
+/// Nanoseconds since 1970.
+fn now() -> u64 {
+    let since_1970 = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+    u64::try_from(since_1970.as_nanos()).unwrap_or_default()
+}
+
+impl Sink for Readings {
+    fn write(&mut self, reading: &Reading, _: Tool) -> Result<(), Failure> {
+        Ok(self.file()?.write(reading)?)
+    }
+
+    fn note(&mut self, t: f64, event: &Event, text: &str) -> Result<(), Failure> {
+        let warning = matches!(
+            event,
+            Event::AlarmRaised { .. }
+                | Event::LinkLost { .. }
+                | Event::Reset { .. }
+                | Event::Missed { .. }
+        );
+        Ok(self.file()?.note(t, warning, text)?)
+    }
+
+    fn flush(&mut self) -> Result<(), Failure> {
+        Ok(self.file()?.flush()?)
+    }
+
+    fn finish(&mut self) -> Result<Option<usize>, Failure> {
+        if let Some(file) = self.0.take() {
+            file.finish()?;
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,201 @@
+//! Recordings of a virtual arm, which shows all of its state.
+
+use std::io::{self, Write};
+
+use magician_protocol::{AlarmSet, FrameBuf};
+use magician_sim::{Controller, LinkId, Observer, QueueState, State};
+
+use super::file::{File, Topic};
+use super::message::{Alarms, Joints, Log, PoseInFrame};
+use super::{Micros, SECOND};
+
+mod frames;
+mod state;
+
+use frames::Lines;
+use state::{Io, Queue, Status};
+
+/// Time between two samples, on the arm's clock.
+const PERIOD: Micros = 20_000;
+
+/// Records what an arm does.
+///
+/// Whoever lets the arm's time pass stops where the recorder wants to look; a [`Runner`](magician_sim::Runner) and
+/// [`Controller::advance_observed`] do. A recorder that cannot write keeps the first [error](Self::error), wants to see
+/// nothing more, and the arm goes on.
+///
+/// ```
+/// use magician_record::mcap::Recorder;
+/// use magician_sim::{Controller, Observer};
+///
+/// let mut arm = Controller::default();
+/// let mut recorder = Recorder::new(Vec::new(), 0)?;
+/// recorder.look(&arm);
+/// arm.advance_observed(1_000_000, &mut recorder);
+/// let file = recorder.finish()?;
+///
+/// let poses = mcap::MessageStream::new(&file)?
+///     .filter(|message| message.as_ref().is_ok_and(|message| message.channel.topic == "/pose"))
+///     .count();
+/// assert_eq!(poses, 51); // at 0, 20, .. 1000 ms
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct Recorder<W: Write> {
+    file: File<W>,
+    lines: Lines,
+    /// The next multiple of [`PERIOD`] that has not been seen.
+    next: Micros,
+    /// The first event that has not been seen.
+    next_event: u64,
+    /// What was written last.
+    last: Option<Last>,
+    error: Option<io::Error>,
+}
+
+/// What is written when it changes.
+#[derive(Clone, PartialEq)]
+struct Last {
+    queue: QueueState,
+    io: Io,
+    alarms: AlarmSet,
+    status: Status,
+}
+
+impl<W: Write> Recorder<W> {
+    /// Begins a recording of an arm whose clock showed 0 at `epoch`, in nanoseconds since 1970 (or since whatever the
+    /// reader is to take for the beginning of time).
+    ///
+    /// # Errors
+    /// What the writer reports.
+    pub fn new(out: W, epoch: u64) -> io::Result<Self> {
+        Ok(Self {
+            file: File::begin(out, "arm", epoch, &(SECOND / PERIOD).to_string())?,
+            lines: Lines::default(),
+            next: 0,
+            next_event: 0,
+            last: None,
+            error: None,
+        })
+    }
+
+    /// The name under which frames of a link are recorded from now on; `link 3` unless given.
+    pub fn name(&mut self, link: LinkId, name: &str) {
+        self.lines.name(link, name);
+    }
+
+    /// Why nothing is recorded any more, if so.
+    #[must_use]
+    pub fn error(&self) -> Option<&io::Error> {
+        self.error.as_ref()
+    }
+
+    /// Writes summary and index; the file is whole.
+    ///
+    /// # Errors
+    /// What the writer reports, now or when it first could not go on.
+    pub fn finish(self) -> io::Result<W> {
+        match self.error {
+            Some(error) => Err(error),
+            None => self.file.finish(),
+        }
+    }
+
+    /// Writes unless an earlier attempt has failed.
+    fn attempt(&mut self, write: impl FnOnce(&mut Self) -> io::Result<()>) {
+        if self.error.is_none() {
+            self.error = write(self).err();
+        }
+    }
+
+    fn see(&mut self, arm: &Controller) -> io::Result<()> {
+        let (now, state) = (arm.now(), arm.state());
+        self.see_events(arm)?;
+        let sample = now >= self.next && now.is_multiple_of(PERIOD);
+        if sample {
+            self.file
+                .write(Topic::Pose, now, |t| PoseInFrame::new(t, &state.pose))?;
+            self.file.write(Topic::Joints, now, |t| {
+                Joints::new(t, &state.joints, state.rail)
+            })?;
+        }
+        if now >= self.next {
+            self.next = (now / PERIOD + 1).saturating_mul(PERIOD);
+        }
+        let full_second = sample && now.is_multiple_of(SECOND);
+        self.see_changes(arm, &state, full_second)?;
+        if full_second {
+            self.file.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Writes what is not as it was; all of it if `again`.
+    fn see_changes(&mut self, arm: &Controller, state: &State, again: bool) -> io::Result<()> {
+        let now = state.now;
+        let seen = Last {
+            queue: state.queue,
+            io: Io::of(arm, state),
+            alarms: state.alarms,
+            status: Status::of(state),
+        };
+        let last = self.last.replace(seen.clone()).filter(|_| !again);
+        let file = &mut self.file;
+        if last.as_ref().is_none_or(|last| last.queue != seen.queue) {
+            file.write(Topic::Queue, now, |t| Queue::new(t, &seen.queue))?;
+        }
+        if last.as_ref().is_none_or(|last| last.io != seen.io) {
+            file.write(Topic::Io, now, |t| seen.io.at(t))?;
+        }
+        if last.as_ref().is_none_or(|last| last.alarms != seen.alarms) {
+            file.write(Topic::Alarms, now, |t| Alarms::new(t, &seen.alarms))?;
+        }
+        if last.as_ref().is_none_or(|last| last.status != seen.status) {
+            file.write(Topic::Status, now, |t| seen.status.at(t))?;
+        }
+        Ok(())
+    }
+
+    fn see_events(&mut self, arm: &Controller) -> io::Result<()> {
+        let now = arm.now();
+        for (number, event) in arm.events() {
+            let missed = number.saturating_sub(self.next_event);
+            if missed > 0 {
+                self.file
+                    .write(Topic::Events, now, |t| Log::missed(t, missed))?;
+            }
+            if number >= self.next_event {
+                let words = event.in_words(arm.world().scenario());
+                self.file
+                    .write(Topic::Events, now, |t| Log::event(t, &event, words))?;
+                self.next_event = number + 1;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<W: Write> Observer for Recorder<W> {
+    fn next_look(&self) -> Option<Micros> {
+        self.error.is_none().then_some(self.next)
+    }
+
+    fn look(&mut self, arm: &Controller) {
+        self.attempt(|recorder| recorder.see(arm));
+    }
+
+    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+        self.attempt(|Self { lines, file, .. }| lines.heard(file, now, link, bytes));
+    }
+
+    fn silence(&mut self, now: Micros, link: LinkId) {
+        self.attempt(|Self { lines, file, .. }| lines.silence(file, now, link));
+    }
+
+    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+        self.attempt(|Self { lines, file, .. }| lines.answered(file, now, link, frame));
+    }
+
+    fn closed(&mut self, link: LinkId) {
+        self.lines.forget(link);
+    }
+}
