@@ -85,6 +85,9 @@ pub(crate) struct Figures {
     pub(crate) limit: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) unit: Option<&'static str>,
+    /// The part of the arm's fence that it would break.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) fence: Option<&'static str>,
     /// First queue index in doubt.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) from: Option<u64>,
@@ -290,6 +293,7 @@ impl From<magician::Error> for Failure {
             value: error.value(),
             limit: error.limit(),
             unit: error.unit(),
+            fence: error.breach().map(|breach| breach.part.name()),
             from: error.from_index(),
             to: error.to_index(),
         })

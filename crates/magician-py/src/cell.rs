@@ -106,7 +106,9 @@ impl Cell {
     }
 
     /// Connects to it.
-    #[pyo3(signature = (*, timeout, window, probe, reconnect, echo))]
+    #[pyo3(signature = (*, timeout, window, probe, reconnect, echo, fence = None))]
+    // A call of Python's has as many keywords as it has.
+    #[allow(clippy::too_many_arguments)]
     fn connect(
         &self,
         py: Python<'_>,
@@ -115,8 +117,10 @@ impl Cell {
         probe: bool,
         reconnect: bool,
         echo: f64,
+        fence: Option<&str>,
     ) -> PyResult<Call> {
         let options = core::options(py, timeout, window, probe, reconnect, echo)?;
+        let options = core::with_fence(py, options, fence)?;
         let arm = self.arm.clone();
         Core::connecting(py, async move { Arm::simulated(arm, options).await })
     }

@@ -87,7 +87,9 @@ pub fn file() -> Option<PathBuf> {
     file_by(|name| std::env::var_os(name))
 }
 
-fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+/// The same by these variables of an environment.
+#[must_use]
+pub fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     let set = |name| variable(name).filter(|value| !value.is_empty());
     if let Some(path) = set("MAGICIAN_CONFIG") {
         return Some(path.into());
@@ -195,7 +197,7 @@ fn one(
             ("port", _) => return Err(wrong("expected a text in quotes")),
             ("laser", DeValue::Boolean(mounted)) => laser = *mounted,
             ("laser", _) => return Err(wrong("expected true or false")),
-            ("fence", _) => fence = Some(fence_of(&full, value)?),
+            ("fence", _) => fence = Some(fence_of(&format!("{full}.fence"), value)?),
             (other, _) => {
                 let flaw = Flaw::new(key.span(), format!("there is no setting `{full}.{other}`"));
                 return Err(flaw.help("an arm has port, laser and fence"));
@@ -214,8 +216,7 @@ fn one(
     })
 }
 
-fn fence_of(arm: &str, table: &Spanned<DeValue<'_>>) -> std::result::Result<Fence, Flaw> {
-    let full = format!("{arm}.fence");
+fn fence_of(full: &str, table: &Spanned<DeValue<'_>>) -> std::result::Result<Fence, Flaw> {
     let DeValue::Table(values) = table.get_ref() else {
         return Err(Flaw::new(
             table.span(),
@@ -290,6 +291,31 @@ fn cuboid(value: &DeValue<'_>) -> Option<Cuboid> {
         (Some(Some(min)), Some(Some(max)), None) => Some(Cuboid { min, max }),
         _ => None,
     }
+}
+
+/// A fence as a table of the file in one line, `{ floor = -60.0 }`; one that bounds nothing is none.
+///
+/// ```
+/// let fence = magician::arms::fence("{ floor = -60.0, top_speed = 100 }")?.unwrap();
+/// assert_eq!(fence.to_string(), "floor z -60.0 mm, at most 100.0 mm/s");
+/// assert!(magician::arms::fence("{ roof = 3 }").is_err());
+/// # Ok::<(), magician::Error>(())
+/// ```
+///
+/// # Errors
+/// [`InvalidInput`](crate::ErrorKind::InvalidInput) for what is none.
+pub fn fence(text: &str) -> Result<Option<Fence>> {
+    let text = format!("fence = {text}");
+    let file = DeTable::parse(&text);
+    let file =
+        file.map_err(|error| Error::invalid(format!("fence: {}", error.message().trim())))?;
+    let mut values = file.get_ref().iter();
+    let fence = match (values.next(), values.next()) {
+        (Some((_, table)), None) => fence_of("fence", table),
+        _ => Err(Flaw::new(0..0, "fence: expected one table")),
+    };
+    let fence = fence.map_err(|flaw| Error::invalid(flaw.to_string()))?;
+    Ok(Some(fence).filter(|fence| !fence.is_empty()))
 }
 
 /// The arm at this port, if one of these is.

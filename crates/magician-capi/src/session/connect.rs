@@ -199,7 +199,11 @@ impl Registry {
     /// Opens a port and finds out what is there.
     fn open(&self, target: &Target, ask_in_text: bool) -> magician::Result<Met> {
         // A fence that nobody can read is no reason to move without one.
-        let known = magician::arms::load()?;
+        let variable = |name: &str| (self.surroundings.variable)(name).map(Into::into);
+        let known = match magician::arms::file_by(variable) {
+            Some(file) => magician::arms::load_from(&file)?,
+            None => Vec::new(),
+        };
         let options = self.options().for_arm(magician::arms::at(&known, target));
         if let Target::Sim(speed) = target {
             return self.open_virtual(self.pool.take(*speed), options);

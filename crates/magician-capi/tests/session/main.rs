@@ -5,6 +5,7 @@ mod calls;
 mod connecting;
 mod danger;
 mod doubts;
+mod fence;
 mod ids;
 mod searching;
 mod standing;

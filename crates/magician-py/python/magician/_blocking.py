@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from types import TracebackType
 from typing import Any, Literal, TypeVar, overload
 
@@ -89,6 +89,7 @@ class Arm(Bound):
         probe: bool = True,
         reconnect: bool = True,
         echo: float = 0.1,
+        fence: Mapping[str, object] | None = None,
     ) -> None:
         """Connects to an arm and makes sure that it answers.
 
@@ -103,12 +104,17 @@ class Arm(Bound):
         :param probe: whether to make sure at the start that an arm answers.
         :param reconnect: whether a line that breaks is looked for again: the same port, and the same arm at it.
         :param echo: over UDP, how many seconds after a datagram the network may still deliver a second copy of it.
+        :param fence: bounds that everything over this connection keeps to, instead of those of ``[arms.NAME.fence]``
+            in the file of settings: ``floor`` (the lowest z of the tool's tip, mm), ``box`` (two corners that it stays
+            between), ``keep_out`` (a list of boxes), ``top_speed`` (mm/s), ``strongest_laser`` (percent). What would
+            cross it is refused before it is sent.
 
         Raises :class:`~magician.errors.PortError` when the port is not there, not allowed or in use,
         :class:`~magician.errors.ResponseTimeoutError` when nothing answers, :class:`~magician.errors.UnexpectedError`
         when something else does.
         """
-        call = connecting(port, timeout=timeout, window=window, probe=probe, reconnect=reconnect, echo=echo)
+        how = {"probe": probe, "reconnect": reconnect}
+        call = connecting(port, timeout=timeout, window=window, echo=echo, fence=fence, **how)
         self._core = opened(wait(call))
 
     def __enter__(self) -> Arm:

@@ -63,7 +63,14 @@ class Core:
     # The connection.
     @staticmethod
     def connect(
-        port: str | None, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float
+        port: str | None,
+        *,
+        timeout: float,
+        window: int,
+        probe: bool,
+        reconnect: bool,
+        echo: float,
+        fence: str | None = None,
     ) -> Call[Core]: ...
     def close(self) -> Call[None]: ...
     def is_here(self) -> bool: ...
@@ -238,7 +245,16 @@ class Cell:
     def __new__(
         cls, scenario: str | None, speed: float | None, tool: tuple[float, float, float] | None = None
     ) -> Cell: ...
-    def connect(self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float) -> Call[Core]: ...
+    def connect(
+        self,
+        *,
+        timeout: float,
+        window: int,
+        probe: bool,
+        reconnect: bool,
+        echo: float,
+        fence: str | None = None,
+    ) -> Call[Core]: ...
     def title(self) -> str | None: ...
     def state(self) -> dict[str, Any]: ...
     def objects(self) -> list[dict[str, Any]]: ...

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import atexit
+import json
 import os
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
 from . import _magician
@@ -24,7 +25,9 @@ Listener = Callable[[Any], object]
 class Connectable(Protocol):
     """What can be connected to besides a port: a virtual arm of the program's making."""
 
-    def connect_core(self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float) -> Call[Core]:
+    def connect_core(
+        self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float, fence: str | None
+    ) -> Call[Core]:
         """Begins to connect to it."""
         ...
 
@@ -33,7 +36,25 @@ Where = str | os.PathLike[str] | Connectable | None
 """What an arm can be connected to."""
 
 
-def connecting(port: Where, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float) -> Call[Core]:
+def fence_text(fence: Mapping[str, object]) -> str:
+    """A fence as the file of settings writes it: the driver reads both."""
+    try:
+        bounds = [f"{json.dumps(str(name))} = {json.dumps(value)}" for name, value in fence.items()]
+    except TypeError as error:
+        raise TypeError(f"fence is made of numbers and lists of them: {error}") from None
+    return "{" + ", ".join(bounds) + "}"
+
+
+def connecting(
+    port: Where,
+    *,
+    timeout: float,
+    window: int,
+    probe: bool,
+    reconnect: bool,
+    echo: float,
+    fence: Mapping[str, object] | None = None,
+) -> Call[Core]:
     """Begins to connect, to a port or to a virtual arm."""
     timeout = seconds("timeout", timeout, above=0)
     window = whole("window", window, 1, 8)
@@ -42,6 +63,7 @@ def connecting(port: Where, *, timeout: float, window: int, probe: bool, reconne
         "timeout": timeout,
         "window": window,
         "echo": echo,
+        "fence": None if fence is None else fence_text(fence),
         **flags(probe=probe, reconnect=reconnect),
     }
     if isinstance(port, Connectable):

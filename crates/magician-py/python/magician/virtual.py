@@ -175,9 +175,12 @@ class VirtualArm(Bound):
         """Connects to it, as ``magician.Arm(cell)`` does; ``magician.aio.Arm.connect(cell)`` for asyncio."""
         return Arm(self, timeout=timeout, window=window)
 
-    def connect_core(self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float) -> Call[Core]:
+    def connect_core(
+        self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float, fence: str | None
+    ) -> Call[Core]:
         """Begins to connect to it; for :class:`magician.Arm`."""
-        return self._native.connect(timeout=timeout, window=window, probe=probe, reconnect=reconnect, echo=echo)
+        how = {"probe": probe, "reconnect": reconnect}
+        return self._native.connect(timeout=timeout, window=window, echo=echo, fence=fence, **how)
 
     # Its world.
 

@@ -65,6 +65,16 @@ pub(crate) fn options(
         .echo(seconds(py, "the echo", echo)?))
 }
 
+/// With the fence that was given instead of the one in the file of settings.
+pub(crate) fn with_fence(py: Python<'_>, options: Options, fence: Option<&str>) -> PyResult<Options> {
+    let Some(text) = fence else {
+        return Ok(options);
+    };
+    let fence = magician::arms::fence(text);
+    let fence = fence.map_err(|error| errors::raise(py, &error))?;
+    Ok(options.fence(fence))
+}
+
 /// Where the arm is: the port given, the environment's `MAGICIAN_PORT`, the one arm that is plugged in.
 fn target(port: Option<&str>) -> magician::Result<Target> {
     let environment = std::env::var("MAGICIAN_PORT").ok();
@@ -116,7 +126,9 @@ impl Core {
 impl Core {
     /// Connects to the arm at a port.
     #[staticmethod]
-    #[pyo3(signature = (port, *, timeout, window, probe, reconnect, echo))]
+    #[pyo3(signature = (port, *, timeout, window, probe, reconnect, echo, fence = None))]
+    // A call of Python's has as many keywords as it has.
+    #[allow(clippy::too_many_arguments)]
     fn connect(
         py: Python<'_>,
         port: Option<&str>,
@@ -125,6 +137,7 @@ impl Core {
         probe: bool,
         reconnect: bool,
         echo: f64,
+        fence: Option<&str>,
     ) -> PyResult<Call> {
         let options = options(py, timeout, window, probe, reconnect, echo)?;
         let target = py.detach(|| target(port));
@@ -132,6 +145,7 @@ impl Core {
         let known = py.detach(magician::arms::load);
         let known = known.map_err(|error| errors::raise(py, &error))?;
         let options = options.for_arm(magician::arms::at(&known, &target));
+        let options = with_fence(py, options, fence)?;
         Self::connecting(py, async move { Arm::connect_with(&target, options).await })
     }
 

@@ -12,6 +12,7 @@ use tokio::time::Instant;
 
 use super::{Finding, Report};
 use crate::failure::Failure;
+use crate::fence::Bounds;
 use crate::output::Output;
 use crate::progress::{Bar, attended};
 
@@ -45,6 +46,10 @@ pub(super) async fn examine(
     answers(&pose, &index, serial, report, out)?;
     losses(&pose, &index, count, report, out)?;
     alarms(arm, report, out).await?;
+    if let Some(fence) = arm.fence() {
+        let finding = Finding::good("fence", fence.to_string());
+        report.add(finding.value(json!(Bounds::from(fence))), out)?;
+    }
     queue(arm, report, out).await
 }
 

@@ -180,6 +180,7 @@ fn figures(error: &magician::Error) -> Figures {
         value: error.value(),
         limit: error.limit(),
         unit: error.unit(),
+        fence: error.breach().map(|breach| breach.part.name()),
         ..Figures::default()
     }
 }
