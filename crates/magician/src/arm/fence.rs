@@ -76,7 +76,7 @@ enum Sort {
     /// It lets a queue run.
     Releases,
     /// A motion, or what one depends on.
-    Governs(Set),
+    Governs(Box<Set>),
     /// Nobody can tell.
     Unknown(&'static str),
 }
@@ -108,7 +108,7 @@ impl Sort {
         match Set::decode(row.id, frame.params()) {
             Ok(Set::JogCmd(jog)) if jog.cmd == JogCommand::Stop && !ctrl.queued() => Self::Ends,
             Ok(command) if row.effect.moves_arm() || governs_motion(&command) => {
-                Self::Governs(command)
+                Self::Governs(Box::new(command))
             }
             Ok(_) => Self::Free,
             Err(_) if matches!(row.effect, Effect::Look | Effect::Consume | Effect::Queue) => {
