@@ -243,6 +243,7 @@ pages! {
     start: "docs/START.md",
     troubleshooting: "docs/TROUBLESHOOTING.md",
     draw: "docs/recipes/draw.md",
+    fence: "docs/recipes/fence.md",
     engrave: "docs/recipes/engrave.md",
     gcode: "docs/recipes/gcode.md",
     playback: "docs/recipes/playback.md",
