@@ -38,7 +38,7 @@ impl Preflight {
     /// check.check(&words::line_to(250.0, 0.0, -60.0, 0.0))?;
     ///
     /// let error = check.check(&words::line_to(250.0, 0.0, -71.2, 0.0)).unwrap_err();
-    /// assert_eq!((error.value(), error.limit()), (Some(-71.2_f32.into()), Some(-60.0)));
+    /// assert_eq!((error.value(), error.limit()), (Some(f64::from(-71.2_f32)), Some(-60.0)));
     /// assert_eq!(error.breach().map(|breach| breach.part), Some(FencePart::Floor));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
