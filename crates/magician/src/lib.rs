@@ -6,6 +6,7 @@
 //! * [`words`] makes commands of intentions; [`commands`] has every command of the protocol.
 //! * [`connection`] is the engine under both handles, without I/O and without a clock.
 //! * [`proxy`] lets several programs share one arm.
+//! * `serve` (feature `serve`) has listening ends for other programs: pseudo-terminals, TCP, UDP, discovery.
 //!
 //! Lengths are mm, angles degrees, times seconds unless a name says otherwise. An erratum (E37) that is cited is in
 //! `docs/ERRATA.md` of the repository, a model section in `docs/MODEL.md`.
