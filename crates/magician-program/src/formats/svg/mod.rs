@@ -38,6 +38,7 @@ const PIXEL: f64 = 25.4 / 96.0;
 /// So far beside the page is still on it, mm.
 const BESIDE: f64 = 1.0;
 /// Elements within elements are read by functions within functions.
+#[cfg_attr(target_family = "wasm", allow(dead_code))]
 const STACK: usize = 64 << 20;
 /// Finer is of no use to any arm, mm.
 const FINEST: f64 = 1e-3;
@@ -64,7 +65,14 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
     })
 }
 
+/// Where there are no threads the caller's stack has to do: link with `-zstack-size` of [`STACK`].
+#[cfg(target_family = "wasm")]
+fn on_a_deep_stack<T>(work: impl FnOnce() -> Result<T, Problem>) -> Result<T, Problem> {
+    work()
+}
+
 /// Does something that goes deep, on any caller's stack. If the library breaks on a drawing, that is a problem of the file.
+#[cfg(not(target_family = "wasm"))]
 fn on_a_deep_stack<T: Send>(
     work: impl FnOnce() -> Result<T, Problem> + Send,
 ) -> Result<T, Problem> {
