@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What each crate depends on among ours, in any section but dev-dependencies: all of it, and nothing else.
-const DEPENDENCIES: [(&str, &[&str]); 15] = [
+const DEPENDENCIES: [(&str, &[&str]); 16] = [
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),
@@ -63,6 +63,18 @@ const DEPENDENCIES: [(&str, &[&str]); 15] = [
             "magician-protocol",
             "magician-sim",
             "magician",
+            "magician-program",
+        ],
+    ),
+    // Compares systems with each other.
+    (
+        "magician-everywhere",
+        &[
+            "magician-protocol",
+            "magician-motion",
+            "magician-host",
+            "magician-sim",
+            "magician-record",
             "magician-program",
         ],
     ),

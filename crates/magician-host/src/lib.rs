@@ -9,6 +9,7 @@
 //! unless a name says otherwise. An erratum (E37) that is cited is in `docs/ERRATA.md` of the repository, a model section in
 //! `docs/MODEL.md`.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod burning;
 pub mod connection;

@@ -19,6 +19,7 @@
 //! Lengths are mm, angles degrees, times seconds. A [`Plan`]'s coordinates are the arm's; an [`Artwork`]'s are those of its
 //! sheet: x to the right, y up, from the lower left corner.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod artwork;
 mod calibrate;

@@ -18,6 +18,7 @@
 //! that the simulator knows of no file format; and not in the driver, so that a page in a browser can record and replay
 //! without one.
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod csv;
 #[cfg(feature = "json")]

@@ -19,6 +19,7 @@
 //! assert_eq!(reply.bytes(), [0xAA, 0xAA, 0x02, 0x03, 0x01, 0xFC]);
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod alarms;
 mod chapter;
