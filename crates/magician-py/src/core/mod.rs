@@ -66,7 +66,11 @@ pub(crate) fn options(
 }
 
 /// With the fence that was given instead of the one in the file of settings.
-pub(crate) fn with_fence(py: Python<'_>, options: Options, fence: Option<&str>) -> PyResult<Options> {
+pub(crate) fn with_fence(
+    py: Python<'_>,
+    options: Options,
+    fence: Option<&str>,
+) -> PyResult<Options> {
     let Some(text) = fence else {
         return Ok(options);
     };
