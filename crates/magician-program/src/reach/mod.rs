@@ -106,7 +106,7 @@ impl Reach {
         Self { r, ..self }
     }
 
-    /// Within other limits, [`ArmModel::MAGICIAN.guaranteed`] for one.
+    /// Within other limits, [`ArmModel::guaranteed`](magician_motion::ArmModel::guaranteed) for one.
     #[must_use]
     pub fn limits(self, limits: Limits) -> Self {
         Self { limits, ..self }
