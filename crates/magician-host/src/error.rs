@@ -170,7 +170,7 @@ impl Error {
     }
 
     /// Whether it was refused because the laser would or could burn, and nobody had allowed that
-    /// ([`Options::allow_laser`](crate::Options::allow_laser)).
+    /// (`Options::allow_laser`).
     #[must_use]
     pub fn wants_laser(&self) -> bool {
         self.0.wants_laser

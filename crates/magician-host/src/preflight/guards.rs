@@ -24,8 +24,8 @@ pub struct Guards {
     /// (a line, a jump, an arc, a path, an increment) does not.
     pub unknown_start: bool,
     /// Jogs in a program: they go on until a limit ends them with an alarm, and a stop that is
-    /// queued comes too late. Jog with [`Arm::set`](crate::Arm::set) and
-    /// [`Arm::stop_jog`](crate::Arm::stop_jog).
+    /// queued comes too late. Jog with `Arm::set` and
+    /// `Arm::stop_jog`.
     pub jog: bool,
     /// A laser that burns while the arm waits, homes, or travels with its joints, and one that is
     /// left burning at the end. It may burn along lines, arcs and continuous paths.

@@ -8,7 +8,7 @@ use magician_protocol::{Flag, Set};
 /// What an arm says of itself before a program: where it is, and what decides how it will move.
 ///
 /// The default are the settings of an arm that has just been switched on (model section 6), at a place that
-/// is not known. [`Arm::preflight`](crate::Arm::preflight) reads all of it.
+/// is not known. `Arm::preflight` reads all of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Readings {

@@ -161,7 +161,7 @@ pub fn engrave_by(dx: f32, dy: f32, dz: f32, power: f32) -> Set {
     .into()
 }
 
-/// Finds the reference of J1 and goes to the home point (document 1.6.2). [`Arm::home`](crate::Arm::home) also waits
+/// Finds the reference of J1 and goes to the home point (document 1.6.2). `Arm::home` also waits
 /// and clears the alarm that the arm raises when it is switched on.
 #[must_use]
 pub fn home() -> Set {
@@ -175,7 +175,7 @@ pub fn home_at(x: f32, y: f32, z: f32, r: f32) -> Set {
 }
 
 /// Moves a joint until told to stop: send it at once, not through the queue, and end it with
-/// [`Arm::stop_jog`](crate::Arm::stop_jog) (document 1.9.4, errata E25).
+/// `Arm::stop_jog` (document 1.9.4, errata E25).
 #[must_use]
 pub fn jog_joint(direction: JogCommand) -> Set {
     JogCmd {

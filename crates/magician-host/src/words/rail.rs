@@ -125,7 +125,7 @@ pub fn rail_speed(velocity: f32, acceleration: f32) -> Set {
 }
 
 /// Moves the carriage, towards 1000 mm if `forward`, until told to stop: send it at once, and end it with
-/// [`Arm::stop_jog`](crate::Arm::stop_jog) (document 1.9.4, errata E25).
+/// `Arm::stop_jog` (document 1.9.4, errata E25).
 #[must_use]
 pub fn jog_rail(forward: bool) -> Set {
     let cmd = match forward {

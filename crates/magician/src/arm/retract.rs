@@ -43,9 +43,9 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// Nothing is moved when an alarm holds the arm ([`ErrorKind::Alarm`]), when it is not known where it stands because it
-    /// moves or has commands in its queue ([`ErrorKind::InvalidInput`]), and when a stop came since the call
-    /// ([`ErrorKind::Closed`]); else as [`run`](Self::run).
+    /// Nothing is moved when an alarm holds the arm ([`ErrorKind::Alarm`](crate::ErrorKind::Alarm)), when it is not known where it stands because it
+    /// moves or has commands in its queue ([`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput)), and when a stop came since the call
+    /// ([`ErrorKind::Closed`](crate::ErrorKind::Closed)); else as [`run`](Self::run).
     pub async fn lift(&self, height: f64) -> Result<Lifted> {
         let stops = self.stops();
         let course = self
@@ -65,7 +65,7 @@ impl Arm {
     /// work is [lifted](Self::lift) first.
     ///
     /// # Errors
-    /// As [`lift`](Self::lift); [`ErrorKind::Unreachable`] if the arm cannot get there.
+    /// As [`lift`](Self::lift); [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) if the arm cannot get there.
     pub async fn park(&self, place: [f64; 3]) -> Result<Pose> {
         let stops = self.stops();
         let moves = [line_to(0.0, 0.0, 0.0, 0.0), move_to(0.0, 0.0, 0.0, 0.0)];
@@ -79,7 +79,7 @@ impl Arm {
     /// somebody clears it.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] while alarm 0x00 stands; else as [`get`](Self::get).
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) while alarm 0x00 stands; else as [`get`](Self::get).
     pub async fn check_homed(&self) -> Result<()> {
         if !self.alarms().await?.contains(Alarm::ResetOccurred) {
             return Ok(());
