@@ -6,7 +6,6 @@ import random
 from pathlib import Path
 
 import pytest
-
 from magician import Arm, VirtualArm, commands, errors
 
 FENCE = {"floor": -50.0, "keep_out": [[[200.0, 60.0, -100.0], [260.0, 120.0, 60.0]]]}
@@ -31,10 +30,10 @@ def test_the_file_of_settings_holds_in_python_too(tmp_path: Path, monkeypatch: p
     settings = tmp_path / "config.toml"
     settings.write_text("[arms.mine]\nport = 'sim'\n[arms.mine.fence]\nfloor = -20\n")
     monkeypatch.setenv("MAGICIAN_CONFIG", str(settings))
-    with Arm("sim") as arm, pytest.raises(errors.UnreachableError, match="the fence's floor is -20.0 mm"):
+    with Arm("sim") as arm, pytest.raises(errors.UnreachableError, match=r"the fence's floor is -20.0 mm"):
         arm.move_to(220, 0, -30)
     settings.write_text("[arms.mine]\nport = 'sim'\n[arms.mine.fence]\nroof = -20\n")
-    with pytest.raises(errors.Error, match="config.toml:4:1"):
+    with pytest.raises(errors.Error, match=r"config.toml:4:1"):
         Arm("sim")
 
 

@@ -190,9 +190,9 @@ class Arm(Bound):
     #     :param reconnect: whether a line that breaks is looked for again: the same port, and the same arm at it.
     #     :param echo: over UDP, how many seconds after a datagram the network may still deliver a second copy of it.
     #     :param fence: bounds that everything over this connection keeps to, instead of those of ``[arms.NAME.fence]``
-    #         in the file of settings: ``floor`` (the lowest z of the tool's tip, mm), ``box`` (two corners that it stays
-    #         between), ``keep_out`` (a list of boxes), ``top_speed`` (mm/s), ``strongest_laser`` (percent). What would
-    #         cross it is refused before it is sent.
+    #         in the file of settings: ``floor`` (the lowest z of the tool's tip, mm), ``box`` (two corners that it
+    #         stays between), ``keep_out`` (a list of boxes), ``top_speed`` (mm/s), ``strongest_laser`` (percent). What
+    #         would cross it is refused before it is sent.
     #
     #     Raises :class:`~magician.errors.PortError` when the port is not there, not allowed or in use,
     #     :class:`~magician.errors.ResponseTimeoutError` when nothing answers, :class:`~magician.errors.UnexpectedError`
