@@ -46,7 +46,7 @@ def test_random_programs_do_not_cross_it() -> None:
             for _ in range(6):
                 x, y, z = dice.uniform(180, 280), dice.uniform(-150, 150), dice.uniform(-70, 80)
                 move = dice.choice(["move", "enqueue", "set"])
-                command = commands.PtpCmd(ptp_mode=dice.choice([0, 1, 2]), x=x, y=y, z=z, r=0.0)
+                command = commands.PtpCmd(ptp_mode=commands.PtpMode(dice.choice([0, 1, 2])), x=x, y=y, z=z, r=0.0)
                 try:
                     if move == "move":
                         arm.move_to(x, y, z)
