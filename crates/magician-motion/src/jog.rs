@@ -40,6 +40,19 @@ pub struct Jog {
     pub positive: bool,
 }
 
+impl Jog {
+    /// The axis of this number, from 0: J1 to J4, or x, y, z and r. `None` for any other number.
+    #[must_use]
+    pub fn numbered(is_joint: bool, number: usize, positive: bool) -> Option<Self> {
+        let axes = match is_joint {
+            true => [JogAxis::J1, JogAxis::J2, JogAxis::J3, JogAxis::J4],
+            false => [JogAxis::X, JogAxis::Y, JogAxis::Z, JogAxis::R],
+        };
+        let axis = *axes.get(number)?;
+        Some(Self { axis, positive })
+    }
+}
+
 /// Joint angles with nothing in their way are run through this far, degrees.
 const UNLIMITED: f64 = 1e9;
 /// Nothing of the arm moves faster than this, mm/s or deg/s.

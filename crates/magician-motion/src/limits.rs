@@ -113,6 +113,18 @@ pub struct Limits {
 }
 
 impl Limits {
+    /// No limits: those of an arm whose base is still sought, and whose commanded angle says nothing about where it is.
+    pub const NONE: Self = {
+        const ANY: Range = Range::new(-1e9, 1e9);
+        Self {
+            j1: ANY,
+            j2: ANY,
+            j3: ANY,
+            j4: ANY,
+            j2_minus_j3: ANY,
+        }
+    };
+
     /// The angle at which this bound stands, degrees.
     #[must_use]
     pub fn at(&self, bound: Bound) -> f64 {

@@ -218,3 +218,21 @@ open_enums! {
         1 Right "Right hand.",
     }
 }
+
+impl JogCommand {
+    /// The number of the axis, from 0 for J1 or x, and whether its value grows; `None` for a stop and for the rail.
+    #[must_use]
+    pub const fn axis(self) -> Option<(usize, bool)> {
+        Some(match self {
+            Self::Axis1Plus => (0, true),
+            Self::Axis1Minus => (0, false),
+            Self::Axis2Plus => (1, true),
+            Self::Axis2Minus => (1, false),
+            Self::Axis3Plus => (2, true),
+            Self::Axis3Minus => (2, false),
+            Self::Axis4Plus => (3, true),
+            Self::Axis4Minus => (3, false),
+            _ => return None,
+        })
+    }
+}

@@ -4,9 +4,7 @@
 //! set. The switch stands where the base really is, so an arm that does not know its base angle finds it. The command
 //! runs through every stage; a stop, another motion or a reset ends it at whichever it is.
 
-use magician_motion::{
-    JointAngles, Limits, MotionError, Move, MoveKind, Plan, Planner, Range, Target,
-};
+use magician_motion::{JointAngles, Limits, MotionError, Move, MoveKind, Plan, Planner, Target};
 use magician_protocol::Writable;
 use magician_protocol::commands::HomeCmd;
 
@@ -32,18 +30,6 @@ pub(crate) enum Stage {
 
 /// The base at the switch: closer than the arm's step of 0.01125 deg.
 const AT_SWITCH: f64 = 1e-3;
-
-/// Before J1 is known its commanded angle says nothing about where it may be.
-pub(super) const ANYWHERE: Limits = {
-    const ANY: Range = Range::new(-1e9, 1e9);
-    Limits {
-        j1: ANY,
-        j2: ANY,
-        j3: ANY,
-        j4: ANY,
-        j2_minus_j3: ANY,
-    }
-};
 
 impl Core {
     /// Begins homing. Until J1 is set the arm is not homed, even if it was before.
@@ -72,7 +58,7 @@ impl Core {
         let mut speeds = self.model.homing.speeds();
         speeds.joint_velocity[0] = velocity;
         let planner = Planner {
-            limits: ANYWHERE,
+            limits: Limits::NONE,
             ..self.planner(speeds)
         };
         match planner.plan(&self.arm(), &request) {

@@ -24,22 +24,8 @@ pub(crate) enum Jogged {
 
 /// The axis and direction of a command; `None` for what is no axis of the arm.
 fn jog_of(is_joint: bool, command: JogCommand) -> Option<Jog> {
-    let (number, positive) = match command {
-        JogCommand::Axis1Plus => (0, true),
-        JogCommand::Axis1Minus => (0, false),
-        JogCommand::Axis2Plus => (1, true),
-        JogCommand::Axis2Minus => (1, false),
-        JogCommand::Axis3Plus => (2, true),
-        JogCommand::Axis3Minus => (2, false),
-        JogCommand::Axis4Plus => (3, true),
-        JogCommand::Axis4Minus => (3, false),
-        _ => return None,
-    };
-    const JOINTS: [JogAxis; 4] = [JogAxis::J1, JogAxis::J2, JogAxis::J3, JogAxis::J4];
-    const COORDINATES: [JogAxis; 4] = [JogAxis::X, JogAxis::Y, JogAxis::Z, JogAxis::R];
-    let axes = if is_joint { JOINTS } else { COORDINATES };
-    let axis = *axes.get(number)?;
-    Some(Jog { axis, positive })
+    let (number, positive) = command.axis()?;
+    Jog::numbered(is_joint, number, positive)
 }
 
 impl Core {

@@ -1,9 +1,10 @@
 //! What is planned when a command asks for motion, and the alarms that planning raises.
 
-use magician_motion::{Crossing, MotionError, Move, MoveKind, Plan, Planner, Speeds, Target};
+use magician_motion::{
+    Crossing, Limits, MotionError, Move, MoveKind, Plan, Planner, Speeds, Target,
+};
 use magician_protocol::{Alarm, PoList};
 
-use super::homing::ANYWHERE;
 use super::limits::alarm_of;
 use super::{Outputs, Purpose};
 use crate::core::Core;
@@ -95,7 +96,7 @@ impl Core {
                 let (elapsed, factor) = (motion.elapsed(self.now), self.profile.stop.force_factor);
                 let mut planner = self.planner(self.ptp_speeds());
                 if let Purpose::Search(_) = purpose {
-                    planner.limits = ANYWHERE;
+                    planner.limits = Limits::NONE;
                 }
                 let plan = planner.brake(&motion.trajectory, elapsed, factor);
                 let rail = self.brake_rail(&motion.rail, elapsed);
