@@ -28,7 +28,7 @@ use crate::{Error, Options, Result, Target};
 
 /// The table of all arms.
 pub const TABLE: &str = "arms";
-/// A file larger than this is none of settings.
+/// The largest file of settings that is read, bytes.
 const LARGEST: u64 = 1 << 20;
 
 /// What is known of one arm.

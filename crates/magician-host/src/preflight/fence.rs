@@ -1,7 +1,7 @@
 //! The fence of an arm: what each command does to it.
 
 use magician_motion::{
-    ArmState, Fence, JointAngles, Limits, Move, MoveKind, Planner, Range, Target, Trajectory,
+    ArmState, Fence, JointAngles, Limits, Move, MoveKind, Planner, Target, Trajectory,
 };
 use magician_protocol::Set;
 
@@ -9,21 +9,9 @@ use super::Preflight;
 use crate::burning::{LASER_POWER, raises_laser_pin};
 use crate::{Error, Result};
 
-/// While the base is sought no limit holds it.
-const ANYWHERE: Limits = {
-    const ANY: Range = Range::new(-1e9, 1e9);
-    Limits {
-        j1: ANY,
-        j2: ANY,
-        j3: ANY,
-        j4: ANY,
-        j2_minus_j3: ANY,
-    }
-};
-
 impl Preflight {
     /// Holds a fence: every motion is checked along its whole way, whatever the [`Guards`](super::Guards) let pass, and so is
-    /// how strong the laser burns. What cannot be checked is refused: a motion from a place that nobody knows, a queued
+    /// how strong the laser burns. What cannot be checked is refused: a motion from an unknown position, a queued
     /// jog, and [`ResetPose`](magician_protocol::commands::ResetPose), which would move the fence with the arm.
     ///
     /// Homing is checked by its way from where the arm believes to be, J1 to its switch and then to the home point; its speeds
@@ -73,11 +61,12 @@ impl Preflight {
             return Ok(());
         };
         self.check_power(command)?;
-        let bounds_motion = fence.bounds_space() || fence.top_speed().is_some();
         match command {
-            Set::JogCmd(jog) if bounds_motion && jog.cmd != magician_protocol::JogCommand::Stop => {
+            Set::JogCmd(jog)
+                if fence.bounds_motion() && jog.cmd != magician_protocol::JogCommand::Stop =>
+            {
                 Err(unchecked(
-                    "nobody stops a jog before the fence",
+                    "a plain jog is not stopped before the fence",
                     "use `magician jog`",
                 ))
             }
@@ -141,12 +130,11 @@ impl Preflight {
         checked.map_err(Error::fenced)
     }
 
-    /// A motion of which nobody knows where it begins.
+    /// Refuses a motion that begins at an unknown position.
     pub(super) fn known_start(&self) -> Result<()> {
-        let bounds = |fence: &Fence| fence.bounds_space() || fence.top_speed().is_some();
-        match self.fence.as_ref().is_some_and(bounds) {
+        match self.fence.as_ref().is_some_and(Fence::bounds_motion) {
             true => Err(unchecked(
-                "nobody knows where the arm is by then",
+                "the position of the arm by then is unknown",
                 "wait until it stands, or go on in a program of its own",
             )),
             false => Ok(()),
@@ -157,10 +145,7 @@ impl Preflight {
     pub(super) fn known_way(&self, command: &Set) -> Result<()> {
         match self.known_start() {
             Err(_) => Err(unchecked(
-                &format!(
-                    "{} moves the arm to where nobody can tell",
-                    command.row().set_name
-                ),
+                &format!("the end position of {} is unknown", command.row().set_name),
                 "go there with a move",
             )),
             Ok(()) => Ok(()),
@@ -173,7 +158,7 @@ impl Preflight {
             return Ok(());
         }
         let planner = Planner {
-            limits: ANYWHERE,
+            limits: Limits::NONE,
             ..self.planner(self.model.homing.speeds())
         };
         let mut from = *from;

@@ -21,7 +21,7 @@ use magician_protocol::commands::EndEffectorParams;
 pub use guards::{Guards, refuse};
 use laser::Laser;
 use path::Path;
-pub use readings::{Needs, Readings, governs_motion};
+pub use readings::{Needs, Readings, governs_motion, state_at};
 pub use retract::Lift;
 pub use speeds::PathLaws;
 
@@ -96,10 +96,7 @@ impl Preflight {
     /// Starts from what the arm reports.
     #[must_use]
     pub fn new(readings: &Readings) -> Self {
-        let at = readings.pose.map(|pose| ArmState {
-            joints: pose.joint_angle.map(f64::from).into(),
-            pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from).into(),
-        });
+        let at = readings.pose.as_ref().map(state_at);
         let home = readings.home;
         Self {
             model: ArmModel::MAGICIAN,

@@ -1,4 +1,6 @@
-use magician_motion::{ArmModel, CpSpeeds, JumpHeights, PowerUp, Rates, Speeds, ToolBias};
+use magician_motion::{
+    ArmModel, ArmState, CpSpeeds, JumpHeights, PowerUp, Rates, Speeds, ToolBias,
+};
 use magician_protocol::commands::{
     ArcCommonParams, ArcParams, CpParams, EndEffectorLaser, EndEffectorParams, HomeParams, Pose,
     PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params, PtpLParams,
@@ -240,6 +242,15 @@ pub fn governs_motion(command: &Set) -> bool {
             | Set::JogLParams(_)
             | Set::ResetPose(_)
     ) || Readings::are_set_by(command)
+}
+
+/// Where an arm stands that reports this pose.
+#[must_use]
+pub fn state_at(pose: &Pose) -> ArmState {
+    ArmState {
+        joints: pose.joint_angle.map(f64::from).into(),
+        pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from).into(),
+    }
 }
 
 /// What a program depends on besides what every program does.

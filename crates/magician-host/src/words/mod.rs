@@ -26,7 +26,7 @@ mod speed;
 mod tool;
 
 pub use crate::preflight::{
-    Guards, Lift, Needs, PathLaws, Preflight, Readings, Step, governs_motion, refuse,
+    Guards, Lift, Needs, PathLaws, Preflight, Readings, Step, governs_motion, refuse, state_at,
 };
 pub use conveyor::*;
 pub use io::*;

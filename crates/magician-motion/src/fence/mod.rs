@@ -192,6 +192,12 @@ impl Fence {
         self.floor.is_some() || self.within.is_some() || self.count > 0
     }
 
+    /// Whether it bounds motions: where the tip may be, or how fast it may go.
+    #[must_use]
+    pub fn bounds_motion(&self) -> bool {
+        self.bounds_space() || self.top_speed.is_some()
+    }
+
     /// What a tip at this place breaks, the worst of it.
     #[must_use]
     pub fn breach(&self, at: &Pose) -> Option<Breach> {

@@ -11,8 +11,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use magician_motion::Fence;
 use magician_protocol::commands::{
-    ClearAlarmsState, ClearAllAlarmsState, Pose, QueuedCmdClear, QueuedCmdCurrentIndex,
-    QueuedCmdForceStopExec, QueuedCmdStartDownload, QueuedCmdStartExec,
+    ClearAlarmsState, ClearAllAlarmsState, Pose, QueuedCmdClear, QueuedCmdForceStopExec,
+    QueuedCmdStartDownload, QueuedCmdStartExec,
 };
 use magician_protocol::{Effect, Frame, FrameBuf, JogCommand, QueuedCmdIndex, Row, Set, Writable};
 use tokio::sync::{Mutex, MutexGuard};
@@ -88,7 +88,7 @@ impl Sort {
             return Self::Free;
         }
         let Some(row) = Row::with_id(frame.id()) else {
-            return Self::Unknown("nobody knows what this command does");
+            return Self::Unknown("what this command does is unknown");
         };
         match row.id {
             id if id == QueuedCmdForceStopExec::ROW.id || id == QueuedCmdClear::ROW.id => {
@@ -101,7 +101,7 @@ impl Sort {
                 return Self::Releases;
             }
             id if id == QueuedCmdStartDownload::ROW.id => {
-                return Self::Unknown("what is stored in the arm runs when nobody checks it");
+                return Self::Unknown("programs that are stored in the arm run unchecked");
             }
             _ => {}
         }
@@ -135,7 +135,7 @@ impl Held {
     }
 
     fn bounds_motion(&self) -> bool {
-        self.fence.bounds_space() || self.fence.top_speed().is_some()
+        self.fence.bounds_motion()
     }
 }
 
@@ -308,25 +308,15 @@ impl Arm {
 
     /// Whether what was followed still waits, or runs, and nothing else does.
     async fn waits_in_order(&self, turn: &mut Turn<'_>) -> Result<bool> {
-        let room = self.left_space().await?;
-        let (_, capacity) = self.stats().await?;
-        let current = self.current().await?;
-        let ours = turn.course.waiting(current);
-        let waiting = u64::from(capacity.saturating_sub(room));
+        let waiting = u64::from(self.waiting().await?);
+        let ours = turn.course.waiting(self.current_index().await?.0);
         // The command under way may count as waiting or not.
         Ok(ours > 0 && waiting <= ours)
     }
 
-    async fn current(&self) -> Result<u64> {
-        let current = self.get::<QueuedCmdCurrentIndex>().await?;
-        Ok(current.queued_cmd_current_index)
-    }
-
     /// All that a motion depends on, of an arm that stands with an empty queue.
     async fn read_standing(&self, turn: &mut Turn<'_>) -> Result<Preflight> {
-        let room = self.left_space().await?;
-        let (_, capacity) = self.stats().await?;
-        if room < capacity {
+        if self.waiting().await? > 0 {
             return Err(refused(
                 "commands wait in its queue that were not checked from where it is now, or run there; wait until they \
                  have finished, or drop them (`magician stop`)",
@@ -341,7 +331,7 @@ impl Arm {
         let Some(start) = check.arm().map(|start| start.pose.to_array()) else {
             return Err(refused("it moves; wait until it stands"));
         };
-        let current = self.current().await?;
+        let current = self.current_index().await?.0;
         turn.first = true;
         turn.course.end = None;
         turn.course.last = current;
@@ -358,16 +348,14 @@ impl Arm {
         deadline: Instant,
     ) -> Result<Turn<'a>> {
         let turn = self.take_fence(held, deadline).await?;
-        let room = self.left_space().await?;
-        let (_, capacity) = self.stats().await?;
-        let waiting = capacity.saturating_sub(room);
+        let waiting = self.waiting().await?;
         if waiting == 0 {
             if frame.id() != QueuedCmdStartExec::ROW.id {
                 held.forget();
             }
             return Ok(turn);
         }
-        let current = self.current().await?;
+        let current = self.current_index().await?.0;
         let known = turn.course.breaks == turn.breaks && turn.course.end.is_some();
         let ours = turn.course.waiting(current);
         if !known || u64::from(waiting) > ours {

@@ -1,7 +1,6 @@
 //! Jogs under a fence: when the stop has to go out, so that the tool is at rest before it.
 
-use magician_motion::{ArmState, JogAxis, Plan, Planner, Rates, Speeds, Trajectory};
-use magician_protocol::JogCommand;
+use magician_motion::{ArmState, Fence, JogAxis, Plan, Planner, Rates, Speeds, Trajectory};
 use magician_protocol::commands::{
     JogCmd, JogCommonParams, JogCoordinateParams, JogJointParams, Pose,
 };
@@ -11,7 +10,7 @@ use super::Arm;
 use super::driver::micros;
 use super::fence::Turn;
 use crate::connection::Micros;
-use crate::words::Preflight;
+use crate::words::{Preflight, state_at};
 use crate::{Error, Result};
 
 /// What may pass between the instant at which a stop is due and the arm that obeys it, besides the line's own time.
@@ -37,10 +36,7 @@ impl FencedJog {
 
     /// The same, where the arm was seen on its way by a look that was asked for then.
     pub(super) fn latest_after(&self, asked: Micros, pose: &Pose) -> Micros {
-        let seen = ArmState {
-            joints: pose.joint_angle.map(f64::from).into(),
-            pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from).into(),
-        };
+        let seen = state_at(pose);
         let sign = if self.positive { 1.0 } else { -1.0 };
         let place = |state: &ArmState| sign * self.axis.value(state);
         let reached = place(&seen);
@@ -57,30 +53,14 @@ impl FencedJog {
 }
 
 fn jog_of(command: &JogCmd) -> Option<magician_motion::Jog> {
-    let (number, positive) = match command.cmd {
-        JogCommand::Axis1Plus => (0, true),
-        JogCommand::Axis1Minus => (0, false),
-        JogCommand::Axis2Plus => (1, true),
-        JogCommand::Axis2Minus => (1, false),
-        JogCommand::Axis3Plus => (2, true),
-        JogCommand::Axis3Minus => (2, false),
-        JogCommand::Axis4Plus => (3, true),
-        JogCommand::Axis4Minus => (3, false),
-        _ => return None,
-    };
-    let axes = match command.is_joint.is_on() {
-        true => [JogAxis::J1, JogAxis::J2, JogAxis::J3, JogAxis::J4],
-        false => [JogAxis::X, JogAxis::Y, JogAxis::Z, JogAxis::R],
-    };
-    let axis = axes.get(number).copied()?;
-    Some(magician_motion::Jog { axis, positive })
+    let (number, positive) = command.cmd.axis()?;
+    magician_motion::Jog::numbered(command.is_joint.is_on(), number, positive)
 }
 
 impl Arm {
     /// Whether jogs have to keep to a fence.
     pub(super) fn fences_jogs(&self) -> bool {
-        self.fence()
-            .is_some_and(|fence| fence.bounds_space() || fence.top_speed().is_some())
+        self.fence().is_some_and(Fence::bounds_motion)
     }
 
     /// The right to jog, and how far: nothing without a fence, no limit where none is in the way.
@@ -98,21 +78,20 @@ impl Arm {
         let asked = Instant::now();
         let share: JogCommonParams = self.get().await?;
         let trip = micros(asked.elapsed());
-        let ([along, _, _, _], [push, _, _, _]) = (space.velocity, space.acceleration);
-        let [_, _, _, round] = space.velocity;
-        let [_, _, _, twist] = space.acceleration;
+        let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
+        // A jog moves along one axis, whose speed is then that of the line.
         let (along, push) = match jog.axis {
-            JogAxis::Y => (space.velocity[1], space.acceleration[1]),
-            JogAxis::Z => (space.velocity[2], space.acceleration[2]),
-            _ => (along, push),
+            JogAxis::Y => (vy, ay),
+            JogAxis::Z => (vz, az),
+            _ => (vx, ax),
         };
         let speeds = Speeds {
             joint_velocity: joint.velocity.map(f64::from),
             joint_acceleration: joint.acceleration.map(f64::from),
             linear_velocity: along.into(),
             linear_acceleration: push.into(),
-            rotation_velocity: round.into(),
-            rotation_acceleration: twist.into(),
+            rotation_velocity: vr.into(),
+            rotation_acceleration: ar.into(),
             velocity_ratio: share.velocity_ratio.into(),
             acceleration_ratio: 100.0,
         };

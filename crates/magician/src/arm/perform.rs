@@ -127,9 +127,7 @@ impl Arm {
             read.rail = Some(self.get::<PoseL>().await?.pose_l);
             read.rail_speeds = self.get().await?;
         }
-        let room = self.left_space().await?;
-        let (_, capacity) = self.stats().await?;
-        let waits = room < capacity;
+        let waits = self.waiting().await? > 0;
         let pose = self.get::<Pose>().await?;
         read.pose = (!waits && pose == before).then_some(pose);
         Ok(self.fenced(Preflight::new(&read).model(self.inner.options.model)))

@@ -23,14 +23,19 @@ impl Arm {
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn start_empty_queue(&self) -> Result<bool> {
-        let room = self.left_space().await?;
-        let (_, capacity) = self.stats().await?;
         // What another program has left there is not set going.
-        let empty = room >= capacity;
+        let empty = self.waiting().await? == 0;
         if empty {
             self.start_queue().await?;
         }
         Ok(empty)
+    }
+
+    /// How many places of the arm's queue are taken.
+    pub(super) async fn waiting(&self) -> Result<u32> {
+        let room = self.left_space().await?;
+        let (_, capacity) = self.stats().await?;
+        Ok(capacity.saturating_sub(room))
     }
 
     /// Free places in the arm's queue.
