@@ -1,6 +1,6 @@
 //! Text that people write: taken with bounds, and saying where it is wrong.
 
-/// A larger text is none of ours: a program for the flash of 65536 commands has 7 MB.
+/// The largest text that is taken, bytes: a program for the flash of 65536 commands has 7 MB.
 pub const MOST_BYTES: usize = 16 << 20;
 
 /// Why bytes cannot be taken as text.
@@ -21,8 +21,8 @@ pub enum DocumentError {
     },
 }
 
-/// The text of a scenario, a profile or a flash, from the bytes of its file. Whoever reads a file that may not end need
-/// not read more than a byte above [`MOST_BYTES`].
+/// The text of a scenario, a profile or a flash, from the bytes of its file. A file that may not end need not be
+/// read further than one byte above [`MOST_BYTES`].
 ///
 /// # Errors
 /// [`DocumentError`], whose message goes on after the file's name.

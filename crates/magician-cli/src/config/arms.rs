@@ -7,7 +7,7 @@ use toml::de::DeValue;
 
 pub(super) use magician::arms::TABLE;
 
-/// What can be said of an arm, and how it is shown when nobody has.
+/// The settings of an arm, and what is shown for one that is not set.
 const SETTINGS: [(&str, &str, Kind); 7] = [
     ("port", "", Kind::Text),
     ("laser", "true", Kind::Flag),
@@ -53,7 +53,7 @@ pub(crate) fn names_of(arm: &str) -> impl Iterator<Item = (String, &'static str)
         .map(move |(setting, default, _)| (format!("{TABLE}.{arm}.{setting}"), *default))
 }
 
-/// How it is shown when nobody has said it.
+/// What is shown when it is not set.
 pub(crate) fn default_of(name: &str) -> &'static str {
     setting(name).map_or("", |(default, _)| default)
 }

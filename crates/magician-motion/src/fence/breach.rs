@@ -130,7 +130,7 @@ impl core::error::Error for Breach {}
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum FenceError {
-    /// A number that is none.
+    /// NaN or infinity.
     NotFinite(FencePart),
     /// The first corner of a box is not below the second one on this axis.
     Inverted {
