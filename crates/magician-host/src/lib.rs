@@ -18,6 +18,7 @@ mod error;
 pub mod faults;
 #[cfg(any(test, feature = "pair"))]
 pub mod pair;
+mod picture;
 mod preflight;
 pub mod proxy;
 pub mod stream;
@@ -34,3 +35,4 @@ pub use magician_motion::{
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };
+pub use picture::SettingsPicture;

@@ -484,3 +484,15 @@ def test_a_wait_in_a_stopped_queue_says_what_to_do(arm: Arm) -> None:
     with pytest.raises(errors.ResponseTimeoutError, match=r"its queue is stopped: `arm.start_queue\(\)` lets it go on"):
         arm.wait_for(index)
     assert arm.left_space() == 31
+
+
+def test_a_checked_move_is_five_frames(arm: Arm) -> None:
+    def frames(move: Callable[[], object]) -> int:
+        before = arm.stats().sent
+        move()
+        return arm.stats().sent - before
+
+    arm.move_to(220, 60, 20, 5)
+    assert frames(lambda: arm.move_to(220, 40, 20, 5)) == 5
+    assert frames(lambda: arm.line_to(220, 0, 20)) == 5, "the rotation that is kept is known"
+    assert frames(lambda: arm.move_by(dz=5)) == 5

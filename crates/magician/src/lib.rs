@@ -52,8 +52,8 @@ mod transport;
 mod virtual_arm;
 
 pub use arm::{
-    Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Owed, Pin, Progress, Ran,
-    Run, RunOptions, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
+    Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Owed, PerformOptions, Pin,
+    Progress, Ran, Run, RunOptions, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
 };
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;

@@ -156,7 +156,7 @@ impl Move {
         debts: &Debts,
     ) -> Result<(Vec<Set>, Option<[f64; 3]>), Failure> {
         arm.check_dark().await?;
-        let pose = arm.get::<commands::Pose>().await?;
+        let pose = arm.pose_lately().await?;
         let mut commands = Vec::new();
         if let Some(bias) = self.tool {
             commands.push(words::tool(bias));

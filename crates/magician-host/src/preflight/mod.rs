@@ -20,8 +20,9 @@ use magician_protocol::commands::EndEffectorParams;
 
 pub use guards::{Guards, refuse};
 use laser::Laser;
+pub(crate) use numbers::check as check_numbers;
 use path::Path;
-pub use readings::{Needs, Readings, governs_motion, state_at};
+pub use readings::{Needs, Readings, governs_motion, pose_of, state_at};
 pub use retract::Lift;
 pub use speeds::PathLaws;
 

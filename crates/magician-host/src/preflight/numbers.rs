@@ -5,7 +5,7 @@ use magician_protocol::{Case, CpMode, Ctrl, Field, FieldValue, Fields, FrameBuf,
 use crate::{Error, Result};
 
 /// Every number of a command is one, and within the range that its row tells.
-pub(super) fn check(command: &Set) -> Result<()> {
+pub(crate) fn check(command: &Set) -> Result<()> {
     match is_plainly_sound(command) {
         true => Ok(()),
         false => check_by_table(command),

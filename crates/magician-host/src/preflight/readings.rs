@@ -253,6 +253,19 @@ pub fn state_at(pose: &Pose) -> ArmState {
     }
 }
 
+/// What an arm reports that stands there.
+#[must_use]
+pub fn pose_of(state: &ArmState) -> Pose {
+    let [x, y, z, r] = state.pose.to_array().map(|value| value as f32);
+    Pose {
+        x,
+        y,
+        z,
+        r,
+        joint_angle: state.joints.to_array().map(|value| value as f32),
+    }
+}
+
 /// What a program depends on besides what every program does.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Needs {

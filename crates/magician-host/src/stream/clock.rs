@@ -32,6 +32,11 @@ impl Clock {
         }
     }
 
+    /// Whether it shows the end of a command when that comes, and nothing between.
+    pub(super) fn leaps(&self) -> bool {
+        matches!(self, Self::Stands(_))
+    }
+
     pub(super) fn leap(&mut self, now: Micros, time: Micros) -> Micros {
         let arm = self.at(now).saturating_add(time);
         *self = Self::Stands(arm);

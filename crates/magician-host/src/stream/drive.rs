@@ -9,6 +9,17 @@ use crate::connection::{Connection, Micros, Priority, Request};
 /// How long the first commands wait for more, us, before it is decided that this is no batch.
 pub(super) const GATHER: Micros = 20_000;
 
+/// How an arm is when a stream begins: nothing of others waits in its queue.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beginning {
+    /// Free places in the queue.
+    pub left: u32,
+    /// The index of the command that was finished last.
+    pub current: u64,
+    /// Where the arm stands, x, y, z in mm and r in degrees.
+    pub pose: [f64; 4],
+}
+
 /// What a stream is about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Phase {
@@ -65,7 +76,7 @@ impl Stream {
     fn step(&mut self, now: Micros, to: &mut Connection) -> bool {
         let before = self.phase;
         match self.phase {
-            Phase::Begin => self.begin(now),
+            Phase::Begin => self.begin(now, to),
             Phase::Choose => self.choose(now),
             Phase::Stop | Phase::Halt => self.control(Request::set(&QueuedCmdStopExec {}), to),
             Phase::Clear => self.control(Request::set(&QueuedCmdClear {}), to),
@@ -78,11 +89,14 @@ impl Stream {
         self.phase != before
     }
 
-    fn begin(&mut self, now: Micros) {
+    fn begin(&mut self, now: Micros, to: &Connection) {
         if self.next().is_none() {
             if self.ended {
                 self.phase = Phase::Run;
             }
+        } else if let Some(beginning) = self.beginning.take() {
+            self.reader.was_told(now, &beginning);
+            self.begun(to.last_index().map(|index| index.0));
         } else if !self.reader.is_planned() {
             self.reader.look_closely(now, self.settings.start);
         }
@@ -180,7 +194,10 @@ impl Stream {
 
     fn load(&mut self, now: Micros, to: &mut Connection) {
         self.send(now, to);
-        if self.flying() > 0 || self.retry_at.is_some() || self.credit.full {
+        if self.flying() > 0 {
+            return;
+        }
+        if self.retry_at.is_some() || self.credit.full {
             self.pace(now);
             return;
         }
@@ -188,7 +205,10 @@ impl Stream {
         match self.group.is_none_or(|left| left == 0) {
             true => {
                 self.group = None;
-                self.phase = Phase::Start;
+                self.phase = match self.settings.running && !self.stopped {
+                    true => Phase::Run,
+                    false => Phase::Start,
+                };
             }
             false => self.pace(now),
         }

@@ -28,6 +28,10 @@ pub struct StreamSettings {
     pub window: usize,
     /// Starts the queue. Otherwise it is left as it is, and only its places limit what is put in.
     pub start: bool,
+    /// The queue runs already, and nobody else stops it: it is not started once more.
+    pub running: bool,
+    /// The arm takes the time that is known of each command, and is done with none before.
+    pub on_time: bool,
     /// How long an answer may take, us, until the stream ends with the request's failure.
     pub patience: Micros,
     /// The laser of a path (`CPLECmd`) is trusted to go out when the path comes to rest (model section 8, from the
@@ -45,6 +49,8 @@ impl Default for StreamSettings {
             laser_horizon: 1_000_000,
             window: 1,
             start: true,
+            running: false,
+            on_time: false,
             patience: 5_000_000,
             dark_at_rest: true,
             trust_pose: false,

@@ -100,6 +100,7 @@ use magician_protocol::{Ctrl, FrameBuf};
 use crate::connection::{Connection, Micros, Priority, Request, Ticket};
 use clock::Clock;
 use credit::Credit;
+pub use drive::Beginning;
 use drive::Phase;
 use event::Events;
 pub use event::{Refused, StreamEvent, StreamFailure};
@@ -196,6 +197,8 @@ pub struct Stream {
     clock: Clock,
     /// What the connection's clock showed last.
     now: Micros,
+    /// How the arm was when it began, if that was read for it.
+    beginning: Option<Beginning>,
 }
 
 /// Look.
@@ -243,6 +246,16 @@ impl Stream {
             dry: false,
             clock: Clock::default(),
             now: 0,
+            beginning: None,
+        }
+    }
+
+    /// As [`new`](Self::new), for an arm at rest that was looked at just now: it need not be looked at once more.
+    #[must_use]
+    pub fn beginning(settings: StreamSettings, beginning: Beginning) -> Self {
+        Self {
+            beginning: Some(beginning),
+            ..Self::new(settings)
         }
     }
 

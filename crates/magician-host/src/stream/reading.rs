@@ -1,6 +1,7 @@
 use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, NoArgs, Readable};
 
+use super::drive::Beginning;
 use super::item::Entry;
 use super::{Stream, StreamEvent, StreamFailure};
 use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
@@ -9,6 +10,8 @@ use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 pub(super) const SOON: Micros = 10_000;
 /// Longest time between two looks while something is under way.
 const LATE: Micros = 200_000;
+/// The same for the end of a single command that is known to take so long.
+const LATEST: Micros = 10_000_000;
 /// Time between two looks while commands flow and there is room for many more: a look costs as much of the line as a
 /// command.
 const SELDOM: Micros = 400_000;
@@ -38,6 +41,8 @@ pub(super) struct Reader {
     wants_pose: bool,
     /// The look under way, or the last one, reads the pose.
     pub(super) has_pose: bool,
+    /// The look that is planned is for the end of the only command: whether it came says all.
+    ends: bool,
     /// The look that is planned is in no hurry.
     seldom: bool,
     /// Command that was finished last, 0 before the first look.
@@ -68,6 +73,7 @@ impl Reader {
             wants_left: false,
             wants_pose: false,
             has_pose: false,
+            ends: false,
             seldom: false,
             current: 0,
             known: false,
@@ -91,6 +97,13 @@ impl Reader {
             changed: Micros::MAX,
             ..Self::new()
         }
+    }
+
+    /// Somebody else has looked at an arm at rest.
+    pub(super) fn was_told(&mut self, now: Micros, beginning: &Beginning) {
+        (self.left, self.left_at) = (beginning.left, Some(now));
+        (self.current, self.known, self.changed) = (beginning.current, true, now);
+        (self.pose, self.has_pose) = (beginning.pose, true);
     }
 
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
@@ -166,7 +179,8 @@ impl Stream {
             let stale = reader
                 .left_at
                 .is_none_or(|at| at.saturating_add(check) <= now);
-            let left = reader.wants_left || stale;
+            let ends = std::mem::take(&mut reader.ends);
+            let left = reader.wants_left || stale && !ends;
             reader.rest = [
                 left.then_some(Reading::Left),
                 Some(Reading::Current),
@@ -364,7 +378,11 @@ impl Stream {
             0 => time.min(SOON << self.reader.misses.min(4)),
             wait => wait,
         };
-        self.reader.look(now.saturating_add(wait.clamp(SOON, LATE)));
+        let only = count == 1 && time < Micros::MAX && since < time && self.next().is_none();
+        let ends = only && (self.settings.on_time || self.clock.leaps());
+        let latest = if ends { LATEST } else { LATE };
+        self.reader.ends = ends && wait <= latest;
+        (self.reader).look(now.saturating_add(wait.clamp(SOON, latest)));
         self.reader.awaits_news = self.flows();
     }
 }

@@ -26,7 +26,8 @@ mod speed;
 mod tool;
 
 pub use crate::preflight::{
-    Guards, Lift, Needs, PathLaws, Preflight, Readings, Step, governs_motion, refuse, state_at,
+    Guards, Lift, Needs, PathLaws, Preflight, Readings, Step, governs_motion, pose_of, refuse,
+    state_at,
 };
 pub use conveyor::*;
 pub use io::*;

@@ -213,6 +213,10 @@ class Arm(Bound):
         """
         return wait(self._core.get(Pose))
 
+    def _pose_lately(self) -> Pose:
+        """Where the arm is, as its last motion left it a moment ago; else it is asked."""
+        return wait(self._core.pose_lately(Pose))
+
     def joints(self) -> Joints:
         """The angles of the joints, degrees."""
         return (self.pose()).joints
@@ -468,7 +472,7 @@ class Arm(Bound):
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
         """
-        r = (self.pose()).r if r is None else r
+        r = (self._pose_lately()).r if r is None else r
         move: words.Move = words.line_to(x, y, z, r) if linear else words.move_to(x, y, z, r)
         self.perform([move if rail is None else words.with_rail(move, rail)])
 
@@ -482,7 +486,7 @@ class Arm(Bound):
         :meth:`jump_height` says how high. ``linear``: across on a straight line (E28: seen to do nothing on some
         firmware).
         """
-        r = (self.pose()).r if r is None else r
+        r = (self._pose_lately()).r if r is None else r
         self.perform([words.jump_line_to(x, y, z, r) if linear else words.jump_to(x, y, z, r)])
 
     def move_by(
@@ -499,7 +503,7 @@ class Arm(Bound):
         self, j1: float, j2: float, j3: float, j4: float | None = None, *, linear: bool = False
     ) -> None:
         """Goes to joint angles, degrees; j4 left out keeps it. ``linear``: with the tool on a straight line."""
-        j4 = (self.pose()).j4 if j4 is None else j4
+        j4 = (self._pose_lately()).j4 if j4 is None else j4
         word = words.line_joints if linear else words.move_joints
         self.perform([word(j1, j2, j3, j4)])
 
@@ -509,7 +513,7 @@ class Arm(Bound):
 
     def jump_joints(self, j1: float, j2: float, j3: float, j4: float | None = None) -> None:
         """Goes to joint angles, degrees, over obstacles; j4 left out keeps it."""
-        j4 = (self.pose()).j4 if j4 is None else j4
+        j4 = (self._pose_lately()).j4 if j4 is None else j4
         self.perform([words.jump_joints(j1, j2, j3, j4)])
 
     def move_joints_by(self, d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> None:
@@ -572,7 +576,7 @@ class Arm(Bound):
 
     def rail_to(self, position: float) -> None:
         """Moves the carriage alone to so many mm (0 to 1000)."""
-        self.perform([words.rail_to(position, self.pose())])
+        self.perform([words.rail_to(position, self._pose_lately())])
 
     def rail_by(self, distance: float) -> None:
         """Moves the carriage alone, by so many mm."""

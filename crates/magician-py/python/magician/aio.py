@@ -299,6 +299,10 @@ class Arm(Bound):
         """
         return await until(self._core.get(Pose))
 
+    async def _pose_lately(self) -> Pose:
+        """Where the arm is, as its last motion left it a moment ago; else it is asked."""
+        return await until(self._core.pose_lately(Pose))
+
     async def joints(self) -> Joints:
         """The angles of the joints, degrees."""
         return (await self.pose()).joints
@@ -554,7 +558,7 @@ class Arm(Bound):
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
         """
-        r = (await self.pose()).r if r is None else r
+        r = (await self._pose_lately()).r if r is None else r
         move: words.Move = words.line_to(x, y, z, r) if linear else words.move_to(x, y, z, r)
         await self.perform([move if rail is None else words.with_rail(move, rail)])
 
@@ -568,7 +572,7 @@ class Arm(Bound):
         :meth:`jump_height` says how high. ``linear``: across on a straight line (E28: seen to do nothing on some
         firmware).
         """
-        r = (await self.pose()).r if r is None else r
+        r = (await self._pose_lately()).r if r is None else r
         await self.perform([words.jump_line_to(x, y, z, r) if linear else words.jump_to(x, y, z, r)])
 
     async def move_by(
@@ -585,7 +589,7 @@ class Arm(Bound):
         self, j1: float, j2: float, j3: float, j4: float | None = None, *, linear: bool = False
     ) -> None:
         """Goes to joint angles, degrees; j4 left out keeps it. ``linear``: with the tool on a straight line."""
-        j4 = (await self.pose()).j4 if j4 is None else j4
+        j4 = (await self._pose_lately()).j4 if j4 is None else j4
         word = words.line_joints if linear else words.move_joints
         await self.perform([word(j1, j2, j3, j4)])
 
@@ -595,7 +599,7 @@ class Arm(Bound):
 
     async def jump_joints(self, j1: float, j2: float, j3: float, j4: float | None = None) -> None:
         """Goes to joint angles, degrees, over obstacles; j4 left out keeps it."""
-        j4 = (await self.pose()).j4 if j4 is None else j4
+        j4 = (await self._pose_lately()).j4 if j4 is None else j4
         await self.perform([words.jump_joints(j1, j2, j3, j4)])
 
     async def move_joints_by(self, d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> None:
@@ -658,7 +662,7 @@ class Arm(Bound):
 
     async def rail_to(self, position: float) -> None:
         """Moves the carriage alone to so many mm (0 to 1000)."""
-        await self.perform([words.rail_to(position, await self.pose())])
+        await self.perform([words.rail_to(position, await self._pose_lately())])
 
     async def rail_by(self, distance: float) -> None:
         """Moves the carriage alone, by so many mm."""

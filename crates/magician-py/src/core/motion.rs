@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::words::{Guards, Preflight};
-use magician::{Arm, Error, ErrorKind, Progress, QueueIndex, Ran, RunOptions, Set};
+use magician::{Error, ErrorKind, PerformOptions, Progress, QueueIndex, Ran, RunOptions, Set};
 use pyo3::prelude::*;
 
 use super::Core;
@@ -30,26 +30,6 @@ fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> PyResult<Guar
         };
     }
     Ok(guards)
-}
-
-/// As `Arm::perform_with`, telling how far it is. `stops` of before are not its own.
-async fn perform(
-    arm: Arm,
-    commands: Vec<Set>,
-    guards: Guards,
-    (options, stops): (RunOptions, u64),
-    reporter: Reporter,
-) -> magician::Result<Ran> {
-    arm.permit(&commands)?;
-    if guards.alarms || guards.require_homed {
-        arm.check_alarms(&commands, guards).await?;
-    }
-    let check = arm.preflight_for(&commands).await?;
-    let (commands, _) = checked(check.clone().guards(guards), commands).await?;
-    let run = arm.begin(commands, options).along(check);
-    let mut run = run.unless_stopped_since(stops);
-    run.finish(move |progress| report(&reporter, progress))
-        .await
 }
 
 /// Checks commands and tells how long they take. Many take a while, and others have connections to be served.
@@ -101,8 +81,17 @@ impl Core {
         let guards = guards(py, &skip, require_homed)?;
         let commands = self::commands(commands)?;
         let arm = self.burning(py, allow_laser)?;
-        let from = (RunOptions::default().keep(keep), arm.stops());
-        let task = |reporter| perform(arm.clone(), commands, guards, from, reporter);
+        let options = PerformOptions::default()
+            .guards(guards)
+            .run(RunOptions::default().keep(keep))
+            .unless_stopped_since(arm.stops());
+        let task = |reporter: Reporter| {
+            let arm = arm.clone();
+            async move {
+                let told = |progress| report(&reporter, progress);
+                arm.perform_telling(&commands, options, told).await
+            }
+        };
         Ok(Call::moving(&arm, task, ran))
     }
 

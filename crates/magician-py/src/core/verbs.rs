@@ -1,7 +1,8 @@
 //! The three verbs, and any frame.
 
 use magician::Set;
-use magician::protocol::{Ctrl, Layout as _, NoArgs, Row};
+use magician::commands::Pose;
+use magician::protocol::{Ctrl, FrameBuf, Layout as _, NoArgs, Readable as _, Row};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 
@@ -60,6 +61,18 @@ impl Core {
         let ask = async move { arm.raw(row.id, Ctrl::GET, &params).await };
         Ok(Call::start(ask, move |py, reply| {
             values::decode(class.bind(py), answer, reply.frame().params())
+        }))
+    }
+
+    /// Where the arm is: read, or known from its last motion.
+    fn pose_lately(&self, class: &Bound<'_, PyAny>) -> PyResult<Call> {
+        let (arm, class) = (self.arm(class.py())?, class.clone().unbind());
+        let ask = async move {
+            let pose = arm.pose_lately().await?;
+            Ok(FrameBuf::encode(Pose::ROW.id, Ctrl::GET, &pose)?)
+        };
+        Ok(Call::start(ask, move |py, pose| {
+            values::decode(class.bind(py), Pose::INFO, pose.frame().params())
         }))
     }
 

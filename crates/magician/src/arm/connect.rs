@@ -136,11 +136,7 @@ impl Arm {
         }
         let (messages, inbox) = mpsc::channel(64);
         let (events, _) = broadcast::channel(KEPT);
-        let shared = Arc::new(Shared::new(
-            line.name.clone(),
-            line.settings.ordered,
-            &events,
-        ));
+        let shared = Arc::new(Shared::new(&line, &events));
         let (tried, in_process) = (line.tried, line.in_process);
         let driver = Driver::new(
             line,
@@ -287,6 +283,7 @@ impl Line {
             name: "the stream".to_owned(),
             tried: "a stream",
             in_process: false,
+            is_shared: true,
         }
     }
 }

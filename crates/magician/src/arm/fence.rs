@@ -19,13 +19,10 @@ use tokio::sync::{Mutex, MutexGuard};
 use tokio::time::{Instant, sleep, timeout_at};
 
 use super::Arm;
+use super::halt::APART;
+use super::known::NEAR;
 use crate::words::{Guards, Needs, Preflight, Readings, governs_motion};
 use crate::{Error, ErrorKind, Result};
-
-/// Poses so far apart that are equal are those of an arm that stands.
-const APART: std::time::Duration = std::time::Duration::from_millis(30);
-/// A command that has finished leaves the arm so near to where it was to, mm and degrees.
-const NEAR: f64 = 0.05;
 
 /// The fence of a connection, and what it has let pass.
 #[derive(Debug)]
@@ -316,7 +313,9 @@ impl Arm {
 
     /// All that a motion depends on, of an arm that stands with an empty queue.
     async fn read_standing(&self, turn: &mut Turn<'_>) -> Result<Preflight> {
-        if self.waiting().await? > 0 {
+        let look = self.read_queue().await?;
+        let (_, places) = self.stats().await?;
+        if look.left < places {
             return Err(refused(
                 "commands wait in its queue that were not checked from where it is now, or run there; wait until they \
                  have finished, or drop them (`magician stop`)",
@@ -325,18 +324,19 @@ impl Arm {
         if self.moving() {
             self.wait_still().await?;
         }
-        let on_rail = (self.get::<magician_protocol::commands::DeviceWithL>().await)
+        let on_rail = (self
+            .setting::<magician_protocol::commands::DeviceWithL>()
+            .await)
             .is_ok_and(|rail| rail.with_l.is_on());
-        let check = self.read(Needs::all(on_rail), on_rail).await?;
+        let check = self.read(Needs::all(on_rail), on_rail, &look).await?;
         let Some(start) = check.arm().map(|start| start.pose.to_array()) else {
             return Err(refused("it moves; wait until it stands"));
         };
-        let current = self.current_index().await?.0;
         turn.first = true;
         turn.course.end = None;
-        turn.course.last = current;
+        turn.course.last = look.current;
         turn.course.stations.clear();
-        turn.course.stations.push_back((current, Some(start)));
+        turn.course.stations.push_back((look.current, Some(start)));
         Ok(check.guards(Guards::NONE.reach(true).unknown_start(true)))
     }
 

@@ -21,7 +21,7 @@ use crate::{Error, ErrorKind, Result};
 /// end of a motion that a Clear lets finish.
 const BRAKING: Duration = Duration::from_secs(5);
 /// Poses so far apart that are equal are those of an arm that stands.
-const APART: Duration = Duration::from_millis(30);
+pub(super) const APART: Duration = Duration::from_millis(30);
 
 /// How long whoever stops the arm from outside of any task waits until that is confirmed.
 const HALT: Duration = Duration::from_secs(1);

@@ -2,10 +2,10 @@
 
 use magician_protocol::commands::{
     EndEffectorLaser, GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm,
-    QueuedCmdCurrentIndex,
 };
 use magician_protocol::{Flag, Frame, IoFunction, Set};
 
+use super::known::QueueLook;
 use super::{Arm, Shared};
 use crate::connection::Request;
 use crate::words;
@@ -78,8 +78,7 @@ impl Arm {
         if self.may_burn() {
             return Ok(());
         }
-        let room = self.left_space().await?;
-        match self.foreign_commands(room).await? {
+        match self.foreign_commands(&self.look_at_queue().await?).await? {
             0 => Ok(()),
             count => {
                 let commands = if count == 1 { "command" } else { "commands" };
@@ -107,16 +106,15 @@ impl Arm {
         ))
     }
 
-    /// How many commands wait in the queue that this connection did not put there; `room` is its left space.
-    pub(super) async fn foreign_commands(&self, room: u32) -> Result<u32> {
+    /// How many commands wait in the queue that this connection did not put there.
+    pub(super) async fn foreign_commands(&self, look: &QueueLook) -> Result<u32> {
         let (_, capacity) = self.stats().await?;
-        let waiting = capacity.saturating_sub(room);
+        let waiting = capacity.saturating_sub(look.left);
         if waiting == 0 {
             return Ok(0);
         }
-        let current = self.get::<QueuedCmdCurrentIndex>().await?;
         let running = self.exposure().started() == Some(true);
-        let ours = (self.own()).waiting(current.queued_cmd_current_index, running);
+        let ours = self.own().waiting(look.current, running);
         match ours >= u64::from(waiting) {
             true => Ok(0),
             false => Ok(waiting),
@@ -139,7 +137,7 @@ impl Arm {
         if lit_here {
             return Ok(Some(true));
         }
-        let told = known(self.get::<EndEffectorLaser>().await)?;
+        let told = known(self.setting::<EndEffectorLaser>().await)?;
         let told = told.map(|laser| laser.is_ctrl_enabled.is_on() && laser.is_on.is_on());
         if told == Some(true) || !self.inner.options.laser_pins {
             return Ok(told);
@@ -180,7 +178,7 @@ impl Arm {
         let query = GetIoMultiplexing {
             address: Some(address),
         };
-        let read = known(self.get_with::<IoMultiplexing>(&query).await)?;
+        let read = known(self.setting_with::<IoMultiplexing>(&query).await)?;
         Ok(read.map(|read| read.multiplex))
     }
 

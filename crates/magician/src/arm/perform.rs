@@ -3,13 +3,67 @@
 use std::sync::atomic::Ordering;
 
 use magician_protocol::commands::{ClearAlarmsState, DeviceWithL, HomeCmd, Pose, PoseL};
-use magician_protocol::{Alarm, Set};
+use magician_protocol::{Alarm, AlarmSet, Set};
 
 use super::Arm;
+use super::known::QueueLook;
 use super::run::{Ran, RunOptions};
+use super::watch::Progress;
 use crate::connection::Request;
 use crate::words::{Guards, Needs, Preflight, Readings, refuse};
 use crate::{ErrorKind, Result};
+
+/// So many commands are checked before other tasks get their turn.
+const TURN: usize = 1024;
+
+/// How [`Arm::perform_telling`] checks and runs.
+#[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+pub struct PerformOptions {
+    /// What is refused.
+    pub guards: Guards,
+    /// How it runs.
+    pub run: RunOptions,
+    /// Sends nothing when a stop came after there were so many ([`Arm::stops`]); at first those before the call.
+    pub stops: Option<u64>,
+}
+
+impl PerformOptions {
+    /// Sets [`guards`](Self::guards).
+    #[must_use]
+    pub fn guards(mut self, guards: Guards) -> Self {
+        self.guards = guards;
+        self
+    }
+
+    /// Sets [`run`](Self::run).
+    #[must_use]
+    pub fn run(mut self, run: RunOptions) -> Self {
+        self.run = run;
+        self
+    }
+
+    /// Sets [`stops`](Self::stops).
+    #[must_use]
+    pub fn unless_stopped_since(mut self, stops: u64) -> Self {
+        self.stops = Some(stops);
+        self
+    }
+}
+
+/// Checks a whole program, its end included. Many commands take a while, and others have connections to be served.
+async fn check_all(check: Preflight, commands: &[Set]) -> Result<()> {
+    let mut check = check.summing();
+    for some in commands.chunks(TURN) {
+        for command in some {
+            check.check(command)?;
+        }
+        if some.len() == TURN {
+            tokio::task::yield_now().await;
+        }
+    }
+    check.finish()
+}
 
 impl Arm {
     /// Checks a program as the arm stands now, before any of it is sent, and runs it.
@@ -28,16 +82,32 @@ impl Arm {
     /// # Errors
     /// As [`perform`](Self::perform).
     pub async fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
-        let stops = self.stops();
+        let options = PerformOptions::default().guards(guards);
+        self.perform_telling(commands, options, |_| {}).await
+    }
+
+    /// As [`perform_with`](Self::perform_with), with options, and tells how far it is.
+    ///
+    /// # Errors
+    /// As [`perform`](Self::perform).
+    pub async fn perform_telling(
+        &self,
+        commands: &[Set],
+        options: PerformOptions,
+        progress: impl FnMut(Progress),
+    ) -> Result<Ran> {
+        let stops = options.stops.unwrap_or_else(|| self.stops());
+        let guards = options.guards;
         self.permit(commands)?;
         if guards.alarms || guards.require_homed {
-            self.check_alarms(commands, guards).await?;
+            let alarms = self.alarms_lately().await?;
+            self.refuse_alarms(alarms, commands, guards).await?;
         }
         let check = self.preflight_for(commands).await?;
-        check.clone().guards(guards).program(commands)?;
-        let run = self.begin(commands.iter().copied(), RunOptions::default());
+        check_all(check.clone().guards(guards), commands).await?;
+        let run = self.begin(commands.iter().copied(), options.run);
         let mut run = run.along(check).unless_stopped_since(stops);
-        run.finish(|_| {}).await
+        run.finish(progress).await
     }
 
     /// Whether the arm is ready for these commands, as far as its alarms tell and these guards ask: what
@@ -47,8 +117,17 @@ impl Arm {
     /// [`ErrorKind::Alarm`] for the guard `alarms`, [`ErrorKind::InvalidInput`] for `require_homed`; else as
     /// [`get`](Self::get).
     pub async fn check_alarms(&self, commands: &[Set], guards: Guards) -> Result<()> {
-        let homes = matches!(commands.first(), Some(Set::HomeCmd(_)));
         let alarms = self.alarms().await?;
+        self.refuse_alarms(alarms, commands, guards).await
+    }
+
+    async fn refuse_alarms(
+        &self,
+        alarms: AlarmSet,
+        commands: &[Set],
+        guards: Guards,
+    ) -> Result<()> {
+        let homes = matches!(commands.first(), Some(Set::HomeCmd(_)));
         if guards.alarms && alarms.blocking() && !homes {
             return Err(self.stopped_by(alarms).await);
         }
@@ -79,14 +158,15 @@ impl Arm {
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn preflight(&self) -> Result<Preflight> {
-        let on_rail = self.get::<DeviceWithL>().await?.with_l.is_on();
+        let look = self.look_at_queue().await?;
+        let on_rail = self.setting::<DeviceWithL>().await?.with_l.is_on();
         let needs = Needs {
             home: false,
             arc: true,
             path: true,
             rail: on_rail,
         };
-        self.read(needs, on_rail).await
+        self.read(needs, on_rail, &look).await
     }
 
     /// As [`preflight`](Self::preflight), reading only what these commands depend on.
@@ -94,23 +174,38 @@ impl Arm {
     /// # Errors
     /// As [`get`](Self::get).
     pub async fn preflight_for(&self, commands: &[Set]) -> Result<Preflight> {
+        // What the queue tells of others comes before what is believed.
+        let look = self.look_at_queue().await?;
         let needs = Needs::of(commands);
-        let on_rail = needs.rail && self.get::<DeviceWithL>().await?.with_l.is_on();
-        self.read(needs, on_rail).await
+        let on_rail = needs.rail && self.setting::<DeviceWithL>().await?.with_l.is_on();
+        self.read(needs, on_rail, &look).await
     }
 
-    pub(super) async fn read(&self, needs: Needs, on_rail: bool) -> Result<Preflight> {
-        let before = self.get::<Pose>().await?;
+    pub(super) async fn read(
+        &self,
+        needs: Needs,
+        on_rail: bool,
+        look: &QueueLook,
+    ) -> Result<Preflight> {
+        let (before_it, places) = self.stats().await?;
+        // A fence asks the arm itself: a hand may have moved it.
+        let known = self
+            .standing(look, places)
+            .filter(|_| self.fence().is_none());
+        let before = match known {
+            Some(pose) => pose,
+            None => self.get::<Pose>().await?,
+        };
         let mut read = Readings::default();
-        read.tool = self.get().await?;
-        read.laser = self.get().await?;
-        read.joint_speeds = self.get().await?;
-        read.line_speeds = self.get().await?;
-        read.ratios = self.get().await?;
-        read.jump = self.get().await?;
+        read.tool = self.setting().await?;
+        read.laser = self.setting().await?;
+        read.joint_speeds = self.setting().await?;
+        read.line_speeds = self.setting().await?;
+        read.ratios = self.setting().await?;
+        read.jump = self.setting().await?;
         read.with_rail = on_rail;
         if needs.home {
-            read.home = match self.get().await {
+            read.home = match self.setting().await {
                 Ok(home) => Some(home),
                 // An arm may have none to tell before one was set.
                 Err(error) if error.kind() == ErrorKind::Unexpected => None,
@@ -118,18 +213,22 @@ impl Arm {
             };
         }
         if needs.arc {
-            read.arc_speeds = self.get().await?;
+            read.arc_speeds = self.setting().await?;
         }
         if needs.path {
-            read.path_speeds = self.get().await?;
+            read.path_speeds = self.setting().await?;
         }
         if needs.rail {
             read.rail = Some(self.get::<PoseL>().await?.pose_l);
-            read.rail_speeds = self.get().await?;
+            read.rail_speeds = self.setting().await?;
         }
-        let waits = self.waiting().await? > 0;
-        let pose = self.get::<Pose>().await?;
-        read.pose = (!waits && pose == before).then_some(pose);
+        read.pose = match known {
+            Some(pose) => Some(pose),
+            None => {
+                self.stands_at(before, look, (before_it.sent, places))
+                    .await?
+            }
+        };
         Ok(self.fenced(Preflight::new(&read).model(self.inner.options.model)))
     }
 

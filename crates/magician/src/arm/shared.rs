@@ -10,10 +10,12 @@ use tokio::time::Instant;
 use super::events::Event;
 use super::exposure::Exposure;
 use super::halt::Halts;
+use super::known::Known;
 use super::link::Link;
 use super::state::{Status, Watches};
 use super::watch::Own;
 use crate::connection::Micros;
+use crate::transport::Line;
 use crate::{Error, Result};
 
 /// So often what a call sends may be lost.
@@ -35,6 +37,7 @@ pub(super) struct Shared {
     pub(super) doubts: AtomicU64,
     exposure: Mutex<Exposure>,
     own: Mutex<Own>,
+    known: Mutex<Known>,
     mishap: Mutex<Option<Befallen>>,
     pub(super) halts: Mutex<Halts>,
     pub(super) link: watch::Sender<Link>,
@@ -68,16 +71,17 @@ struct Befallen {
 }
 
 impl Shared {
-    pub(super) fn new(name: String, ordered: bool, events: &broadcast::Sender<Event>) -> Self {
+    pub(super) fn new(line: &Line, events: &broadcast::Sender<Event>) -> Self {
         Self {
-            name,
-            ordered,
+            name: line.name.clone(),
+            ordered: line.settings.ordered,
             detached: AtomicBool::new(false),
             stops: AtomicU64::new(0),
             clears: AtomicU64::new(0),
             doubts: AtomicU64::new(0),
             exposure: Mutex::default(),
             own: Mutex::default(),
+            known: Mutex::new(Known::new(line.is_shared)),
             mishap: Mutex::default(),
             halts: Mutex::default(),
             link: watch::Sender::new(Link::Up),
@@ -132,6 +136,10 @@ impl Shared {
 
     /// Ends what is going on as a stop does; the next wait or run tells why.
     pub(super) fn befall(&self, mishap: Mishap) {
+        match mishap {
+            Mishap::Reset(_) => self.known().reset(),
+            Mishap::Unaccounted { .. } => self.known().forget(),
+        }
         let mut last = held(&self.mishap);
         let stop = self.stop();
         *last = Some(Befallen {
@@ -153,6 +161,11 @@ impl Shared {
     /// The commands of this connection that are in the queue.
     pub(super) fn own(&self) -> MutexGuard<'_, Own> {
         held(&self.own)
+    }
+
+    /// What is known of the arm without asking it.
+    pub(super) fn known(&self) -> MutexGuard<'_, Known> {
+        held(&self.known)
     }
 
     pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {

@@ -151,6 +151,8 @@ pub(super) struct Watch {
     changed: Instant,
     /// Where the arm was seen, and the rail.
     pose: Option<(Pose, Option<PoseL>)>,
+    /// The index stands for so long by itself.
+    lasts: Duration,
     /// Stops before it began.
     stops: u64,
     /// A stream counts what is in the queue, and may have emptied it to go on from further back.
@@ -160,6 +162,7 @@ pub(super) struct Watch {
 impl Watch {
     pub(super) fn new(total: Option<u64>, stops: u64) -> Self {
         Self {
+            lasts: Duration::ZERO,
             stops,
             counted: false,
             progress: Progress {
@@ -180,6 +183,11 @@ impl Watch {
             counted: true,
             ..self
         }
+    }
+
+    /// Its only command takes so long.
+    pub(super) fn lasts(&mut self, time: Duration) {
+        self.lasts = time;
     }
 
     pub(super) fn sent(&mut self, sent: u64, last: Option<QueueIndex>) {
@@ -293,7 +301,7 @@ impl Arm {
             }
             return Err(self.stopped_by(alarms).await);
         }
-        if watch.changed.elapsed() >= STANDING {
+        if watch.changed.elapsed() >= watch.lasts.saturating_add(STANDING) {
             self.look_closer(watch, pace).await?;
         }
         Ok(progress)

@@ -84,6 +84,8 @@ pub(crate) struct Line {
     pub(crate) tried: &'static str,
     /// It leads to a virtual arm in this process: nothing burns there.
     pub(crate) in_process: bool,
+    /// Others may speak to the arm as well while this line is open.
+    pub(crate) is_shared: bool,
 }
 
 /// Opens a serial port at another speed than the arm's.

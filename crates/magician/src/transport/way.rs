@@ -32,6 +32,8 @@ pub(crate) struct Way {
     lines: Lines,
     #[cfg(feature = "sim")]
     arm: Mutex<Option<VirtualArm>>,
+    /// The virtual arm is the caller's, too.
+    shows_arm: bool,
     spoiler: Option<Spoiler>,
     #[cfg(feature = "trace")]
     tracer: Option<Tracer>,
@@ -45,6 +47,7 @@ impl Way {
             lines: Lines::default(),
             #[cfg(feature = "sim")]
             arm: Mutex::default(),
+            shows_arm: false,
             spoiler: None,
             #[cfg(feature = "trace")]
             tracer: None,
@@ -54,7 +57,8 @@ impl Way {
     /// The way to a virtual arm that is there already.
     #[cfg(feature = "sim")]
     pub(crate) fn to_virtual(arm: VirtualArm) -> Self {
-        let way = Self::to(&Target::Sim(crate::SimSpeed::Max));
+        let mut way = Self::to(&Target::Sim(crate::SimSpeed::Max));
+        way.shows_arm = true;
         *lock(&way.arm) = Some(arm);
         way
     }
@@ -108,7 +112,19 @@ impl Way {
             name,
             tried,
             in_process: matches!(self.target, Target::Sim(_)),
+            is_shared: self.is_shared(),
         })
+    }
+
+    /// Whether others may speak to the arm besides: all lines but an open serial port and an arm that nobody else has. Behind a
+    /// pseudo-terminal is a program, which may have others.
+    fn is_shared(&self) -> bool {
+        match &self.target {
+            Target::Sim(_) => self.shows_arm,
+            Target::Serial(path) => is_pseudo_terminal(path),
+            Target::Usb { .. } | Target::Arm(_) => false,
+            Target::Udp { .. } | Target::Tcp { .. } | Target::Ble(_) => true,
+        }
     }
 
     async fn plain(&self) -> Result<(Box<dyn Transport>, Settings, &'static str)> {
@@ -164,6 +180,13 @@ impl Way {
         }
         None
     }
+}
+
+fn is_pseudo_terminal(path: &str) -> bool {
+    let real = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
+    let real = real.to_string_lossy();
+    let pipes = ["/dev/pts/", "/dev/ttys", r"\\.\pipe\"];
+    pipes.iter().any(|pipe| real.starts_with(pipe))
 }
 
 impl fmt::Debug for Way {

@@ -9,6 +9,7 @@ mod desk;
 mod endings;
 mod fence;
 mod fitted;
+mod frames;
 mod holds;
 mod jogs;
 mod laser;

@@ -85,6 +85,8 @@ impl Driver {
         match &result {
             Ok(reply) => {
                 self.exposure().answered(&request, reply);
+                let now = self.now();
+                (self.shared.known()).answered(now, &request, &reply.frame());
                 self.overhear(reply);
                 self.observe(&request, &reply.frame());
             }

@@ -157,6 +157,7 @@ impl Driver {
         let begins = |frame: &magician_protocol::FrameBuf| {
             tracing::trace!(frame = ?frame, "to {}", shared.name);
             shared.exposure().sends(&frame.frame());
+            shared.known().sends(&frame.frame());
         };
         match wire.write(cx, now, &mut self.connection, begins) {
             Ok(wrote) => wrote,
@@ -181,6 +182,7 @@ impl Driver {
             program.stream.interrupt(Failure::Lost);
         }
         self.connection.interrupt();
+        self.shared.known().forget();
         if first {
             tracing::warn!("{}", self.gone());
         }

@@ -234,6 +234,9 @@ impl Driver {
                     self.shared
                         .own()
                         .accepted(QueuedCmdIndex(index), &item.command, By::Run);
+                    self.shared.known().accepted(index, &item.command);
+                } else {
+                    self.shared.known().answered(now, &view, &view);
                 }
                 self.exposure().answered(&view, reply);
                 self.observe(&view, &view);

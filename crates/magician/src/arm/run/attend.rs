@@ -10,12 +10,17 @@ use tokio::time::{Instant, interval_at, sleep_until, timeout_at};
 
 use super::Run;
 use crate::arm::driver::{End, Message, Program, Reached, micros};
+use crate::arm::known::Pace;
 use crate::arm::watch::{FIRST_PAUSE, Progress, STANDING, Watch};
 use crate::stream::{Item, Stream, StreamSettings};
 use crate::{Error, ErrorKind, Result};
 
-/// Longest time between two looks for alarms.
-const LOOK_PAUSE: Duration = Duration::from_millis(100);
+/// How soon the first look for alarms follows where nothing ends before its time, and how far apart they are at most: what an
+/// arm refuses, it refuses at once.
+const FIRST_LOOK: Duration = Duration::from_millis(60);
+const LOOK_PAUSE: Duration = Duration::from_millis(500);
+/// How far apart they are elsewhere.
+const SHORT_PAUSE: Duration = Duration::from_millis(100);
 /// The same while commands go out: an alarm that holds the queue would end that soon, and a look costs as much of the line
 /// as a command.
 const SELDOM: Duration = Duration::from_secs(1);
@@ -39,9 +44,12 @@ impl<C: Iterator<Item = Set>> Run<C> {
             laser_horizon: micros(self.options.laser_horizon),
             window: self.arm.inner.options.window,
             patience: micros(self.options.patience.max(self.arm.timeout())),
+            running: self.arm.runs_queue(),
+            on_time: self.on_time(),
             trust_pose: self.options.trust_pose,
             ..StreamSettings::default()
         };
+        let beginning = self.beginning().await?;
         let arm = self.arm.clone();
         let place = timeout_at(arm.call_deadline(), arm.inner.messages.reserve()).await;
         let place = place.map_err(|_| Error::stuck())?;
@@ -52,7 +60,10 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let stream = match self.leftover.take() {
             Some(leftover) if cleared => Stream::resume(leftover.cleared(), settings),
             Some(leftover) => Stream::resume(leftover, settings),
-            None => Stream::new(settings),
+            None => match beginning {
+                Some(beginning) => Stream::beginning(settings, beginning),
+                None => Stream::new(settings),
+            },
         };
         self.begun = Some(stops);
         let (feed, inlet) = mpsc::channel(FEED);
@@ -78,7 +89,11 @@ impl<C: Iterator<Item = Set>> Run<C> {
         watch: &mut Watch,
         progress: &mut impl FnMut(Progress),
     ) -> Result<End> {
-        let mut pause = FIRST_PAUSE;
+        let on_time = self.on_time();
+        let (mut pause, longest) = match on_time {
+            true => (FIRST_LOOK, LOOK_PAUSE),
+            false => (FIRST_PAUSE, SHORT_PAUSE),
+        };
         let mut look = Instant::now() + pause;
         let mut looked = Instant::now();
         let begun = looked;
@@ -91,13 +106,16 @@ impl<C: Iterator<Item = Set>> Run<C> {
                     let seen = *reached.borrow();
                     self.note(seen);
                     watch.sent(self.ran.commands, self.ran.last);
+                    if on_time {
+                        watch.lasts(Duration::from_micros(self.lasts));
+                    }
                     let flows = self.ran.commands > before;
                     if flows && looked.elapsed() < SELDOM {
                         progress(watch.saw(seen.current));
                     } else {
-                        let known = flows.then_some(seen.current);
                         let before = watch.progress();
-                        let looks = self.look(watch, begun, known);
+                        let current = (flows || on_time).then_some(seen.current);
+                        let looks = self.look(watch, begun, current);
                         match told(looks, before, progress, &mut ending).await {
                             Look::Seen(None) => {}
                             Look::Seen(Some(seen)) => progress(seen),
@@ -106,7 +124,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
                         }
                         looked = Instant::now();
                     }
-                    pause = (pause * 2).min(LOOK_PAUSE);
+                    pause = (pause * 2).min(longest);
                     look = Instant::now() + pause;
                 }
                 () = fed(feed, || self.next()) => {}
@@ -115,7 +133,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
     }
 
     /// A look for what holds the queue: by what was put into it, and before that, when it has no room for a long time.
-    /// `current` is the current index, if it has just been read.
+    /// `current` is the current index, if it is known as of lately.
     async fn look(
         &self,
         watch: &mut Watch,
@@ -136,6 +154,11 @@ impl<C: Iterator<Item = Set>> Run<C> {
             }
         }
         Ok(None)
+    }
+
+    /// Whether the only command that it has ends when the check says so: nothing can be seen of it before.
+    fn on_time(&self) -> bool {
+        self.total == Some(1) && self.arm.inner.shared.known().pace == Pace::AsChecked
     }
 
     /// A look has failed. What ended it, a line that broke or does not answer, ends the program too, and then the task

@@ -8,10 +8,13 @@ use std::collections::VecDeque;
 
 use magician_motion::Fence;
 use magician_protocol::{QueuedCmdIndex, Set};
+use tokio::time::Instant;
 
 use super::Arm;
 use super::driver::Reached;
+use super::known::QueueLook;
 use super::watch::{Progress, Watch};
+use crate::connection::Micros;
 use crate::stream::Leftover;
 use crate::words::{self, Guards, Preflight};
 use crate::{Error, ErrorKind, Result};
@@ -64,6 +67,10 @@ pub struct Run<C> {
     leftover: Option<Leftover>,
     /// Stops before it was handed to the task; `None` while nothing of it was, and when it is done.
     begun: Option<u64>,
+    /// The queue when it began, as long as nothing was put into it.
+    look: Option<QueueLook>,
+    /// How long its commands take by the check, us.
+    lasts: Micros,
     /// Stops of before, where whoever began it looked at the arm first.
     stops: Option<u64>,
     ran: Ran,
@@ -133,6 +140,8 @@ impl Arm {
             pending: VecDeque::new(),
             leftover: None,
             begun: None,
+            look: None,
+            lasts: 0,
             stops: None,
             ran: Ran::default(),
             total,
@@ -156,8 +165,8 @@ impl Arm {
     }
 
     /// Commands that others put into the queue and nobody has run are not run by accident.
-    async fn refuse_strangers(&self, room: u32) -> Result<()> {
-        let waiting = self.foreign_commands(room).await?;
+    async fn refuse_strangers(&self, look: &QueueLook) -> Result<()> {
+        let waiting = self.foreign_commands(look).await?;
         let (commands, them) = match waiting {
             0 => return Ok(()),
             1 => ("1 command of an earlier program waits".to_owned(), "it"),
@@ -203,13 +212,15 @@ impl<C: Iterator<Item = Set>> Run<C> {
         arm.mishap(None)?;
         let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
         if begins {
-            let room = arm.left_space().await?;
-            arm.note_room(room).await?;
+            let look = arm.look_at_queue().await?;
+            arm.note_room(look.left).await?;
             match self.options.keep {
                 true => arm.permit_queue().await?,
-                false => arm.refuse_strangers(room).await?,
+                false => arm.refuse_strangers(&look).await?,
             }
             arm.warn_if_not_homed().await?;
+            // Where commands of others may run, the stream looks for itself.
+            self.look = Some(look).filter(|_| !self.options.keep);
         }
         // Held to the end of the run.
         let _turn = self.within_fence(&arm, begins).await?;
@@ -220,6 +231,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         }
         let mut watch = Watch::new(self.total, stops).of_stream();
         let (mut feed, reached, ending) = self.hand_over(stops).await?;
+        let handed = Instant::now();
         let end = self
             .attend(&mut feed, &reached, ending, &mut watch, &mut progress)
             .await?;
@@ -248,6 +260,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
             return Err(error);
         }
         arm.refused_none(self.ran.last).await?;
+        self.note_end(handed.elapsed());
         Ok(self.ran)
     }
 

@@ -1,14 +1,18 @@
 //! What a run knows of its commands before it sends them.
 
+use std::time::Duration;
+
 use magician_motion::Fence;
 use magician_protocol::Set;
+use magician_protocol::commands::Pose;
 
 use super::Run;
 use crate::arm::Arm;
 use crate::arm::driver::micros;
 use crate::arm::fence::Turn as FenceTurn;
-use crate::stream::Item;
-use crate::words::{Guards, Preflight};
+use crate::connection::Micros;
+use crate::stream::{Beginning, Item};
+use crate::words::{Guards, Preflight, pose_of};
 use crate::{Error, ErrorKind, Result};
 use magician_host::raises_laser_pin;
 
@@ -73,6 +77,42 @@ impl<C: Iterator<Item = Set>> Run<C> {
         };
         self.course = Some(course.guards(Guards::NONE).fence(Fence::default()));
         Ok(())
+    }
+
+    /// What is known of the arm before anything is sent, so that it is not asked once more.
+    pub(super) async fn beginning(&mut self) -> Result<Option<Beginning>> {
+        let Some(look) = self.look.take() else {
+            return Ok(None);
+        };
+        let (_, places) = self.arm.stats().await?;
+        // What waits there changes until it is begun.
+        if look.left < places || !look.is_fresh() {
+            return Ok(None);
+        }
+        let planned = self.course.as_ref().and_then(Preflight::arm);
+        let planned = planned.map(|at| at.pose.to_array());
+        let reported = |pose: Pose| [pose.x, pose.y, pose.z, pose.r].map(f64::from);
+        let pose = match planned.or_else(|| self.arm.standing(&look, places).map(reported)) {
+            Some(pose) => pose,
+            None => reported(self.arm.get().await?),
+        };
+        Ok(Some(Beginning {
+            left: look.left,
+            current: look.current,
+            pose,
+        }))
+    }
+
+    /// All of it is done, and nothing holds the arm: it stands where it was led.
+    pub(super) fn note_end(&self, took: Duration) {
+        let end = self.course.as_ref().and_then(Preflight::arm);
+        if let (Some(end), Some(last)) = (end, self.ran.last) {
+            self.arm.note_standing(last.0, pose_of(end));
+        }
+        if self.lasts < Micros::MAX {
+            let should = Duration::from_micros(self.lasts);
+            self.arm.note_pace(should, took);
+        }
     }
 
     /// Takes the right to run by the arm's fence, if it has one. One that goes on does so from where it was.
@@ -142,7 +182,11 @@ impl<C: Iterator<Item = Set>> Run<C> {
         self.light.note(&command, self.arm.burns(&command));
         match planned {
             Planned::Item(item) => Some(item),
-            Planned::Fresh(command) => Some(item(self.course.as_mut(), command)),
+            Planned::Fresh(command) => {
+                let item = item(self.course.as_mut(), command);
+                self.lasts = self.lasts.saturating_add(item.time);
+                Some(item)
+            }
         }
     }
 }

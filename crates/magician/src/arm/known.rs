@@ -1,0 +1,311 @@
+//! What is known of the arm without asking it: its settings, where it stands, that no alarm holds it.
+
+use std::time::Duration;
+
+use magician_host::SettingsPicture;
+use magician_protocol::commands::{AlarmsState, Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
+use magician_protocol::{AlarmSet, Effect, Frame, NoArgs, QueuedCmdIndex, Readable, Row, Set};
+use tokio::time::{Instant, sleep};
+
+use super::Arm;
+use super::driver::micros;
+use super::halt::APART;
+use crate::Result;
+use crate::connection::Micros;
+
+/// So long it is believed where an arm stands, and that nothing holds it: a hand may have moved it since.
+const LATELY: Micros = 1_000_000;
+/// So long two steps of one call share a look at the queue.
+const SHARED: Duration = Duration::from_millis(100);
+
+/// A motion of this time tells how fast an arm is.
+const TELLING: Duration = Duration::from_millis(100);
+/// So many frames between two looks at an arm take as long as [`APART`].
+const FRAMES_APART: u64 = 6;
+/// So near to where it was left an arm stands still, mm and degrees.
+pub(super) const NEAR: f64 = 0.05;
+
+/// What the task has seen pass, for all handles of a connection.
+#[derive(Debug)]
+pub(super) struct Known {
+    settings: SettingsPicture,
+    /// Others may use the line too, and set what they like.
+    shared: bool,
+    standing: Option<Standing>,
+    alarms: Option<(AlarmSet, Micros)>,
+    /// The last look at the queue, if nothing but reads went out since.
+    look: Option<QueueLook>,
+    /// Frames so far that were no reads.
+    orders: u64,
+    /// How fast the arm is beside the check's times.
+    pub(super) pace: Pace,
+    /// The highest index of which this connection knows what became of it.
+    accounted: u64,
+}
+
+/// How fast an arm is beside the times that the check tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Pace {
+    /// No motion was seen from its beginning to its end.
+    Unknown,
+    /// As the check says: there is nothing to be seen before the end.
+    AsChecked,
+    /// Faster: a virtual arm.
+    Faster,
+}
+
+/// An arm that has finished all that it had.
+#[derive(Clone, Copy, Debug)]
+struct Standing {
+    pose: Pose,
+    /// The command it had finished last.
+    index: u64,
+    /// When that was certain.
+    at: Option<Micros>,
+}
+
+/// The queue, as it was read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct QueueLook {
+    /// Free places.
+    pub(super) left: u32,
+    /// The index of the command that was finished last.
+    pub(super) current: u64,
+    at: Instant,
+}
+
+impl QueueLook {
+    /// Whether it was read just now.
+    pub(super) fn is_fresh(&self) -> bool {
+        self.at.elapsed() <= SHARED
+    }
+}
+
+impl Known {
+    pub(super) fn new(shared: bool) -> Self {
+        Self {
+            settings: SettingsPicture::default(),
+            shared,
+            standing: None,
+            alarms: None,
+            look: None,
+            orders: 0,
+            pace: Pace::Unknown,
+            accounted: 0,
+        }
+    }
+
+    /// A request goes out.
+    pub(super) fn sends(&mut self, request: &Frame<'_>) {
+        self.settings.sends(request);
+        let ctrl = request.ctrl();
+        if ctrl.write() || ctrl.queued() {
+            self.look = None;
+            self.orders += 1;
+        }
+        if !ctrl.write() {
+            return;
+        }
+        match Row::with_id(request.id()).map(|row| row.effect) {
+            // Clearing the alarms is among them; the others do not move an arm whose queue is empty.
+            Some(Effect::Queue) => self.alarms = None,
+            // What is queued shows in the index.
+            _ if ctrl.queued() => {}
+            // The tip may be elsewhere with another tool: a look tells.
+            Some(Effect::Setting | Effect::Laser) => {
+                if let Some(standing) = &mut self.standing {
+                    standing.at = None;
+                }
+            }
+            _ => self.standing = None,
+        }
+    }
+
+    /// A request was answered.
+    pub(super) fn answered(&mut self, now: Micros, request: &Frame<'_>, reply: &Frame<'_>) {
+        self.settings.answered(now, request, reply);
+        let ctrl = request.ctrl();
+        if ctrl.queued() {
+            if let Ok(QueuedCmdIndex(index)) = reply.read() {
+                self.accounted = self.accounted.max(index);
+            }
+        } else if !ctrl.write()
+            && request.id() == <AlarmsState as Readable>::ROW.id
+            && let Ok(read) = reply.read::<AlarmsState>()
+        {
+            self.alarms = Some((read.alarms_state, now));
+        }
+    }
+
+    /// A program's command was taken.
+    pub(super) fn accepted(&mut self, index: u64, command: &Set) {
+        self.accounted = self.accounted.max(index);
+        self.settings.accepted(index, command);
+    }
+
+    /// The line was lost, or others have used the arm.
+    pub(super) fn forget(&mut self) {
+        self.settings.forget();
+        (self.standing, self.alarms, self.look) = (None, None, None);
+    }
+
+    /// The arm was reset.
+    pub(super) fn reset(&mut self) {
+        let orders = self.orders;
+        *self = Self::new(self.shared);
+        self.orders = orders;
+    }
+
+    /// A command has finished that this connection did not put into the queue.
+    fn account(&mut self, current: u64) {
+        if current > self.accounted {
+            self.accounted = current;
+            self.forget();
+        }
+    }
+
+    /// Settings from before that instant are not believed.
+    fn since(&self, now: Micros) -> Micros {
+        if self.accounted == 0 {
+            // An arm that has done nothing yet does not show that it was switched off and on.
+            Micros::MAX
+        } else if self.shared {
+            now.saturating_sub(LATELY)
+        } else {
+            0
+        }
+    }
+}
+
+impl Arm {
+    fn clock(&self) -> Micros {
+        micros(self.inner.shared.begun.elapsed())
+    }
+
+    /// Whether the queue runs for certain: this connection has started it, and nobody else can have stopped it.
+    pub(super) fn runs_queue(&self) -> bool {
+        self.exposure().started() == Some(true) && !self.inner.shared.known().shared
+    }
+
+    /// A setting: as it is known, or read.
+    pub(super) async fn setting<T: Readable<Query = NoArgs>>(&self) -> Result<T> {
+        self.setting_with(&NoArgs).await
+    }
+
+    /// As [`setting`](Self::setting), of what depends on something.
+    pub(super) async fn setting_with<T: Readable>(&self, query: &T::Query) -> Result<T> {
+        let now = self.clock();
+        let known = {
+            let known = self.inner.shared.known();
+            known.settings.get_with(query, known.since(now))
+        };
+        match known {
+            Some(value) => Ok(value),
+            None => self.get_with(query).await,
+        }
+    }
+
+    /// A command that should take so long has taken so long: a short one says nothing.
+    pub(super) fn note_pace(&self, should: Duration, took: Duration) {
+        if should >= TELLING {
+            self.inner.shared.known().pace = match took >= should.mul_f64(0.9) {
+                true => Pace::AsChecked,
+                false => Pace::Faster,
+            };
+        }
+    }
+
+    /// The alarms, as they were read lately, or are read now.
+    pub(super) async fn alarms_lately(&self) -> Result<AlarmSet> {
+        let since = self.clock().saturating_sub(LATELY);
+        let known = self.inner.shared.known().alarms;
+        match known.filter(|(alarms, at)| *at >= since && !alarms.blocking()) {
+            Some((alarms, _)) => Ok(alarms),
+            None => self.alarms().await,
+        }
+    }
+
+    /// A look at the queue, left space before index. The steps of one call share it as long as nothing goes out but reads.
+    pub(super) async fn look_at_queue(&self) -> Result<QueueLook> {
+        let known = self.inner.shared.known().look;
+        match known.filter(QueueLook::is_fresh) {
+            Some(look) => Ok(look),
+            None => self.read_queue().await,
+        }
+    }
+
+    pub(super) async fn read_queue(&self) -> Result<QueueLook> {
+        let orders = self.inner.shared.known().orders;
+        let left = self.get::<QueuedCmdLeftSpace>().await?.left_space;
+        let read = self.get::<QueuedCmdCurrentIndex>().await?;
+        let current = read.queued_cmd_current_index;
+        let at = Instant::now();
+        let look = QueueLook { left, current, at };
+        let mut known = self.inner.shared.known();
+        known.account(current);
+        known.look = (known.orders == orders).then_some(look);
+        Ok(look)
+    }
+
+    /// Where the arm stands by its last motion, if that is known, the look at its queue fits, and nothing has moved it since.
+    pub(super) fn standing(&self, look: &QueueLook, places: u32) -> Option<Pose> {
+        let since = self.clock().saturating_sub(LATELY);
+        let standing = self.inner.shared.known().standing?;
+        let is_it =
+            look.left >= places && look.current == standing.index && standing.at >= Some(since);
+        is_it.then_some(standing.pose)
+    }
+
+    /// Where the arm is: where its last motion over this connection ended a moment ago, if nothing was put into its queue since,
+    /// and else read. What is relative to it can be checked and sent without a read of its own.
+    ///
+    /// # Errors
+    /// As [`get`](Self::get).
+    pub async fn pose_lately(&self) -> Result<Pose> {
+        let look = self.look_at_queue().await?;
+        let (_, places) = self.stats().await?;
+        match self.standing(&look, places) {
+            Some(pose) => Ok(pose),
+            None => self.get().await,
+        }
+    }
+
+    /// Where the arm stands that was seen `there` after so many frames were sent, by this look at its queue: nowhere that is
+    /// known while commands wait in it, or while it moves.
+    pub(super) async fn stands_at(
+        &self,
+        there: Pose,
+        look: &QueueLook,
+        (sent, places): (u64, u32),
+    ) -> Result<Option<Pose>> {
+        if look.left < places {
+            return Ok(None);
+        }
+        let left_there = self.inner.shared.known().standing;
+        let left_there = left_there.filter(|standing| standing.index == look.current);
+        if !left_there.is_some_and(|standing| is_near(&standing.pose, &there)) {
+            // As long as this takes, an arm that moves is seen to.
+            if self.stats().await?.0.sent < sent + FRAMES_APART {
+                sleep(APART).await;
+            }
+            if self.get::<Pose>().await? != there {
+                return Ok(None);
+            }
+        }
+        self.note_standing(look.current, there);
+        Ok(Some(there))
+    }
+
+    /// All that it had is finished, the last of it under this index, and it stands there.
+    pub(super) fn note_standing(&self, index: u64, pose: Pose) {
+        let at = Some(self.clock());
+        self.inner.shared.known().standing = Some(Standing { pose, index, at });
+    }
+}
+
+/// Whether two poses are the same but for rounding.
+fn is_near(one: &Pose, other: &Pose) -> bool {
+    let places = |pose: &Pose| [pose.x, pose.y, pose.z, pose.r].map(f64::from);
+    let mut pairs = places(one).into_iter().zip(places(other));
+    pairs.all(|(one, other)| (one - other).abs() <= NEAR)
+}

@@ -1,0 +1,172 @@
+//! What each robot word costs on the line: the table of docs/FRAMES.md, counted.
+
+use std::time::Duration;
+
+use magician::commands::{Pose, PtpCommonParams};
+use magician::protocol::{IoFunction, Stepper};
+use magician::sim::Controller;
+use magician::{Arm, Options, Set, SimSpeed, ToolBias, VirtualArm, words};
+use tokio::time::sleep;
+
+use crate::bench::fast;
+
+const PAGE: &str = include_str!("../../../../docs/FRAMES.md");
+
+/// Every word that `Arm::perform` takes, with its name.
+fn all() -> Vec<(&'static str, Set)> {
+    let pose = Pose {
+        x: 220.0,
+        y: 0.0,
+        z: 20.0,
+        r: 0.0,
+        joint_angle: [0.0; 4],
+    };
+    let second = Duration::from_secs(1);
+    vec![
+        ("move_to", words::move_to(220.0, 10.0, 20.0, 0.0)),
+        ("line_to", words::line_to(220.0, 10.0, 20.0, 0.0)),
+        ("jump_to", words::jump_to(220.0, 10.0, 20.0, 0.0)),
+        ("jump_line_to", words::jump_line_to(220.0, 10.0, 20.0, 0.0)),
+        ("move_joints", words::move_joints(5.0, 30.0, 30.0, 0.0)),
+        ("line_joints", words::line_joints(5.0, 30.0, 30.0, 0.0)),
+        ("jump_joints", words::jump_joints(5.0, 30.0, 30.0, 0.0)),
+        ("move_by", words::move_by(0.0, 10.0, 0.0, 0.0)),
+        ("line_by", words::line_by(0.0, 10.0, 0.0, 0.0)),
+        ("move_joints_by", words::move_joints_by(3.0, 0.0, 0.0, 0.0)),
+        (
+            "arc_to",
+            words::arc_to([230.0, 10.0, 20.0, 0.0], [220.0, 20.0, 20.0, 0.0]),
+        ),
+        (
+            "circle",
+            words::circle([230.0, 10.0, 20.0, 0.0], [220.0, 20.0, 20.0, 0.0], 1),
+        ),
+        ("path_to", words::path_to(220.0, 10.0, 20.0)),
+        ("path_by", words::path_by(0.0, 10.0, 0.0)),
+        ("home_at", words::home_at(220.0, 0.0, 20.0, 0.0)),
+        ("wait", words::wait(second)),
+        ("multiplex", words::multiplex(5, IoFunction::DigitalOutput)),
+        ("output", words::output(5, true)),
+        ("pwm", words::pwm(6, 1000.0, 10.0)),
+        ("servo", words::servo(6, 1.5)),
+        ("motor_by", words::motor_by(Stepper::Stepper1, 1000, 100)),
+        ("suction", words::suction(true)),
+        ("grip", words::grip()),
+        ("release", words::release()),
+        ("pump_off", words::pump_off()),
+        ("laser off", words::laser(false)),
+        ("tool", words::tool(ToolBias::PEN)),
+        ("speed", words::speed(60.0, 60.0)),
+        ("joint_speed", words::joint_speed([100.0; 4], [100.0; 4])),
+        ("line_speed", words::line_speed(100.0, 100.0)),
+        ("path_speed", words::path_speed(50.0, 50.0)),
+        ("arc_speed", words::arc_speed(50.0, 50.0)),
+        ("jump_height", words::jump_height(20.0, 100.0)),
+        ("jump_heights", words::jump_heights(20.0, 10.0, 100.0)),
+        ("jog_speed", words::jog_speed(50.0, 50.0)),
+        ("rail_speed", words::rail_speed(50.0, 50.0)),
+        ("rail_to", words::rail_to(50.0, &pose)),
+        (
+            "move_with_rail",
+            words::move_with_rail(220.0, 10.0, 20.0, 0.0, 50.0),
+        ),
+    ]
+}
+
+/// Frames that this takes.
+async fn count(arm: &Arm, work: impl Future<Output = ()>) -> u64 {
+    let before = arm.stats().await.unwrap().0.sent;
+    work.await;
+    arm.stats().await.unwrap().0.sent - before
+}
+
+/// Frames of a word behind another one, and of the first word over a connection.
+async fn frames(arm: Arm, word: &Set) -> [u64; 2] {
+    let perform = async |commands: &[Set]| {
+        arm.perform(commands).await.unwrap();
+    };
+    let before = words::move_to(220.0, 0.0, 20.0, 0.0);
+    // It is told once that it was not homed; later nothing of that is believed.
+    perform(&[]).await;
+    sleep(Duration::from_secs(2)).await;
+    let first = count(&arm, perform(&[*word])).await;
+    // What this word alone depends on is known, too.
+    perform(&[before]).await;
+    perform(&[*word]).await;
+    perform(&[before]).await;
+    [count(&arm, perform(&[*word])).await, first]
+}
+
+/// An arm as it is switched on.
+fn powered_up() -> Controller {
+    Controller::default().with_tool(ToolBias::SUCTION)
+}
+
+/// An arm that others may use as well.
+async fn shared() -> Arm {
+    let arm = VirtualArm::new(powered_up(), SimSpeed::Max);
+    Arm::simulated(arm, Options::default()).await.unwrap()
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_table_of_the_docs_is_what_is_counted() {
+    let mut table = String::new();
+    for (name, word) in all() {
+        let [known, first] = frames(fast().await, &word).await;
+        let [with_others, _] = frames(shared().await, &word).await;
+        table += &format!("| `{name}` | {known} | {with_others} | {first} |\n");
+    }
+    assert!(
+        PAGE.contains(&table),
+        "the table of docs/FRAMES.md is to be:\n{table}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_checked_move_is_five_frames() {
+    let arm = fast().await;
+    let there = words::move_to(220.0, 0.0, 20.0, 0.0);
+    let back = words::line_to(220.0, 30.0, 20.0, 0.0);
+    arm.perform(&[there]).await.unwrap();
+    let moves = async || {
+        arm.perform(&[back]).await.unwrap();
+    };
+    assert_eq!(count(&arm, moves()).await, 5);
+    // A setting that was set over this connection is known.
+    let ratio = PtpCommonParams {
+        velocity_ratio: 30.0,
+        acceleration_ratio: 30.0,
+    };
+    arm.set(&ratio).await.unwrap();
+    assert_eq!(
+        count(&arm, moves()).await,
+        6,
+        "it stands, but who knows where"
+    );
+    // A hand may have moved it since, and something may hold it.
+    sleep(Duration::from_secs(2)).await;
+    assert_eq!(count(&arm, moves()).await, 7, "pose and alarms");
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_known_is_what_the_arm_has() {
+    let virtual_arm = VirtualArm::new(powered_up(), SimSpeed::Max);
+    let arm = Arm::simulated(virtual_arm.clone(), Options::default())
+        .await
+        .unwrap();
+    let other = Arm::simulated(virtual_arm, Options::default())
+        .await
+        .unwrap();
+    let there = words::line_to(220.0, 0.0, 20.0, 0.0);
+    arm.perform(&[there]).await.unwrap();
+    // Another program moves the arm: the index tells, and all is read anew.
+    let away = words::line_to(250.0, 60.0, 40.0, 0.0);
+    let speeds = words::speed(20.0, 20.0);
+    other.perform(&[speeds, away]).await.unwrap();
+    let seen = arm.preflight_for(&[there]).await.unwrap();
+    let at = seen.arm().unwrap().pose;
+    assert!((at.x - 250.0).abs() < 1e-3 && (at.y - 60.0).abs() < 1e-3);
+    let read = other.preflight().await.unwrap();
+    let time = |check: &words::Preflight| check.estimate(&[there]).unwrap();
+    assert_eq!(time(&seen), time(&read));
+}
