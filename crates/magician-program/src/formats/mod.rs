@@ -1,6 +1,7 @@
 //! The files people have, each read by a module of its own.
 
 mod blockly;
+mod content;
 mod dxf;
 mod flaw;
 mod gcode;

@@ -2,13 +2,11 @@
 
 use std::ops::Range;
 
+use crate::formats::content::plot::{END_OF_TEXT, ESCAPE, Scanner, is_blank};
 use crate::formats::flaw::Flaw;
 
 /// The most that HPGL's numbers can be.
 const GREATEST: f64 = 8_388_608.0;
-/// What ends a label unless DT says otherwise.
-const END_OF_TEXT: u8 = 3;
-const ESCAPE: u8 = 27;
 
 /// One instruction.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,180 +26,79 @@ impl Instruction {
     }
 }
 
-/// The instructions of a plot. Escape sequences, which talk to the plotter itself, are passed over.
+/// The instructions of a plot.
 #[derive(Debug)]
 pub(super) struct Instructions<'t> {
-    text: &'t str,
-    at: usize,
+    scan: Scanner<'t>,
     end_of_text: u8,
-    /// Whether another plot may begin within what a printer is told: what was looked for in vain is not looked for again.
-    more_plots: bool,
 }
 
 impl<'t> Instructions<'t> {
     pub(super) fn new(text: &'t str) -> Self {
         Self {
-            text,
-            at: 0,
+            scan: Scanner::new(text),
             end_of_text: END_OF_TEXT,
-            more_plots: true,
         }
-    }
-
-    /// From the next instruction on.
-    pub(super) fn rest(mut self) -> &'t str {
-        self.begin();
-        self.text.get(self.at..).unwrap_or_default()
-    }
-
-    fn peek(&self) -> Option<u8> {
-        self.text.as_bytes().get(self.at).copied()
-    }
-
-    fn skip(&mut self, passes: impl Fn(u8) -> bool) {
-        while self.peek().is_some_and(&passes) {
-            self.at += 1;
-        }
-    }
-
-    fn take(&mut self) -> Option<u8> {
-        let byte = self.peek()?;
-        self.at += 1;
-        Some(byte)
-    }
-
-    /// The first byte of the next instruction.
-    fn begin(&mut self) -> Option<u8> {
-        loop {
-            self.skip(is_between);
-            match self.peek()? {
-                ESCAPE => self.escape(),
-                // A line for the printer around the plot.
-                b'@' => self.line_for_the_printer(),
-                byte => return Some(byte),
-            }
-        }
-    }
-
-    /// `@PJL ENTER LANGUAGE=HPGL2` and its like.
-    fn line_for_the_printer(&mut self) {
-        let start = self.at;
-        self.skip(|byte| byte != b'\n');
-        let line = self.text.get(start..self.at).unwrap_or_default();
-        if line.to_ascii_uppercase().contains("LANGUAGE")
-            && line.to_ascii_uppercase().contains("PCL")
-        {
-            self.skip_to_plot();
-        }
-    }
-
-    /// What a printer is told is passed over, as far as the plot within it: `ESC % number B` begins one.
-    fn skip_to_plot(&mut self) -> bool {
-        if !self.more_plots {
-            return false;
-        }
-        let rest = self.text.get(self.at..).unwrap_or_default();
-        let begins = rest.match_indices("\u{1b}%").find(|(at, sign)| {
-            let number = rest.get(at + sign.len()..).unwrap_or_default();
-            let letter =
-                number.trim_start_matches(|sign: char| sign.is_ascii_digit() || sign == '-');
-            number.len() - letter.len() <= 2 && letter.starts_with('B')
-        });
-        if let Some((at, _)) = begins {
-            self.at += at;
-        }
-        self.more_plots = begins.is_some();
-        self.more_plots
-    }
-
-    /// `ESC . letter numbers :` of plotters, or `ESC % number letter` and its like of printers. `ESC % number A` ends a plot
-    /// within what a printer is told, and so does `ESC E` where another one follows.
-    fn escape(&mut self) {
-        let start = self.at;
-        self.at += 1;
-        match self.take() {
-            Some(b'E') => {
-                self.skip_to_plot();
-            }
-            Some(b'.') => {
-                self.at += usize::from(self.peek().is_some_and(|byte| byte.is_ascii()));
-                self.skip(|byte| byte.is_ascii_digit() || byte == b';');
-                self.skip_one(b':');
-            }
-            Some(b'%' | b'&' | b'*' | b'(' | b')') => {
-                self.skip(|byte| !byte.is_ascii_uppercase() && byte.is_ascii_graphic());
-                self.at += usize::from(self.peek().is_some_and(|byte| byte.is_ascii_uppercase()));
-                let sequence = self.text.get(start..self.at).unwrap_or_default();
-                if sequence.starts_with("\u{1b}%")
-                    && sequence.ends_with('A')
-                    && !self.skip_to_plot()
-                {
-                    self.at = self.text.len();
-                }
-            }
-            _ => {}
-        }
-    }
-
-    fn skip_one(&mut self, byte: u8) {
-        self.at += usize::from(self.peek() == Some(byte));
     }
 
     fn instruction(&mut self, first: u8) -> Result<Instruction, Flaw> {
-        let start = self.at;
-        self.at += 1;
-        let second = self.peek().filter(u8::is_ascii_alphabetic);
+        let start = self.scan.at;
+        self.scan.at += 1;
+        let second = self.scan.peek().filter(u8::is_ascii_alphabetic);
         let Some(second) = second else {
             let letter = char::from(first);
             let message = format!("{letter} is no instruction: there are two letters in one");
-            return Err(Flaw::new(start..self.at, message));
+            return Err(Flaw::new(start..self.scan.at, message));
         };
-        self.at += 1;
+        self.scan.at += 1;
         let name = [first, second].map(|letter| letter.to_ascii_uppercase());
         let mut numbers = Vec::new();
         let mut text = String::new();
-        let within = self.at;
+        let within = self.scan.at;
         match &name {
             // Labels, also those that are kept for later or shown on the plotter itself.
             b"LB" | b"BL" | b"PB" | b"WD" => {
                 let end = self.end_of_text;
-                self.skip(|byte| byte != end);
+                self.scan.skip(|byte| byte != end);
                 text = self
+                    .scan
                     .text
-                    .get(within..self.at)
+                    .get(within..self.scan.at)
                     .unwrap_or_default()
                     .to_owned();
-                self.skip_one(end);
+                self.scan.skip_one(end);
             }
             b"DT" => self.set_end_of_text(),
             // The sign that stands at each point, if there is one.
             b"SM" => {
-                self.at += usize::from(self.peek().is_some_and(|sign| sign.is_ascii()));
+                self.scan.at += usize::from(self.scan.peek().is_some_and(|sign| sign.is_ascii()));
                 text = self
+                    .scan
                     .text
-                    .get(within..self.at)
+                    .get(within..self.scan.at)
                     .unwrap_or_default()
                     .to_owned();
             }
             // A comment, in quotes (HP-GL/2) or without.
             b"CO" => {
-                self.skip(is_blank);
-                match self.peek() {
+                self.scan.skip(is_blank);
+                match self.scan.peek() {
                     Some(b'"') => self.numbers(&mut numbers)?,
-                    _ => self.skip(|byte| byte != b';'),
+                    _ => self.scan.skip(|byte| byte != b';'),
                 }
             }
             b"PE" => {
-                self.skip(|byte| byte != b';' && byte != ESCAPE);
+                self.scan.skip(|byte| byte != b';' && byte != ESCAPE);
                 text = self
+                    .scan
                     .text
-                    .get(within..self.at)
+                    .get(within..self.scan.at)
                     .unwrap_or_default()
                     .to_owned();
             }
             _ => self.numbers(&mut numbers)?,
         }
-        let range = start..self.at;
+        let range = start..self.scan.at;
         Ok(Instruction {
             name,
             numbers,
@@ -212,11 +109,11 @@ impl<'t> Instructions<'t> {
 
     /// `DT` and the sign that ends labels from now on; `DT;` sets it back.
     fn set_end_of_text(&mut self) {
-        self.end_of_text = match self.peek() {
+        self.end_of_text = match self.scan.peek() {
             Some(b';') | None => END_OF_TEXT,
             Some(sign) => {
                 // Behind a sign comes its mode.
-                self.skip(|byte| byte != b';');
+                self.scan.skip(|byte| byte != b';');
                 sign
             }
         };
@@ -224,58 +121,51 @@ impl<'t> Instructions<'t> {
 
     fn numbers(&mut self, numbers: &mut Vec<f64>) -> Result<(), Flaw> {
         loop {
-            self.skip(|byte| byte == b',' || is_blank(byte));
-            if self.peek() == Some(b'"') {
+            self.scan.skip(|byte| byte == b',' || is_blank(byte));
+            if self.scan.peek() == Some(b'"') {
                 // A comment or a title in quotes.
-                self.at += 1;
-                self.skip(|byte| byte != b'"');
-                self.skip_one(b'"');
+                self.scan.at += 1;
+                self.scan.skip(|byte| byte != b'"');
+                self.scan.skip_one(b'"');
                 continue;
             }
-            let start = self.at;
+            let start = self.scan.at;
             let sign = |byte| byte == b'-' || byte == b'+';
             if !self
+                .scan
                 .peek()
                 .is_some_and(|byte| byte.is_ascii_digit() || sign(byte) || byte == b'.')
             {
                 return Ok(());
             }
-            self.at += usize::from(self.peek().is_some_and(sign));
-            self.skip(|byte| byte.is_ascii_digit());
-            self.skip_one(b'.');
-            self.skip(|byte| byte.is_ascii_digit());
-            let text = self.text.get(start..self.at).unwrap_or_default();
+            self.scan.at += usize::from(self.scan.peek().is_some_and(sign));
+            self.scan.skip(|byte| byte.is_ascii_digit());
+            self.scan.skip_one(b'.');
+            self.scan.skip(|byte| byte.is_ascii_digit());
+            let text = self.scan.text.get(start..self.scan.at).unwrap_or_default();
             match text.parse::<f64>() {
                 Ok(number) if number.abs() <= GREATEST => numbers.push(number),
                 Ok(_) => {
                     let message = format!("a number is beyond {GREATEST}");
-                    return Err(Flaw::new(start..self.at, message));
+                    return Err(Flaw::new(start..self.scan.at, message));
                 }
-                Err(_) => return Err(Flaw::new(start..self.at, "this is no number")),
+                Err(_) => return Err(Flaw::new(start..self.scan.at, "this is no number")),
             }
         }
     }
-}
-
-fn is_blank(byte: u8) -> bool {
-    byte.is_ascii_whitespace() || byte == 0
-}
-
-fn is_between(byte: u8) -> bool {
-    is_blank(byte) || matches!(byte, b';' | b':' | b',' | END_OF_TEXT | b'\x1a')
 }
 
 impl Iterator for Instructions<'_> {
     type Item = Result<Instruction, Flaw>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let first = self.begin()?;
+        let first = self.scan.begin()?;
         if first.is_ascii_alphabetic() {
             return Some(self.instruction(first));
         }
-        let start = self.at;
-        let sign = self.text.get(start..)?.chars().next()?;
-        self.at = self.text.len();
+        let start = self.scan.at;
+        let sign = self.scan.text.get(start..)?.chars().next()?;
+        self.scan.at = self.scan.text.len();
         let range = start..start + sign.len_utf8();
         Some(Err(Flaw::new(
             range,

@@ -64,8 +64,3 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
         notes,
     })
 }
-
-/// A text without what plotters and printers are told before a plot.
-pub(super) fn without_escapes(text: &str) -> &str {
-    Instructions::new(text).rest()
-}

@@ -2,25 +2,11 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeSet;
-use std::ops::Range;
 
-use super::row::{Field, Row, plan};
+use super::row::{Row, plan};
 use super::{only_recordings, recording};
+use crate::formats::content::points::{Field, between, cells, lines};
 use crate::{Lines, NoteCode, Plan, Problem, Reading};
-
-/// Between cells, the usual one first.
-const BETWEEN: [char; 3] = [',', ';', '\t'];
-
-/// Whether the first line names x, y and z.
-pub(super) fn is_one(text: &str) -> bool {
-    let Some((_, first)) = lines(text).next() else {
-        return false;
-    };
-    let between = between(first);
-    let cells = cells(first, 0, between);
-    let fields: Vec<_> = cells.filter_map(|(_, cell)| Field::named(&cell)).collect();
-    (0..3).all(|axis| fields.contains(&Field::Place(axis)))
-}
 
 pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, Problem> {
     let places = Lines::new(text);
@@ -103,58 +89,4 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, P
     let mut reading = recording::plan(&seen, resample)?;
     reading.notes.splice(0..0, notes);
     Ok(reading)
-}
-
-/// The lines with something in them, and where they begin.
-fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
-    let mut at = 0;
-    let lines = text.split_inclusive('\n').map(move |line| {
-        let start = at;
-        at += line.len();
-        (start, line.trim_end_matches(['\n', '\r']))
-    });
-    lines.filter(|(_, line)| !line.trim().is_empty() && !line.trim_start().starts_with('#'))
-}
-
-/// What is between the cells of a header.
-fn between(header: &str) -> char {
-    let count = |sign: &char| header.matches(*sign).count();
-    let most = BETWEEN.into_iter().rev().max_by_key(count);
-    most.unwrap_or(',')
-}
-
-/// The cells of a line that begins there in the text, with where they stand. A cell in quotes may have anything in it but the
-/// end of the line.
-fn cells(
-    line: &str,
-    start: usize,
-    between: char,
-) -> impl Iterator<Item = (Range<usize>, Cow<'_, str>)> {
-    let mut rest = Some((0, line));
-    std::iter::from_fn(move || {
-        let (at, text) = rest?;
-        let mut quoted = false;
-        let end = text.find(|sign| {
-            quoted ^= sign == '"';
-            sign == between && !quoted
-        });
-        let end = end.unwrap_or(text.len());
-        let (cell, after) = text.split_at(end);
-        rest = after
-            .strip_prefix(between)
-            .map(|after| (at + end + between.len_utf8(), after));
-        let space = cell.len() - cell.trim_start().len();
-        let place = start + at + space..start + at + cell.trim_end().len().max(space);
-        Some((place, unquoted(cell.trim())))
-    })
-}
-
-fn unquoted(cell: &str) -> Cow<'_, str> {
-    let inner = cell
-        .strip_prefix('"')
-        .and_then(|cell| cell.strip_suffix('"'));
-    match inner {
-        Some(inner) => inner.replace("\"\"", "\"").into(),
-        None => cell.into(),
-    }
 }

@@ -3,24 +3,13 @@
 use std::borrow::Cow;
 use std::collections::BTreeSet;
 
-use super::row::{Field, Row, plan};
+use super::row::{Row, plan};
+use crate::formats::content::points::Field;
 use crate::plan::json::Json;
 use crate::{NoteCode, Plan, Problem, Reading};
 
 /// More rows has nobody taught.
 const MOST_ROWS: usize = 1_000_000;
-
-/// Whether the head of a text has rows.
-pub(super) fn is_one(text: &str) -> bool {
-    let row = |at: usize| {
-        text.get(at + 4..)?
-            .chars()
-            .next()
-            .map(|next| next.is_ascii_digit())
-    };
-    text.match_indices("\"row")
-        .any(|(at, _)| row(at) == Some(true))
-}
 
 pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
     let json = Json::of(bytes)?;

@@ -6,10 +6,8 @@ use flate2::Crc;
 use serde::Deserialize;
 
 use super::recording::{self, Seen};
+use crate::formats::content::points::MAGIC;
 use crate::{NoteCode, Origin, Plan, Problem, Reading};
-
-/// What such a file begins with.
-pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
 /// Records by their number.
 const CHANNEL: u8 = 0x04;

@@ -17,12 +17,13 @@ mod recording;
 mod row;
 mod strokes;
 
+use super::content::points::{MAGIC, is_strokes};
 use super::{Content, ReadOptions, Reading, only_recordings};
 use crate::{Lines, Origin, Problem};
 
 /// Reads a list of points of any of the three kinds.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
-    if bytes.starts_with(mcap::MAGIC) {
+    if bytes.starts_with(MAGIC) {
         let mut reading = mcap::read(bytes, options.resample)?;
         reading.content.title.clone_from(&options.title);
         return Ok(Reading {
@@ -43,7 +44,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
             only_recordings(options.resample)?;
             json::read(bytes)?
         }
-        _ if strokes::is_one(text) => {
+        _ if is_strokes(text) => {
             only_recordings(options.resample)?;
             strokes::read(text)?
         }
@@ -54,24 +55,6 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
         content: Content::Plan(reading.content),
         notes: reading.notes,
     })
-}
-
-/// Whether bytes, of which this is the head, are a recording that is no text.
-pub(super) fn is_recording(head: &[u8]) -> bool {
-    head.starts_with(mcap::MAGIC)
-}
-
-/// Whether a text, of which this is the head, is a list of points.
-pub(super) fn is_one(text: &str) -> bool {
-    match text.starts_with('{') {
-        true => json::is_one(text),
-        false => csv::is_one(text) || strokes::is_one(text) && text.lines().nth(1).is_some(),
-    }
-}
-
-/// A number that an arm can use.
-fn number(text: &str) -> Option<f32> {
-    text.parse().ok().filter(|value: &f32| value.is_finite())
 }
 
 /// That something is no number.

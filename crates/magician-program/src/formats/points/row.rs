@@ -3,61 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::recording::Seen;
+use crate::formats::content::points::{Field, number};
 use crate::{Action, Grip, NoteCode, Origin, Plan, Problem, Reading, Tool, Travel};
 
 /// Longest pause, s: more than four weeks is none that anybody means.
 const LONGEST_PAUSE: f32 = 2_500_000.0;
-
-/// What a column or a member says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Field {
-    /// x, y, z, r: 0 to 3.
-    Place(usize),
-    /// Where an arc ends.
-    End(usize),
-    Style,
-    Name,
-    Pause,
-    Gripper,
-    Suction,
-    /// Not what it is called.
-    Speed,
-    /// Of a recording: when, s.
-    Time,
-    /// Of a recording: the angle of J4.
-    J4,
-    /// Of no use here.
-    Idle,
-}
-
-impl Field {
-    /// By its name, whatever its case and with or without a unit behind it.
-    pub(super) fn named(name: &str) -> Option<Self> {
-        let name = name.split(['(', '[']).next().unwrap_or(name);
-        let plain = name.trim().to_ascii_lowercase().replace([' ', '-'], "");
-        Some(match plain.as_str() {
-            "x" => Self::Place(0),
-            "y" => Self::Place(1),
-            "z" => Self::Place(2),
-            "r" => Self::Place(3),
-            "_x" => Self::End(0),
-            "_y" => Self::End(1),
-            "_z" => Self::End(2),
-            "_r" => Self::End(3),
-            "motionstyle" | "motion" | "mode" | "action" => Self::Style,
-            "name" | "pointname" => Self::Name,
-            "pause" | "pausetime" => Self::Pause,
-            "gripper" => Self::Gripper,
-            "suction" | "suctioncup" => Self::Suction,
-            "velocity" | "acceleration" | "speed" => Self::Speed,
-            "t" => Self::Time,
-            "j4" => Self::J4,
-            "j1" | "j2" | "j3" | "left_space" | "alarms" | "time" => Self::Idle,
-            "step" | "line" | "index" | "no" | "" => Self::Idle,
-            _ => return None,
-        })
-    }
-}
 
 /// How a point is reached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -103,8 +53,7 @@ impl Row {
         if text.is_empty() {
             return Ok(());
         }
-        let number =
-            |what: &str| super::number(text).ok_or_else(|| super::no_number(origin, what, text));
+        let number = |what: &str| number(text).ok_or_else(|| super::no_number(origin, what, text));
         match field {
             Field::Place(axis) => {
                 let value = number("a coordinate")?;

@@ -2,18 +2,11 @@
 
 use std::ops::Range;
 
+use crate::formats::content::points::numbers;
 use crate::{Action, Lines, Plan, Problem, Reading, Travel};
 
 /// So far above its ends a stroke is come to and left, mm.
 const LIFT: f32 = 10.0;
-
-/// Whether its first line has three numbers, and its second, if there is one.
-pub(super) fn is_one(text: &str) -> bool {
-    // The head of a file may end within a line.
-    let whole = text.lines().map(str::trim).filter(|line| !line.is_empty());
-    let mut few = whole.take(2).peekable();
-    few.peek().is_some() && few.all(|line| numbers(line).is_some())
-}
 
 /// A corner of a stroke, and where in the text it stands.
 type Corner = ([f32; 3], Range<usize>);
@@ -69,11 +62,4 @@ fn put(plan: &mut Plan, places: &Lines<'_>, stroke: &[Corner]) {
         }
     }
     plan.push(go(above(*last), Travel::Line), end);
-}
-
-/// Three numbers with commas, semicolons or space between them.
-fn numbers(line: &str) -> Option<[f32; 3]> {
-    let words = line.split([',', ';']).flat_map(str::split_whitespace);
-    let numbers: Option<Vec<f32>> = words.take(4).map(super::number).collect();
-    numbers?.try_into().ok()
 }

@@ -24,7 +24,6 @@ use kurbo::Affine;
 use usvg::{ImageHrefResolver, Options, Tree};
 
 use self::notes::Notes;
-pub(in crate::formats) use self::packed::GZIP;
 use self::source::{Page, Source};
 use self::walk::Walk;
 use self::white::Whites;

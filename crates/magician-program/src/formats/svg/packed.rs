@@ -6,9 +6,7 @@ use std::io::Read;
 use flate2::read::MultiGzDecoder;
 
 use crate::Problem;
-
-/// What gzip files begin with (RFC 1952, section 2.3.1).
-pub(in crate::formats) const GZIP: [u8; 2] = [0x1f, 0x8b];
+use crate::formats::content::GZIP;
 
 /// The bytes as they are, or what was packed in them; no more than so many.
 pub(super) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Problem> {

@@ -1,0 +1,145 @@
+//! Which format a file has, by its first bytes. It is told of every format, whether its reader is built in or not.
+
+pub(super) mod plot;
+pub(super) mod points;
+
+use super::Format;
+
+/// So much of a file is looked at.
+const HEAD: usize = 4096;
+/// What gzip files begin with (RFC 1952, section 2.3.1).
+pub(super) const GZIP: [u8; 2] = [0x1f, 0x8b];
+
+/// What a file is by what is in it; nothing if that does not tell.
+pub(super) fn of(bytes: &[u8]) -> Option<Format> {
+    let head = bytes.get(..HEAD).unwrap_or(bytes);
+    let begins = |with: &[u8]| head.starts_with(with);
+    if begins(b"\x89PNG\r\n\x1A\n")
+        || begins(b"\xFF\xD8\xFF")
+        || begins(b"BM") && head.contains(&0)
+        || begins(b"GIF8")
+        || begins(b"II*\0")
+        || begins(b"MM\0*")
+        || begins(b"RIFF") && head.get(8..12) == Some(b"WEBP")
+    {
+        return Some(Format::Image);
+    }
+    if points::is_recording(head) {
+        return Some(Format::Points);
+    }
+    // Nothing else that is read is packed.
+    if begins(&GZIP) {
+        return Some(Format::Svg);
+    }
+    if begins(b"AutoCAD Binary DXF\r\n") {
+        return Some(Format::Dxf);
+    }
+    // The head may end within a character.
+    let text = match std::str::from_utf8(head) {
+        Ok(text) => text,
+        Err(error) => std::str::from_utf8(head.get(..error.valid_up_to())?).ok()?,
+    };
+    let text = text.strip_prefix('\u{FEFF}').unwrap_or(text).trim_start();
+    match text.chars().next()? {
+        '<' => match root_element(text)? {
+            "root" => Some(Format::Playback),
+            "svg" => Some(Format::Svg),
+            "xml" => Some(Format::Blockly),
+            _ => None,
+        },
+        '{' if text.contains("\"magician-plan\"") => Some(Format::Plan),
+        _ if points::is_one(text) => Some(Format::Points),
+        '{' => None,
+        _ if is_dxf(text) => Some(Format::Dxf),
+        _ if is_hpgl(text) => Some(Format::Hpgl),
+        _ if is_gcode(text) => Some(Format::Gcode),
+        _ => None,
+    }
+}
+
+/// The name of the first element, without its namespace.
+fn root_element(mut text: &str) -> Option<&str> {
+    loop {
+        text = text.trim_start();
+        let end = match text {
+            _ if text.starts_with("<!--") => "-->",
+            _ if text.starts_with("<?") => "?>",
+            // A document type may hold declarations in brackets.
+            _ if text.starts_with("<!") && text.split('>').next()?.contains('[') => "]>",
+            _ if text.starts_with("<!") => ">",
+            _ => break,
+        };
+        text = text.split_once(end)?.1;
+    }
+    let name = text.strip_prefix('<')?;
+    let name = name
+        .split(|end: char| end.is_whitespace() || matches!(end, '>' | '/'))
+        .next()?;
+    Some(name.rsplit(':').next().unwrap_or(name))
+}
+
+/// Pairs of lines: a code, and a value. It begins with a section, comments before it.
+fn is_dxf(text: &str) -> bool {
+    let mut lines = text.lines().map(str::trim);
+    while let (Some(code), Some(value)) = (lines.next(), lines.next()) {
+        match (code, value) {
+            ("999", _) => {}
+            ("0", value) => return value == "SECTION",
+            _ => return false,
+        }
+    }
+    false
+}
+
+/// It begins with an instruction of two letters that plots begin with, and has another.
+fn is_hpgl(text: &str) -> bool {
+    const FIRST: [&str; 9] = ["IN", "DF", "SP", "PU", "PD", "PA", "PG", "VS", "BP"];
+    let text = plot::without_escapes(text).trim_start_matches([';', ':']);
+    let first = text.get(..2).map(str::to_ascii_uppercase);
+    let rest = text.get(2..).unwrap_or_default();
+    first.is_some_and(|first| FIRST.contains(&first.as_str()))
+        && rest.starts_with(|next: char| !next.is_ascii_lowercase())
+        && rest.contains(';')
+}
+
+/// The first line that is no comment has nothing but words of a letter and a number, one of them a G or an M.
+fn is_gcode(text: &str) -> bool {
+    let mut lines = text
+        .lines()
+        .map(without_comments)
+        .filter(|line| !line.is_empty() && line != "%");
+    let Some(line) = lines.next() else {
+        return false;
+    };
+    let mut letters = line.chars().filter(char::is_ascii_alphabetic);
+    let allowed = |sign: char| sign.is_ascii_digit() || matches!(sign, '+' | '-' | '.');
+    let words = line
+        .split(|sign: char| sign.is_ascii_alphabetic())
+        .map(str::trim);
+    let mut numbers = words
+        .skip(1)
+        .map(|number| number.split_whitespace().collect::<String>());
+    line.starts_with(|first: char| first.is_ascii_alphabetic())
+        && letters.any(|letter| matches!(letter.to_ascii_uppercase(), 'G' | 'M'))
+        && numbers.all(|number| {
+            number.contains(|sign: char| sign.is_ascii_digit()) && number.chars().all(allowed)
+        })
+}
+
+/// A line of G-code without what is in parentheses and after a semicolon.
+fn without_comments(line: &str) -> String {
+    let mut depth = 0u32;
+    let code = line.split(';').next().unwrap_or_default();
+    let outside = code.chars().filter(|sign| match sign {
+        '(' => {
+            depth += 1;
+            false
+        }
+        ')' => {
+            depth = depth.saturating_sub(1);
+            false
+        }
+        _ => depth == 0,
+    });
+    outside.collect::<String>().trim().to_owned()
+}
