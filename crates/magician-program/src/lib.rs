@@ -16,6 +16,21 @@
 //! * [`check`](fn@check) follows a plan as the arm would and tells what is out of reach, how long it takes, how far the tool
 //!   travels.
 //!
+//! Without features there is all that plans need: reading and writing their own files, placing, [`check`], preview as SVG, rehearsal,
+//! resuming. The others build in what needs more; `default` is all of them.
+//!
+//! | feature | what it adds |
+//! |---|---|
+//! | `read` | all of `read-*` |
+//! | `read-playback`, `read-blockly` | Teaching & Playback and DobotBlockly workspaces; playback files are written without it |
+//! | `read-gcode`, `read-hpgl`, `read-dxf`, `read-svg` | drawings, and programs of plotters, pens and lasers |
+//! | `read-points` | lists of points and recordings: CSV, JSON, text, MCAP |
+//! | `text` | the font that texts in SVG are written with |
+//! | `image` | PNG, JPEG, BMP, WebP, GIF and TIFF images, to be engraved or traced |
+//! | `picture` | pictures as PNG, and their comparison (`compare`) |
+//!
+//! A [`Format`] that is not built in is known all the same; reading it is a [`Problem`] that [`lacks`](Problem::lacks) its feature.
+//!
 //! Lengths are mm, angles degrees, times seconds. A [`Plan`]'s coordinates are the arm's; an [`Artwork`]'s are those of its
 //! sheet: x to the right, y up, from the lower left corner.
 #![forbid(unsafe_code)]
@@ -24,8 +39,11 @@
 pub mod artwork;
 mod calibrate;
 mod check;
+#[cfg(feature = "picture")]
 pub mod compare;
 mod ending;
+#[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
+mod font;
 pub mod formats;
 mod origin;
 mod pace;

@@ -83,6 +83,9 @@ impl NoteCode {
 pub enum Lack {
     /// Where the arm stands when the program begins: [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
     Start,
+    /// A feature of this crate, which this build does not have: a reader
+    /// ([`Format::feature`](crate::Format::feature)), or the font (`text`).
+    Feature(&'static str),
 }
 
 impl Problem {

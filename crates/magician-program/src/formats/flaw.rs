@@ -7,8 +7,8 @@ use crate::{Lack, Origin, Problem};
 pub(super) struct Flaw {
     pub(super) range: Range<usize>,
     pub(super) message: String,
-    help: Option<&'static str>,
-    lacks: Option<Lack>,
+    pub(super) help: Option<&'static str>,
+    pub(super) lacks: Option<Lack>,
 }
 
 impl Flaw {
@@ -19,16 +19,6 @@ impl Flaw {
             help: None,
             lacks: None,
         }
-    }
-
-    pub(super) fn help(mut self, help: &'static str) -> Self {
-        self.help = Some(help);
-        self
-    }
-
-    pub(super) fn lacks(mut self, lack: Lack) -> Self {
-        self.lacks = Some(lack);
-        self
     }
 
     /// At the place that its bytes have in the file.

@@ -3,7 +3,23 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Format, content};
+use super::{Content, Format, ReadOptions, Reading, content};
+use crate::plan::file;
+use crate::{Lack, Problem};
+
+/// Makes of the bytes of a file what is in it.
+type Reader = fn(&[u8], &ReadOptions) -> Result<Reading, Problem>;
+
+/// A feature of this crate, and the reader that it builds in.
+macro_rules! behind {
+    ($feature:literal, $module:ident) => {{
+        #[cfg(feature = $feature)]
+        let reader: Option<Reader> = Some(super::$module::read);
+        #[cfg(not(feature = $feature))]
+        let reader: Option<Reader> = None;
+        (Some($feature), reader)
+    }};
+}
 
 impl Format {
     /// All of them, in the order in which people are told.
@@ -87,6 +103,49 @@ impl Format {
         }
     }
 
+    /// What reads it, and the feature of this crate that builds that in.
+    fn built_in(self) -> (Option<&'static str>, Option<Reader>) {
+        match self {
+            Self::Plan => (None, Some(read_plan)),
+            Self::Playback => behind!("read-playback", playback),
+            Self::Gcode => behind!("read-gcode", gcode),
+            Self::Svg => behind!("read-svg", svg),
+            Self::Hpgl => behind!("read-hpgl", hpgl),
+            Self::Dxf => behind!("read-dxf", dxf),
+            Self::Blockly => behind!("read-blockly", blockly),
+            Self::Image => behind!("image", image),
+            Self::Points => behind!("read-points", points),
+        }
+    }
+
+    /// The feature of this crate that builds its reader in; none for our own plan files, which are always read.
+    ///
+    /// ```
+    /// use magician_program::Format;
+    ///
+    /// assert_eq!(Format::Svg.feature(), Some("read-svg"));
+    /// assert_eq!(Format::Plan.feature(), None);
+    /// ```
+    #[must_use]
+    pub fn feature(self) -> Option<&'static str> {
+        self.built_in().0
+    }
+
+    /// Whether this build reads it.
+    #[must_use]
+    pub fn is_built_in(self) -> bool {
+        self.built_in().1.is_some()
+    }
+
+    pub(super) fn reader(self) -> Result<Reader, Problem> {
+        let (feature, reader) = self.built_in();
+        reader.ok_or_else(|| {
+            let feature = feature.unwrap_or_default();
+            let message = format!("this build reads no {self} files: it lacks the feature {feature} of magician-program");
+            Problem::of_file(message).lacking(Some(Lack::Feature(feature)))
+        })
+    }
+
     /// Whether an arm must have been homed for it: drawings, images and G-code say where on a sheet something goes, and come out
     /// in the wrong place on an arm that does not know where it is. What was taught is what that arm said of itself.
     #[must_use]
@@ -117,6 +176,14 @@ impl Format {
             .find(ends)
             .or_else(|| content::of(bytes))
     }
+}
+
+fn read_plan(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+    let read = file::read(bytes, options)?;
+    Ok(Reading {
+        content: Content::Plan(read.content),
+        notes: read.notes,
+    })
 }
 
 impl fmt::Display for Format {
@@ -164,6 +231,24 @@ mod tests {
             seen += 1;
         }
         assert!(seen >= 10, "{seen} samples");
+    }
+
+    #[test]
+    fn what_is_not_built_in_is_known_and_refused_with_its_feature() {
+        for format in Format::ALL {
+            let read = crate::read(format, b"", &ReadOptions::default());
+            let lacks = read.err().and_then(|problem| problem.lacks);
+            let expected = match format.is_built_in() {
+                true => None,
+                false => format.feature().map(Lack::Feature),
+            };
+            assert_eq!(lacks, expected, "{format}");
+            assert_eq!(
+                Format::of(&format!("a{}", format.endings()[0]), b""),
+                Some(format)
+            );
+        }
+        assert!(Format::Plan.is_built_in());
     }
 
     #[test]

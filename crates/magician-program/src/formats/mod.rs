@@ -1,21 +1,34 @@
 //! The files people have, each read by a module of its own.
 
+#[cfg(feature = "read-blockly")]
 mod blockly;
 mod content;
+#[cfg(feature = "read-dxf")]
 mod dxf;
+#[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
 mod flaw;
+#[cfg(feature = "read-gcode")]
 mod gcode;
+mod gcode_options;
+#[cfg(feature = "read-hpgl")]
 mod hpgl;
+#[cfg(feature = "image")]
 mod image;
 mod kind;
+#[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
+mod notes;
 pub mod playback;
+#[cfg(feature = "read-points")]
 mod points;
-pub(crate) mod svg;
+#[cfg(feature = "read-svg")]
+mod svg;
+#[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
+mod text;
+#[cfg(any(feature = "read-blockly", feature = "read-playback"))]
 mod xml;
 
-pub use gcode::{Arcs, Dialect, GcodeOptions};
+pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 
-use crate::plan::file;
 use crate::raster::Raster;
 use crate::{Artwork, NoteCode, Plan, Problem};
 use std::str::FromStr;
@@ -134,22 +147,13 @@ pub struct Reading<T = Content> {
 /// Reads a file of this format.
 ///
 /// # Errors
-/// The first [`Problem`] that makes it unreadable, with its place.
+/// The first [`Problem`] that makes it unreadable, with its place; for a format that this build does not read one that
+/// [`lacks`](Problem::lacks) its [`Format::feature`].
 pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
     if format != Format::Points {
         only_recordings(options.resample)?;
     }
-    let mut reading = match format {
-        Format::Plan => file::read(bytes, options).map(Reading::of_plan),
-        Format::Playback => playback::read(bytes, options),
-        Format::Gcode => gcode::read(bytes, options),
-        Format::Svg => svg::read(bytes, options),
-        Format::Hpgl => hpgl::read(bytes, options),
-        Format::Dxf => dxf::read(bytes, options),
-        Format::Blockly => blockly::read(bytes, options),
-        Format::Image => image::read(bytes, options),
-        Format::Points => points::read(bytes, options),
-    }?;
+    let mut reading = format.reader()?(bytes, options)?;
     if options.clip_page {
         let note = reading.clip_to_page();
         reading.notes.extend(note);
@@ -198,12 +202,5 @@ impl Reading {
             "what lies beyond the page ({width:.1} by {height:.1} mm) is cut off: {cut} {lines}"
         );
         (cut > 0).then(|| Problem::of_file(message).coded(NoteCode::LeftOut))
-    }
-
-    fn of_plan(read: Reading<Plan>) -> Self {
-        Self {
-            content: Content::Plan(read.content),
-            notes: read.notes,
-        }
     }
 }

@@ -1,7 +1,5 @@
 //! XML as the readers of this crate take it: UTF-8, without a document type, with places.
 
-use std::ops::Range;
-
 use roxmltree::{Document, Node, ParsingOptions};
 
 use crate::{Lines, Origin, Problem};
@@ -55,14 +53,5 @@ pub(super) fn content<'a>(node: Node<'a, '_>) -> std::borrow::Cow<'a, str> {
             let rest: String = texts.collect();
             format!("{first}{second}{rest}").into()
         }
-    }
-}
-
-/// Where the text of an element stands; the element itself if it has none.
-pub(super) fn content_range(node: Node<'_, '_>) -> Range<usize> {
-    let texts = || node.children().filter(Node::is_text);
-    match (texts().next(), texts().next_back()) {
-        (Some(first), Some(last)) => first.range().start..last.range().end,
-        _ => node.range(),
     }
 }

@@ -12,6 +12,7 @@ mod legend;
 mod locator;
 mod marks;
 mod panel;
+#[cfg(feature = "picture")]
 mod png;
 mod section;
 mod side;
@@ -29,8 +30,10 @@ use magician_motion::Fence;
 
 use legend::Legend;
 use panel::{Panel, TICKS};
+#[cfg(feature = "picture")]
 pub(crate) use png::options as svg_options;
-pub use png::{PictureError, fitting};
+#[cfg(feature = "picture")]
+pub use png::{PictureError, fitting, to_png};
 pub use section::section;
 pub use snapshot::{Snapshot, Standing};
 use svg::Svg;
@@ -140,22 +143,6 @@ impl Preview {
     pub fn to_svg(&self) -> &str {
         &self.svg
     }
-
-    /// As PNG, so many pixels to a millimetre: the SVG, drawn.
-    ///
-    /// # Errors
-    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
-    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
-        png::drawn(&self.svg, pixels_per_mm)
-    }
-}
-
-/// One of these pictures, or any SVG, as PNG, so many pixels to a millimetre.
-///
-/// # Errors
-/// [`PictureError`] if the scale makes no sense, the picture would be too large, or it is no SVG.
-pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
-    png::drawn(svg, pixels_per_mm)
 }
 
 fn draw(

@@ -3,7 +3,8 @@
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg;
 
-use crate::formats::svg::font;
+use super::{Preview, Snapshot};
+use crate::font;
 
 /// As many pixels has the largest picture.
 const MOST_PIXELS: f64 = 64e6;
@@ -71,7 +72,31 @@ pub fn fitting<E>(
     draw(scale)
 }
 
-pub(super) fn drawn(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+impl Preview {
+    /// As PNG, so many pixels to a millimetre: the SVG, drawn.
+    ///
+    /// # Errors
+    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
+    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+        to_png(self.to_svg(), pixels_per_mm)
+    }
+}
+
+impl Snapshot {
+    /// As PNG, so many pixels to a millimetre of the picture.
+    ///
+    /// # Errors
+    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
+    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
+        to_png(self.to_svg(), pixels_per_mm)
+    }
+}
+
+/// One of these pictures, or any SVG, as PNG, so many pixels to a millimetre.
+///
+/// # Errors
+/// [`PictureError`] if the scale makes no sense, the picture would be too large, or it is no SVG.
+pub fn to_png(svg: &str, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
     if !(pixels_per_mm > 0.0 && pixels_per_mm.is_finite()) {
         return Err(PictureError::Scale(pixels_per_mm));
     }
@@ -109,6 +134,7 @@ pub(crate) fn options() -> usvg::Options<'static> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Standing;
     use super::*;
 
     #[test]
@@ -125,5 +151,12 @@ mod tests {
         assert_eq!(fitting(8.0, large, most(0.5)).unwrap(), b"0.5");
         assert_eq!(fitting(8.0, large, most(0.4)), Err("large"));
         assert_eq!(fitting(8.0, large, |_| Err("other")), Err("other"));
+    }
+
+    #[test]
+    fn an_arm_is_a_picture_at_any_scale_above_nothing() {
+        let snapshot = Snapshot::of_arm(&Standing::default());
+        assert!(snapshot.to_png(2.0).unwrap().starts_with(b"\x89PNG"));
+        assert!(snapshot.to_png(0.0).is_err());
     }
 }

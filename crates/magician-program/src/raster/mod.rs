@@ -18,7 +18,7 @@ mod grid;
 mod outline;
 mod resample;
 mod scan;
-#[cfg(test)]
+#[cfg(all(test, feature = "image"))]
 mod tests;
 mod tone;
 

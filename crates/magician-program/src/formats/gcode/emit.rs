@@ -4,7 +4,7 @@ use magician_host::words;
 use magician_protocol::Set;
 
 use super::arc::Arc;
-use super::options::{Arcs, GcodeOptions};
+use super::{Arcs, GcodeOptions};
 use crate::{Action, Origin, Plan, Step, Travel};
 
 /// The rotation of all poses: a pen or a laser has none.

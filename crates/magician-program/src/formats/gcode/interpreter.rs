@@ -1,9 +1,9 @@
 //! The lines of a program in the order in which they are carried out: RS-274's parameters, O-words and subprograms (M98), with
 //! bounded work.
 
+use super::Notes;
 use super::block::Block;
 use super::modes::Modes;
-use super::notes::Notes;
 use super::oword::{Owords, Place, line_at};
 use super::parameters::{Parameters, Saved};
 use super::{Line, behind_number};

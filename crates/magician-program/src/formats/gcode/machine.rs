@@ -1,16 +1,17 @@
 //! What the lines of a program have set by now, and what each of them does.
 
+use super::GcodeOptions;
 use super::Line;
+use super::Notes;
 use super::arc::Plane;
 use super::begin::Begin;
 use super::block::{Block, Code};
 use super::cycle::Cycle;
 use super::emit::Emitter;
 use super::interpreter::Stepped;
-use super::notes::{Notes, START_HELP};
 use super::offsets::Offsets;
-use super::options::GcodeOptions;
 use super::servo::Servo;
+use super::start::START_HELP;
 use super::survey::{Kind, Survey};
 use crate::formats::flaw::Flaw;
 use crate::{Lack, NoteCode, Origin, Plan, Problem};

@@ -40,30 +40,28 @@ mod machine;
 mod mill;
 mod modes;
 mod motion;
-mod notes;
 mod offsets;
-mod options;
 mod oword;
 mod parameters;
 mod power;
 mod servo;
 mod settings;
+mod start;
 mod survey;
 
-use std::borrow::Cow;
 use std::ops::Range;
 
-use super::{Content, ReadOptions, Reading};
-use crate::{NoteCode, Origin, Problem};
+use super::notes::Notes;
+use super::text::text_of;
+use super::{Arcs, Content, Dialect, GcodeOptions, ReadOptions, Reading};
+use crate::{Lack, NoteCode, Origin, Problem};
 
 use crate::formats::flaw::Flaw;
 use block::Block;
 use interpreter::{Interpreter, Program};
 use machine::Machine;
 use modes::Modes;
-pub(super) use notes::Notes;
 
-pub use options::{Arcs, Dialect, GcodeOptions};
 use survey::Survey;
 
 /// A program that repeats lines makes no more moves than this.
@@ -130,12 +128,15 @@ fn behind_number(line: &str) -> usize {
     blanks(digits + number.count())
 }
 
-/// A text of any encoding: what is not UTF-8 stands in comments, and each byte of it is taken for a character.
-pub(super) fn text_of(bytes: &[u8]) -> Cow<'_, str> {
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    match std::str::from_utf8(bytes) {
-        Ok(text) => text.into(),
-        Err(_) => bytes.iter().map(|byte| char::from(*byte)).collect(),
+impl Flaw {
+    pub(super) fn help(mut self, help: &'static str) -> Self {
+        self.help = Some(help);
+        self
+    }
+
+    pub(super) fn lacks(mut self, lack: Lack) -> Self {
+        self.lacks = Some(lack);
+        self
     }
 }
 

@@ -5,9 +5,9 @@ use super::begin::Begin;
 use super::block::{Block, Code};
 use super::emit::Work;
 use super::machine::{Machine, Mode};
-use super::notes::START_HELP;
 use super::offsets::Setting;
 use super::settings::FASTEST;
+use super::start::START_HELP;
 use crate::formats::flaw::Flaw;
 use crate::{Lack, NoteCode, Origin};
 

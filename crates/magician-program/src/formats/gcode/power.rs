@@ -1,8 +1,8 @@
 //! Which S is a laser's full power. A guess errs on the dark side: the greater it is, the weaker an S burns.
 
 use super::Line;
+use super::Notes;
 use super::block::Block;
-use super::notes::Notes;
 use crate::{NoteCode, Origin, Problem};
 
 /// Full power where nothing else is known.

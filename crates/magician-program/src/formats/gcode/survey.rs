@@ -5,9 +5,9 @@ use super::block::Block;
 use super::interpreter::{Interpreter, Stepped};
 use super::mill::Mill;
 use super::modes::Modes;
-use super::options::{Dialect, GcodeOptions};
 use super::power::Powers;
 use super::servo::Angles;
+use super::{Dialect, GcodeOptions};
 
 /// G codes whose axis words are no places in the program's own coordinates.
 const NOT_MOVED: [u32; 6] = [10, 28, 30, 52, 53, 92];

@@ -30,7 +30,8 @@ mod polygon;
 mod scale;
 mod text;
 
-use super::gcode::{Notes, text_of};
+use super::notes::Notes;
+use super::text::text_of;
 use super::{Content, ReadOptions, Reading};
 use crate::{Lines, Problem};
 

@@ -17,14 +17,16 @@
 //! | 12 | suction cup: 0 off, 1 on |
 
 mod play;
+#[cfg(feature = "read-playback")]
 mod read;
 mod record;
 mod row;
 mod write;
 
+#[cfg(feature = "read-playback")]
+pub(super) use read::read;
 pub use row::{Point, Row, Way};
 
-use super::{Content, ReadOptions, Reading};
 use crate::{Grip, Problem, Tool};
 
 /// A playback file.
@@ -53,17 +55,6 @@ impl PartialEq for Playback {
 }
 
 impl Playback {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// The first [`Problem`] that makes it unreadable, with its place: no XML, another kind of file, a row without a
-    /// coordinate, a number that is none, a motion style that nobody knows.
-    pub fn read(bytes: &[u8]) -> Result<Self, Problem> {
-        let playback = read::document(bytes)?;
-        playback.check_tool()?;
-        Ok(playback)
-    }
-
     /// The tool that it was taught with, by the column that it has: items 11 are the gripper's, items 12 the suction cup's.
     /// `None` for a file without either, as those of DobotStudio 1.4, and for one that has both and uses neither: whoever
     /// plays it has to say.
@@ -87,32 +78,4 @@ impl Playback {
     pub fn notes(&self) -> &[Problem] {
         &self.notes
     }
-
-    /// One arm has one tool.
-    fn check_tool(&self) -> Result<(), Problem> {
-        let grips = |row: &&Row| row.point.gripper.is_some_and(|grip| grip != Grip::Off);
-        let sucks = |row: &&Row| row.point.suction == Some(true);
-        let (grips, sucks) = (self.rows.iter().find(grips), self.rows.iter().find(sucks));
-        let (Some(grips), Some(sucks)) = (grips, sucks) else {
-            return Ok(());
-        };
-        let message = format!(
-            "row{} uses the gripper and row{} the suction cup; the arm has one tool",
-            grips.number, sucks.number
-        );
-        Err(Problem::new(sucks.places.suction, message).named(format!("row{}", sucks.number)))
-    }
-}
-
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
-    let playback = Playback::read(bytes)?;
-    let Reading {
-        content: mut plan,
-        notes,
-    } = playback.to_plan();
-    plan.title.clone_from(&options.title);
-    Ok(Reading {
-        content: Content::Plan(plan),
-        notes: playback.notes.into_iter().chain(notes).collect(),
-    })
 }

@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::row::{Part, Places, numbered};
 use super::{Playback, Point, Row, Way};
-use crate::formats::xml;
+use crate::formats::{Content, ReadOptions, Reading, xml};
 use crate::{Grip, Lines, NoteCode, Origin, Problem, Travel};
 
 /// What the items are, for messages.
@@ -29,7 +29,48 @@ const MEANINGS: [&str; 13] = [
 
 const NO_PLAYBACK: &str = "this is no playback file of DobotStudio";
 
-pub(super) fn document(bytes: &[u8]) -> Result<Playback, Problem> {
+pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+    let playback = Playback::read(bytes)?;
+    let Reading {
+        content: mut plan,
+        notes,
+    } = playback.to_plan();
+    plan.title.clone_from(&options.title);
+    Ok(Reading {
+        content: Content::Plan(plan),
+        notes: playback.notes.into_iter().chain(notes).collect(),
+    })
+}
+
+impl Playback {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// The first [`Problem`] that makes it unreadable, with its place: no XML, another kind of file, a row without a
+    /// coordinate, a number that is none, a motion style that nobody knows.
+    pub fn read(bytes: &[u8]) -> Result<Self, Problem> {
+        let playback = document(bytes)?;
+        playback.check_tool()?;
+        Ok(playback)
+    }
+
+    /// One arm has one tool.
+    fn check_tool(&self) -> Result<(), Problem> {
+        let grips = |row: &&Row| row.point.gripper.is_some_and(|grip| grip != Grip::Off);
+        let sucks = |row: &&Row| row.point.suction == Some(true);
+        let (grips, sucks) = (self.rows.iter().find(grips), self.rows.iter().find(sucks));
+        let (Some(grips), Some(sucks)) = (grips, sucks) else {
+            return Ok(());
+        };
+        let message = format!(
+            "row{} uses the gripper and row{} the suction cup; the arm has one tool",
+            grips.number, sucks.number
+        );
+        Err(Problem::new(sucks.places.suction, message).named(format!("row{}", sucks.number)))
+    }
+}
+
+fn document(bytes: &[u8]) -> Result<Playback, Problem> {
     let text = xml::text(bytes)?;
     let document = xml::parse(text)?;
     let lines = Lines::new(text);
@@ -116,7 +157,7 @@ impl File<'_> {
         if kind.is_empty() || kind.to_ascii_lowercase().starts_with("magician") {
             return Ok(());
         }
-        let place = self.at(xml::content_range(item));
+        let place = self.at(content_range(item));
         let message = format!("this was taught on a {kind}, and its points mean other places here");
         Err(Problem::new(place, message).help("teach the points again on a Magician"))
     }
@@ -226,7 +267,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
     }
 
     fn wrong(&self, item: Node<'_, '_>, message: String) -> Problem {
-        let place = self.file.at(xml::content_range(item));
+        let place = self.file.at(content_range(item));
         Problem::new(place, message).named(format!("row{}", self.number))
     }
 
@@ -341,7 +382,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         }
         let place = self.node(0).map_or_else(
             || self.file.start_of(self.row),
-            |item| self.file.at(xml::content_range(item)),
+            |item| self.file.at(content_range(item)),
         );
         let message = format!(
             "motion style {style} is an arc, but items 6 to 9 have no second point; what else it may mean is not known"
@@ -387,4 +428,13 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
 fn meaning(number: u32) -> &'static str {
     let meaning = MEANINGS.get(number as usize);
     meaning.copied().unwrap_or("not known")
+}
+
+/// Where the text of an element stands; the element itself if it has none.
+fn content_range(node: Node<'_, '_>) -> Range<usize> {
+    let texts = || node.children().filter(Node::is_text);
+    match (texts().next(), texts().next_back()) {
+        (Some(first), Some(last)) => first.range().start..last.range().end,
+        _ => node.range(),
+    }
 }

@@ -9,13 +9,14 @@ mod area;
 mod circles;
 mod clip;
 mod cost;
-pub(crate) mod font;
 mod lines;
 mod mask;
 mod notes;
 mod numbers;
 mod packed;
 mod source;
+// Without the font texts are left out.
+#[cfg_attr(not(feature = "text"), path = "no_text.rs")]
 mod text;
 mod walk;
 mod white;
@@ -148,12 +149,9 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
     }
 }
 
-fn tree(text: &str) -> Result<Tree, Problem> {
-    let options = Options {
+fn tree(source: &str) -> Result<Tree, Problem> {
+    let mut options = Options {
         dpi: 96.0,
-        font_family: font::NAME.to_owned(),
-        font_resolver: font::resolver(),
-        fontdb: font::database(),
         style_sheet: Some(STYLE.to_owned()),
         // Images are not drawn, and a drawing has no business with other files.
         image_href_resolver: ImageHrefResolver {
@@ -162,7 +160,8 @@ fn tree(text: &str) -> Result<Tree, Problem> {
         },
         ..Options::default()
     };
-    let document = source::parse(text)?;
+    text::set_up(&mut options);
+    let document = source::parse(source)?;
     Tree::from_xmltree(&document, &options).map_err(|error| {
         let message = match error {
             usvg::Error::InvalidSize => "its width or height is none".to_owned(),

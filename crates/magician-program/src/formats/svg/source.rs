@@ -10,7 +10,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 
 use super::cost;
 use super::notes::Notes;
-use super::numbers;
+use super::{numbers, text};
 use crate::{Lines, NoteCode, Origin, Problem};
 
 /// Elements that can be what a stroke came from.
@@ -119,6 +119,11 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Problem> 
         };
         for remark in remarks {
             notes.add(element.problem(remark).coded(NoteCode::LeftOut));
+        }
+        if is(&node, "text")
+            && let Some(note) = text::left_out(&element)
+        {
+            notes.add(note);
         }
         let id = own.unwrap_or_else(|| {
             let id = format!("{prefix}{nth}");

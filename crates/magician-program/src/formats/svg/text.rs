@@ -1,17 +1,30 @@
 //! Texts, as the outlines of their letters.
 
 use kurbo::{Affine, BezPath, PathEl};
-use usvg::{Group, Node, Text};
+use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text};
 
-use super::font;
 use super::lines::{curves, flatten};
+use super::source::Element;
 use super::walk::{Place, Walk, matrix};
-use crate::{NoteCode, Problem};
+use super::white::Whites;
+use crate::{NoteCode, Problem, font};
+
+/// Texts are written in our font.
+pub(super) fn set_up(options: &mut Options<'_>) {
+    options.font_family = font::NAME.to_owned();
+    options.font_resolver = font::resolver();
+    options.fontdb = font::database();
+}
+
+/// What is to be said of a text in the source; what of it cannot be written is said when it is.
+pub(super) fn left_out(_text: &Element) -> Option<Problem> {
+    None
+}
 
 impl Walk<'_> {
     pub(super) fn text(&mut self, text: &Text, outer: &Place) -> Result<(), Problem> {
         let place = self.inner(text.id(), outer);
-        for character in font::missing(text).chars() {
+        for character in missing(text).chars() {
             let code = u32::from(character);
             let remark = format!(
                 "U+{code:04X} '{character}' is left out: the font {} does not have it",
@@ -21,7 +34,7 @@ impl Walk<'_> {
             let note = place.element.problem(remark).help(help);
             self.notes.add(note.coded(NoteCode::LeftOut));
         }
-        for wish in font::differences(text) {
+        for wish in differences(text) {
             let remark = format!(
                 "text is written in {} Regular instead of {wish}",
                 font::NAME
@@ -29,7 +42,7 @@ impl Walk<'_> {
             self.notes
                 .add(place.element.problem(remark).coded(NoteCode::Assumed));
         }
-        self.letters(text.flattened(), &place, font::speck(text))
+        self.letters(text.flattened(), &place, speck(text))
     }
 
     /// The outlines of a text's letters, whatever is done with other fills, but for those that are smaller than a speck.
@@ -50,7 +63,7 @@ impl Walk<'_> {
                     let letters = outlines.filter(|(own, _)| extent(own) > speck);
                     let letters: BezPath =
                         letters.flat_map(|(_, placed)| placed).copied().collect();
-                    let white = self.whites.is_all_white(path);
+                    let white = is_all_white(&self.whites, path);
                     self.add(flatten(&letters, self.tolerance, true), &place, white)?;
                     self.whites
                         .paint(path, place.to, &place.clips, self.tolerance);
@@ -72,4 +85,61 @@ fn outlines(path: &BezPath) -> impl Iterator<Item = &[PathEl]> {
 fn extent(outline: &[PathEl]) -> f64 {
     let path = BezPath::from_vec(outline.to_vec());
     path.control_box().size().max_side()
+}
+
+/// What is smaller than this in a text was drawn for a character that the font does not have: no other outline is.
+fn speck(text: &Text) -> f64 {
+    let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
+    let sizes = spans.map(|span| f64::from(span.font_size().get()));
+    sizes.fold(0.0, f64::max) * 1e-3
+}
+
+/// The characters of a text that the font does not have, each once.
+fn missing(text: &Text) -> String {
+    let mut missing = String::new();
+    let spans = text.layouted().iter().filter(|span| span.visible);
+    for glyph in spans.flat_map(|span| &span.positioned_glyphs) {
+        if glyph.id.0 == 0 {
+            for character in glyph.text.chars() {
+                if !missing.contains(character) {
+                    missing.push(character);
+                }
+            }
+        }
+    }
+    missing
+}
+
+/// How a text was to look and does not: another font, bold, italic.
+fn differences(text: &Text) -> Vec<String> {
+    let mut asked = Vec::new();
+    let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
+    for font in spans.map(|span| span.font()) {
+        let other = match font.families().first() {
+            Some(FontFamily::Named(name)) if !name.eq_ignore_ascii_case(font::NAME) => {
+                Some(name.clone())
+            }
+            _ => None,
+        };
+        let bold = (font.weight() >= 600).then(|| "bold".to_owned());
+        let italic = (font.style() != FontStyle::Normal).then(|| "italic".to_owned());
+        for wish in [other, bold, italic].into_iter().flatten() {
+            if !asked.contains(&wish) {
+                asked.push(wish);
+            }
+        }
+    }
+    asked
+}
+
+/// Whether the colour of a path is white: of its line, or of its fill if it has none.
+fn is_all_white(whites: &Whites, path: &Path) -> bool {
+    let visible_stroke = path.stroke().filter(|stroke| stroke.opacity().get() > 0.0);
+    let visible_fill = path.fill().filter(|fill| fill.opacity().get() > 0.0);
+    let paints = [
+        visible_stroke.map(usvg::Stroke::paint),
+        visible_fill.map(usvg::Fill::paint),
+    ];
+    let mut paints = paints.into_iter().flatten().peekable();
+    paints.peek().is_some() && paints.all(|paint| whites.is_white(paint))
 }

@@ -48,18 +48,6 @@ impl Whites {
         self.any && is_white(paint)
     }
 
-    /// Whether the colour of a path is white: of its line, or of its fill if it has none.
-    pub(super) fn is_all_white(&self, path: &Path) -> bool {
-        let visible_stroke = path.stroke().filter(|stroke| stroke.opacity().get() > 0.0);
-        let visible_fill = path.fill().filter(|fill| fill.opacity().get() > 0.0);
-        let paints = [
-            visible_stroke.map(usvg::Stroke::paint),
-            visible_fill.map(usvg::Fill::paint),
-        ];
-        let mut paints = paints.into_iter().flatten().peekable();
-        self.any && paints.peek().is_some() && paints.all(is_white)
-    }
-
     /// A filled shape lies on all before it.
     pub(super) fn paint(&mut self, path: &Path, to: Affine, clips: &[Region], tolerance: f64) {
         let Some(fill) = path.fill().filter(|fill| fill.opacity().get() > 0.0) else {

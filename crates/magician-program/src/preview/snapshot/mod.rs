@@ -9,7 +9,6 @@ use magician_sim::Controller;
 use magician_sim::scenario::{Color, ToolKind};
 use magician_sim::world::{Drawing, Rest};
 
-use super::png::{self, PictureError};
 use super::svg::{Anchor, Number, Svg, Type, signed};
 use super::{FAINT, INK, MARGIN, TICKS, WRONG};
 
@@ -160,14 +159,6 @@ impl Snapshot {
     #[must_use]
     pub fn to_svg(&self) -> &str {
         &self.svg
-    }
-
-    /// As PNG, so many pixels to a millimetre of the picture.
-    ///
-    /// # Errors
-    /// [`PictureError`] if the scale makes no sense or the picture would be too large.
-    pub fn to_png(&self, pixels_per_mm: f64) -> Result<Vec<u8>, PictureError> {
-        png::drawn(&self.svg, pixels_per_mm)
     }
 
     fn drawn(standing: &Standing, around: &Around) -> Self {

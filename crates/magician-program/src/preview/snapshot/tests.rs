@@ -25,8 +25,6 @@ fn a_world_shows_its_objects_by_name() {
     ] {
         assert!(svg.contains(wanted), "{wanted}");
     }
-    assert!(snapshot.to_png(2.0).unwrap().starts_with(b"\x89PNG"));
-    assert!(snapshot.to_png(0.0).is_err());
 }
 
 #[test]

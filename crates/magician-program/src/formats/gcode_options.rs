@@ -62,16 +62,6 @@ pub struct GcodeOptions {
     pub home: bool,
 }
 
-impl GcodeOptions {
-    /// Where the tool is when the program begins, as far as that is known.
-    pub(super) fn begins_at(&self) -> Option<[f64; 3]> {
-        match self.placed {
-            true => Some([0.0; 3]),
-            false => self.start,
-        }
-    }
-}
-
 impl Default for GcodeOptions {
     fn default() -> Self {
         Self {

@@ -1,22 +1,19 @@
 //! What was left out or taken in a certain way, said once with how often.
 
-use crate::{Lack, NoteCode, Origin, Problem};
+use crate::{NoteCode, Origin, Problem};
 
 /// More kinds of notes than this are not told apart.
 const MOST_KINDS: usize = 200;
 
-/// What to do where it is not known where the arm stands.
-pub(super) const START_HELP: &str = "say where the arm stands when the program begins";
-
 #[derive(Debug, Default)]
-pub(in crate::formats) struct Notes {
+pub(super) struct Notes {
     found: Vec<(Problem, u64)>,
     more: u64,
 }
 
 impl Notes {
     /// Notes something; what has been said already is counted.
-    pub(in crate::formats) fn add(&mut self, code: NoteCode, origin: Origin, message: &str) {
+    pub(super) fn add(&mut self, code: NoteCode, origin: Origin, message: &str) {
         if let Some((_, count)) = self.find(message) {
             *count += 1;
         } else if self.found.len() < MOST_KINDS {
@@ -28,7 +25,7 @@ impl Notes {
     }
 
     /// As [`add`](Self::add), with what to do about it.
-    pub(in crate::formats) fn add_with_help(
+    pub(super) fn add_with_help(
         &mut self,
         code: NoteCode,
         origin: Origin,
@@ -41,21 +38,13 @@ impl Notes {
         }
     }
 
-    /// As [`add`](Self::add), of what would be otherwise if it were known where the arm stands.
-    pub(in crate::formats) fn add_without_start(&mut self, origin: Origin, message: &str) {
-        self.add_with_help(NoteCode::Assumed, origin, message, START_HELP);
-        if let Some((problem, _)) = self.find(message) {
-            problem.lacks = Some(Lack::Start);
-        }
-    }
-
-    fn find(&mut self, message: &str) -> Option<&mut (Problem, u64)> {
+    pub(super) fn find(&mut self, message: &str) -> Option<&mut (Problem, u64)> {
         let mut found = self.found.iter_mut();
         found.find(|(problem, _)| problem.message == message)
     }
 
     /// All of them, in the order in which they came.
-    pub(in crate::formats) fn into_problems(self) -> Vec<Problem> {
+    pub(super) fn into_problems(self) -> Vec<Problem> {
         let told = |(mut problem, count): (Problem, u64)| {
             if count > 1 {
                 problem.message = format!("{} ({count} times)", problem.message);

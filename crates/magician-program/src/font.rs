@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, LazyLock};
 
+use usvg::FontResolver;
 use usvg::fontdb::{Database, ID};
-use usvg::{FontFamily, FontResolver, FontStyle, Text};
 
 /// Its name.
 pub(crate) const NAME: &str = "Roboto";
-static ROBOTO: &[u8] = include_bytes!("../../../fonts/Roboto-Regular.ttf");
+static ROBOTO: &[u8] = include_bytes!("../fonts/Roboto-Regular.ttf");
 
 static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| {
     let mut database = Database::new();
@@ -55,13 +55,6 @@ fn shrink_notdef(font: &mut [u8]) -> Option<()> {
     Some(())
 }
 
-/// What is smaller than this in a text was drawn for a character that the font does not have: no other outline is.
-pub(super) fn speck(text: &Text) -> f64 {
-    let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
-    let sizes = spans.map(|span| f64::from(span.font_size().get()));
-    sizes.fold(0.0, f64::max) * 1e-3
-}
-
 pub(crate) fn database() -> Arc<Database> {
     Arc::clone(&DATABASE)
 }
@@ -76,40 +69,4 @@ pub(crate) fn resolver() -> FontResolver<'static> {
 
 fn only(database: &Database) -> Option<ID> {
     database.faces().next().map(|face| face.id)
-}
-
-/// The characters of a text that the font does not have, each once.
-pub(super) fn missing(text: &Text) -> String {
-    let mut missing = String::new();
-    let spans = text.layouted().iter().filter(|span| span.visible);
-    for glyph in spans.flat_map(|span| &span.positioned_glyphs) {
-        if glyph.id.0 == 0 {
-            for character in glyph.text.chars() {
-                if !missing.contains(character) {
-                    missing.push(character);
-                }
-            }
-        }
-    }
-    missing
-}
-
-/// How a text was to look and does not: another font, bold, italic.
-pub(super) fn differences(text: &Text) -> Vec<String> {
-    let mut asked = Vec::new();
-    let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
-    for font in spans.map(|span| span.font()) {
-        let other = match font.families().first() {
-            Some(FontFamily::Named(name)) if !name.eq_ignore_ascii_case(NAME) => Some(name.clone()),
-            _ => None,
-        };
-        let bold = (font.weight() >= 600).then(|| "bold".to_owned());
-        let italic = (font.style() != FontStyle::Normal).then(|| "italic".to_owned());
-        for wish in [other, bold, italic].into_iter().flatten() {
-            if !asked.contains(&wish) {
-                asked.push(wish);
-            }
-        }
-    }
-    asked
 }

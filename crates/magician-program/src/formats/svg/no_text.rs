@@ -1,0 +1,55 @@
+//! Without the font: texts are left out, and that is said.
+
+use usvg::{Options, Text};
+
+use super::source::Element;
+use super::walk::{Place, Walk};
+use crate::{Lack, NoteCode, Problem};
+
+pub(super) fn set_up(_options: &mut Options<'_>) {}
+
+/// What is to be said of a text in the source.
+pub(super) fn left_out(text: &Element) -> Option<Problem> {
+    let note = text.problem("text is left out: this build has no font, which is its feature text");
+    Some(
+        note.coded(NoteCode::LeftOut)
+            .lacking(Some(Lack::Feature("text"))),
+    )
+}
+
+impl Walk<'_> {
+    /// The library has left it out.
+    #[expect(
+        clippy::unused_self,
+        clippy::unnecessary_wraps,
+        reason = "as where there is a font"
+    )]
+    pub(super) fn text(&mut self, _text: &Text, _outer: &Place) -> Result<(), Problem> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Content, Format, Lack, NoteCode, ReadOptions, read};
+
+    #[test]
+    fn lines_are_drawn_and_texts_are_left_out_with_a_note() {
+        let svg = r#"<svg xmlns="http://www.w3.org/2000/svg" width="20mm" height="20mm" viewBox="0 0 20 20">
+<path d="M1 1h5" stroke="black"/>
+<text id="word" x="1" y="9">word</text></svg>"#;
+        let reading = read(Format::Svg, svg.as_bytes(), &ReadOptions::default()).unwrap();
+        let Content::Artwork(artwork) = reading.content else {
+            panic!("a drawing");
+        };
+        assert_eq!(artwork.strokes.len(), 1);
+        let [note] = reading.notes.as_slice() else {
+            panic!("{:?}", reading.notes);
+        };
+        assert_eq!(
+            (note.code, note.lacks),
+            (NoteCode::LeftOut, Some(Lack::Feature("text")))
+        );
+        assert_eq!((note.origin.line, note.name.as_deref()), (3, Some("word")));
+    }
+}
