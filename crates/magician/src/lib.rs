@@ -38,7 +38,8 @@ pub mod arms;
 pub mod blocking;
 #[cfg(feature = "lines")]
 pub mod discovery;
-#[cfg(feature = "lines")]
+#[cfg(feature = "measure")]
+#[doc(hidden)]
 pub mod measure;
 // Without lines there is a `Port` to name, and none to list or to find again.
 #[cfg_attr(not(feature = "lines"), allow(dead_code, unused_imports))]
