@@ -16,7 +16,7 @@
 //! * [`check`](fn@check) follows a plan as the arm would and tells what is out of reach, how long it takes, how far the tool
 //!   travels.
 //!
-//! Without features there is all that plans need: reading and writing their own files, placing, [`check`], preview as SVG, rehearsal,
+//! Without features there is all that plans need: reading and writing their own files, placing, checking, previews as SVG, rehearsals,
 //! resuming. The others build in what needs more; `default` is all of them.
 //!
 //! | feature | what it adds |
