@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What each crate depends on among ours, in any section but dev-dependencies: all of it, and nothing else.
-const DEPENDENCIES: [(&str, &[&str]); 16] = [
+const DEPENDENCIES: [(&str, &[&str]); 17] = [
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),
@@ -78,6 +78,17 @@ const DEPENDENCIES: [(&str, &[&str]); 16] = [
             "magician-program",
         ],
     ),
+    // Measures how large they are.
+    (
+        "magician-sizes",
+        &[
+            "magician-protocol",
+            "magician-host",
+            "magician-sim",
+            "magician",
+            "magician-program",
+        ],
+    ),
     // Chores may use anything; what they use is said all the same.
     (
         "xtask",
@@ -125,4 +136,74 @@ fn crates_depend_on_what_is_said_of_them_and_on_nothing_else() {
     });
     let said: BTreeMap<String, BTreeSet<String>> = said.collect();
     assert_eq!(members, said);
+}
+
+/// All that a crate is built with, with these features alone: dependencies of dependencies too.
+fn built_with(package: &str, features: &str) -> BTreeSet<String> {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--offline", "--no-default-features"])
+        .args(["--edges", "normal,no-proc-macro", "--prefix", "none"])
+        .args(["--format", "{p}"])
+        .args(["--package", package, "--features", features])
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../.."))
+        .output()
+        .expect("cargo runs");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let tree = String::from_utf8(output.stdout).expect("text");
+    let names = tree.lines().filter_map(|line| line.split(' ').next());
+    names.map(str::to_owned).collect()
+}
+
+/// What only a feature of `magician-program` brings in: the crate, and the features that do.
+const BROUGHT_IN: [(&str, &[&str]); 9] = [
+    (
+        "crc32fast",
+        &["read-points", "read-svg", "image", "picture"],
+    ),
+    ("flate2", &["read-svg", "image", "picture"]),
+    ("fontdb", &["picture"]),
+    ("image", &["image"]),
+    ("kurbo", &["read-dxf", "read-hpgl", "read-svg", "picture"]),
+    ("png", &["image", "picture"]),
+    ("resvg", &["picture"]),
+    (
+        "roxmltree",
+        &["read-blockly", "read-playback", "read-svg", "picture"],
+    ),
+    ("usvg", &["read-svg", "picture"]),
+];
+
+#[test]
+fn plans_alone_need_no_reader_no_picture_and_no_line() {
+    const NEVER: [&str; 4] = ["magician", "serial2", "socket2", "tokio"];
+    let features = [
+        "",
+        "read-blockly",
+        "read-dxf",
+        "read-gcode",
+        "read-hpgl",
+        "read-playback",
+        "read-points",
+        "read-svg",
+        "text",
+        "image",
+        "picture",
+    ];
+    for feature in features {
+        let built = built_with("magician-program", feature);
+        assert!(built.contains("magician-host"), "{built:?}");
+        let found = BROUGHT_IN.iter().map(|(name, _)| *name);
+        let found: BTreeSet<_> = found.filter(|name| built.contains(*name)).collect();
+        let said = BROUGHT_IN.iter().filter(|(_, by)| by.contains(&feature));
+        let said: BTreeSet<_> = said.map(|(name, _)| *name).collect();
+        assert_eq!(found, said, "{feature}");
+        for name in NEVER {
+            assert!(!built.contains(name), "{feature}: {name}");
+        }
+    }
+    assert!(built_with("magician-program", "read-svg,text").contains("fontdb"));
 }

@@ -1,0 +1,86 @@
+//! Plans, from a file to what an arm would do.
+
+use std::cell::RefCell;
+
+use magician_host::words::Preflight;
+use magician_host::{JointAngles, ToolBias};
+use magician_program::preview::{Preview, PreviewOptions};
+use magician_program::rehearse::{RehearseOptions, rehearse};
+use magician_program::{Format, Plan, Problem, Program, ReadOptions, Setup, check, read};
+
+thread_local! {
+    static PLAN: RefCell<Plan> = RefCell::new(Plan::new(""));
+}
+
+fn start() -> Preflight {
+    Preflight::at(JointAngles::HOME, ToolBias::SUCTION)
+}
+
+/// Makes a plan of the file that was given; 0 if it is one. What was made is the plan as our own file, or what is wrong.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn plan() -> u32 {
+    let bytes = crate::given();
+    let Some(format) = Format::of("", &bytes) else {
+        return 1;
+    };
+    let laid = || -> Result<Plan, Problem> {
+        let reading = read(format, &bytes, &ReadOptions::default())?;
+        Ok(Setup::default().plan(format, reading.content)?.plan)
+    };
+    match laid() {
+        Ok(plan) => {
+            crate::made(plan.to_json().as_bytes());
+            PLAN.set(plan);
+            0
+        }
+        Err(problem) => {
+            crate::made(problem.to_string().as_bytes());
+            2
+        }
+    }
+}
+
+/// Checks the plan and estimates its time, s; infinite where it is not known.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn estimate() -> f64 {
+    let time = PLAN.with_borrow(|plan| check(plan, &start()).time);
+    time.map_or(f64::INFINITY, |time| time.as_secs_f64())
+}
+
+/// Counts the commands from this step on.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn resume(step: u64) -> i64 {
+    let program = PLAN.with_borrow(|plan| Program::new(plan.clone(), None));
+    let rest = program.rest(step, start());
+    rest.map_or(-1, |rest| rest.commands().count() as i64)
+}
+
+/// Shows the plan as SVG.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn preview() {
+    crate::made(shown().to_svg().as_bytes());
+}
+
+fn shown() -> Preview {
+    PLAN.with_borrow(|plan| {
+        let report = check(plan, &start());
+        Preview::new(plan, &report, &start(), &PreviewOptions::default())
+    })
+}
+
+/// Shows the plan as PNG.
+#[cfg(feature = "picture")]
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn picture(pixels_per_mm: f64) {
+    crate::made(&shown().to_png(pixels_per_mm).unwrap_or_default());
+}
+
+/// Has a virtual arm do the plan; what was made is its drawing as SVG. Answers how many steps have ended.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn rehearsal() -> i64 {
+    let done = PLAN.with_borrow(|plan| rehearse(plan, &RehearseOptions::default()));
+    done.map_or(-1, |done| {
+        crate::made(done.drawing.to_svg().as_bytes());
+        done.steps as i64
+    })
+}
