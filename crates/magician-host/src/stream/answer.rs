@@ -18,7 +18,9 @@ impl Stream {
     ) -> bool {
         let now = self.clock.at(now);
         let flying = |entry: &Entry| entry.fate == Fate::Flying(ticket);
-        if let Some(at) = self.entries.iter().position(flying) {
+        if self.flying() > 0
+            && let Some(at) = self.entries.find(flying)
+        {
             self.command_answered(now, at, result);
             self.guessed = connection.is_last_a_guess();
             return true;
@@ -42,24 +44,25 @@ impl Stream {
     }
 
     fn command_accepted(&mut self, now: Micros, at: usize, index: u64) {
-        if self.unfinished().next().is_none() {
+        if self.entries.unfinished(self.reader.current).count == 0 {
             self.reader.begins(now);
         }
         self.correct(index);
-        let Some(entry) = self.entries.get_mut(at) else {
+        let Some(entry) = self.entries.get(at).copied() else {
             return;
         };
         if let Some(expected) = self.expected
             && expected != index
         {
-            entry.fate = Fate::Doubtful;
+            self.entries.set_fate(at, Fate::Doubtful);
             return self.fail(StreamFailure::Index {
                 expected,
                 found: index,
             });
         }
-        entry.fate = Fate::Accepted(index);
-        self.newest = Some(*entry);
+        let fate = Fate::Accepted(index);
+        self.entries.set_fate(at, fate);
+        self.newest = Some(Entry { fate, ..entry });
         self.accepted += u64::from(!entry.inserted);
         self.first.get_or_insert(index);
         if self.expected.is_none() {
@@ -67,8 +70,10 @@ impl Stream {
             self.base = index.saturating_sub(1);
         }
         // It travelled alone, and so did all before it.
-        if self.unconfirmed().all(|entry| entry.index() == Some(index)) {
+        let itself = self.confirmed.is_none_or(|confirmed| index > confirmed);
+        if self.entries.unconfirmed(self.confirmed) <= usize::from(itself) {
             self.confirmed = Some(index);
+            self.mark();
         }
         self.last = Some(index);
         self.expected = index.checked_add(1);
@@ -97,12 +102,11 @@ impl Stream {
             | Failure::Draining
             | Failure::Busy => true,
         };
-        if let Some(entry) = self.entries.get_mut(at) {
-            entry.fate = match nowhere {
-                true => Fate::Waiting,
-                false => Fate::Doubtful,
-            };
-        }
+        let fate = match nowhere {
+            true => Fate::Waiting,
+            false => Fate::Doubtful,
+        };
+        self.entries.set_fate(at, fate);
         if nowhere && let Some(group) = &mut self.group {
             *group += 1;
         }

@@ -42,9 +42,9 @@ impl Stream {
             return 0;
         }
         // What is finished and not confirmed is still kept here.
-        let kept = self.entries.iter().filter(|entry| !entry.is_waiting());
+        let kept = self.entries.kept();
         let free = self.places().saturating_sub(self.at_most() as usize);
-        free.min(KEPT.saturating_sub(kept.count()))
+        free.min(KEPT.saturating_sub(kept))
     }
 
     /// Places that can be used.
@@ -55,18 +55,12 @@ impl Stream {
 
     /// Whether the horizon lets this command go out.
     pub(super) fn within_horizon(&self, next: &Entry) -> bool {
-        let under_way = || {
-            self.unfinished()
-                .chain(self.entries.iter().filter(|entry| entry.is_flying()))
-        };
-        if !self.settings.start || under_way().count() < LEAST {
+        let under_way = self.entries.under_way(self.reader.current);
+        if !self.settings.start || under_way.count < LEAST {
             return true;
         }
-        let burns = next.burns() || under_way().any(Entry::burns);
-        let time = under_way().fold(next.item.time, |sum, entry| {
-            sum.saturating_add(entry.item.time)
-        });
-        time <= self.horizon(burns)
+        let burns = next.burns() || under_way.burns();
+        under_way.time().saturating_add(next.item.time) <= self.horizon(burns)
     }
 
     pub(super) fn horizon(&self, burns: bool) -> u64 {
@@ -136,7 +130,7 @@ impl Stream {
 
     /// Most commands that the controller can have in its queue at present.
     pub(super) fn at_most(&self) -> u32 {
-        let ours = self.unfinished().count() + self.flying();
+        let ours = self.entries.under_way(self.reader.current).count;
         (ours as u32).saturating_add(self.strangers_left(self.reader.current))
     }
 }

@@ -36,11 +36,11 @@ impl Stream {
             return;
         };
         let corrected = |at: &mut u64| *at = at.saturating_add(more);
-        for entry in &mut self.entries {
+        self.entries.change(0..usize::MAX, |entry| {
             if let Fate::Accepted(at) = &mut entry.fate {
                 corrected(at);
             }
-        }
+        });
         let told = [
             &mut self.first,
             &mut self.last,

@@ -63,6 +63,7 @@ impl Stream {
         (self.settings.window, self.window) = (window, self.window.min(window));
         self.retry_at = self.retry_at.filter(|at| *at > now);
         self.retire(connection);
+        debug_assert!(self.entries.is_counted(), "{:?}", self.entries);
         if self.gap && self.phase != Phase::Settle {
             self.begin_recovery();
         }
@@ -157,14 +158,15 @@ impl Stream {
             return;
         };
         (self.group, self.gathers) = (group, None);
-        let several = group.map_or_else(|| self.waiting().nth(1).is_some(), |count| count > 1);
+        let several = group.map_or_else(|| self.entries.waiting() > 1, |count| count > 1);
         let stops = !self.stopped && (lights || several && self.is_empty());
         self.phase = if stops { Phase::Stop } else { Phase::Load };
     }
 
     /// Whether nothing is in the queue.
     fn is_empty(&self) -> bool {
-        self.reader.left >= self.credit.places && self.unfinished().next().is_none()
+        self.reader.left >= self.credit.places
+            && self.entries.unfinished(self.reader.current).count == 0
     }
 
     /// How many commands go in before the queue is started: `Some(None)` as many as may, `None` when more have to be
@@ -216,7 +218,7 @@ impl Stream {
 
     fn run(&mut self, now: Micros, to: &mut Connection) {
         self.send(now, to);
-        let idle = self.flying() == 0 && self.unfinished().next().is_none();
+        let idle = self.entries.under_way(self.reader.current).count == 0;
         let next = self.next().and_then(|next| self.entries.get(next));
         if idle && next.is_some_and(|next| self.settings.start && self.is_held(next)) {
             self.phase = Phase::Choose;
@@ -243,7 +245,7 @@ impl Stream {
         while !self.gap && self.retry_at.is_none() && self.group != Some(0) {
             let Some(next) = self.next() else { return };
             self.cut(next);
-            let Some(entry) = self.entries.get(next).copied() else {
+            let Some(&entry) = self.entries.get(next) else {
                 return;
             };
             let apart = self.group.is_none() && self.settings.start;
@@ -261,9 +263,7 @@ impl Stream {
                 false => Request::of(frame),
             };
             let ticket = self.submit(request, Priority::Stream, to);
-            if let Some(entry) = self.entries.get_mut(next) {
-                entry.fate = Fate::Flying(ticket);
-            }
+            self.entries.set_fate(next, Fate::Flying(ticket));
             if let Some(group) = &mut self.group {
                 *group = group.saturating_sub(1);
             }
@@ -278,7 +278,7 @@ impl Stream {
         if flying > 0 {
             return shares && flying < self.window;
         }
-        let certain = self.unconfirmed().next().is_none();
+        let certain = self.entries.unconfirmed(self.confirmed) == 0;
         if !certain && !shares && !self.reader.is_planned() {
             self.reader.look(now);
         }
@@ -309,6 +309,7 @@ impl Stream {
             // A new count of the connection's knows nothing of what was accepted before.
             self.confirmed = self.confirmed.max(accepted.min(self.last));
         }
+        self.mark();
         let (current, confirmed) = (self.reader.current, self.confirmed);
         let over = |index: u64| index <= current && confirmed.is_some_and(|all| index <= all);
         while self
@@ -322,8 +323,13 @@ impl Stream {
 
     /// The first command is done and beyond doubt.
     pub(super) fn let_go(&mut self) {
-        if let Some(entry) = self.entries.pop_front() {
+        if let Some(entry) = self.entries.pop() {
             (self.stood, self.place) = (entry.item.end, entry.place());
         }
+    }
+
+    /// Has what is unfinished and unconfirmed counted from here on by what is known now.
+    pub(super) fn mark(&mut self) {
+        self.entries.mark(self.reader.current, self.confirmed);
     }
 }

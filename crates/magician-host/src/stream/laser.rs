@@ -68,7 +68,7 @@ impl Stream {
     /// on its own, so that never more than that and the piece under way are in the arm. A segment whose start or time nobody
     /// knows stays whole.
     pub(super) fn cut(&mut self, next: usize) {
-        let Some(entry) = self.entries.get(next).copied() else {
+        let Some(entry) = self.entries.get(next) else {
             return;
         };
         let (time, most) = (entry.item.time, self.settings.laser_horizon.max(1));
@@ -98,10 +98,10 @@ impl Stream {
             end,
             laser: true,
         };
-        if let Some(entry) = self.entries.get_mut(next) {
+        self.entries.change(next..next + 1, |entry| {
             entry.item.command = Set::CpLeCmd(rest);
             entry.item.time = entry.item.time.saturating_sub(time);
-        }
+        });
         let first = Entry {
             inserted: true,
             ..Entry::new(first, false)

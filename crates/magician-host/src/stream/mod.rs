@@ -83,6 +83,7 @@ mod clock;
 mod credit;
 mod doubled;
 mod drive;
+mod entries;
 mod event;
 mod item;
 mod laser;
@@ -93,8 +94,6 @@ mod resume;
 #[cfg(test)]
 mod tests;
 
-use std::collections::VecDeque;
-
 use magician_protocol::{Ctrl, FrameBuf};
 
 use crate::connection::{Connection, Micros, Priority, Request, Ticket};
@@ -102,6 +101,7 @@ use clock::Clock;
 use credit::Credit;
 pub use drive::Beginning;
 use drive::Phase;
+use entries::Entries;
 use event::Events;
 pub use event::{Refused, StreamEvent, StreamFailure};
 use item::{Entry, Fate, switched};
@@ -142,7 +142,7 @@ const SPARE: usize = 8;
 #[derive(Debug)]
 pub struct Stream {
     settings: StreamSettings,
-    entries: VecDeque<Entry>,
+    entries: Entries,
     phase: Phase,
     credit: Credit,
     reader: Reader,
@@ -212,7 +212,7 @@ impl Stream {
         };
         Self {
             settings,
-            entries: VecDeque::with_capacity(WAITING + KEPT + SPARE),
+            entries: Entries::with_capacity(WAITING + KEPT + SPARE),
             phase: Phase::Begin,
             credit: Credit::new(),
             reader: Reader::new(),
@@ -264,7 +264,7 @@ impl Stream {
     pub fn room(&self) -> usize {
         match self.ended || self.is_over() {
             true => 0,
-            false => WAITING.saturating_sub(self.waiting().count()),
+            false => WAITING.saturating_sub(self.entries.waiting()),
         }
     }
 
@@ -289,8 +289,8 @@ impl Stream {
     /// The command that was given this index, while it is not known to be finished.
     #[must_use]
     pub fn item_at(&self, index: u64) -> Option<&Item> {
-        let found = (self.entries.iter()).find(|entry| entry.index() == Some(index));
-        found.map(|entry| &entry.item)
+        let at = self.entries.find(|entry| entry.index() == Some(index))?;
+        self.entries.get(at).map(|entry| &entry.item)
     }
 
     /// Whether commands wait that would go out if the arm had finished some.
@@ -311,12 +311,11 @@ impl Stream {
 
     /// The place of the first command that waits.
     fn next(&self) -> Option<usize> {
-        self.entries.iter().position(Entry::is_waiting)
+        self.entries.next()
     }
 
     fn flying(&self) -> usize {
-        let flying = self.entries.iter().filter(|entry| entry.is_flying());
-        flying.count()
+        self.entries.flying()
     }
 
     /// What is in the controller and not finished, as far as was read, in order.
@@ -344,7 +343,7 @@ impl Stream {
         }
         FrameBuf::set(&item.command, Ctrl::QUEUED).map_err(|_| Refused::TooLong)?;
         self.lit = switched(&item.command).unwrap_or(self.lit);
-        self.entries.push_back(Entry::new(item, self.lit));
+        self.entries.push(Entry::new(item, self.lit));
         Ok(())
     }
 

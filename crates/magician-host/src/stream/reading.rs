@@ -289,6 +289,7 @@ impl Stream {
             reader.changed = now;
         }
         (reader.current, reader.known, reader.lower) = (read, true, false);
+        self.mark();
     }
 
     /// Whether there is room for all that will be sent before a look can tell of more. One that is late costs nothing as
@@ -331,6 +332,9 @@ impl Stream {
     /// Whether the arm has nothing to do although there is something, or so little that it will have nothing before more
     /// can arrive: on a full line a reading never finds the queue empty, for it travels behind a command.
     fn is_dry(&self, round_trip: Micros) -> bool {
+        if self.entries.unfinished(self.reader.current).count > 1 {
+            return false;
+        }
         let moves = |entry: &Entry| entry.item.time > 0;
         let accepted = self
             .entries
@@ -341,11 +345,9 @@ impl Stream {
         if !accepted.is_some_and(moves) || !next.is_some_and(moves) {
             return false;
         }
-        let mut unfinished = self.unfinished();
-        match (unfinished.next(), unfinished.next()) {
-            (None, _) => true,
-            (Some(only), None) => self.flying() > 0 && only.item.time < round_trip,
-            _ => false,
+        match self.unfinished().next() {
+            None => true,
+            Some(only) => self.flying() > 0 && only.item.time < round_trip,
         }
     }
 
@@ -361,9 +363,8 @@ impl Stream {
         if flows {
             return self.reader.look(now.saturating_add(SELDOM));
         }
-        let count = self.unfinished().count();
-        let kept = self.entries.iter().any(|entry| !entry.is_waiting());
-        if !kept && !self.credit.full {
+        let count = self.entries.unfinished(self.reader.current).count;
+        if self.entries.kept() == 0 && !self.credit.full {
             return;
         }
         let ahead = match self.next() {

@@ -90,12 +90,13 @@ impl Stream {
     /// The queue is empty: all that was sent and is not done waits again.
     pub(super) fn queue_again(&mut self) {
         let mut again = 0;
-        for entry in self.entries.iter_mut().filter(|entry| !entry.is_waiting()) {
+        let accepted = &mut self.accepted;
+        self.entries.change(0..usize::MAX, |entry| {
             let counted = entry.index().is_some() && !entry.inserted;
-            self.accepted = self.accepted.saturating_sub(counted.into());
+            *accepted = accepted.saturating_sub(counted.into());
+            again += usize::from(!entry.is_waiting());
             entry.fate = Fate::Waiting;
-            again += 1;
-        }
+        });
         self.gaps += 1;
         if self.gaps >= GAPS {
             self.window = 1;
@@ -115,7 +116,7 @@ impl Stream {
         let current = self.reader.current;
         let [x, y, z, _] = self.reader.pose;
         let found = [x, y, z];
-        let gone = self.entries.len() - self.waiting().count();
+        let gone = self.entries.kept();
         // So many were carried out at least: each has moved the current index by one.
         let least = match self.confirmed {
             Some(confirmed) => current.saturating_sub(confirmed),

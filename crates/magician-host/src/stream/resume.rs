@@ -227,23 +227,30 @@ impl Stream {
     fn adopt(&mut self, last: u64, tail: u64) -> usize {
         let mut next = last.saturating_add(1);
         let mut found = 0;
-        for entry in &mut self.entries {
+        let Self {
+            group,
+            accepted,
+            first,
+            last,
+            ..
+        } = self;
+        self.entries.change(0..usize::MAX, |entry| {
             if entry.is_waiting() || entry.index().is_some() {
-                continue;
+                return;
             }
             if next > tail {
                 entry.fate = Fate::Waiting;
-                if let Some(group) = &mut self.group {
+                if let Some(group) = group {
                     *group += 1;
                 }
-                continue;
+                return;
             }
             entry.fate = Fate::Accepted(next);
-            self.accepted += u64::from(!entry.inserted);
-            (self.first, self.last) = (self.first.or(Some(next)), Some(next));
+            *accepted += u64::from(!entry.inserted);
+            (*first, *last) = (first.or(Some(next)), Some(next));
             next = next.saturating_add(1);
             found += 1;
-        }
+        });
         (self.confirmed, self.expected) = (Some(tail), tail.checked_add(1));
         self.found += found;
         self.found
@@ -269,9 +276,11 @@ impl Stream {
         }
         if self.check_poses() {
             // The queue is cleared in any case.
-            for entry in self.entries.iter_mut().filter(|entry| entry.is_flying()) {
-                entry.fate = Fate::Doubtful;
-            }
+            self.entries.change(0..usize::MAX, |entry| {
+                if entry.is_flying() {
+                    entry.fate = Fate::Doubtful;
+                }
+            });
             self.tell_resumed(0);
             // A start that was under way may have got through.
             self.stopped &= self.was == Phase::Load;
@@ -280,7 +289,7 @@ impl Stream {
     }
 
     fn tell_resumed(&mut self, found: usize) {
-        let waiting = self.waiting().count();
+        let waiting = self.entries.waiting();
         self.found = 0;
         self.events.push(StreamEvent::Resumed { found, waiting });
         // Those that were found may have been the last.
