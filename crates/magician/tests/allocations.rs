@@ -1,4 +1,5 @@
-//! A connection and a stream in a steady state allocate nothing, on a good line and on a bad one.
+//! A connection and a stream in a steady state allocate nothing, on a good line and on a bad one, nor does a run through the
+//! driver onto a virtual arm.
 #![allow(
     unsafe_code,
     reason = "counting allocations takes an allocator, and an allocator is unsafe"
@@ -12,7 +13,7 @@ use magician::commands::{CpCmd, DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeft
 use magician::connection::{Connection, Event, Request, Settings};
 use magician::protocol::{CpMode, NoArgs, Writable};
 use magician::stream::{Item, Stream, StreamEvent, StreamSettings};
-use magician::{Ctrl, FrameBuf};
+use magician::{Arm, Ctrl, FrameBuf, Options, VirtualArm, words};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
@@ -218,5 +219,36 @@ fn a_steady_state_allocates_nothing() {
         assert_eq!(COUNT.get() - before, 0, "window {window}, loss {loss}");
         assert!(bench.told > told + 10_000);
         assert!(bench.frames > 2_000);
+    }
+}
+
+/// Commands, their way to the task, the arm that does them, and what the task tells: all of it.
+#[test]
+fn a_segment_through_the_driver_allocates_nothing() {
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .enable_time()
+        .start_paused(true)
+        .build()
+        .unwrap();
+    for window in [1, 4] {
+        let seen = Cell::new([0; 2]);
+        let path = (0..30_000).map(|nth| {
+            match nth {
+                10_000 => seen.set([COUNT.get(), 0]),
+                29_000 => seen.set([seen.get()[0], COUNT.get()]),
+                _ => {}
+            }
+            words::path_to(200.0 + (nth % 100) as f32 * 0.5, 0.0, 20.0)
+        });
+        runtime.block_on(async {
+            let options = Options::default().window(window);
+            let arm = Arm::simulated(VirtualArm::default(), options)
+                .await
+                .unwrap();
+            arm.clear_alarms().await.unwrap();
+            assert_eq!(arm.run(path, |_| {}).await.unwrap().commands, 30_000);
+        });
+        let [before, after] = seen.get();
+        assert_eq!(after - before, 0, "window {window}");
     }
 }

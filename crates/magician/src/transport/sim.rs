@@ -38,16 +38,14 @@ impl Drop for Sim {
 impl Transport for Sim {
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>> {
         let mut cell = self.arm.lock();
-        cell.listen(self.link, cx.waker());
         loop {
             let now = cell.now();
             cell.runner.handle_timeout(now);
-            if let Some(frame) = cell.runner.poll_transmit(now, self.link) {
-                let frame = frame.bytes();
-                let count = frame.len().min(bytes.len());
-                bytes[..count].copy_from_slice(&frame[..count]);
+            let count = cell.hear(now, self.link, bytes);
+            if count > 0 {
                 return Poll::Ready(Ok(count));
             }
+            cell.listen(self.link, cx.waker());
             let Some(at) = cell.runner.poll_change() else {
                 return Poll::Pending;
             };

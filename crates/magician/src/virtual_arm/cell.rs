@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use std::task::Waker;
 use std::time::Duration;
 
+use magician_protocol::MAX_FRAME;
 use magician_sim::{LinkId, Micros, Runner, Speed};
 use tokio::time::Instant;
 
@@ -88,6 +89,13 @@ impl Cell {
         let wakers = self.lines.values_mut().filter_map(|end| end.waker.take());
         wakers.for_each(Waker::wake);
     }
+
+    /// Has all but this one look what is new: it does so in any case.
+    fn wake_others(&mut self, link: LinkId) {
+        let others = self.lines.iter_mut().filter(|(other, _)| **other != link);
+        let wakers = others.filter_map(|(_, end)| end.waker.take());
+        wakers.for_each(Waker::wake);
+    }
 }
 
 /// Lines.
@@ -111,8 +119,28 @@ impl Cell {
 
     pub(crate) fn listen(&mut self, link: LinkId, waker: &Waker) {
         if let Some(end) = self.lines.get_mut(&link) {
-            end.waker = Some(waker.clone());
+            match &mut end.waker {
+                Some(known) => known.clone_from(waker),
+                none => *none = Some(waker.clone()),
+            }
         }
+    }
+
+    /// What the arm has said over this line, as many whole frames as there is room for.
+    pub(crate) fn hear(&mut self, now: Micros, link: LinkId, bytes: &mut [u8]) -> usize {
+        let mut count = 0;
+        while count == 0 || bytes.len() - count >= MAX_FRAME {
+            let Some(frame) = self.runner.poll_transmit(now, link) else {
+                break;
+            };
+            let (frame, rest) = (frame.bytes(), bytes.get_mut(count..).unwrap_or_default());
+            let most = frame.len().min(rest.len());
+            if let (Some(to), Some(from)) = (rest.get_mut(..most), frame.get(..most)) {
+                to.copy_from_slice(from);
+            }
+            count += most;
+        }
+        count
     }
 
     pub(crate) fn receive(&mut self, link: LinkId, bytes: &[u8]) {
@@ -173,7 +201,7 @@ impl Cell {
                 break;
             }
         }
-        self.wake();
+        self.wake_others(link);
         Some(Leap {
             time: self.ahead.saturating_sub(from),
             news,

@@ -20,6 +20,8 @@ mod search;
 mod sight;
 mod streaming;
 mod wire;
+#[cfg(all(test, feature = "sim"))]
+mod work;
 
 use std::future::{Future, poll_fn};
 use std::pin::Pin;
@@ -60,6 +62,8 @@ const AWAY: Micros = 20_000;
 const SLEPT: Micros = 500_000;
 /// Most reads in a row before time passes, on a line that is never empty.
 const READS: usize = 256;
+/// Most writes in a row before the line is read again: a frame for each place in the widest window.
+const WRITES: usize = 8;
 
 /// A request that is under way.
 struct Waiting {
@@ -133,6 +137,10 @@ pub(super) struct Driver {
     looked: bool,
     /// When the timer is to ring.
     rings: Option<Micros>,
+    /// What the timer is set to.
+    set: Option<Micros>,
+    /// When this round began: all that happens in it happens then.
+    now: Micros,
 }
 
 impl Driver {
@@ -175,6 +183,8 @@ impl Driver {
             served: 0,
             looked: false,
             rings: None,
+            set: None,
+            now: 0,
         }
     }
 
@@ -197,14 +207,19 @@ impl Driver {
         }
     }
 
+    /// A round ends where it began if nothing went out: what comes then wakes the task.
     fn poll(&mut self, cx: &mut Context<'_>) -> Poll<Ended> {
+        self.look_at_clock();
         self.note_sleep();
         if self.was_away() {
             return Poll::Ready(Ended::Away);
         }
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
+            if round > 0 {
+                self.look_at_clock();
+            }
             // All that has come comes first: it may be what a timeout is about to give up.
-            let read = self.read_all(cx);
+            let more = self.read_all(cx);
             self.let_time_pass();
             if !self.leaving
                 && let Some(ended) = self.take_messages(cx)
@@ -214,15 +229,18 @@ impl Driver {
                 return Poll::Ready(ended);
             }
             self.let_time_pass();
+            self.heed_stop();
+            // Answers come before what they make due, so that it goes out in the same round.
+            self.tell();
             self.withdraw(cx);
             self.do_what_is_due();
-            let fed = self.drive_program(cx);
-            let wrote = self.write(cx);
+            let ended = self.drive_program(cx);
+            let wrote = self.write_all(cx);
             let told = self.tell();
             if self.leaving && (self.waiting.is_empty() || !self.link_is_up()) {
                 return Poll::Ready(Ended::Farewell);
             }
-            let busy = read || wrote || told || fed;
+            let busy = more || wrote || told || ended;
             if !busy && !self.go_on_in_time() && self.sleep(cx).is_pending() {
                 self.looked = false;
                 return Poll::Pending;
@@ -244,10 +262,15 @@ impl Driver {
         away
     }
 
-    /// Reads until nothing more is there; whether there was anything.
+    /// Reads until nothing more is there; whether another round has to look, because there may be, or the line has changed.
     fn read_all(&mut self, cx: &mut Context<'_>) -> bool {
         let reads = (0..READS).take_while(|_| self.read(cx)).count();
-        reads > 0
+        reads == READS || reads > 0 && !self.link_is_up()
+    }
+
+    /// Writes all that may go out; whether anything did.
+    fn write_all(&mut self, cx: &mut Context<'_>) -> bool {
+        (0..WRITES).take_while(|_| self.write(cx)).count() > 0
     }
 
     /// A process that was stopped or slept: no deadline ran meanwhile.
@@ -309,9 +332,11 @@ impl Driver {
         let Some(at) = self.rings else {
             return Poll::Pending;
         };
-        self.timer
-            .as_mut()
-            .reset(self.begun + Duration::from_micros(at));
+        if self.set.replace(at) != Some(at) {
+            self.timer
+                .as_mut()
+                .reset(self.begun + Duration::from_micros(at));
+        }
         self.timer.as_mut().poll(cx)
     }
 
@@ -319,8 +344,12 @@ impl Driver {
         self.shared.exposure()
     }
 
+    fn look_at_clock(&mut self) {
+        self.now = micros(self.begun.elapsed());
+    }
+
     fn now(&self) -> Micros {
-        micros(self.begun.elapsed())
+        self.now
     }
 
     /// The instant so many microseconds from the beginning.

@@ -45,6 +45,26 @@ pub(in crate::arm) struct End {
     pub(in crate::arm) rest: Option<(Leftover, mpsc::Receiver<Item>)>,
 }
 
+impl Program {
+    /// Gives the stream what has come for it, as far as it has room.
+    fn fed(&mut self, cx: &mut Context<'_>) -> Result<()> {
+        while self.stream.room() > 0 {
+            match self.feed.poll_recv(cx) {
+                Poll::Pending => break,
+                Poll::Ready(None) => {
+                    self.stream.finish();
+                    break;
+                }
+                Poll::Ready(Some(item)) => self.stream.offer(item).map_err(|refused| {
+                    let error = Error::invalid(refused.to_string());
+                    error.with_command(item.command.row().set_name)
+                })?,
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Driver {
     /// Begins a program.
     pub(super) fn take_program(&mut self, program: Box<Program>) {
@@ -81,48 +101,38 @@ impl Driver {
         })
     }
 
-    /// Feeds the stream and lets it submit what is due; whether anything happened.
+    /// A stop that others have asked for ends the program before it hears what became of its commands.
+    pub(super) fn heed_stop(&mut self) {
+        let stops = self.shared.stops();
+        if let Some(program) = self.program.as_mut().filter(|one| one.stops != stops) {
+            program.stream.interrupt(Failure::Stopped);
+        }
+    }
+
+    /// Feeds the stream and lets it submit what is due; whether it has ended.
     pub(super) fn drive_program(&mut self, cx: &mut Context<'_>) -> bool {
-        let now = self.now();
-        let Some(mut program) = self.program.take() else {
+        let (now, jog_ends) = (self.now(), self.jogging.ends());
+        let Self {
+            program: Some(program),
+            connection,
+            ..
+        } = self
+        else {
             return false;
         };
         if program.end.poll_closed(cx).is_ready() {
-            self.program = Some(program);
             self.give_up_program();
             return true;
         }
-        if program.stops != self.shared.stops() {
-            program.stream.interrupt(Failure::Stopped);
-        }
-        if self.jogging.ends() {
-            // It would move the arm that is to be seen to stand.
-            self.program = Some(program);
-            return self.tell_program();
-        }
-        let mut fed = false;
-        while program.stream.room() > 0 {
-            match program.feed.poll_recv(cx) {
-                Poll::Pending => break,
-                Poll::Ready(None) => {
-                    program.stream.finish();
-                    break;
-                }
-                Poll::Ready(Some(item)) => {
-                    fed = true;
-                    if let Err(refused) = program.stream.offer(item) {
-                        let error = Error::invalid(refused.to_string());
-                        let name = item.command.row().set_name;
-                        self.program = Some(program);
-                        self.end_program(Err(error.with_command(name)));
-                        return true;
-                    }
-                }
+        // While a jog ends it would move the arm that is to be seen to stand.
+        if !jog_ends {
+            if let Err(error) = program.fed(cx) {
+                self.end_program(Err(error));
+                return true;
             }
+            program.stream.advance(now, connection);
         }
-        program.stream.advance(now, &mut self.connection);
-        self.program = Some(program);
-        self.tell_program() || fed
+        self.tell_program()
     }
 
     /// Whether a program runs that somebody waits for.
@@ -148,13 +158,11 @@ impl Driver {
         }
     }
 
-    /// Passes on what the stream has to tell; whether there was anything.
+    /// Passes on what the stream has to tell; whether it has ended.
     fn tell_program(&mut self) -> bool {
-        let mut told = false;
         while let Some(program) = &mut self.program
             && let Some(event) = program.stream.poll_event()
         {
-            told = true;
             let name = &self.shared.name;
             match event {
                 StreamEvent::Sent {
@@ -190,7 +198,7 @@ impl Driver {
                 }
             }
         }
-        told
+        self.program.is_none()
     }
 
     pub(super) fn end_program(&mut self, outcome: Result<()>) {

@@ -28,6 +28,13 @@ const SELDOM: Duration = Duration::from_secs(1);
 const TELL: Duration = Duration::from_secs(1);
 /// Commands on their way to the task.
 const FEED: usize = 64;
+/// So many are handed on at a time where the arm takes them as fast as they come: the task and its handle wake each other
+/// once for all of them.
+const BURST: u32 = 32;
+/// An arm that takes a command in less than this is none on a line; elsewhere each is asked for when its turn comes.
+const QUICK: Duration = Duration::from_micros(100);
+/// So long may the caller's commands take to come up within a burst.
+const THINKS: Duration = Duration::from_millis(1);
 
 impl<C: Iterator<Item = Set>> Run<C> {
     /// Gives the program to the task.
@@ -94,14 +101,15 @@ impl<C: Iterator<Item = Set>> Run<C> {
             true => (FIRST_LOOK, LOOK_PAUSE),
             false => (FIRST_PAUSE, SHORT_PAUSE),
         };
-        let mut look = Instant::now() + pause;
-        let mut looked = Instant::now();
-        let begun = looked;
+        let begun = Instant::now();
+        let mut looked = begun;
+        let (mut burst, mut handed) = (1, begun);
+        let mut look = pin!(sleep_until(begun + pause));
         loop {
             tokio::select! {
                 biased;
                 end = &mut ending => return end.map_err(|_| Error::closed()),
-                () = sleep_until(look) => {
+                () = &mut look => {
                     let before = self.ran.commands;
                     let seen = *reached.borrow();
                     self.note(seen);
@@ -125,9 +133,13 @@ impl<C: Iterator<Item = Set>> Run<C> {
                         looked = Instant::now();
                     }
                     pause = (pause * 2).min(longest);
-                    look = Instant::now() + pause;
+                    look.as_mut().reset(Instant::now() + pause);
                 }
-                () = fed(feed, || self.next()) => {}
+                () = fed(feed, burst, || self.next()) => {
+                    let now = Instant::now();
+                    let each = now.duration_since(std::mem::replace(&mut handed, now)) / burst;
+                    burst = if each < QUICK { BURST } else { 1 };
+                }
             }
         }
     }
@@ -203,16 +215,29 @@ async fn told(
     }
 }
 
-/// Hands the next command on when there is room; without one it closes the feed. None is taken that cannot be handed on.
-async fn fed(feed: &mut Option<mpsc::Sender<Item>>, next: impl FnOnce() -> Option<Item>) {
+/// Hands the next commands on when there is room for so many; without more it closes the feed. None is taken that
+/// cannot be handed on.
+async fn fed(
+    feed: &mut Option<mpsc::Sender<Item>>,
+    burst: u32,
+    mut next: impl FnMut() -> Option<Item>,
+) {
     let Some(sender) = feed else {
         return std::future::pending().await;
     };
-    // Without a permit the task has ended the program and says so.
-    if let Ok(permit) = sender.reserve().await
-        && let Some(item) = next()
-    {
-        return permit.send(item);
+    // Without permits the task has ended the program and says so.
+    let over = match sender.reserve_many(burst as usize).await {
+        Ok(permits) => {
+            let begun = Instant::now();
+            // Whoever takes time to say what comes next does not keep the thread from everything else.
+            let in_time = permits.take_while(|_| begun.elapsed() < THINKS);
+            in_time
+                .map(|permit| next().map(|item| permit.send(item)))
+                .any(|sent| sent.is_none())
+        }
+        Err(_) => true,
+    };
+    if over {
+        *feed = None;
     }
-    *feed = None;
 }
