@@ -217,7 +217,7 @@ impl Entries {
             doubtful, highest, ..
         } = self.tally;
         if confirmed != before.1 {
-            if !confirmed.is_some_and(|confirmed| highest <= confirmed) {
+            if confirmed.is_none_or(|confirmed| highest > confirmed) {
                 return self.count();
             }
             self.tally.unconfirmed = self.flying() + doubtful;
