@@ -20,6 +20,9 @@ const ROUNDS: usize = 7;
 /// What one segment may cost through the driver, us.
 const GOAL: f64 = 8.0;
 
+/// Works the arm through a path.
+type Part = fn(&[Set]);
+
 fn main() {
     let words: Vec<String> = (std::env::args().skip(1))
         .filter(|word| !word.starts_with("--"))
@@ -27,13 +30,13 @@ fn main() {
     let count = words.iter().find_map(|word| word.parse().ok());
     let count = count.unwrap_or(100_000);
     let part = words.iter().find(|word| word.parse::<u32>().is_err());
-    let parts: [(&str, &dyn Fn(&[Set])); 6] = [
-        ("simulation", &simulation),
-        ("check", &check),
-        ("engines", &engines),
-        ("async", &|path| with_runtime(path, Options::default())),
-        ("blocking", &with_blocking),
-        ("window-4", &|path| {
+    let parts: [(&str, Part); 6] = [
+        ("simulation", simulation),
+        ("check", check),
+        ("engines", engines),
+        ("async", |path| with_runtime(path, Options::default())),
+        ("blocking", with_blocking),
+        ("window-4", |path| {
             with_runtime(path, Options::default().window(4));
         }),
     ];

@@ -19,9 +19,9 @@ fn entry(dice: &mut Dice) -> Entry {
         command: commands[dice.number() as usize % 3],
         time: times[dice.number() as usize % 3],
         end: None,
-        laser: dice.number() % 4 == 0,
+        laser: dice.number().is_multiple_of(4),
     };
-    Entry::new(item, dice.number() % 5 == 0)
+    Entry::new(item, dice.number().is_multiple_of(5))
 }
 
 fn ticket() -> Ticket {
@@ -87,7 +87,7 @@ fn the_counts_follow_every_change() {
                 }
                 _ => {
                     current = dice.number() % 200;
-                    confirmed = (dice.number() % 3 > 0).then(|| dice.number() % 200);
+                    confirmed = (!dice.number().is_multiple_of(3)).then(|| dice.number() % 200);
                     // A mark that is not set yet costs time and nothing else.
                     check(&entries, current, confirmed);
                     entries.mark(current, confirmed);
