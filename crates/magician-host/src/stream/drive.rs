@@ -196,10 +196,11 @@ impl Stream {
 
     fn load(&mut self, now: Micros, to: &mut Connection) {
         self.send(now, to);
-        if self.flying() > 0 {
+        // One alone is answered, or the connection finds out what became of it.
+        if self.flying() > 0 && self.window == 1 {
             return;
         }
-        if self.retry_at.is_some() || self.credit.full {
+        if self.flying() > 0 || self.retry_at.is_some() || self.credit.full {
             self.pace(now);
             return;
         }

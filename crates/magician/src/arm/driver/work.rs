@@ -73,6 +73,7 @@ async fn work(window: usize, segments: u16) -> Work {
         name: "a line that counts".to_owned(),
         tried: "a line that counts",
         in_process: true,
+        is_shared: false,
     };
     let options = Options::default().window(window);
     let arm = Arm::greet(line, None, options).await.unwrap();
