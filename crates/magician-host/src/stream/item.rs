@@ -16,6 +16,18 @@ pub struct Item {
     pub laser: bool,
 }
 
+/// How fast an arm is beside the times that a check tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ArmPace {
+    /// No motion was seen from its beginning to its end.
+    #[default]
+    Unknown,
+    /// As the check says: there is nothing to be seen before the end.
+    OnTime,
+    /// Faster: a virtual arm.
+    Faster,
+}
+
 /// How a [`Stream`](super::Stream) behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamSettings {
@@ -30,8 +42,8 @@ pub struct StreamSettings {
     pub start: bool,
     /// The queue runs already, and nobody else stops it: it is not started once more.
     pub running: bool,
-    /// The arm takes the time that is known of each command, and is done with none before.
-    pub on_time: bool,
+    /// How fast the arm is beside the times that are known of its commands.
+    pub pace: ArmPace,
     /// How long an answer may take, us, until the stream ends with the request's failure.
     pub patience: Micros,
     /// The laser of a path (`CPLECmd`) is trusted to go out when the path comes to rest (model section 8, from the
@@ -50,7 +62,7 @@ impl Default for StreamSettings {
             window: 1,
             start: true,
             running: false,
-            on_time: false,
+            pace: ArmPace::Unknown,
             patience: 5_000_000,
             dark_at_rest: true,
             trust_pose: false,

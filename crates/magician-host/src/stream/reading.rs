@@ -2,7 +2,7 @@ use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpac
 use magician_protocol::{FrameBuf, NoArgs, Readable};
 
 use super::drive::Beginning;
-use super::item::Entry;
+use super::item::{ArmPace, Entry};
 use super::{Stream, StreamEvent, StreamFailure};
 use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 
@@ -380,10 +380,16 @@ impl Stream {
             wait => wait,
         };
         let only = count == 1 && time < Micros::MAX && since < time && self.next().is_none();
-        let ends = only && (self.settings.on_time || self.clock.leaps());
-        let latest = if ends { LATEST } else { LATE };
-        self.reader.ends = ends && wait <= latest;
-        (self.reader).look(now.saturating_add(wait.clamp(SOON, latest)));
+        let wait = match self.settings.pace {
+            _ if !only => wait.clamp(SOON, LATE),
+            ArmPace::Faster if self.reader.misses == 0 && !self.clock.leaps() => 0,
+            ArmPace::OnTime => wait.clamp(SOON, LATEST),
+            _ if self.clock.leaps() => wait.clamp(SOON, LATEST),
+            _ => wait.clamp(SOON, LATE),
+        };
+        // A look just then says all that is to be known.
+        self.reader.ends = only && (wait == 0 || since.saturating_add(wait) >= time);
+        self.reader.look(now.saturating_add(wait));
         self.reader.awaits_news = self.flows();
     }
 }

@@ -12,6 +12,7 @@ use super::driver::micros;
 use super::halt::APART;
 use crate::Result;
 use crate::connection::Micros;
+use crate::stream::ArmPace;
 
 /// So long it is believed where an arm stands, and that nothing holds it: a hand may have moved it since.
 const LATELY: Micros = 1_000_000;
@@ -38,20 +39,9 @@ pub(super) struct Known {
     /// Frames so far that were no reads.
     orders: u64,
     /// How fast the arm is beside the check's times.
-    pub(super) pace: Pace,
+    pub(super) pace: ArmPace,
     /// The highest index of which this connection knows what became of it.
     accounted: u64,
-}
-
-/// How fast an arm is beside the times that the check tells.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Pace {
-    /// No motion was seen from its beginning to its end.
-    Unknown,
-    /// As the check says: there is nothing to be seen before the end.
-    AsChecked,
-    /// Faster: a virtual arm.
-    Faster,
 }
 
 /// An arm that has finished all that it had.
@@ -90,7 +80,7 @@ impl Known {
             alarms: None,
             look: None,
             orders: 0,
-            pace: Pace::Unknown,
+            pace: ArmPace::Unknown,
             accounted: 0,
         }
     }
@@ -209,8 +199,8 @@ impl Arm {
     pub(super) fn note_pace(&self, should: Duration, took: Duration) {
         if should >= TELLING {
             self.inner.shared.known().pace = match took >= should.mul_f64(0.9) {
-                true => Pace::AsChecked,
-                false => Pace::Faster,
+                true => ArmPace::OnTime,
+                false => ArmPace::Faster,
             };
         }
     }

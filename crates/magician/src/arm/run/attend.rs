@@ -10,9 +10,8 @@ use tokio::time::{Instant, interval_at, sleep_until, timeout_at};
 
 use super::Run;
 use crate::arm::driver::{End, Message, Program, Reached, micros};
-use crate::arm::known::Pace;
 use crate::arm::watch::{FIRST_PAUSE, Progress, STANDING, Watch};
-use crate::stream::{Item, Stream, StreamSettings};
+use crate::stream::{ArmPace, Item, Stream, StreamSettings};
 use crate::{Error, ErrorKind, Result};
 
 /// How soon the first look for alarms follows where nothing ends before its time, and how far apart they are at most: what an
@@ -52,7 +51,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
             window: self.arm.inner.options.window,
             patience: micros(self.options.patience.max(self.arm.timeout())),
             running: self.arm.runs_queue(),
-            on_time: self.on_time(),
+            pace: self.arm.inner.shared.known().pace,
             trust_pose: self.options.trust_pose,
             ..StreamSettings::default()
         };
@@ -170,7 +169,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
 
     /// Whether the only command that it has ends when the check says so: nothing can be seen of it before.
     fn on_time(&self) -> bool {
-        self.total == Some(1) && self.arm.inner.shared.known().pace == Pace::AsChecked
+        self.total == Some(1) && self.arm.inner.shared.known().pace == ArmPace::OnTime
     }
 
     /// A look has failed. What ended it, a line that broke or does not answer, ends the program too, and then the task
