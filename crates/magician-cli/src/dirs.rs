@@ -3,25 +3,11 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// The directory for state: histories, journals of runs. `None` where the system names none.
-pub(crate) fn state() -> Option<PathBuf> {
-    state_of(|name| std::env::var_os(name))
-}
+pub(crate) use magician_job::dirs::state;
 
 /// The file of settings: `MAGICIAN_CONFIG`, or `config.toml` in the system's directory for settings.
 pub(crate) fn config() -> Option<PathBuf> {
     config_of(|name| std::env::var_os(name))
-}
-
-fn state_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
-    let set = |name| variable(name).filter(|value| !value.is_empty());
-    let state = set("XDG_STATE_HOME").map(PathBuf::from);
-    let state = state.filter(|path| path.is_absolute());
-    let local = || match cfg!(windows) {
-        true => set("LOCALAPPDATA").map(PathBuf::from),
-        false => set("HOME").map(|home| PathBuf::from(home).join(".local/state")),
-    };
-    Some(state.or_else(local)?.join("magician"))
 }
 
 fn config_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
@@ -45,21 +31,6 @@ fn config_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
 #[cfg(unix)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn state_has_its_place_or_none() {
-        let with = |name: &'static str, value: &'static str| {
-            state_of(move |asked| (asked == name).then(|| value.into()))
-        };
-        let home = Some("/home/me/.local/state/magician".into());
-        assert_eq!(
-            with("XDG_STATE_HOME", "/state"),
-            Some("/state/magician".into())
-        );
-        assert_eq!(with("HOME", "/home/me"), home);
-        assert_eq!(with("XDG_STATE_HOME", "relative"), None);
-        assert_eq!(with("HOME", ""), None);
-    }
 
     #[test]
     fn settings_have_their_place_or_the_one_that_is_named() {

@@ -285,6 +285,12 @@ fn one_line(text: &str) -> String {
 
 impl From<magician::Error> for Failure {
     fn from(error: magician::Error) -> Self {
+        Self::from(&error)
+    }
+}
+
+impl From<&magician::Error> for Failure {
+    fn from(error: &magician::Error) -> Self {
         if error.wants_laser() {
             return permission::refused(error.to_string());
         }

@@ -11,8 +11,8 @@ use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter};
 use serde_json::{Value, json};
 
-use crate::debts::Settled;
 use crate::failure::Failure;
+use crate::saved::{self, Settled};
 use crate::verbs::job::Note;
 
 /// Whether this is a terminal that obeys escape sequences. Windows consoles do when told to, which this does.
@@ -275,7 +275,7 @@ impl Output {
 
     /// A person is told now; who reads JSON finds it in the next object.
     pub(crate) fn settled(&mut self, settled: &Settled, json: bool) {
-        let Some(text) = settled.text() else {
+        let Some(text) = saved::note(settled) else {
             return;
         };
         let note = Problem::new(Origin::NONE, text).coded(NoteCode::Speed);

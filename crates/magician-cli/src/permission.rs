@@ -5,8 +5,8 @@ use std::io::{self, IsTerminal, Write};
 use magician::{Set, Target, burns};
 
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 
 /// What a person is told who is asked.
 pub(crate) const GOGGLES: &str =

@@ -42,6 +42,10 @@ const DEPENDENCIES: [(&str, &[&str]); 17] = [
         ],
     ),
     (
+        "magician-job",
+        &["magician-protocol", "magician", "magician-program"],
+    ),
+    (
         "magician-cli",
         &[
             "magician-protocol",
@@ -50,6 +54,7 @@ const DEPENDENCIES: [(&str, &[&str]); 17] = [
             "magician",
             "magician-conform",
             "magician-program",
+            "magician-job",
             "magician-record",
         ],
     ),

@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use crate::columns::note;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
 use crate::output::Output;
+use crate::saved::Access;
 
 /// Show the alarms that stand, with cause and cure, or clear them
 #[derive(Args, Debug)]

@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use crate::args::number;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
 use crate::progress::attended;
+use crate::saved::Access;
 
 /// Run the conveyor belt on a motor output of the arm
 #[derive(Args, Debug)]

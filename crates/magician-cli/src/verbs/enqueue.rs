@@ -4,8 +4,8 @@ use serde::Serialize;
 use super::set::{refuse_danger, writable};
 use crate::catalogue::Wanted;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 use crate::values;
 
 /// Put any command of the protocol into the arm's queue

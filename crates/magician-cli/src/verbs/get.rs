@@ -3,8 +3,8 @@ use magician_protocol::{Ctrl, Direction, Row, describe};
 
 use crate::catalogue::{self, Wanted};
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 use crate::values;
 
 /// Ask the arm for any value of the protocol

@@ -6,9 +6,9 @@ use serde::Serialize;
 use super::queue::finished;
 use crate::columns::Columns;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
 use crate::fence::Bounds;
+use crate::saved::Access;
 
 /// Show who the arm is and how it is
 #[derive(Args, Debug)]

@@ -11,9 +11,9 @@ use crate::args::number;
 use crate::catalogue::kebab;
 use crate::columns::{Columns, note};
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
 use crate::output::Output;
+use crate::saved::Access;
 
 /// Highest address of a pin (document 1.15.1).
 pub(super) const PINS: u8 = 20;

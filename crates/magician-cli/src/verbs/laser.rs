@@ -14,11 +14,11 @@ use super::jog::AT_SIGHT;
 use super::tools::{Switch, show};
 use crate::args::seconds;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
 use crate::permission::Asks;
 use crate::progress::attended;
+use crate::saved::Access;
 
 /// How long a line that broke is waited for, to put the laser out.
 const BACK: Duration = Duration::from_secs(10);

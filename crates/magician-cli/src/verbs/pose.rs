@@ -8,9 +8,9 @@ use tokio::time::MissedTickBehavior;
 
 use crate::columns::Columns;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
 use crate::output::{Output, obeys};
+use crate::saved::Access;
 
 /// Show where the arm is: tool position and joint angles
 #[derive(Args, Debug)]

@@ -3,8 +3,8 @@ use serde::Serialize;
 
 use crate::columns::Columns;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 
 /// Look at the arm's command queue, start, stop or clear it
 #[derive(Args, Debug)]

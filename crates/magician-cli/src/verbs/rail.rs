@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use crate::args::number;
 use crate::context::Context;
-use crate::debts::{Access, Debts};
 use crate::failure::Failure;
 use crate::progress::attended;
+use crate::saved::{Access, SavedSettings};
 
 /// Use the sliding rail under the arm: tell the arm of it, look where it is, move along it
 #[derive(Args, Debug)]
@@ -71,17 +71,17 @@ struct Answer {
 
 impl Rail {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let (quiet, debts) = (context.global.json, context.debts.clone());
+        let (quiet, saved) = (context.global.json, context.saved.clone());
         let answer = match self.action {
             None => context.with_arm(Access::Reads, async |arm, _| look(arm).await)?,
             Some(Action::On { version }) => tell(context, true, version)?,
             Some(Action::Off) => tell(context, false, 2)?,
             Some(Action::To { place, how }) => context.moving(None, async |arm, _| {
                 let pose = arm.get::<Pose>().await?;
-                go(arm, words::rail_to(place, &pose), how, quiet, &debts).await
+                go(arm, words::rail_to(place, &pose), how, quiet, &saved).await
             })?,
             Some(Action::By { distance, how }) => context.moving(None, async |arm, _| {
-                go(arm, words::rail_by(distance), how, quiet, &debts).await
+                go(arm, words::rail_by(distance), how, quiet, &saved).await
             })?,
         };
         context.show(&answer, |out| match answer.l {
@@ -123,7 +123,7 @@ async fn go(
     travel: Set,
     how: How,
     quiet: bool,
-    debts: &Debts,
+    saved: &SavedSettings,
 ) -> Result<Answer, Failure> {
     arm.check_dark().await?;
     needs_rail(arm).await?;
@@ -132,13 +132,13 @@ async fn go(
         let before = arm.get::<PtpLParams>().await?;
         commands.insert(0, words::rail_speed(speed, before.acceleration));
         commands.push(before.into());
-        debts.owe(arm, before).await;
+        saved.save(arm, before).await;
     }
     let check = arm.preflight_for(&commands).await?;
     check.clone().program(&commands)?;
     let run = arm.begin(commands, RunOptions::default());
     let mut run = run.along(check);
     attended(quiet, "moving along the rail", run.finish(|_| {})).await?;
-    debts.forget();
+    saved.forget();
     look(arm).await
 }

@@ -12,8 +12,8 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::pose::rate;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 
 /// Look what a sensor sees, switching it on first
 #[derive(Args, Debug)]

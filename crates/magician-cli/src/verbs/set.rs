@@ -5,8 +5,8 @@ use serde_json::json;
 
 use crate::catalogue::{self, Wanted};
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 use crate::values;
 
 /// Set any value of the protocol, or order any action, at once

@@ -3,8 +3,8 @@ use magician::commands;
 
 use super::pose::Answer;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 
 /// Stop the arm: motion, queue and laser
 #[derive(Args, Debug)]

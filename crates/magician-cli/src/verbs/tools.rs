@@ -5,8 +5,8 @@ use magician::{Set, words};
 use serde::Serialize;
 
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 
 /// Switch the suction cup
 #[derive(Args, Debug)]

@@ -10,9 +10,9 @@ use tokio::sync::Notify;
 use super::pose::Answer;
 use crate::args::number;
 use crate::context::Context;
-use crate::debts::{Access, Debts};
 use crate::failure::Failure;
 use crate::progress::attended;
+use crate::saved::{Access, SavedSettings};
 
 /// How far from its target an arm may stand that has reached it, mm and degrees.
 const REACHED: f64 = 0.1;
@@ -89,19 +89,19 @@ impl Move {
             context.permit_queue()?;
         }
         let quiet = context.global.json;
-        let debts = context.debts.clone();
+        let saved = context.saved.clone();
         if self.no_wait {
             context.sets_going(true);
             let index = context
                 .with_arm(Access::Sets, async |arm, _| {
-                    self.hand_over(arm, &debts).await
+                    self.hand_over(arm, &saved).await
                 })?
                 .0;
             return context.show(&Taken { index }, |out| {
                 out.line(format_args!("index {index}"))
             });
         }
-        let pose = context.moving(None, async |arm, _| self.go(arm, quiet, &debts).await)?;
+        let pose = context.moving(None, async |arm, _| self.go(arm, quiet, &saved).await)?;
         let answer = Answer::from(pose);
         context.show(&answer, |out| {
             out.line(format_args!("there: {}", answer.line()))
@@ -109,12 +109,17 @@ impl Move {
     }
 
     /// Moves, and makes sure that the arm is where it should be.
-    async fn go(&self, arm: &Arm, quiet: bool, debts: &Debts) -> Result<commands::Pose, Failure> {
-        let (commands, end) = self.plan(arm, debts).await?;
+    async fn go(
+        &self,
+        arm: &Arm,
+        quiet: bool,
+        saved: &SavedSettings,
+    ) -> Result<commands::Pose, Failure> {
+        let (commands, end) = self.plan(arm, saved).await?;
         let options = RunOptions::default().keep(self.keep);
         let run = arm.run_with(commands, options, |_| {});
         attended(quiet, "moving", run).await?;
-        debts.forget();
+        saved.forget();
         let pose = arm.get::<commands::Pose>().await?;
         let found = [pose.x, pose.y, pose.z].map(f64::from);
         match end {
@@ -130,8 +135,8 @@ impl Move {
     }
 
     /// Starts the move and tells its index.
-    async fn hand_over(&self, arm: &Arm, debts: &Debts) -> Result<QueueIndex, Failure> {
-        let (commands, _) = self.plan(arm, debts).await?;
+    async fn hand_over(&self, arm: &Arm, saved: &SavedSettings) -> Result<QueueIndex, Failure> {
+        let (commands, _) = self.plan(arm, saved).await?;
         let options = RunOptions::default().keep(self.keep);
         let (taken, last) = (Notify::new(), Cell::new(QueueIndex(0)));
         let run = arm.run_with(commands, options, |progress| {
@@ -145,7 +150,7 @@ impl Move {
             () = taken.notified() => (),
             ran = run => drop(ran?),
         }
-        debts.forget();
+        saved.forget();
         Ok(last.get())
     }
 
@@ -153,7 +158,7 @@ impl Move {
     async fn plan(
         &self,
         arm: &Arm,
-        debts: &Debts,
+        saved: &SavedSettings,
     ) -> Result<(Vec<Set>, Option<[f64; 3]>), Failure> {
         arm.check_dark().await?;
         let pose = arm.pose_lately().await?;
@@ -177,7 +182,7 @@ impl Move {
             check.check(command)?;
         }
         if let Some(before) = before {
-            debts.owe(arm, before).await;
+            saved.save(arm, before).await;
         }
         let end = check.arm().map(|end| [end.pose.x, end.pose.y, end.pose.z]);
         Ok((commands, end))

@@ -81,6 +81,12 @@ impl Rest {
         self.from
     }
 
+    /// The place within that step (x, y, z) at which it begins, if not at the step's beginning.
+    #[must_use]
+    pub fn within(&self) -> Option<[f64; 3]> {
+        self.within
+    }
+
     /// Where the arm stands before all of it, for `Run::along`.
     #[must_use]
     pub fn start(&self) -> &Preflight {

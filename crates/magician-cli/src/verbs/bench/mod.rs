@@ -12,8 +12,8 @@ use magician::{SimSpeed, Target};
 
 use crate::args::seconds;
 use crate::context::{Context, Sim};
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 use figures::Figures;
 
 /// Measure what the line and the driver reach, beside what can be computed
@@ -93,11 +93,11 @@ impl Bench {
         let quiet = context.global.json;
         let options = context.options()?;
         let mut figures = Figures::new(&target, options.window, self.seconds);
-        let debts = context.debts.clone();
+        let saved = context.saved.clone();
         let ring = context.moving(Some(sim), async |arm, _| {
             reads::measure(arm, &self, quiet, &mut figures).await?;
             Ok(match draws {
-                true => Some(paths::measure(arm, &self, quiet, &debts, &mut figures).await?),
+                true => Some(paths::measure(arm, &self, quiet, &saved, &mut figures).await?),
                 false => None,
             })
         })?;

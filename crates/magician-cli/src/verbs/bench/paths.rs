@@ -8,9 +8,9 @@ use magician::{Arm, Options, Target};
 
 use super::figures::{Figures, POLLS};
 use super::{Bench, Which};
-use crate::debts::Debts;
 use crate::failure::Failure;
 use crate::progress::{Bar, attended};
+use crate::saved::SavedSettings;
 
 /// Segments so short that the arm outruns any line: mm, and mm/s at most.
 const SHORT: (f64, f32) = (0.05, 100.0);
@@ -48,7 +48,7 @@ pub(super) async fn measure(
     arm: &Arm,
     bench: &Bench,
     quiet: bool,
-    debts: &Debts,
+    saved: &SavedSettings,
     figures: &mut Figures,
 ) -> Result<(Ring, CpParams), Failure> {
     let (_, capacity) = arm.stats().await?;
@@ -59,7 +59,7 @@ pub(super) async fn measure(
     }
     let ring = Ring::here(arm, DENSE.0, DENSE.1).await?;
     let speeds = arm.get::<CpParams>().await?;
-    debts.owe(arm, speeds).await;
+    saved.save(arm, speeds).await;
     let drawing = Drawing {
         arm,
         quiet,
@@ -101,7 +101,7 @@ pub(super) async fn measure(
     if bench.draws() {
         arm.run([ring.back()], |_| {}).await?;
     }
-    debts.pay(arm).await?;
+    saved.restore(arm).await?;
     Ok((ring, speeds))
 }
 

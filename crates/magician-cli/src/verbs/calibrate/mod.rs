@@ -25,9 +25,9 @@ use super::jog::{AT_SIGHT, for_a_person};
 use crate::args::number;
 use crate::config::Config;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
 use crate::mounted::{tool_of, usual_tool};
+use crate::saved::Access;
 
 #[cfg(test)]
 pub(super) use view::tests::examples;
@@ -242,11 +242,11 @@ fn at_the_pad(
     context: &mut Context,
 ) -> Result<(Option<Outcome>, Tool), Failure> {
     context.lasts = true;
-    let debts = context.debts.clone();
+    let saved = context.saved.clone();
     let asks = !context.global.yes;
     context.moving(Some(AT_SIGHT), async |arm, _| {
         let tool = tool_in_force(arm, subject, mounted, usual).await?;
-        let outcome = session::run(arm, &debts, subject, tool, asks).await?;
+        let outcome = session::run(arm, &saved, subject, tool, asks).await?;
         Ok((outcome, tool))
     })
 }

@@ -6,8 +6,8 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::subject::{Found, Subject, Touch};
 use super::view;
-use crate::debts::Debts;
 use crate::failure::Failure;
+use crate::saved::SavedSettings;
 use crate::terminal::{Seen, Stage};
 use crate::verbs::jog::{Desk, End, Happened, Pad, Tone};
 
@@ -89,12 +89,12 @@ impl Touched {
 /// Has all points touched. Nothing, if the person left before.
 pub(super) async fn run(
     arm: &Arm,
-    debts: &Debts,
+    saved: &SavedSettings,
     subject: Subject,
     tool: Tool,
     asks: bool,
 ) -> Result<Option<Outcome>, Failure> {
-    let mut desk = Desk::open(arm, debts).await?;
+    let mut desk = Desk::open(arm, saved).await?;
     desk.seen
         .note(format!("the arm counts from the tool {tool}"));
     let mut touched = Touched::new(subject, tool);

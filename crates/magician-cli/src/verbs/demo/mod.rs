@@ -21,9 +21,9 @@ use serde::Serialize;
 
 use crate::columns::wrap;
 use crate::context::{Context, Sim};
-use crate::debts::Debts;
 use crate::failure::Failure;
 use crate::output::Output;
+use crate::saved::SavedSettings;
 use display::Display;
 use place::Place;
 use recorder::{ARM_PAUSE, PAUSE, Recorder};
@@ -91,9 +91,9 @@ impl Demo {
         }
         let place = Place::open(&self.out)?;
         let quiet = context.global.json;
-        let debts = context.debts.clone();
+        let saved = context.saved.clone();
         let (summary, drawing) = context.moving(Some(sim), async |arm, out| {
-            self.perform(arm, &target, out, quiet, &debts).await
+            self.perform(arm, &target, out, quiet, &saved).await
         })?;
         place.fill(&drawing)?;
         context.show(&summary, |out| summary.write(out))
@@ -105,7 +105,7 @@ impl Demo {
         target: &Target,
         out: &mut Output,
         quiet: bool,
-        debts: &Debts,
+        saved: &SavedSettings,
     ) -> Result<(Summary, String), Failure> {
         let begun = (arm.get::<DeviceTime>().await?.g_systick, Instant::now());
         let (_, places) = arm.stats().await?;
@@ -121,10 +121,10 @@ impl Demo {
         };
         program::check(arm, &commands).await?;
         let mut recorder = Recorder::new(&commands, pause);
-        owe(arm, debts).await?;
+        owe(arm, saved).await?;
         let ran = recorder.run(arm, &commands, &mut display).await?;
         arm.set_any(&words::pump_off()).await?;
-        debts.pay(arm).await?;
+        saved.restore(arm).await?;
         display.finish();
         let summary = Summary {
             port: arm.name().to_owned(),
@@ -165,12 +165,12 @@ async fn title(arm: &Arm, target: &Target) -> Result<String, Failure> {
 }
 
 /// What the demonstration changes and gives back.
-async fn owe(arm: &Arm, debts: &Debts) -> Result<(), Failure> {
+async fn owe(arm: &Arm, saved: &SavedSettings) -> Result<(), Failure> {
     let mut owed = Owed::default();
     owed.owe(arm.get::<EndEffectorParams>().await?);
     owed.owe(arm.get::<PtpJump2Params>().await?);
     owed.owe(arm.get::<PtpCommonParams>().await?);
-    debts.owe_all(arm, owed).await;
+    saved.save_all(arm, owed).await;
     Ok(())
 }
 

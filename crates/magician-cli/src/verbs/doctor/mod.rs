@@ -13,9 +13,9 @@ use magician::{RawLine, Target};
 use tokio::time::timeout;
 
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::{Failure, Kind};
 use crate::progress::attended;
+use crate::saved::Access;
 use report::{Finding, Report};
 
 /// How long the trial of the queue may take to end once it is interrupted.

@@ -1,25 +1,26 @@
-//! A program on its way through an arm, and what is left when it ends badly.
+//! A job that is run, as a person at a terminal and who reads its output sees it.
 
-use std::cell::RefCell;
-use std::convert::Infallible;
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use magician::commands::{DeviceSn, DeviceTime, Pose};
-use magician::words::Guards;
-use magician::{Arm, ErrorKind, Owed, Progress, Ran, RunOptions, Set};
-use magician_program::resume::{Mark, Tally};
-use magician_program::{Report, Rest, Timetable};
+use magician::{Arm, ErrorKind};
+use magician_job::{
+    FileJournal, Job, JobEvent, JobEvents, JobHandle, JobOutcome, JobSpec, JobState, PauseReason,
+    ResumeError, Start, StartsAt, Waits,
+};
+use tokio::time::timeout;
 
-use super::journal::Journal;
+use super::Made;
 use super::tell::Teller;
-use super::{Made, needs_start, report};
-use crate::debts::{Access, Debts};
+use super::wording::Wording;
+use crate::context::{Ended, FAREWELL};
 use crate::failure::{Failure, Kind};
+use crate::interrupt::{Signal, Signals};
 use crate::output::{Output, Paint};
+use crate::progress::attended;
 use crate::recording::{Clock, Options, Recorder};
+use crate::saved::SavedSettings;
 
 /// Readings of a recording for a second of the arm's clock, and the most for one of ours.
 const RATE: f64 = 20.0;
@@ -31,8 +32,8 @@ pub(super) struct Drive<'a> {
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
     pub(super) keep: bool,
-    /// The driver may put commands of its own between those of the program, or pass over indices.
-    pub(super) mixed: bool,
+    /// Whether several commands may be under way on the line at a time.
+    pub(super) windowed: bool,
     pub(super) require_homed: bool,
     /// Whether an arm that was not homed is refused, because of what the program is.
     pub(super) refuses_unhomed: bool,
@@ -42,283 +43,232 @@ pub(super) struct Drive<'a> {
     pub(super) lasting: bool,
     /// How fast the arm's clock runs, if that is known.
     pub(super) pace: Option<f64>,
-    pub(super) state: RefCell<State>,
-}
-
-/// What must be known after the run was given up in its middle.
-#[derive(Debug, Default)]
-pub(super) struct State {
-    pub(super) journal: Option<Journal>,
-    pub(super) tally: Tally,
-    /// Commands taken from the program.
-    pub(super) pulled: u64,
-    /// What is run.
-    pub(super) rest: Option<Rest>,
-    /// How far the pen goes up when the run is stopped now, mm.
-    pub(super) lift: Option<f64>,
-    /// How to go on, once that is known.
-    pub(super) advice: Option<String>,
 }
 
 /// What a run has come to.
 #[derive(Debug)]
 pub(super) struct Done {
-    pub(super) ran: Ran,
-    /// The first step, from 0.
-    pub(super) from: u64,
-    /// Seconds of the arm's clock.
-    pub(super) seconds: f64,
-    pub(super) report: Report,
-    pub(super) end: Option<End>,
+    pub(super) job: Arc<magician_job::Done>,
     /// Why the recording that was asked for is not whole.
     pub(super) unrecorded: Option<Failure>,
 }
 
-/// How the tool stands when all is done, where something is made of that.
-#[derive(Debug)]
-pub(super) struct End {
-    pub(super) pose: Pose,
-    /// Whether the pen of a drawing is up.
-    pub(super) up: Option<bool>,
-    pub(super) parked: bool,
+/// What a person has asked for.
+#[derive(Debug, Default)]
+struct Stops {
+    /// Whether a first stop was said.
+    asked: bool,
+    /// Whether the system wants this program to end.
+    terminates: bool,
 }
 
-/// What was found before anything moves.
-struct Ahead {
-    rest: Rest,
-    timetable: Timetable,
-    begun: Begun,
-    /// Steps that are, for who keeps the poses.
-    finished: Arc<AtomicU64>,
+/// What comes next.
+enum Next {
+    Signal(Signal),
+    Event(JobEvent),
+    /// The recording cannot go on.
+    Unrecorded(Failure),
+    Over,
 }
 
-/// When a run began, by our clock and by the arm's, ms.
-#[derive(Clone, Copy)]
-struct Begun {
-    wall: Instant,
-    clock: u32,
-}
-
-impl State {
-    /// The first step, over all rounds.
-    pub(super) fn from(&self) -> u64 {
-        self.rest.as_ref().map_or(0, Rest::from)
-    }
+/// A job that is under way.
+struct UnderWay<'a> {
+    job: JobHandle,
+    events: JobEvents,
+    signals: &'a mut Signals,
+    stops: Stops,
+    /// What is waited for, if that may take a while.
+    waits: Option<&'static str>,
+    json: bool,
 }
 
 impl Drive<'_> {
+    fn spec(&self, saved: &SavedSettings) -> JobSpec {
+        let made = self.made;
+        JobSpec::new(made.program.clone())
+            .ending(made.ending)
+            .start(match (self.resume, self.from) {
+                (true, _) => Start::Resume,
+                (false, from) => Start::Step(from.map_or(0, |step| step - 1)),
+            })
+            .origin(made.source.name.clone())
+            .keep(self.keep)
+            .require_homed(self.require_homed)
+            .refuse_unhomed(self.refuses_unhomed)
+            .passes_over(self.windowed)
+            .begins_here(made.start.is_some())
+            .lasting(self.lasting)
+            .saved(saved.clone())
+    }
+
     /// Runs it to its end.
     pub(super) async fn run(
         &self,
         arm: &Arm,
         out: &mut Output,
-        debts: &Debts,
-    ) -> Result<Done, Failure> {
-        let guards = Guards::default().require_homed(self.require_homed);
-        let first: Vec<Set> = self.made.program.plan().commands().take(1).collect();
-        if self.resume && self.made.program.plan().burns() {
-            // A run that died may have left it burning.
-            arm.darken().await?;
-            arm.stop_gentle().await?;
-            arm.clear_queue().await?;
-        }
-        if self.refuses_unhomed {
-            arm.check_homed().await?;
-        }
-        arm.check_ready(&first, guards).await?;
-        let mut journal = self.journal(arm).await;
-        let (from, within) = match (self.resume, self.from) {
-            (true, _) => self.resumed(arm, &journal).await?,
-            (false, from) => (from.map_or(0, |step| step - 1), None),
+        saved: &SavedSettings,
+        signals: &mut Signals,
+    ) -> Result<Done, Ended> {
+        let job = Job::start(arm, self.spec(saved), FileJournal::new());
+        let mut run = UnderWay {
+            events: job.events(),
+            signals,
+            stops: Stops::default(),
+            waits: None,
+            json: self.json,
+            job,
         };
-        if self.made.start.is_some() && self.made.program.depends_on_start(from) {
-            return Err(needs_start());
+        let (mut recorder, mut unrecorded) = (None, None);
+        if self.record.is_some() {
+            // What is recorded begins before the arm moves, and after all is checked.
+            drop(run.job.pause(PauseReason::Person));
         }
-        let settled = Debts::settle(arm, Access::Sets).await;
-        out.settled(&settled, self.json);
-        if !self.keep {
-            // A run of nothing says whether commands of others wait: better than a check from a start that nobody knows.
-            arm.run([], |_| {}).await?;
-        }
-        let begun = Begun::now(arm).await?;
-        journal.begins((from, within), begun.clock, at_rest(arm).await?);
-        let rests_at = journal.mark.rest;
-        let start = arm.preflight_for(&self.made.program.kinds()).await?;
-        let rest = self.made.program.rest_within(from, within, start);
-        let rest = rest.map_err(|problem| self.made.source.failure(&problem))?;
-        let report = rest.check();
-        if !report.is_good() {
-            let way_out = self.made.way_out(&rest);
-            return Err(report::failure(self.made, &report, false, way_out));
-        }
-        self.made.ending.check(&rest)?;
-        let ahead = Ahead {
-            timetable: rest.timetable(&report),
-            begun,
-            finished: Arc::new(AtomicU64::new(from)),
-            rest,
-        };
-        let recorder = match self.record {
-            Some(path) => Some(self.recorder(arm, path, &ahead.finished).await),
-            None => None,
-        };
-        let (recorder, full) = match recorder.transpose() {
-            Ok(recorder) => (recorder, None),
-            // The file is there and takes nothing: a full disk costs the recording, not the work.
-            Err(failure) if failure.kind == Kind::Driver(ErrorKind::Closed) => {
-                (None, Some(failure))
+        let from = self.checked(&mut run, out).await;
+        if let (Some(path), JobState::Paused { .. }) = (self.record, run.job.state()) {
+            match self.recorder(arm, path, &run.job).await {
+                Ok(begun) => recorder = Some(begun),
+                // The file is there and takes nothing: a full disk costs the recording, not the work.
+                Err(failure) if failure.kind == Kind::Driver(ErrorKind::Closed) => {
+                    unrecorded = Some(failure);
+                }
+                Err(failure) => {
+                    run.job.stop();
+                    let _ = run.job.outcome().await;
+                    return Err(failure.into());
+                }
             }
-            Err(failure) => return Err(failure),
-        };
-        let owed = Owed::read(arm, ahead.rest.changes()).await?;
-        debts.owe_all(arm, owed).await;
-        *self.state.borrow_mut() = State {
-            journal: Some(journal),
-            tally: Tally::new(ahead.rest.lead(), self.passes_over(arm)).from_rest(rests_at),
-            pulled: 0,
-            rest: Some(ahead.rest.clone()),
-            lift: self.made.ending.after_stop(self.made.program.plan()),
-            advice: None,
-        };
+            let begins: Result<(), ResumeError> = run.job.resume().await;
+            if let Err(error) = begins {
+                run.job.stop();
+                let _ = run.job.outcome().await;
+                return Err(self.wording().resume(&error).into());
+            }
+        }
         let teller = Teller::new(out, self.json, self.made.program.steps());
-        if from > 0 {
-            teller.say(&format!("beginning at step {}{}", from + 1, self.of()));
+        if from > 0 && run.job.state() != JobState::Ended {
+            teller.say(&format!(
+                "beginning at step {}{}",
+                from + 1,
+                self.wording().of()
+            ));
         }
-        if let Some(full) = &full {
-            teller.say(&unrecorded(full));
+        if let Some(full) = &unrecorded {
+            teller.say(&says_unrecorded(full));
         }
-        let ran = self.perform(arm, &ahead, &teller, recorder).await;
+        let ended = self.attend(&mut run, &teller, &mut recorder).await;
         drop(teller);
-        let (ran, broken) = match ran {
-            Ok(ran) => ran,
-            Err(failure) => return Err(self.fails(arm, failure).await),
-        };
-        // What follows waits as long as the run did.
-        let arm = &arm.patient(RunOptions::default().patience);
-        let seconds = ahead.begun.seconds(arm).await?;
-        if let Some(journal) = self.state.borrow_mut().journal.take() {
-            journal.remove();
-        }
-        let end = self.ends(arm).await.map_err(|mut failure| {
-            failure.message = format!("all steps are done, and then: {}", failure.message);
-            failure
-        })?;
-        debts.pay(arm).await?;
-        Ok(Done {
-            ran,
-            from,
-            seconds,
-            report,
-            end,
-            unrecorded: full.or(broken),
-        })
-    }
-
-    /// All is done: the pen goes up as far as the program has not lifted it, and the tool to where it is parked.
-    async fn ends(&self, arm: &Arm) -> Result<Option<End>, Failure> {
-        let (plan, ending) = (self.made.program.plan(), &self.made.ending);
-        if !ending.draws(plan) && ending.park.is_none() {
-            return Ok(None);
-        }
-        let mut pose = arm.get::<Pose>().await?;
-        let up = ending.after_done(plan, [pose.x, pose.y, pose.z].map(f64::from));
-        // Who stops the arm from here on finds a pen that has to go up so far only.
-        self.state.borrow_mut().lift = up;
-        if let Some(up) = up {
-            pose = arm.lift(up).await?.pose;
-            self.state.borrow_mut().lift = None;
-        }
-        if let Some(place) = ending.park {
-            pose = arm.park(place).await?;
-        }
-        Ok(Some(End {
-            pose,
-            up: ending.draws(plan).then_some(!ending.stay),
-            parked: ending.park.is_some(),
-        }))
-    }
-
-    /// `of 800`.
-    pub(super) fn of(&self) -> String {
-        self.made
-            .program
-            .steps()
-            .map(|steps| format!(" of {steps}"))
-            .unwrap_or_default()
-    }
-
-    /// Whether indices may be passed over: the driver may put commands of its own between those of the program, and a line
-    /// that doubles what it carries does.
-    fn passes_over(&self, arm: &Arm) -> bool {
-        self.mixed || !arm.keeps_order()
-    }
-
-    /// What is kept of it for one that goes on with it.
-    async fn journal(&self, arm: &Arm) -> Journal {
-        let serial = arm.get::<DeviceSn>().await;
-        let serial = serial
-            .map(|serial| serial.device_sn.to_string())
-            .unwrap_or_default();
-        let name = match (self.lasting, serial.trim()) {
-            (false, _) => "virtual",
-            (true, "") => arm.name(),
-            (true, serial) => serial,
-        };
-        let title = &self.made.program.plan().title;
-        let mark = Mark::new(title, self.made.program.steps(), self.passes_over(arm));
-        Journal::new(&self.made.program.key(), name, mark, self.lasting)
-    }
-
-    async fn perform(
-        &self,
-        arm: &Arm,
-        ahead: &Ahead,
-        teller: &Teller<'_>,
-        mut recorder: Option<Recorder>,
-    ) -> Result<(Ran, Option<Failure>), Failure> {
-        let rest = &ahead.rest;
-        let commands = rest.commands().inspect(|_| self.pulls(rest.lead()));
-        let options = RunOptions::default().keep(self.keep);
-        let mut run = arm.begin(commands, options).along(rest.start().clone());
-        let run = run.finish(|progress| {
-            let done = self.reached(&progress, ahead.begun);
-            ahead.finished.store(done, Ordering::Relaxed);
-            let left = ahead.timetable.left(done.saturating_sub(rest.from()));
-            let left = left.and_then(|left| self.of_wall(left));
-            teller.at(done, left, progress.silent);
-        });
-        // A recording that cannot go on costs itself, and never the work.
-        let mut broken = None;
-        let watch = async {
-            if let Some(recording) = &mut recorder {
-                let failure = recording.failed().await;
-                teller.say(&unrecorded(&failure));
-                recorder = None;
-                broken = Some(failure);
-            }
-            std::future::pending::<Infallible>().await
-        };
-        let ran = tokio::select! {
-            biased;
-            ran = run => ran.map_err(Failure::from),
-            never = watch => match never {},
-        };
         if let Some(recorder) = recorder {
-            broken = recorder.finish().await.err();
+            unrecorded = unrecorded.or(recorder.finish().await.err());
         }
-        Ok((ran?, broken))
+        let unrecorded = unrecorded.or(ended.unrecorded);
+        match ended.outcome {
+            Some(Ok(job)) => Ok(Done { job, unrecorded }),
+            Some(Err(error)) if error.is_stop() => {
+                let (failure, stands) = self.wording().stopped(&error);
+                Err(Ended::Interrupted {
+                    failure,
+                    stands,
+                    terminates: run.stops.terminates,
+                })
+            }
+            Some(Err(error)) => Err(self.wording().failure(&error).into()),
+            None => Err(Ended::Interrupted {
+                failure: Failure::new(Kind::Interrupted, super::wording::UNKNOWN),
+                stands: false,
+                terminates: run.stops.terminates,
+            }),
+        }
+    }
+
+    fn wording(&self) -> Wording<'_> {
+        Wording { made: self.made }
+    }
+
+    /// Waits until it has been checked, and begins or ends; the steps before the first.
+    async fn checked(&self, run: &mut UnderWay<'_>, out: &mut Output) -> u64 {
+        let mut from = 0;
+        loop {
+            match run.next(None).await {
+                Next::Event(event) => match event {
+                    JobEvent::Settled(settled) => out.settled(&settled, self.json),
+                    JobEvent::Starts(starts) => {
+                        from = starts.steps;
+                        self.tell_start(starts);
+                    }
+                    JobEvent::State(JobState::Running | JobState::Paused { .. }) => return from,
+                    JobEvent::State(JobState::Ended) => return from,
+                    other => run.hears(&other),
+                },
+                Next::Signal(signal) => {
+                    if run.stop(signal) {
+                        return from;
+                    }
+                }
+                Next::Unrecorded(_) | Next::Over => return from,
+            }
+        }
+    }
+
+    /// Where a run goes on that was interrupted.
+    fn tell_start(&self, starts: StartsAt) {
+        let step = starts.steps + 1;
+        let text = if starts.within && self.resume {
+            format!("step {step} was cut short: it goes on where it stopped")
+        } else if starts.again {
+            format!("step {step} was cut short, or nobody knows how it ended: it is done again")
+        } else {
+            return;
+        };
+        if !self.json {
+            super::say(&text);
+        }
+    }
+
+    /// Shows how far it is, to its end.
+    async fn attend(
+        &self,
+        run: &mut UnderWay<'_>,
+        teller: &Teller<'_>,
+        recorder: &mut Option<Recorder>,
+    ) -> Attended {
+        let mut unrecorded = None;
+        loop {
+            match run.next(recorder.as_mut()).await {
+                Next::Event(JobEvent::Progress(progress)) => {
+                    let left = progress.left.and_then(|left| self.of_wall(left));
+                    teller.at(progress.step, left, progress.silent);
+                }
+                Next::Event(event) => run.hears(&event),
+                Next::Signal(signal) => {
+                    if run.stop(signal) {
+                        return Attended {
+                            outcome: run.stopped_again().await,
+                            unrecorded,
+                        };
+                    }
+                }
+                // A recording that cannot go on costs itself, and never the work.
+                Next::Unrecorded(failure) => {
+                    teller.say(&says_unrecorded(&failure));
+                    *recorder = None;
+                    unrecorded = Some(failure);
+                }
+                Next::Over => {
+                    let outcome = Some(run.job.outcome().await);
+                    return Attended {
+                        outcome,
+                        unrecorded,
+                    };
+                }
+            }
+        }
     }
 
     /// What keeps the poses, on the arm's clock: a virtual one may be faster than ours.
-    async fn recorder(
-        &self,
-        arm: &Arm,
-        path: &Path,
-        finished: &Arc<AtomicU64>,
-    ) -> Result<Recorder, Failure> {
+    async fn recorder(&self, arm: &Arm, path: &Path, job: &JobHandle) -> Result<Recorder, Failure> {
         let options = Options {
             clock: Clock::Arm,
-            steps: Some(Arc::clone(finished)),
+            steps: Some(job.finished()),
             ..Options::at((RATE * self.pace.unwrap_or(1.0)).clamp(RATE, MOST))
         };
         Recorder::begin(arm, path, options).await
@@ -331,66 +281,76 @@ impl Drive<'_> {
             Some(pace) => pace.is_finite().then(|| time.div_f64(pace.max(1e-3))),
         }
     }
+}
 
-    /// The next command is about to go out.
-    fn pulls(&self, lead: u64) {
-        let mut state = self.state.borrow_mut();
-        state.pulled += 1;
-        let steps = state.from() + state.pulled.saturating_sub(lead);
-        if let Some(journal) = &mut state.journal {
-            journal.hands(steps);
+/// How a job ended that was attended.
+struct Attended {
+    /// None if nobody knows: who wanted it to stop did not wait.
+    outcome: Option<JobOutcome>,
+    unrecorded: Option<Failure>,
+}
+
+impl UnderWay<'_> {
+    async fn next(&mut self, recorder: Option<&mut Recorder>) -> Next {
+        let Self {
+            events, signals, ..
+        } = self;
+        let unrecorded = async {
+            match recorder {
+                Some(recorder) => recorder.failed().await,
+                None => std::future::pending().await,
+            }
+        };
+        let next = async {
+            tokio::select! {
+                biased;
+                signal = signals.next() => Next::Signal(signal),
+                event = events.next() => event.map_or(Next::Over, Next::Event),
+                failure = unrecorded => Next::Unrecorded(failure),
+            }
+        };
+        match self.waits {
+            Some(what) => attended(self.json, what, next).await,
+            None => next.await,
         }
     }
 
-    /// So much has been sent and finished; the steps that are.
-    fn reached(&self, progress: &Progress, begun: Begun) -> u64 {
-        let mut state = self.state.borrow_mut();
-        let from = state.from();
-        state.tally.note(progress.sent, progress.last.0);
-        let finished = from + state.tally.finished(progress.current.0).least;
-        let last = state.tally.last();
-        let index = last.map(|(index, steps)| (index, from + steps));
-        if let Some(journal) = &mut state.journal {
-            journal.mark.clock = begun.clock_at_least();
-            journal.reached(finished, index);
+    fn hears(&mut self, event: &JobEvent) {
+        match event {
+            JobEvent::Waits(Waits::Queue) => {
+                self.waits = Some("waiting for what the arm still has")
+            }
+            JobEvent::Waits(Waits::Line) => {
+                self.waits = Some("the line broke: waiting for it, to switch the laser off");
+            }
+            JobEvent::Waits(_) => self.waits = None,
+            _ => {}
         }
-        finished
+    }
+
+    /// Stops it; whether that was asked for before.
+    fn stop(&mut self, signal: Signal) -> bool {
+        self.stops.terminates |= signal == Signal::Terminate;
+        self.waits = Some("stopping");
+        self.job.stop();
+        std::mem::replace(&mut self.stops.asked, true)
+    }
+
+    /// After the second stop nothing more is moved. A further signal does not wait for that.
+    async fn stopped_again(&mut self) -> Option<JobOutcome> {
+        tokio::select! {
+            biased;
+            _ = self.signals.next() => None,
+            outcome = timeout(FAREWELL, self.job.outcome()) => outcome.ok(),
+        }
     }
 }
 
 /// A recording has ended before the work.
-fn unrecorded(failure: &Failure) -> String {
+fn says_unrecorded(failure: &Failure) -> String {
     let warning = Paint::for_stderr().note("warning:").to_string();
     format!(
         "{warning} the recording ends here, the work goes on: {}",
         failure.message
     )
-}
-
-/// The index that the arm has finished last, if its queue is empty.
-async fn at_rest(arm: &Arm) -> Result<Option<u64>, Failure> {
-    let (_, places) = arm.stats().await?;
-    let empty = arm.left_space().await? >= places;
-    let index = arm.current_index().await?.0;
-    Ok(empty.then_some(index))
-}
-
-impl Begun {
-    async fn now(arm: &Arm) -> Result<Self, Failure> {
-        let clock = arm.get::<DeviceTime>().await?.g_systick;
-        let wall = Instant::now();
-        Ok(Self { wall, clock })
-    }
-
-    /// What the arm's clock shows by now, at least: it may be an eighth slower than ours.
-    fn clock_at_least(self) -> u32 {
-        let elapsed = u32::try_from(self.wall.elapsed().as_millis()).unwrap_or(u32::MAX);
-        self.clock.saturating_add(elapsed - elapsed / 8)
-    }
-
-    /// Seconds since then by the arm's clock.
-    async fn seconds(self, arm: &Arm) -> Result<f64, Failure> {
-        let clock = arm.get::<DeviceTime>().await?.g_systick;
-        Ok(f64::from(clock.wrapping_sub(self.clock)) / 1000.0)
-    }
 }

@@ -1,8 +1,6 @@
 //! What verbs that run a file have in common: read, place, check, and then look at it or run it.
 
-mod after;
 mod drive;
-mod journal;
 pub(crate) mod options;
 mod reading;
 mod report;
@@ -10,8 +8,8 @@ mod setting;
 mod show;
 mod tell;
 mod unusual;
+mod wording;
 
-use std::cell::RefCell;
 use std::io::{self, Write};
 use std::path::Path;
 
@@ -28,14 +26,14 @@ use magician_protocol::visible_lines;
 use miette::Severity;
 use serde::Serialize;
 
-use self::drive::{Done, Drive, State};
+use self::drive::{Done, Drive};
 use self::options::{Beam, File, Look, Pen, Place, Way};
 use self::reading::Read;
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::{Failure, Kind, incomplete};
 use crate::output::Paint;
 use crate::permission::Asks;
+use crate::saved::Access;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
 
@@ -337,15 +335,13 @@ impl Job {
             from: way.from,
             resume: way.resume,
             keep: way.keep,
-            mixed: made.program.plan().burns()
-                || context.global.window.is_some_and(|window| window > 1),
+            windowed: context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,
             refuses_unhomed: real && made.needs_homed_arm && !way.unhomed,
             record: way.record.as_deref(),
             json: context.global.json,
             lasting: pace.is_none(),
             pace,
-            state: RefCell::new(State::default()),
         }
     }
 
@@ -387,17 +383,11 @@ impl Made {
     }
 }
 
-/// Runs it; after a signal, tells how to go on.
+/// Runs it.
 fn go(drive: &Drive<'_>, context: &mut Context) -> Result<Done, Failure> {
-    let debts = context.debts.clone();
-    let outcome = context.moving_to_an_end(
-        None,
-        async |arm, out| drive.run(arm, out, &debts).await,
-        async |arm, stood| drive.stopped(arm, stood).await,
-    );
-    outcome.map_err(|failure| match failure.kind {
-        Kind::Interrupted => drive.over(failure, context.stood()),
-        _ => failure,
+    let saved = context.saved.clone();
+    context.job(None, async |arm, out, signals| {
+        drive.run(arm, out, &saved, signals).await
     })
 }
 

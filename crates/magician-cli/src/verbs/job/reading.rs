@@ -9,8 +9,8 @@ use magician_program::{
 
 use super::{Job, Where, notes};
 use crate::context::Context;
-use crate::debts::Access;
 use crate::failure::Failure;
+use crate::saved::Access;
 use crate::source::Source;
 
 /// A file that is there, and understood as far as that does not depend on where it is to run.

@@ -5,6 +5,7 @@ use std::path::Path;
 use magician::commands::Pose;
 use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
+use magician_job::End;
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
 use magician_program::{Position, Problem, Report, Rest, WouldFit};
@@ -12,7 +13,7 @@ use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::drive::{Done, End};
+use super::drive::Done;
 use super::options::Look;
 use super::report::{Estimate, Refusal, SHOWN, WayOut, failure};
 use super::tell::clock;
@@ -227,6 +228,7 @@ pub(super) fn done(
     files: &[(&str, Option<String>)],
     context: &mut Context,
 ) -> Result<(), Failure> {
+    let done = &*done.job;
     let program = &made.program;
     let steps = program.steps().unwrap_or(0).saturating_sub(done.from);
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
@@ -253,7 +255,13 @@ pub(super) fn done(
     }
     put("first_index", json!(done.ran.first.map(|index| index.0)));
     put("last_index", json!(done.ran.last.map(|index| index.0)));
-    if let Some(End { pose, up, parked }) = &done.end {
+    if let Some(End {
+        pose,
+        pen_is_up: up,
+        parked,
+        ..
+    }) = &done.end
+    {
         let at = [pose.x, pose.y, pose.z].map(|value| rounded(value.into()));
         let pen = up.map(|up| if up { "up" } else { "down" });
         put("end", json!({"at": at, "pen": pen, "parked": parked}));
@@ -273,7 +281,13 @@ pub(super) fn done(
         if let Some(power) = estimate.power() {
             out.line(power)?;
         }
-        if let Some(End { pose, up, parked }) = &done.end {
+        if let Some(End {
+            pose,
+            pen_is_up: up,
+            parked,
+            ..
+        }) = &done.end
+        {
             let what = match (parked, up) {
                 (true, _) => "parked",
                 (false, Some(false)) => "the pen stays down",

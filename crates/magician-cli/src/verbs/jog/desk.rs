@@ -13,8 +13,8 @@ use tokio::time::{Duration, timeout};
 use super::hands::{Hands, Ratios};
 use super::pad::{Pad, Reply, Tone, Tools, plain};
 use crate::context::{STAND_BY, not_confirmed, stop};
-use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
+use crate::saved::SavedSettings;
 use crate::terminal::{Polled, Seen, Stage, Told, event_text, take_log};
 
 /// Readings a second: as many as frames.
@@ -52,7 +52,7 @@ pub(crate) struct Desk {
     pub(crate) seen: Seen,
     pub(crate) pad: Pad,
     pub(crate) hands: Hands,
-    debts: Debts,
+    saved: SavedSettings,
     state: StateWatch,
     events: Events,
     begun: Instant,
@@ -62,7 +62,7 @@ pub(crate) struct Desk {
 
 impl Desk {
     /// Reads what a pad has to know.
-    pub(crate) async fn open(arm: &Arm, debts: &Debts) -> Result<Self, Failure> {
+    pub(crate) async fn open(arm: &Arm, saved: &SavedSettings) -> Result<Self, Failure> {
         arm.check_dark().await?;
         let ratios = Ratios {
             jog: arm.get::<JogCommonParams>().await?,
@@ -75,8 +75,8 @@ impl Desk {
         Ok(Self {
             seen: Seen::new(title(arm).await?, places),
             pad,
-            hands: Hands::new(arm, debts.clone(), ratios),
-            debts: debts.clone(),
+            hands: Hands::new(arm, saved.clone(), ratios),
+            saved: saved.clone(),
             state: arm.state(RATE)?,
             events: arm.events(),
             arm: arm.clone(),
@@ -187,9 +187,9 @@ impl Desk {
             }
             End::Interrupt => {
                 drop(self.hands);
-                let stopped = timeout(STAND_BY, stop(&self.arm, &self.debts)).await;
+                let stopped = timeout(STAND_BY, stop(&self.arm, &self.saved)).await;
                 let message = match stopped {
-                    Ok(Ok((message, _)) | Err(message)) => message,
+                    Ok(Ok(message) | Err(message)) => message,
                     Err(_) => not_confirmed("it took too long"),
                 };
                 Err(Failure::new(Kind::Interrupted, message))

@@ -16,8 +16,8 @@ use super::axis::Heading;
 use super::pad::plain;
 use magician_program::Plan;
 
-use crate::debts::Debts;
 use crate::failure::{Failure, Kind};
+use crate::saved::SavedSettings;
 
 /// What is to be done.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,7 +93,7 @@ pub(crate) struct Ratios {
 /// The arm in the hands of a pad.
 pub(crate) struct Hands {
     arm: Arm,
-    debts: Debts,
+    saved: SavedSettings,
     ratios: Ratios,
     /// Whether the ratios are not those that were found.
     changed: bool,
@@ -110,10 +110,10 @@ pub(crate) struct Hands {
 }
 
 impl Hands {
-    pub(crate) fn new(arm: &Arm, debts: Debts, ratios: Ratios) -> Self {
+    pub(crate) fn new(arm: &Arm, saved: SavedSettings, ratios: Ratios) -> Self {
         Self {
             arm: arm.clone(),
-            debts,
+            saved,
             ratios,
             changed: false,
             jog: None,
@@ -241,7 +241,7 @@ impl Hands {
         if self.arm.moving() {
             self.arm.stop().await?;
         }
-        self.debts.pay(&self.arm).await
+        Ok(self.saved.restore(&self.arm).await?)
     }
 
     fn keep(&mut self) -> Option<Done> {
@@ -293,10 +293,10 @@ impl Hands {
             velocity_ratio: percent,
             ..self.ratios.moves
         };
-        let (arm, debts) = (self.arm.clone(), self.debts.clone());
+        let (arm, saved) = (self.arm.clone(), self.saved.clone());
         let work = async move {
             if first {
-                debts.owe_all(&arm, before).await;
+                saved.save_all(&arm, before).await;
             }
             arm.set(&jog).await?;
             arm.set(&moves).await?;
@@ -387,7 +387,7 @@ mod tests {
             jog: arm.get::<JogCommonParams>().await.unwrap(),
             moves: arm.get::<PtpCommonParams>().await.unwrap(),
         };
-        let mut hands = Hands::new(&arm, Debts::default(), ratios);
+        let mut hands = Hands::new(&arm, SavedSettings::default(), ratios);
         let (what, command) = ("the laser burns", Box::new(words::laser(true)));
         assert!(hands.order(Order::Tool { what, command }).is_none());
         assert!(hands.order(Order::Stop).is_none());

@@ -19,9 +19,9 @@ use super::pose::Answer;
 use super::rail::needs_rail;
 use crate::args::number;
 use crate::context::{Context, Sim};
-use crate::debts::Debts;
 use crate::failure::Failure;
 use crate::progress::attended;
+use crate::saved::SavedSettings;
 use crate::terminal::{self, Stage};
 
 pub(super) use axis::Axis;
@@ -91,8 +91,8 @@ fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
 fn at_the_pad(context: &mut Context) -> Result<(), Failure> {
     for_a_person("jog", "`magician jog x 10` makes one step")?;
     context.lasts = true;
-    let debts = context.debts.clone();
-    let pose = context.moving(Some(AT_SIGHT), async |arm, _| session(arm, &debts).await)?;
+    let saved = context.saved.clone();
+    let pose = context.moving(Some(AT_SIGHT), async |arm, _| session(arm, &saved).await)?;
     let answer = Answer::from(pose);
     context.show(&answer, |out| {
         out.line(format_args!("left at: {}", answer.line()))
@@ -108,8 +108,8 @@ pub(super) fn for_a_person(what: &str, without: &str) -> Result<(), Failure> {
     terminal::check(what, without)
 }
 
-async fn session(arm: &Arm, debts: &Debts) -> Result<commands::Pose, Failure> {
-    let mut desk = Desk::open(arm, debts).await?;
+async fn session(arm: &Arm, saved: &SavedSettings) -> Result<commands::Pose, Failure> {
+    let mut desk = Desk::open(arm, saved).await?;
     let mut stage = Stage::open(view::draw)?;
     let end = loop {
         stage.show(Model {

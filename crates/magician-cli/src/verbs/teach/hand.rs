@@ -6,15 +6,18 @@ use magician::commands::{HhtTrigMode, HhtTrigOutput, HhtTrigOutputEnabled, Pose}
 use magician::protocol::{Flag, TeachTrigger};
 use magician::{Arm, ErrorKind, Owed};
 
-use crate::debts::Debts;
 use crate::failure::Failure;
+use crate::saved::SavedSettings;
 use crate::terminal::Polled;
 
 /// Looks at the trigger are so far apart.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// Lets the arm report, and looks again and again; nothing if it cannot (document 1.7).
-pub(super) async fn follow(arm: &Arm, debts: &Debts) -> Result<Option<Polled<Pose>>, Failure> {
+pub(super) async fn follow(
+    arm: &Arm,
+    saved: &SavedSettings,
+) -> Result<Option<Polled<Pose>>, Failure> {
     let before = async {
         let mode = arm.get::<HhtTrigMode>().await?;
         let enabled = arm.get::<HhtTrigOutputEnabled>().await?;
@@ -30,7 +33,7 @@ pub(super) async fn follow(arm: &Arm, debts: &Debts) -> Result<Option<Polled<Pos
     let mut owed = Owed::default();
     owed.owe(mode);
     owed.owe(enabled);
-    debts.owe_all(arm, owed).await;
+    saved.save_all(arm, owed).await;
     arm.set(&HhtTrigMode {
         mode: TeachTrigger::OnRelease,
     })

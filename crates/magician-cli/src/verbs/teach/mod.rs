@@ -16,9 +16,9 @@ use magician_program::{Plan, Tool};
 use serde::Serialize;
 
 use crate::context::Context;
-use crate::debts::Debts;
 use crate::failure::Failure;
 use crate::mounted::tool_of;
+use crate::saved::SavedSettings;
 use crate::terminal::{Polled, Stage};
 use crate::verbs::jog::{
     AT_SIGHT, Desk, End, Happened, Order, Reply, Tone, What, for_a_person, next_of,
@@ -68,9 +68,9 @@ impl Teach {
         };
         for_a_person("teach", "`magician run FILE` plays what was taught")?;
         context.lasts = true;
-        let debts = context.debts.clone();
+        let saved = context.saved.clone();
         let answer = context.moving(Some(AT_SIGHT), async |arm, _| {
-            let mut session = Session::open(arm, &debts, self.file, self.tool, known).await?;
+            let mut session = Session::open(arm, &saved, self.file, self.tool, known).await?;
             let outcome = session.go_on().await;
             session.leave(outcome).await
         })?;
@@ -102,12 +102,12 @@ struct Session {
 impl Session {
     async fn open(
         arm: &Arm,
-        debts: &Debts,
+        saved: &SavedSettings,
         path: Option<PathBuf>,
         tool: Option<ToolBias>,
         known: Option<Plan>,
     ) -> Result<Self, Failure> {
-        let mut desk = Desk::open(arm, debts).await?;
+        let mut desk = Desk::open(arm, saved).await?;
         let wanted = tool.or(known.as_ref().and_then(|plan| plan.tool.map(Tool::bias)));
         if let Some(bias) = wanted {
             arm.set_any(&words::tool(bias)).await?;
@@ -121,7 +121,7 @@ impl Session {
         lesson.tool = Some(tool);
         lesson.title = title(named);
         let mut room = Classroom::new(lesson, path.is_some());
-        let hand = hand::follow(arm, debts).await?;
+        let hand = hand::follow(arm, saved).await?;
         room.follows = hand.as_ref().map(|_| true);
         let rescue = Rescue::beside(named);
         let left = rescue.find();

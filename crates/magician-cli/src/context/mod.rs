@@ -1,25 +1,30 @@
 //! What a verb works with: the global options, the output, and the arm once it is asked for.
 
+mod job;
+mod stop;
+
 use std::path::PathBuf;
 use std::pin::{Pin, pin};
 use std::rc::Rc;
 use std::time::Duration;
 
-use magician::commands::Pose;
 use magician::sim::Controller;
 use magician::{Arm, ErrorKind, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
 use tokio::runtime::{Builder, Runtime};
-use tokio::time::timeout;
 
 use crate::args::{Cli, Global};
 use crate::config::Config;
-use crate::debts::{Access, Debts, Settled};
 use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
 use crate::progress::attended;
+use crate::saved::{Access, SavedSettings, Settled};
 use crate::serving::create;
 use crate::verbs::version;
+
+pub(crate) use job::Ended;
+use stop::stop_again;
+pub(crate) use stop::{not_confirmed, place, stop};
 
 /// The surroundings of a verb. One lasts for a whole shell.
 pub(crate) struct Context {
@@ -35,10 +40,8 @@ pub(crate) struct Context {
     stage: Option<VirtualArm>,
     /// Whether time is the arm's: it passes as fast as there is nothing to do, and nothing runs dry for want of it.
     in_arm_time: bool,
-    /// How the arm stood when a signal had stopped it.
-    stood: Option<Stood>,
     /// Settings that the verb under way owes the arm.
-    pub(crate) debts: Debts,
+    pub(crate) saved: SavedSettings,
     /// Whether more lines follow: Ctrl-C then stops the arm and keeps the connection.
     pub(crate) in_shell: bool,
     /// Whether the verb under way waits for a line that breaks to come back.
@@ -75,11 +78,8 @@ impl Drop for ArmTime {
 /// How long a stop may take before this program ends without knowing.
 pub(crate) const STAND_BY: Duration = Duration::from_secs(3);
 
-/// How long the end of what was stopped may take: a pen that goes up.
-const ENDING: Duration = Duration::from_secs(4);
-
 /// How long connections that were dropped get for their last words.
-const FAREWELL: Duration = Duration::from_millis(600);
+pub(crate) const FAREWELL: Duration = Duration::from_millis(600);
 
 /// How a verb treats the virtual arm in this process.
 #[derive(Clone, Copy, Debug)]
@@ -94,14 +94,6 @@ impl Sim {
     fn target(self) -> Target {
         Target::Sim(self.speed)
     }
-}
-
-/// How an arm stands that was stopped.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stood {
-    pub(crate) pose: Pose,
-    /// The index that it finished last.
-    pub(crate) index: u64,
 }
 
 /// An open connection, and the `--port` it was opened for.
@@ -121,8 +113,7 @@ impl Context {
             trace: None,
             stage: None,
             in_arm_time: false,
-            stood: None,
-            debts: Debts::default(),
+            saved: SavedSettings::default(),
             in_shell: false,
             lasts: false,
             burns: false,
@@ -218,7 +209,7 @@ impl Context {
         access: Access,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        self.work(None, Some(access), work, async |_, _| None)
+        self.work(None, access, work)
     }
 
     /// Works with the arm on something that moves it and waits until it stands: Ctrl-C stops it.
@@ -229,22 +220,7 @@ impl Context {
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         self.sets_going(true);
-        let done = self.work(sim, Some(Access::Sets), work, async |_, _| None)?;
-        self.going = false;
-        Ok(done)
-    }
-
-    /// As [`moving`](Self::moving), for what has a beginning and an end of its own: it settles what others have left of itself,
-    /// and when a signal has stopped the arm, `end` is done before the settings are given back, and what it says is told. A
-    /// second signal stops the arm at once, whatever `end` does.
-    pub(crate) fn moving_to_an_end<T>(
-        &mut self,
-        sim: Option<Sim>,
-        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
-        end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
-    ) -> Result<T, Failure> {
-        self.sets_going(true);
-        let done = self.work(sim, None, work, end)?;
+        let done = self.work(sim, Access::Sets, work)?;
         self.going = false;
         Ok(done)
     }
@@ -297,11 +273,6 @@ impl Context {
         self.sets_going(lit);
     }
 
-    /// How the arm stood when a signal had stopped it, if it said so.
-    pub(crate) fn stood(&mut self) -> Option<Stood> {
-        self.stood.take()
-    }
-
     /// Works with the arm on something that lasts and moves nothing: Ctrl-C ends it. `sim` is what stands in for a port that
     /// is `sim` without a speed.
     pub(crate) fn watching<T>(
@@ -309,7 +280,7 @@ impl Context {
         sim: Sim,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        self.work(Some(sim), Some(Access::Reads), work, async |_, _| None)
+        self.work(Some(sim), Access::Reads, work)
     }
 
     /// From here on Ctrl-C stops the arm, if `going`: the verb sets something going that lasts, and the connection
@@ -323,13 +294,12 @@ impl Context {
         self.going = false;
     }
 
-    /// `access` is what becomes of the debts of others, if anything does.
+    /// `access` is what becomes of the saved of others, if anything does.
     fn work<T>(
         &mut self,
         sim: Option<Sim>,
-        access: Option<Access>,
+        access: Access,
         work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
-        end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
     ) -> Result<T, Failure> {
         self.settle()?;
         let runtime = self.runtime()?;
@@ -352,17 +322,14 @@ impl Context {
                 let arm = &self.arm.insert(arm).arm;
                 let timeout = self.global.timeout;
                 arm.set_timeout(timeout.unwrap_or(Options::default().timeout));
-                let settled = match access {
-                    Some(access) => Debts::settle(arm, access).await,
-                    None => Settled::Nothing,
-                };
+                let settled = SavedSettings::settle(arm, access).await;
                 self.out.settled(&settled, self.global.json);
                 let done = match self.burns {
                     true => work(&arm.allowing_laser(), &mut self.out).await,
                     false => work(arm, &mut self.out).await,
                 }?;
                 if let Settled::Later(_) = settled {
-                    let settled = Debts::settle(arm, Access::Sets).await;
+                    let settled = SavedSettings::settle(arm, Access::Sets).await;
                     self.out.settled(&settled, self.global.json);
                 }
                 Ok(done)
@@ -374,7 +341,7 @@ impl Context {
                 },
                 signal = signals.next() => {
                     self.terminated |= signal == Signal::Terminate;
-                    Err(self.halt(&mut signals, end).await)
+                    Err(self.halt(&mut signals).await)
                 }
             }
         })
@@ -392,7 +359,7 @@ impl Context {
         ) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
         let clone = async |arm: &Arm, _: &mut Output| Ok(arm.clone());
-        let arm = self.work(Some(sim), Some(Access::Reads), clone, async |_, _| None)?;
+        let arm = self.work(Some(sim), Access::Reads, clone)?;
         let runtime = self.runtime()?;
         let out = &mut self.out;
         let (outcome, terminated) = runtime.block_on(async {
@@ -411,7 +378,7 @@ impl Context {
         let runtime = self.runtime()?;
         runtime.block_on(async {
             let mut signals = Signals::listen()?;
-            Ok(self.halt(&mut signals, async |_, _| None).await)
+            Ok(self.halt(&mut signals).await)
         })
     }
 
@@ -421,7 +388,7 @@ impl Context {
             return failure;
         };
         tokio::select! {
-            () = self.debts.pay_after_failure(&connected.arm) => failure,
+            () = self.saved.restore_after_failure(&connected.arm) => failure,
             _ = signals.next() => {
                 self.arm = None;
                 Failure::interrupted()
@@ -429,21 +396,12 @@ impl Context {
         }
     }
 
-    /// Stops what was set going, waits until the arm stands, and has its work come to an `end`. A second signal stops the arm at
-    /// once.
-    async fn halt(
-        &mut self,
-        signals: &mut Signals,
-        end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
-    ) -> Failure {
+    /// Stops what was set going, and waits until the arm stands. A second signal stops the arm at once.
+    async fn halt(&mut self, signals: &mut Signals) -> Failure {
         let failure = match &self.arm {
             Some(connected) if self.going || connected.arm.moving() => {
                 let arm = &connected.arm;
-                let ended = attended(
-                    self.global.json,
-                    "stopping",
-                    stop_and_end(arm, &self.debts, end),
-                );
+                let ended = attended(self.global.json, "stopping", stop(arm, &self.saved));
                 let ended = tokio::select! {
                     biased;
                     _ = signals.next() => None,
@@ -454,24 +412,13 @@ impl Context {
                     None => stop_again(arm, signals).await,
                 }
             }
-            _ => Ok(("interrupted".to_owned(), None)),
+            _ => Ok("interrupted".to_owned()),
         };
         self.going = false;
-        self.debts.leave();
-        let message = match failure {
-            Ok((message, stood)) => {
-                self.stood = stood;
-                if !self.in_shell {
-                    self.disconnect().await;
-                }
-                message
-            }
-            // Dropped, the connection says once more what it can and waits for nothing.
-            Err(message) => {
-                self.arm = None;
-                message
-            }
-        };
+        self.saved.leave();
+        let stands = failure.is_ok();
+        let message = failure.unwrap_or_else(|message| message);
+        self.interrupted(stands).await;
         Failure::new(Kind::Interrupted, message)
     }
 
@@ -617,65 +564,4 @@ impl Context {
             (None, _) => Target::discover()?,
         })
     }
-}
-
-/// Stops the arm, gives its settings back, and tells where it stands.
-pub(crate) async fn stop(arm: &Arm, debts: &Debts) -> Result<(String, Option<Stood>), String> {
-    stop_and_end(arm, debts, async |_, _| None).await
-}
-
-/// Stops the arm, has its work come to an `end`, gives its settings back, and tells where it stands, and how it stood when it
-/// was stopped.
-async fn stop_and_end(
-    arm: &Arm,
-    debts: &Debts,
-    end: impl AsyncFnOnce(&Arm, &Stood) -> Option<String>,
-) -> Result<(String, Option<Stood>), String> {
-    let told = |failure: Failure| not_confirmed(&failure.message);
-    let slow = |_| not_confirmed("it took too long");
-    let stood = timeout(STAND_BY, stand(arm)).await.map_err(slow)?;
-    let stood = stood.map_err(told)?;
-    let said = timeout(ENDING, end(arm, &stood)).await;
-    let said =
-        said.unwrap_or_else(|_| Some("the pen may not be up: that took too long".to_owned()));
-    let last = async {
-        debts.pay(arm).await?;
-        Ok::<_, Failure>(match said {
-            Some(_) => arm.get::<Pose>().await?,
-            None => stood.pose,
-        })
-    };
-    let pose = timeout(STAND_BY, last).await.map_err(slow)?.map_err(told)?;
-    let said = said.map_or_else(String::new, |said| format!("{said}; "));
-    let message = format!("interrupted: {said}{}; queue empty", place(&pose));
-    Ok((message, Some(stood)))
-}
-
-/// Stops what a first stop has begun to do: nothing more is moved. A further signal does not wait for that.
-async fn stop_again(arm: &Arm, signals: &mut Signals) -> Result<(String, Option<Stood>), String> {
-    let unknown = "interrupted twice: it is not known whether the arm stands";
-    let stood = tokio::select! {
-        biased;
-        _ = signals.next() => None,
-        stood = timeout(FAREWELL, stand(arm)) => stood.ok().and_then(Result::ok),
-    };
-    let stood = stood.ok_or(unknown)?;
-    let message = format!("interrupted twice: {}; queue empty", place(&stood.pose));
-    Ok((message, Some(stood)))
-}
-
-/// Stops the arm; how it stands then.
-async fn stand(arm: &Arm) -> Result<Stood, Failure> {
-    arm.stop().await?;
-    let pose = arm.get::<Pose>().await?;
-    let index = arm.current_index().await?.0;
-    Ok(Stood { pose, index })
-}
-
-fn place(Pose { x, y, z, r, .. }: &Pose) -> String {
-    format!("the arm stands at x {x:.1} y {y:.1} z {z:.1} r {r:.1}")
-}
-
-pub(crate) fn not_confirmed(why: &str) -> String {
-    format!("interrupted, but the arm did not confirm that it stands: {why}")
 }

@@ -1,0 +1,47 @@
+//! Stopping the arm, and what is said of it.
+
+use magician::Arm;
+use magician::commands::Pose;
+use tokio::time::timeout;
+
+use super::{FAREWELL, STAND_BY};
+use crate::failure::Failure;
+use crate::interrupt::Signals;
+use crate::saved::SavedSettings;
+
+/// Stops the arm, gives its settings back, and tells where it stands.
+pub(crate) async fn stop(arm: &Arm, saved: &SavedSettings) -> Result<String, String> {
+    let told = |failure: Failure| not_confirmed(&failure.message);
+    let slow = |_| not_confirmed("it took too long");
+    let stood = timeout(STAND_BY, stand(arm)).await.map_err(slow)?;
+    let pose = stood.map_err(told)?;
+    let restored = timeout(STAND_BY, saved.restore(arm)).await.map_err(slow)?;
+    restored.map_err(|error| not_confirmed(&error.to_string()))?;
+    Ok(format!("interrupted: {}; queue empty", place(&pose)))
+}
+
+/// Stops what a first stop has begun to do: nothing more is moved. A further signal does not wait for that.
+pub(super) async fn stop_again(arm: &Arm, signals: &mut Signals) -> Result<String, String> {
+    let unknown = "interrupted twice: it is not known whether the arm stands";
+    let stood = tokio::select! {
+        biased;
+        _ = signals.next() => None,
+        stood = timeout(FAREWELL, stand(arm)) => stood.ok().and_then(Result::ok),
+    };
+    let pose = stood.ok_or(unknown)?;
+    Ok(format!("interrupted twice: {}; queue empty", place(&pose)))
+}
+
+/// Stops the arm; where it stands then.
+async fn stand(arm: &Arm) -> Result<Pose, Failure> {
+    arm.stop().await?;
+    Ok(arm.get::<Pose>().await?)
+}
+
+pub(crate) fn place(Pose { x, y, z, r, .. }: &Pose) -> String {
+    format!("the arm stands at x {x:.1} y {y:.1} z {z:.1} r {r:.1}")
+}
+
+pub(crate) fn not_confirmed(why: &str) -> String {
+    format!("interrupted, but the arm did not confirm that it stands: {why}")
+}

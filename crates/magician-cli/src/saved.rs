@@ -1,0 +1,23 @@
+//! Settings that a verb changes for its own time and gives back, in the words of the command.
+
+pub(crate) use magician_job::{Access, SavedSettings, Settled};
+
+/// The note for the user, if there is something to say.
+pub(crate) fn note(settled: &Settled) -> Option<String> {
+    let before = "an earlier command ended without giving back the arm's settings";
+    Some(match settled {
+        Settled::Nothing => return None,
+        Settled::Restored(names) => format!("{before}; given back now: {}", names.join(", ")),
+        Settled::Left(names) => format!(
+            "{before}; the next command that moves or sets gives back: {}",
+            names.join(", ")
+        ),
+        Settled::Later(names) => format!(
+            "{before}; the first command after the arm's queue is empty gives back: {}",
+            names.join(", ")
+        ),
+        Settled::Damaged(path) => format!(
+            "{before}, and {path} is damaged: compare the speeds with `magician get PTPCommonParams` and `magician get CPParams`"
+        ),
+    })
+}

@@ -1,0 +1,173 @@
+//! Why a job did not come to its end, and how to go on, in the words of the command.
+
+use magician::ErrorKind;
+use magician_job::{Fault, JobError, JournalError, Left, PenLift, ResumeError};
+use magician_program::resume::{Span, Verdict};
+
+use super::{Made, needs_start, report};
+use crate::context::{not_confirmed, place};
+use crate::failure::{Failure, Kind};
+
+/// What is said when a second stop was not waited for.
+pub(super) const UNKNOWN: &str = "interrupted twice: it is not known whether the arm stands";
+
+/// What was run, for the sentences about it.
+pub(super) struct Wording<'a> {
+    pub(super) made: &'a Made,
+}
+
+impl Wording<'_> {
+    /// `of 800`.
+    pub(super) fn of(&self) -> String {
+        let steps = self.made.program.steps();
+        steps.map_or_else(String::new, |steps| format!(" of {steps}"))
+    }
+
+    /// A job that failed.
+    pub(super) fn failure(&self, error: &JobError) -> Failure {
+        let mut failure = self.fault(error);
+        if error.all_done {
+            failure.message = format!("all steps are done, and then: {}", failure.message);
+        }
+        if let Some(said) = lifted(&error.lift) {
+            failure.message = format!("{}; {said}", failure.message);
+        }
+        self.with_advice(failure, error)
+    }
+
+    /// A job that was stopped, and whether the arm is known to stand.
+    pub(super) fn stopped(&self, error: &JobError) -> (Failure, bool) {
+        let twice = matches!(error.fault, Fault::Stopped { twice: true });
+        let (message, stands) = match (&error.pose, &error.unconfirmed) {
+            (Some(pose), None) if twice => (
+                format!("interrupted twice: {}; queue empty", place(pose)),
+                true,
+            ),
+            _ if twice => (UNKNOWN.to_owned(), false),
+            (Some(pose), None) => {
+                let said = lifted(&error.lift).map_or_else(String::new, |said| format!("{said}; "));
+                let message = format!("interrupted: {said}{}; queue empty", place(pose));
+                (message, true)
+            }
+            (_, Some(why)) => (not_confirmed(&why.to_string()), false),
+            (None, None) => (not_confirmed("it took too long"), false),
+        };
+        let failure = Failure::new(Kind::Interrupted, message);
+        (self.with_advice(failure, error), stands)
+    }
+
+    /// A job that was to begin, or to go on, and does not.
+    pub(super) fn resume(&self, error: &ResumeError) -> Failure {
+        match error {
+            ResumeError::Arm(error) | ResumeError::Refused(error) => Failure::from(&**error),
+            ResumeError::Program(problem) => self.made.source.failure(problem),
+            other => Failure::invalid(other.to_string()),
+        }
+    }
+
+    fn fault(&self, error: &JobError) -> Failure {
+        let from_step = "--from STEP begins at any step";
+        match &error.fault {
+            Fault::Arm(error) => error.into(),
+            Fault::Program(problem) => self.made.source.failure(problem),
+            Fault::Refused { report, rest } => {
+                report::failure(self.made, report, false, self.made.way_out(rest))
+            }
+            Fault::Journal(JournalError::Unreadable { place }) => {
+                Failure::invalid(format!("{place} is not readable: another version wrote it"))
+                    .hint(from_step)
+            }
+            Fault::Journal(_) => Failure::invalid(
+                "there is nothing to resume: this program, placed like this, was not interrupted here",
+            )
+            .hint(from_step),
+            Fault::AllDone => Failure::invalid("there is nothing to resume: all steps are done"),
+            Fault::Doubt { span, said } => {
+                let message = if *said {
+                    "it is not certain how far the last run came"
+                } else {
+                    "nobody can tell how far the last run came: the arm was switched off, or others have used it"
+                };
+                Failure::new(Kind::Driver(ErrorKind::Uncertain), message).hint(self.in_doubt(*span))
+            }
+            Fault::Stands { waiting } => {
+                let message = format!(
+                    "{waiting} commands of the last run wait in the arm's queue, and nothing moves"
+                );
+                Failure::invalid(message).hint(
+                    "`magician alarms` shows what may hold it; `magician stop` drops them, then --resume goes on",
+                )
+            }
+            Fault::BeginsElsewhere => needs_start(),
+            other => Failure::invalid(format!("{other:?}")),
+        }
+    }
+
+    /// How to go on.
+    fn with_advice(&self, failure: Failure, error: &JobError) -> Failure {
+        let command = format!("the same command with {}--resume", self.with_start());
+        let advice = match error.left {
+            None => return failure,
+            Some(Left::NotAsked) => format!(
+                "the arm finishes what it has; {command} asks it how far it came, and goes on"
+            ),
+            Some(Left::Known { verdict, within }) => self.advice(verdict, within, &command),
+            Some(Left::Forgotten(span)) => self.in_doubt(span),
+        };
+        failure.hint(advice)
+    }
+
+    fn advice(&self, verdict: Verdict, within: bool, command: &str) -> String {
+        let of = self.of();
+        match verdict {
+            Verdict::Again(steps) if within => format!(
+                "{steps}{of} steps are done and the next was cut short; {command} goes on where it stopped, in step {}",
+                steps + 1
+            ),
+            Verdict::After(steps) => format!(
+                "{steps}{of} steps are done; {command} goes on with step {}",
+                steps + 1
+            ),
+            Verdict::Again(steps) => format!(
+                "{steps}{of} steps are done and the next was cut short; {command} goes on with step {}",
+                steps + 1
+            ),
+            Verdict::Doubt(span) => self.in_doubt(span),
+        }
+    }
+
+    fn in_doubt(&self, Span { least, most }: Span) -> String {
+        let which = match most.saturating_sub(least) {
+            0 | 1 => format!("step {}", least + 1),
+            _ => format!("steps {} to {most}", least + 1),
+        };
+        let start = self.with_start();
+        format!(
+            "{least} steps are done for certain, {which} may be: look at the work, then {start}--from {} does them again, \
+         {start}--from {} leaves them out",
+            least + 1,
+            most + 1
+        )
+    }
+
+    /// What has to be said besides, for a program that began where the tool stood.
+    fn with_start(&self) -> String {
+        match self.made.start {
+            Some([x, y, z]) if self.made.program.depends_throughout() => {
+                format!("--start {x:.3},{y:.3},{z:.3} ")
+            }
+            _ => String::new(),
+        }
+    }
+}
+
+/// What became of the pen, if something had to.
+fn lifted(lift: &PenLift) -> Option<String> {
+    Some(match lift {
+        PenLift::Lifted(lifted) => lifted.to_string(),
+        PenLift::Stays => "the pen stays down (`--stay`)".to_owned(),
+        PenLift::Failed(error) => format!("the pen was not lifted: {error}"),
+        PenLift::Late => "the pen may not be up: that took too long".to_owned(),
+        _ => return None,
+    })
+}

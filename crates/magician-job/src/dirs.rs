@@ -1,0 +1,45 @@
+//! Where programs keep what outlives them.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// The directory for state: journals of jobs, saved settings, histories. `None` where the system names none.
+#[must_use]
+pub fn state() -> Option<PathBuf> {
+    state_of(|name| std::env::var_os(name))
+}
+
+fn state_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+    let set = |name| variable(name).filter(|value| !value.is_empty());
+    let state = set("XDG_STATE_HOME").map(PathBuf::from);
+    let state = state.filter(|path| path.is_absolute());
+    let local = || {
+        if cfg!(windows) {
+            set("LOCALAPPDATA").map(PathBuf::from)
+        } else {
+            set("HOME").map(|home| PathBuf::from(home).join(".local/state"))
+        }
+    };
+    Some(state.or_else(local)?.join("magician"))
+}
+
+#[cfg(test)]
+#[cfg(unix)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn state_has_its_place_or_none() {
+        let with = |name: &'static str, value: &'static str| {
+            state_of(move |asked| (asked == name).then(|| value.into()))
+        };
+        let home = Some("/home/me/.local/state/magician".into());
+        assert_eq!(
+            with("XDG_STATE_HOME", "/state"),
+            Some("/state/magician".into())
+        );
+        assert_eq!(with("HOME", "/home/me"), home);
+        assert_eq!(with("XDG_STATE_HOME", "relative"), None);
+        assert_eq!(with("HOME", ""), None);
+    }
+}

@@ -1,0 +1,223 @@
+//! What becomes of a job that ends before its end.
+
+use std::time::Duration;
+
+use magician::commands::{DeviceTime, Pose};
+use magician::{Error, ErrorKind};
+use magician_program::Rest;
+use magician_program::resume::{Span, Verdict, settle};
+use tokio::time::timeout;
+
+use super::Work;
+use super::inbox::{Inbox, Stopped};
+use super::pause::AtPause;
+use super::track::Track;
+use crate::error::{Fault, JobError, PauseError, PenLift, Stood};
+use crate::event::{JobEvent, JobState, Waits};
+
+/// How long an arm is asked how it stands, and may take to take its settings.
+const AFTERMATH: Duration = Duration::from_secs(3);
+/// How long a pen may take to go up.
+const LIFT: Duration = Duration::from_secs(4);
+/// How long a line that broke while the laser burnt is waited for.
+const BACK: Duration = Duration::from_secs(10);
+
+impl Work {
+    /// It was told to stop. What is known is kept before anything moves, because a lift counts among the arm's commands.
+    pub(super) async fn stopped(&self, inbox: &mut Inbox, paused: AtPause) -> JobError {
+        self.shared.enter(JobState::Stopping);
+        inbox.answer_pauses(|| Err(PauseError::Ending));
+        let mut error = JobError::new(Fault::Stopped { twice: false });
+        let ends = self.comes_to_a_stop(&mut error, paused);
+        if inbox.unless_stopped(ends).await.is_ok() {
+            return error;
+        }
+        // A second stop: nothing moves after it.
+        if let Some(saved) = &self.spec.saved {
+            saved.leave();
+        }
+        error.fault = Fault::Stopped { twice: true };
+        error.left = error.left.or(self.left());
+        error.pose = match timeout(AFTERMATH, self.stand()).await {
+            Ok(Ok((stood, _))) => Some(stood.pose),
+            _ => None,
+        };
+        error
+    }
+
+    async fn comes_to_a_stop(&self, error: &mut JobError, paused: AtPause) {
+        match timeout(AFTERMATH, self.stand()).await {
+            Ok(Ok((stood, _))) => error.stood = Some(stood),
+            Ok(Err(why)) => error.unconfirmed = Some(why),
+            Err(_) => {}
+        }
+        self.keep(false, error.stood.as_ref());
+        error.left = self.left();
+        let Some(stood) = error.stood else {
+            if let Some(saved) = &self.spec.saved {
+                saved.leave();
+            }
+            return;
+        };
+        error.pose = Some(stood.pose);
+        error.lift = match paused {
+            Some((_, lift)) => lift,
+            None => match timeout(LIFT, self.lift(&stood)).await {
+                Ok(lift) => lift,
+                Err(_) => PenLift::Late,
+            },
+        };
+        let last = async {
+            if let Some(saved) = &self.spec.saved {
+                saved.restore(&self.arm).await?;
+            }
+            self.arm.get::<Pose>().await
+        };
+        match timeout(AFTERMATH, last).await {
+            Ok(Ok(pose)) => error.pose = Some(pose),
+            Ok(Err(why)) => error.unconfirmed = Some(why),
+            Err(_) => error.pose = None,
+        }
+    }
+
+    /// It has failed: the arm is stopped and asked how far it came, if it can be.
+    pub(super) async fn fails(&self, inbox: &mut Inbox, error: Error) -> JobError {
+        inbox.answer_pauses(|| Err(PauseError::Ended));
+        let mut failed = JobError::from(error);
+        let ends = self.comes_to_an_end(&mut failed);
+        if let Err(Stopped) = inbox.unless_stopped(ends).await {
+            return self.stopped(inbox, None).await;
+        }
+        failed
+    }
+
+    async fn comes_to_an_end(&self, failed: &mut JobError) {
+        let Fault::Arm(error) = &failed.fault else {
+            return;
+        };
+        let kind = error.kind();
+        let gone = kind == ErrorKind::Port;
+        // On a line that is found again the laser is put out first.
+        let gone = gone && !(self.spec.program.plan().burns() && self.is_back().await);
+        let asked = if gone {
+            None
+        } else {
+            timeout(AFTERMATH, self.stand())
+                .await
+                .ok()
+                .and_then(Result::ok)
+        };
+        let uncertain = kind == ErrorKind::Uncertain;
+        if let Some((stood, clock)) = &asked
+            && uncertain
+            && self.was_reset(stood, *clock)
+        {
+            let mut track = self.track();
+            if track.open && track.pulled > 0 {
+                track.is_forgotten();
+            }
+            drop(track);
+            failed.left = self.left();
+        } else {
+            let stood = asked.map(|(stood, _)| stood);
+            failed.stood = stood;
+            failed.pose = stood.map(|stood| stood.pose);
+            self.keep(uncertain, stood.as_ref());
+            failed.left = self.left();
+            if let Some(stood) = stood.filter(|_| kind.lifts()) {
+                failed.lift = self.lift(&stood).await;
+            }
+        }
+        if let Some(saved) = &self.spec.saved {
+            saved.restore_after_failure(&self.arm).await;
+        }
+    }
+
+    /// Stops the arm; how it stands then, and its clock.
+    async fn stand(&self) -> Result<(Stood, u32), Error> {
+        self.arm.stop().await?;
+        let pose = self.arm.get::<Pose>().await?;
+        let index = self.arm.current_index().await?.0;
+        let clock = self.arm.get::<DeviceTime>().await?.g_systick;
+        Ok((Stood { pose, index }, clock))
+    }
+
+    /// The pen of a drawing that has begun goes up; once, whatever comes of it.
+    pub(super) async fn lift(&self, stood: &Stood) -> PenLift {
+        let height = {
+            let mut track = self.track();
+            let Track { rest, tally, .. } = &*track;
+            let moved = |rest: &Rest| rest.has_moved(tally, stood.index, &stood.pose);
+            // What somebody else has moved before it began is no pen of its own.
+            let moved = track.pulled > 0 && rest.as_ref().is_some_and(moved);
+            if !moved {
+                return PenLift::None;
+            }
+            track.lift.take()
+        };
+        let Some(height) = height else {
+            let ending = &self.spec.ending;
+            return if ending.stay && ending.draws(self.spec.program.plan()) {
+                PenLift::Stays
+            } else {
+                PenLift::None
+            };
+        };
+        match self.arm.lift(height).await {
+            Ok(lifted) => PenLift::Lifted(lifted),
+            Err(error) => PenLift::Failed(error.into()),
+        }
+    }
+
+    /// Waits a while for a line that broke while the laser burnt; whether it is back.
+    async fn is_back(&self) -> bool {
+        self.shared.tell(JobEvent::Waits(Waits::Line));
+        let back = timeout(BACK, self.arm.reconnected()).await;
+        self.shared.tell(JobEvent::Waits(Waits::Nothing));
+        matches!(back, Ok(Ok(())))
+    }
+
+    /// Whether the arm counts anew since the job began: its index says nothing of the job then.
+    fn was_reset(&self, stood: &Stood, clock: u32) -> bool {
+        let track = self.track();
+        if !track.open {
+            return false;
+        }
+        let most = track.from() + track.tally.finished(stood.index).most;
+        clock < track.mark.clock || most < track.mark.finished
+    }
+
+    /// Keeps what is known of a job that is over before its end, if that was not done yet.
+    fn keep(&self, uncertain: bool, stood: Option<&Stood>) {
+        let mut track = self.track();
+        if !track.open || track.pulled == 0 {
+            return;
+        }
+        let Some(stood) = stood else {
+            track.breaks_off();
+            return;
+        };
+        let span = if uncertain {
+            track.tally.certain(stood.index)
+        } else {
+            track.tally.finished(stood.index)
+        };
+        let from = track.from();
+        let verdict = if span.least == span.most {
+            settle(from + span.least, |steps| {
+                let rest = track.rest.as_ref()?;
+                rest.stands_after(steps, &stood.pose, true)
+            })
+        } else {
+            Verdict::Doubt(Span {
+                least: from + span.least,
+                most: from + span.most,
+            })
+        };
+        let goes_on = (track.rest.as_ref()).and_then(|rest| rest.goes_on(verdict, &stood.pose));
+        match goes_on {
+            Some((steps, Some(place))) => track.ends(Verdict::Again(steps), Some((steps, place))),
+            _ => track.ends(verdict, None),
+        }
+    }
+}

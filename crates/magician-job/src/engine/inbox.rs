@@ -1,0 +1,125 @@
+//! What is wanted of a job, heard at every moment of it.
+
+use std::future::{Future, pending};
+
+use tokio::sync::{mpsc, oneshot};
+
+use crate::error::{PauseError, ResumeError};
+use crate::event::PauseReason;
+use crate::handle::Request;
+
+/// A stop was asked for.
+#[derive(Debug)]
+pub(super) struct Stopped;
+
+type PauseReply = oneshot::Sender<Result<(), PauseError>>;
+pub(super) type ResumeReply = oneshot::Sender<Result<(), ResumeError>>;
+
+/// The requests to a job.
+pub(super) struct Inbox {
+    requests: mpsc::UnboundedReceiver<Request>,
+    /// Pauses that are not answered, and the reason of the first.
+    pauses: Vec<PauseReply>,
+    reason: Option<PauseReason>,
+}
+
+/// What a job that runs is to do.
+#[derive(Debug)]
+pub(super) enum Wish {
+    Pause,
+    Stop,
+}
+
+/// What a job that is paused is to do.
+pub(super) enum Next {
+    Resume(ResumeReply),
+    Stop,
+}
+
+impl Inbox {
+    pub(super) fn new(requests: mpsc::UnboundedReceiver<Request>) -> Self {
+        Self {
+            requests,
+            pauses: Vec::new(),
+            reason: None,
+        }
+    }
+
+    /// Whether somebody has asked for a pause that has not come yet.
+    pub(super) fn wants_pause(&self) -> bool {
+        self.reason.is_some()
+    }
+
+    /// Why the job is to be paused.
+    pub(super) fn reason(&self) -> PauseReason {
+        self.reason.unwrap_or(PauseReason::Person)
+    }
+
+    /// Answers all who have asked for a pause.
+    pub(super) fn answer_pauses(&mut self, answer: impl Fn() -> Result<(), PauseError>) {
+        self.reason = None;
+        for reply in self.pauses.drain(..) {
+            // Who does not wait does not hear.
+            let _ = reply.send(answer());
+        }
+    }
+
+    async fn next(&mut self) -> Request {
+        match self.requests.recv().await {
+            Some(request) => request,
+            // Let go of: nobody wants anything any more.
+            None => pending().await,
+        }
+    }
+
+    fn note_pause(&mut self, reason: PauseReason, reply: PauseReply) {
+        self.reason.get_or_insert(reason);
+        self.pauses.push(reply);
+    }
+
+    /// Does this unless a stop comes first. What is asked for meanwhile waits.
+    pub(super) async fn unless_stopped<T>(
+        &mut self,
+        work: impl Future<Output = T>,
+    ) -> Result<T, Stopped> {
+        // On the heap: what a job does is much, and some stacks are small.
+        let mut work = Box::pin(work);
+        loop {
+            tokio::select! {
+                biased;
+                request = self.next() => match request {
+                    Request::Stop => return Err(Stopped),
+                    Request::Pause(reason, reply) => self.note_pause(reason, reply),
+                    Request::Resume(reply) => drop(reply.send(Err(ResumeError::NotPaused))),
+                },
+                done = &mut work => return Ok(done),
+            }
+        }
+    }
+
+    /// The next wish while the job runs.
+    pub(super) async fn wish(&mut self) -> Wish {
+        loop {
+            match self.next().await {
+                Request::Stop => return Wish::Stop,
+                Request::Pause(reason, reply) => {
+                    self.note_pause(reason, reply);
+                    return Wish::Pause;
+                }
+                Request::Resume(reply) => drop(reply.send(Err(ResumeError::NotPaused))),
+            }
+        }
+    }
+
+    /// The next wish while the job is paused.
+    pub(super) async fn while_paused(&mut self) -> Next {
+        loop {
+            match self.next().await {
+                Request::Stop => return Next::Stop,
+                // It is.
+                Request::Pause(_, reply) => drop(reply.send(Ok(()))),
+                Request::Resume(reply) => return Next::Resume(reply),
+            }
+        }
+    }
+}

@@ -1,0 +1,253 @@
+//! What is looked at before anything moves.
+
+use std::time::Duration;
+
+use magician::commands::{DeviceSn, DeviceTime, Pose};
+use magician::words::{Guards, Preflight};
+use magician::{Arm, Error, Set};
+use magician_program::resume::{Seen, Verdict};
+use magician_program::{Problem, Program, Report, Rest, Timetable};
+use tokio::time::{Instant, sleep};
+
+use super::{Begun, Work};
+use crate::error::{Fault, JobError};
+use crate::event::{JobEvent, StartsAt, Waits};
+use crate::journal::JournalKey;
+use crate::saved::{Access, SavedSettings};
+use crate::spec::Start;
+
+/// Between two looks at an arm that still has something to do.
+const LOOKS: Duration = Duration::from_millis(100);
+/// A queue that stands for so long does not go on by itself.
+const STANDING: Duration = Duration::from_secs(3);
+
+/// What was found before anything moves.
+pub(super) struct Found {
+    pub(super) rest: Rest,
+    pub(super) report: Report,
+    pub(super) timetable: Timetable,
+    pub(super) begun: Begun,
+    /// The index of the arm at rest.
+    pub(super) rests_at: Option<u64>,
+    /// Where the arm stood.
+    pub(super) pose: Pose,
+}
+
+impl Work {
+    /// The arm is ready, and the place to begin at is found: the steps that are done, and the place within the next.
+    pub(super) async fn ready(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
+        let (arm, spec) = (&self.arm, &self.spec);
+        let program = &spec.program;
+        let commands: Vec<Set> = program.plan().commands().collect();
+        arm.permit(&commands)?;
+        let resumes = spec.start == Start::Resume;
+        if resumes && program.plan().burns() {
+            // A run that died may have left it burning.
+            arm.darken().await?;
+            arm.stop_gentle().await?;
+            arm.clear_queue().await?;
+        }
+        if spec.refuse_unhomed {
+            arm.check_homed().await?;
+        }
+        self.check_ready().await?;
+        let key = self.key().await;
+        self.track().is_of(&key, self.passes_over);
+        let place = match spec.start {
+            Start::Step(step) => (step, None),
+            Start::Resume => self.resumed().await?,
+        };
+        if spec.begins_here && program.depends_on_start(place.0) {
+            return Err(Fault::BeginsElsewhere.into());
+        }
+        if spec.saved.is_some() {
+            let settled = SavedSettings::settle(arm, Access::Sets).await;
+            self.shared.tell(JobEvent::Settled(settled));
+        }
+        if !spec.keep {
+            // A run of nothing says whether commands of others wait: better than a check from a start that nobody knows.
+            arm.run([], |_| {}).await?;
+        }
+        Ok(place)
+    }
+
+    pub(super) async fn check_ready(&self) -> Result<(), Error> {
+        let guards = Guards::default().require_homed(self.spec.require_homed);
+        let first: Vec<Set> = self.spec.program.plan().commands().take(1).collect();
+        self.arm.check_ready(&first, guards).await
+    }
+
+    /// Checks what is left from there, from where the arm stands.
+    pub(super) async fn look(
+        &self,
+        from: u64,
+        within: Option<[f64; 3]>,
+        tell: bool,
+    ) -> Result<Found, JobError> {
+        let begun = Begun::now(&self.arm).await?;
+        let rests_at = at_rest(&self.arm).await?;
+        let (rest, report, timetable) = self.checked(from, within).await?;
+        if self.spec.check && !report.is_good() {
+            let (report, rest) = (Box::new(report), Box::new(rest));
+            return Err(Fault::Refused { report, rest }.into());
+        }
+        self.spec.ending.check(&rest)?;
+        {
+            let mut track = self.track();
+            track.begins(&rest, within, begun.clock, rests_at, self.passes_over);
+            track.lift = self.spec.ending.after_stop(self.spec.program.plan());
+        }
+        if !tell && from > 0 {
+            let starts = StartsAt {
+                steps: from,
+                within: within.is_some(),
+                again: false,
+            };
+            self.shared.tell(JobEvent::Starts(starts));
+        }
+        Ok(Found {
+            pose: self.arm.get::<Pose>().await?,
+            rest,
+            report,
+            timetable,
+            begun,
+            rests_at,
+        })
+    }
+
+    /// What is left from there, what its check finds, and how long it takes. That may be a while, and others have connections to
+    /// be served.
+    pub(super) async fn checked(
+        &self,
+        from: u64,
+        within: Option<[f64; 3]>,
+    ) -> Result<(Rest, Report, Timetable), JobError> {
+        let start = self.arm.preflight_for(&self.spec.program.kinds()).await?;
+        let program = self.spec.program.clone();
+        Ok(beside(move || checked(&program, from, within, start)).await??)
+    }
+
+    /// Whose journal it is.
+    async fn key(&self) -> JournalKey {
+        let serial = self.arm.get::<DeviceSn>().await;
+        let serial = serial
+            .map(|serial| serial.device_sn.to_string())
+            .unwrap_or_default();
+        let arm = match (self.lasting, serial.trim()) {
+            (false, _) => "virtual",
+            (true, "") => self.arm.name(),
+            (true, serial) => serial,
+        };
+        JournalKey {
+            program: self.spec.program.key(),
+            arm: arm.to_owned(),
+        }
+    }
+
+    /// The steps behind which an earlier job of the same goes on, and the place within the next, if it is not at its beginning.
+    async fn resumed(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
+        let (arm, program) = (&self.arm, &self.spec.program);
+        let left = self.track().journal.left();
+        let mark = left.map_err(|error| JobError::new(Fault::Journal(error)))?;
+        if mark.ended.is_none() {
+            self.shared.tell(JobEvent::Waits(Waits::Queue));
+            let idle = self.idle().await;
+            self.shared.tell(JobEvent::Waits(Waits::Nothing));
+            idle?;
+        }
+        let seen = Seen {
+            current: arm.current_index().await?.0,
+            clock: arm.get::<DeviceTime>().await?.g_systick,
+        };
+        let pose = arm.get::<Pose>().await?;
+        let start = arm.preflight_for(&program.kinds()).await?;
+        let whole = program.rest(0, start).ok();
+        let seen = self.lasting.then_some(seen);
+        let verdict = mark.verdict(seen, |steps| {
+            whole.as_ref()?.stands_after(steps, &pose, false)
+        });
+        // An arm that was stopped and has said nothing of it stands where it was stopped still, if it stands on that line.
+        let stopped = matches!(verdict, Verdict::Again(_)) && mark.ended.is_none();
+        let standing = whole.as_ref().filter(|_| stopped);
+        let standing = standing.and_then(|whole| whole.goes_on(verdict, &pose));
+        let (steps, within) = match (verdict, standing) {
+            (_, Some((steps, Some(place)))) => (steps, Some(place)),
+            (Verdict::After(steps) | Verdict::Again(steps), _) => (steps, mark.place_after(steps)),
+            (Verdict::Doubt(span), _) => {
+                let said = mark.ended.is_some();
+                return Err(Fault::Doubt { span, said }.into());
+            }
+        };
+        let starts = StartsAt {
+            steps,
+            within: within.is_some(),
+            again: within.is_none() && matches!(verdict, Verdict::Again(_)),
+        };
+        self.shared.tell(JobEvent::Starts(starts));
+        if program.steps().is_some_and(|all| steps >= all) {
+            self.track().journal.remove();
+            return Err(Fault::AllDone.into());
+        }
+        Ok((steps, within))
+    }
+
+    /// Waits until the arm has done what a job that died has left in its queue.
+    async fn idle(&self) -> Result<(), JobError> {
+        let (_, places) = self.arm.stats().await?;
+        let mut before = None;
+        let mut changed = Instant::now();
+        loop {
+            let left = self.arm.left_space().await?;
+            let waiting = places.saturating_sub(left);
+            let now = (
+                self.arm.current_index().await?,
+                self.arm.get::<Pose>().await?,
+            );
+            if waiting == 0 && before == Some(now) {
+                return Ok(());
+            }
+            if before.replace(now) != Some(now) {
+                changed = Instant::now();
+            }
+            if changed.elapsed() > STANDING {
+                return Err(Fault::Stands { waiting }.into());
+            }
+            sleep(LOOKS).await;
+        }
+    }
+}
+
+fn checked(
+    program: &Program,
+    from: u64,
+    within: Option<[f64; 3]>,
+    start: Preflight,
+) -> Result<(Rest, Report, Timetable), Problem> {
+    let rest = program.rest_within(from, within, start)?;
+    let report = rest.check();
+    let timetable = rest.timetable(&report);
+    Ok((rest, report, timetable))
+}
+
+/// Computes beside the tasks of the runtime, where there are threads.
+#[cfg(not(target_family = "wasm"))]
+async fn beside<T: Send + 'static>(
+    compute: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Error> {
+    let computed = tokio::task::spawn_blocking(compute).await;
+    computed.map_err(|error| Error::new(magician::ErrorKind::Closed, error.to_string()))
+}
+
+#[cfg(target_family = "wasm")]
+async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, Error> {
+    tokio::task::yield_now().await;
+    Ok(compute())
+}
+
+/// The index that the arm has finished last, if its queue is empty.
+pub(super) async fn at_rest(arm: &Arm) -> Result<Option<u64>, Error> {
+    let (_, places) = arm.stats().await?;
+    let empty = arm.left_space().await? >= places;
+    let index = arm.current_index().await?.0;
+    Ok(empty.then_some(index))
+}

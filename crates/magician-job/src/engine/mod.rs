@@ -1,0 +1,270 @@
+//! The engine: one job from its check to its end.
+
+mod after;
+mod inbox;
+mod look;
+mod pause;
+mod segment;
+mod track;
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use magician::commands::{DeviceTime, Pose};
+use magician::{Arm, Error, ErrorKind, Owed, Ran, RunOptions};
+use tokio::time::Instant;
+
+use self::inbox::{Inbox, Stopped};
+use self::segment::Segment;
+use self::track::Track;
+use crate::error::{Fault, JobError, PauseError};
+use crate::event::{Done, End, JobState};
+use crate::handle::{JobHandle, Shared};
+use crate::journal::Journal;
+use crate::spec::{JobSpec, Start};
+
+/// A program on its way through an arm; [`start`](Self::start) makes one.
+#[derive(Debug)]
+pub struct Job;
+
+impl Job {
+    /// Starts a job on the present tokio runtime, and returns at once; see [`JobHandle`] for what becomes of it when handles are
+    /// dropped.
+    ///
+    /// The job has a clone of the arm: the connection lasts as long as the job, and its calls may light the laser if those of
+    /// this handle may.
+    ///
+    /// # Panics
+    /// Outside of a tokio runtime.
+    pub fn start(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> JobHandle {
+        let (handle, shared, requests) = JobHandle::new(spec.name.clone(), spec.origin.clone());
+        let lasting = spec.lasting.unwrap_or_else(|| !arm.is_virtual());
+        let burns = spec
+            .program
+            .plan()
+            .commands()
+            .any(|command| arm.burns(&command));
+        let work = Work {
+            stops: arm.stops(),
+            passes_over: spec.passes_over || spec.program.plan().burns() || !arm.keeps_order(),
+            burns,
+            lasting,
+            arm: arm.clone(),
+            track: Mutex::new(Track::new(Box::new(journal), &spec, lasting)),
+            spec,
+            shared: Arc::clone(&shared),
+        };
+        let ends = EndsAnyway(shared);
+        tokio::spawn(async move {
+            let ends = ends;
+            let mut inbox = Inbox::new(requests);
+            let outcome = work.to_the_end(&mut inbox).await;
+            inbox.answer_pauses(|| Err(PauseError::Ended));
+            // Before anybody hears of the end: who waits for it may leave at once.
+            drop(work);
+            ends.0.end(outcome.map(Arc::new).map_err(Arc::new));
+        });
+        handle
+    }
+}
+
+/// Nobody waits for ever for a job whose task is gone: its runtime has ended.
+struct EndsAnyway(Arc<Shared>);
+
+impl Drop for EndsAnyway {
+    fn drop(&mut self) {
+        if self.0.state() != JobState::Ended {
+            let gone = Error::new(ErrorKind::Closed, "the job was given up before its end");
+            self.0.end(Err(Arc::new(JobError::from(gone))));
+        }
+    }
+}
+
+/// What the engine works with.
+struct Work {
+    arm: Arm,
+    spec: JobSpec,
+    shared: Arc<Shared>,
+    track: Mutex<Track>,
+    /// Stops of the arm before it began: those are not its own.
+    stops: u64,
+    /// Whether indices may be passed over: the driver may put commands of its own between those of the program, and a line
+    /// that doubles what it carries does.
+    passes_over: bool,
+    /// Whether it may light a laser.
+    burns: bool,
+    lasting: bool,
+}
+
+/// When a job began, by our clock and by the arm's, ms.
+#[derive(Clone, Copy)]
+struct Begun {
+    ours: Instant,
+    clock: u32,
+}
+
+impl Work {
+    async fn to_the_end(&self, inbox: &mut Inbox) -> Result<Done, JobError> {
+        let resumes = self.spec.start == Start::Resume;
+        let look = async {
+            let (from, within) = self.ready().await?;
+            self.look(from, within, resumes).await
+        };
+        let found = match inbox.unless_stopped(look).await {
+            Ok(found) => found?,
+            Err(Stopped) => return Err(self.stopped(inbox, None).await),
+        };
+        let (begun, from) = (found.begun, found.rest.from());
+        let found = if inbox.wants_pause() {
+            Box::pin(self.pause_ahead(inbox, found)).await?
+        } else {
+            found
+        };
+        let before = async {
+            if let Some(saved) = &self.spec.saved {
+                let owed = Owed::read(&self.arm, found.rest.changes()).await?;
+                saved.save_all(&self.arm, owed).await;
+            }
+            Ok::<_, Error>(())
+        };
+        match inbox.unless_stopped(before).await {
+            Ok(saved) => saved?,
+            Err(Stopped) => return Err(self.stopped(inbox, None).await),
+        }
+        let report = found.report;
+        let mut segment = Segment::of(found.rest, found.timetable, found.begun, self.spec.keep);
+        segment.stops = self.stops;
+        segment.rests_at = found.rests_at;
+        let mut all = Ran::default();
+        loop {
+            let (ran, end) = Box::pin(self.run(&segment, inbox)).await;
+            add(&mut all, ran);
+            segment = match end {
+                segment::End::Done => break,
+                segment::End::Failed(error) => {
+                    return Err(Box::pin(self.fails(inbox, error)).await);
+                }
+                segment::End::Stopped => {
+                    return Err(Box::pin(self.stopped(inbox, None)).await);
+                }
+                segment::End::Paused => match Box::pin(self.pause(inbox)).await? {
+                    Some(segment) => segment,
+                    None => break,
+                },
+            };
+        }
+        self.shared.enter(JobState::Ending);
+        inbox.answer_pauses(|| Err(PauseError::Ending));
+        Box::pin(self.done(inbox, begun, from, all, report)).await
+    }
+
+    /// All steps are done: pen up, tool parked, settings restored.
+    async fn done(
+        &self,
+        inbox: &mut Inbox,
+        begun: Begun,
+        from: u64,
+        ran: Ran,
+        report: magician_program::Report,
+    ) -> Result<Done, JobError> {
+        // What follows waits as long as the run did.
+        let arm = &self.arm.patient(RunOptions::default().patience);
+        let ends = async {
+            let seconds = begun.seconds(arm).await?;
+            self.track().remove();
+            let end = self.ends(arm).await?;
+            if let Some(saved) = &self.spec.saved {
+                saved.restore(arm).await?;
+            }
+            Ok::<_, Error>((seconds, end))
+        };
+        match inbox.unless_stopped(ends).await {
+            Err(Stopped) => {
+                let mut error = self.stopped(inbox, None).await;
+                error.all_done = true;
+                Err(error)
+            }
+            Ok(Err(error)) => {
+                let mut error = self.fails(inbox, error).await;
+                error.all_done = true;
+                Err(error)
+            }
+            Ok(Ok((seconds, end))) => {
+                let steps = self.spec.program.steps().unwrap_or_default();
+                Ok(Done {
+                    steps: steps.saturating_sub(from),
+                    from,
+                    ran,
+                    seconds,
+                    report,
+                    end,
+                })
+            }
+        }
+    }
+
+    /// The pen goes up as far as the program has not lifted it, and the tool to where it is parked.
+    async fn ends(&self, arm: &Arm) -> Result<Option<End>, Error> {
+        let (plan, ending) = (self.spec.program.plan(), &self.spec.ending);
+        if !ending.draws(plan) && ending.park.is_none() {
+            return Ok(None);
+        }
+        let mut pose = arm.get::<Pose>().await?;
+        let up = ending.after_done(plan, [pose.x, pose.y, pose.z].map(f64::from));
+        // A stop from here on finds a pen that has to go up so far only.
+        self.track().lift = up;
+        if let Some(up) = up {
+            pose = arm.lift(up).await?.pose;
+            self.track().lift = None;
+        }
+        if let Some(place) = ending.park {
+            pose = arm.park(place).await?;
+        }
+        Ok(Some(End {
+            pose,
+            pen_is_up: ending.draws(plan).then_some(!ending.stay),
+            parked: ending.park.is_some(),
+        }))
+    }
+
+    fn track(&self) -> MutexGuard<'_, Track> {
+        self.track.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// All steps, if there is an end.
+    fn steps(&self) -> Option<u64> {
+        self.spec.program.steps()
+    }
+}
+
+/// What all segments of a job have run.
+fn add(all: &mut Ran, ran: Ran) {
+    all.commands += ran.commands;
+    all.first = all.first.or(ran.first);
+    all.last = ran.last.or(all.last);
+}
+
+impl Begun {
+    async fn now(arm: &Arm) -> Result<Self, Error> {
+        let clock = arm.get::<DeviceTime>().await?.g_systick;
+        let ours = Instant::now();
+        Ok(Self { ours, clock })
+    }
+
+    /// What the arm's clock shows by now, at least: it may be an eighth slower than ours.
+    fn clock_at_least(self) -> u32 {
+        let elapsed = u32::try_from(self.ours.elapsed().as_millis()).unwrap_or(u32::MAX);
+        self.clock.saturating_add(elapsed - elapsed / 8)
+    }
+
+    /// Seconds since then by the arm's clock.
+    async fn seconds(self, arm: &Arm) -> Result<f64, Error> {
+        let clock = arm.get::<DeviceTime>().await?.g_systick;
+        Ok(f64::from(clock.wrapping_sub(self.clock)) / 1000.0)
+    }
+}
+
+impl From<Fault> for JobError {
+    fn from(fault: Fault) -> Self {
+        Self::new(fault)
+    }
+}

@@ -1,0 +1,154 @@
+//! What runs between two pauses.
+
+use std::pin::pin;
+use std::time::Duration;
+
+use magician::{Error, ErrorKind, Progress, Ran, RunOptions};
+use magician_program::{Rest, Timetable};
+use tokio::time::{Instant, timeout};
+
+use super::inbox::{Inbox, Wish};
+use super::{Begun, Work};
+use crate::event::{JobEvent, JobProgress, JobState};
+
+/// Between two events that say how far it is.
+const TELL: Duration = Duration::from_millis(100);
+/// So long may a run take to end when the arm's queue was stopped.
+const GIVE_UP: Duration = Duration::from_secs(3);
+
+/// A part of a program, from where it begins or goes on.
+pub(super) struct Segment {
+    pub(super) rest: Rest,
+    pub(super) timetable: Timetable,
+    pub(super) begun: Begun,
+    pub(super) keep: bool,
+    /// Stops of the arm before it.
+    pub(super) stops: u64,
+    /// The index of the arm at rest before it.
+    pub(super) rests_at: Option<u64>,
+}
+
+/// How it ended.
+pub(super) enum End {
+    Done,
+    /// The queue is stopped, and the piece under way comes to its end.
+    Paused,
+    Stopped,
+    Failed(Error),
+}
+
+impl Segment {
+    pub(super) fn of(rest: Rest, timetable: Timetable, begun: Begun, keep: bool) -> Self {
+        Self {
+            rest,
+            timetable,
+            begun,
+            keep,
+            stops: 0,
+            rests_at: None,
+        }
+    }
+}
+
+impl Work {
+    /// Runs it to its end, or to what ends it before; what it has run until then.
+    pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (Ran, End) {
+        self.shared.enter(JobState::Running);
+        let rest = &segment.rest;
+        let commands = rest.commands().inspect(|_| self.track().pulls(rest.lead()));
+        let options = RunOptions::default().keep(segment.keep);
+        let run = self.arm.begin(commands, options);
+        let run = run.along(rest.start().clone());
+        let mut run = run.unless_stopped_since(segment.stops);
+        let end = {
+            let mut finish = pin!(run.finish(|progress| self.reached(segment, &progress)));
+            let wish = tokio::select! {
+                biased;
+                wish = inbox.wish() => Ok(wish),
+                ran = &mut finish => Err(ran),
+            };
+            match wish {
+                Err(Ok(_)) => End::Done,
+                Err(Err(error)) => End::Failed(error),
+                // What it knows by its end counts: a run that is let go of says nothing.
+                Ok(Wish::Stop) => {
+                    let stop = self.arm.stop();
+                    let _ = tokio::join!(stop, timeout(GIVE_UP, &mut finish));
+                    End::Stopped
+                }
+                Ok(Wish::Pause) => {
+                    self.shared.enter(JobState::Pausing);
+                    let stop = self.arm.stop_gentle();
+                    let (stopped, ran) = tokio::join!(stop, timeout(GIVE_UP, &mut finish));
+                    match (stopped, ran) {
+                        // It came to its end before.
+                        (_, Ok(Ok(_))) => End::Done,
+                        (Err(error), _) => End::Failed(error),
+                        (_, Ok(Err(error))) if !self.is_own_stop(segment, &error) => {
+                            End::Failed(error)
+                        }
+                        _ => End::Paused,
+                    }
+                }
+            }
+        };
+        let ran = run.ran();
+        drop(run);
+        let mut track = self.track();
+        track
+            .tally
+            .note(ran.commands, ran.last.map_or(0, |last| last.0));
+        drop(track);
+        let progress = self.shared.progress();
+        let progress = match (&end, self.steps()) {
+            (End::Done, Some(steps)) => JobProgress {
+                step: steps,
+                left: Some(Duration::ZERO),
+                silent: Duration::ZERO,
+                ..progress
+            },
+            _ => progress,
+        };
+        self.shared.reach(progress);
+        self.shared.tell(JobEvent::Progress(progress));
+        (ran, end)
+    }
+
+    /// Whether a run was ended by the stop of the queue for a pause, and by nothing else.
+    fn is_own_stop(&self, segment: &Segment, error: &Error) -> bool {
+        error.kind() == ErrorKind::Closed && self.arm.stops() == segment.stops
+    }
+
+    /// So much has been sent and finished.
+    fn reached(&self, segment: &Segment, progress: &Progress) {
+        let mut track = self.track();
+        let from = track.from();
+        track.tally.note(progress.sent, progress.last.0);
+        let finished = from + track.tally.finished(progress.current.0).least;
+        let index = track
+            .tally
+            .last()
+            .map(|(index, steps)| (index, from + steps));
+        track.reached(finished, index, segment.begun.clock_at_least());
+        let now = self.progress(finished, segment, progress.silent);
+        self.shared.reach(now);
+        if track.told.is_none_or(|told| told.elapsed() >= TELL) {
+            track.told = Some(Instant::now());
+            self.shared.tell(JobEvent::Progress(now));
+        }
+    }
+
+    fn progress(&self, step: u64, segment: &Segment, silent: Duration) -> JobProgress {
+        let round = self.spec.program.plan().steps.len().max(1) as u64;
+        let rounds = self.spec.program.rounds().unwrap_or(u64::MAX);
+        JobProgress {
+            step,
+            steps: self.steps(),
+            round: (step / round).saturating_add(1).min(rounds.max(1)),
+            left: segment
+                .timetable
+                .left(step.saturating_sub(segment.rest.from())),
+            silent,
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! Why a job did not come to its end, and where it stands: as data, for each program to say in its own words.
+
+use std::fmt;
+use std::sync::Arc;
+
+use magician::commands::Pose;
+use magician::{AlarmSet, Error, Lifted};
+use magician_program::resume::{Span, Verdict};
+use magician_program::{Problem, Report, Rest};
+
+use crate::event::Done;
+use crate::journal::JournalError;
+
+/// What a job has come to. All who wait for it get the same.
+pub type JobOutcome = Result<Arc<Done>, Arc<JobError>>;
+
+/// Why a job ended before its end.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum Fault {
+    /// It was stopped by [`JobHandle::stop`](crate::JobHandle::stop), or by the end of its last handle; twice where a second stop
+    /// ended what the first one had begun to do.
+    Stopped {
+        /// Whether a second stop came.
+        twice: bool,
+    },
+    /// The arm or the line to it; also a stop that did not come through the job.
+    Arm(Error),
+    /// The program cannot be done from there.
+    Program(Problem),
+    /// The check refuses steps.
+    Refused {
+        /// What it has found.
+        report: Box<Report>,
+        /// What was checked.
+        rest: Box<Rest>,
+    },
+    /// There is nothing to resume.
+    Journal(JournalError),
+    /// All steps of what is to be resumed are done.
+    AllDone,
+    /// It is not certain how far the last job came.
+    Doubt {
+        /// So many steps at least and at most.
+        span: Span,
+        /// Whether the last job has said so itself. If not, the arm was switched off, or others have used it.
+        said: bool,
+    },
+    /// Commands of the last job wait in the arm's queue, and nothing moves.
+    Stands {
+        /// How many.
+        waiting: u32,
+    },
+    /// It depends on where the arm stood when it was begun, and nobody has said where that was.
+    BeginsElsewhere,
+}
+
+/// How an arm stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stood {
+    /// Where.
+    pub pose: Pose,
+    /// The index that it has finished last.
+    pub index: u64,
+}
+
+/// Where a job goes on that ended before its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Left {
+    /// Nobody has asked the arm: it finishes what it has, and then tells how far it came.
+    NotAsked,
+    /// Behind so many steps.
+    Known {
+        /// The steps.
+        verdict: Verdict,
+        /// Whether the next one goes on where it was stopped.
+        within: bool,
+    },
+    /// The arm has forgotten what it did: only what was seen to be finished is certain.
+    Forgotten(Span),
+}
+
+/// What became of the pen of a drawing.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub enum PenLift {
+    /// There was nothing to lift.
+    #[default]
+    None,
+    /// It stays where it is, as wanted.
+    Stays,
+    /// It went up.
+    Lifted(Lifted),
+    /// It was not lifted.
+    Failed(Arc<Error>),
+    /// It took too long, and may not be up.
+    Late,
+}
+
+/// Why a job did not come to its end, and what is known then.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct JobError {
+    /// Why.
+    pub fault: Fault,
+    /// Where it goes on; none if nothing was sent of it, or all of it is done.
+    pub left: Option<Left>,
+    /// Whether all steps were done.
+    pub all_done: bool,
+    /// How the arm stood when it was stopped, if it said so.
+    pub stood: Option<Stood>,
+    /// Where it stands now, after the lift.
+    pub pose: Option<Pose>,
+    /// Why it is not known whether the arm stands, if the arm said so.
+    pub unconfirmed: Option<Error>,
+    /// What became of the pen.
+    pub lift: PenLift,
+}
+
+impl JobError {
+    pub(crate) fn new(fault: Fault) -> Self {
+        Self {
+            fault,
+            left: None,
+            all_done: false,
+            stood: None,
+            pose: None,
+            unconfirmed: None,
+            lift: PenLift::None,
+        }
+    }
+
+    /// Whether it was stopped on purpose, through the job.
+    #[must_use]
+    pub const fn is_stop(&self) -> bool {
+        matches!(self.fault, Fault::Stopped { .. })
+    }
+}
+
+impl From<Error> for JobError {
+    fn from(error: Error) -> Self {
+        Self::new(Fault::Arm(error))
+    }
+}
+
+impl From<Problem> for JobError {
+    fn from(problem: Problem) -> Self {
+        Self::new(Fault::Program(problem))
+    }
+}
+
+/// For logs: what people read is made by the program that runs the job.
+impl fmt::Display for JobError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.fault {
+            Fault::Stopped { .. } => f.write_str("stopped"),
+            Fault::Arm(error) => error.fmt(f),
+            Fault::Program(problem) => problem.fmt(f),
+            Fault::Refused { report, .. } => match report.complaints.first() {
+                Some(first) => {
+                    let step = report.number(first.step);
+                    write!(f, "step {step} is refused: {}", first.error)
+                }
+                None => f.write_str("the check refuses it"),
+            },
+            Fault::Journal(JournalError::Nothing) => f.write_str("nothing to resume"),
+            Fault::Journal(JournalError::Unreadable { place }) => {
+                write!(f, "the journal {place} cannot be read")
+            }
+            Fault::AllDone => f.write_str("nothing to resume: all steps are done"),
+            Fault::Doubt { span, .. } => write!(
+                f,
+                "{} steps are done for certain, and {} at most",
+                span.least, span.most
+            ),
+            Fault::Stands { waiting } => write!(
+                f,
+                "{waiting} commands of the last job wait in the queue, and nothing moves"
+            ),
+            Fault::BeginsElsewhere => {
+                f.write_str("the program depends on where the arm stood when it was begun")
+            }
+        }
+    }
+}
+
+impl std::error::Error for JobError {}
+
+/// Why a job was not paused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum PauseError {
+    /// All its steps are done, or it is being stopped.
+    Ending,
+    /// It is over.
+    Ended,
+}
+
+impl fmt::Display for PauseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Ending => "the job is ending",
+            Self::Ended => "the job is over",
+        })
+    }
+}
+
+impl std::error::Error for PauseError {}
+
+/// Why a job that is paused stays so.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum ResumeError {
+    /// It is not paused.
+    NotPaused,
+    /// The arm was reset meanwhile (alarm 0x00, a clock that began anew): home it first.
+    Reset,
+    /// Nobody can tell where the arm stands, or where the job was when it was paused: home it first.
+    Unknown,
+    /// These alarms hold the arm.
+    Alarms(AlarmSet),
+    /// The arm moves, or commands of others wait in its queue.
+    Busy,
+    /// The arm or its line.
+    Arm(Arc<Error>),
+    /// The program cannot be gone on with from there.
+    Program(Problem),
+    /// The check refuses steps: the first of them.
+    Refused(Arc<Error>),
+}
+
+impl ResumeError {
+    /// Whether the arm has to be homed before the job can go on.
+    #[must_use]
+    pub const fn wants_homing(&self) -> bool {
+        matches!(self, Self::Reset | Self::Unknown)
+    }
+}
+
+impl fmt::Display for ResumeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotPaused => f.write_str("the job is not paused"),
+            Self::Reset => f.write_str("the arm was reset while the job was paused: home it first"),
+            Self::Unknown => f.write_str("it is not known where the arm stands: home it first"),
+            Self::Alarms(alarms) => write!(f, "the arm is held by {alarms}"),
+            Self::Busy => f.write_str("the arm moves, or commands wait in its queue"),
+            Self::Arm(error) | Self::Refused(error) => error.fmt(f),
+            Self::Program(problem) => problem.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ResumeError {}

@@ -1,0 +1,228 @@
+//! A job in the hands of those who started it.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use tokio::sync::{broadcast, mpsc, oneshot, watch};
+
+use crate::error::{JobOutcome, PauseError, ResumeError};
+use crate::event::{JobEvent, JobEvents, JobProgress, JobState, PauseReason};
+
+/// As many events wait for who is late.
+const EVENTS: usize = 256;
+
+/// What somebody wants of a job.
+#[derive(Debug)]
+pub(crate) enum Request {
+    Pause(PauseReason, oneshot::Sender<Result<(), PauseError>>),
+    Resume(oneshot::Sender<Result<(), ResumeError>>),
+    Stop,
+}
+
+/// What the engine and all handles share.
+#[derive(Debug)]
+pub(crate) struct Shared {
+    state: watch::Sender<JobState>,
+    progress: watch::Sender<JobProgress>,
+    outcome: watch::Sender<Option<JobOutcome>>,
+    events: broadcast::Sender<JobEvent>,
+    /// What has been told before anybody asked for it.
+    first: Mutex<Option<broadcast::Receiver<JobEvent>>>,
+    finished: Arc<AtomicU64>,
+    name: String,
+    origin: String,
+}
+
+impl Shared {
+    pub(crate) fn tell(&self, event: JobEvent) {
+        // Nobody has to listen.
+        let _ = self.events.send(event);
+    }
+
+    pub(crate) fn enter(&self, state: JobState) {
+        self.state.send_replace(state);
+        self.tell(JobEvent::State(state));
+    }
+
+    pub(crate) fn state(&self) -> JobState {
+        *self.state.borrow()
+    }
+
+    pub(crate) fn progress(&self) -> JobProgress {
+        *self.progress.borrow()
+    }
+
+    /// What is finished, for all who look.
+    pub(crate) fn reach(&self, progress: JobProgress) {
+        self.finished.store(progress.step, Ordering::Relaxed);
+        self.progress.send_replace(progress);
+    }
+
+    pub(crate) fn end(&self, outcome: JobOutcome) {
+        self.outcome.send_replace(Some(outcome));
+        self.enter(JobState::Ended);
+    }
+}
+
+/// Everything that a handle is, once for all clones.
+#[derive(Debug)]
+struct Owner {
+    shared: Arc<Shared>,
+    requests: mpsc::UnboundedSender<Request>,
+    detached: AtomicBool,
+}
+
+impl Drop for Owner {
+    fn drop(&mut self) {
+        if !self.detached.load(Ordering::SeqCst) {
+            // Over already: there is nobody to tell.
+            let _ = self.requests.send(Request::Stop);
+        }
+    }
+}
+
+/// A job that was started. Clones are cheap, and may be used from any task and thread; a server keeps one for as long as it wants
+/// the job to go on.
+///
+/// When the *last* clone is dropped the job is stopped as by [`stop`](Self::stop): the rule of the driver, which stops an arm whose
+/// last handle goes. [`detach`](Self::detach) lets it go on. A runtime that ends takes the job with it; the driver then stops the
+/// arm and switches the laser off, and the journal says what was handed over, as after a crash.
+#[derive(Clone, Debug)]
+pub struct JobHandle(Arc<Owner>);
+
+impl JobHandle {
+    pub(crate) fn new(
+        name: String,
+        origin: String,
+    ) -> (Self, Arc<Shared>, mpsc::UnboundedReceiver<Request>) {
+        let (requests, inbox) = mpsc::unbounded_channel();
+        let (events, first) = broadcast::channel(EVENTS);
+        let shared = Arc::new(Shared {
+            state: watch::Sender::new(JobState::Checking),
+            progress: watch::Sender::new(JobProgress::default()),
+            outcome: watch::Sender::new(None),
+            events,
+            first: Mutex::new(Some(first)),
+            finished: Arc::default(),
+            name,
+            origin,
+        });
+        let owner = Owner {
+            shared: Arc::clone(&shared),
+            requests,
+            detached: AtomicBool::new(false),
+        };
+        (Self(Arc::new(owner)), shared, inbox)
+    }
+
+    /// Name of the work.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.0.shared.name
+    }
+
+    /// Where the program comes from.
+    #[must_use]
+    pub fn origin(&self) -> &str {
+        &self.0.shared.origin
+    }
+
+    /// What it does at present.
+    #[must_use]
+    pub fn state(&self) -> JobState {
+        self.0.shared.state()
+    }
+
+    /// How far it is at present.
+    #[must_use]
+    pub fn progress(&self) -> JobProgress {
+        self.0.shared.progress()
+    }
+
+    /// The steps that are finished, as a number that goes along: for what is recorded meanwhile.
+    #[must_use]
+    pub fn finished(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.0.shared.finished)
+    }
+
+    /// What it tells from now on; who asks first gets all from its beginning.
+    #[must_use]
+    pub fn events(&self) -> JobEvents {
+        let shared = &self.0.shared;
+        let first = shared.first.lock();
+        let first = first.unwrap_or_else(PoisonError::into_inner).take();
+        match first {
+            Some(first) => JobEvents::new(first, false),
+            None => {
+                let events = shared.events.subscribe();
+                JobEvents::new(events, shared.state() == JobState::Ended)
+            }
+        }
+    }
+
+    /// Pauses it: the piece under way ends, what waits in the arm's queue is dropped, the laser goes off, the pen goes up. The
+    /// request is made by the call; the future is over when the job is paused, and may be dropped.
+    ///
+    /// While the job checks it is paused before it sends anything. While it is paused already nothing changes, the reason
+    /// either.
+    ///
+    /// # Errors
+    /// [`PauseError`] while it ends and when it is over; also when it comes to its end, or fails, on the way to the pause.
+    pub fn pause(
+        &self,
+        reason: PauseReason,
+    ) -> impl Future<Output = Result<(), PauseError>> + Send + use<> {
+        let (reply, answer) = oneshot::channel();
+        let sent = self.0.requests.send(Request::Pause(reason, reply));
+        async move {
+            if sent.is_err() {
+                return Err(PauseError::Ended);
+            }
+            answer.await.unwrap_or(Err(PauseError::Ended))
+        }
+    }
+
+    /// Goes on with a job that is paused: above the place where it ended, down, and on. The request is made by the call; the
+    /// future is over when the job runs, or is known to stay paused.
+    ///
+    /// # Errors
+    /// [`ResumeError`]; the job stays paused then.
+    pub fn resume(&self) -> impl Future<Output = Result<(), ResumeError>> + Send + use<> {
+        let (reply, answer) = oneshot::channel();
+        let sent = self.0.requests.send(Request::Resume(reply));
+        async move {
+            if sent.is_err() {
+                return Err(ResumeError::NotPaused);
+            }
+            answer.await.unwrap_or(Err(ResumeError::NotPaused))
+        }
+    }
+
+    /// Stops it: the arm stops at once, the laser is off, what is known is kept, the pen goes up and the settings are restored.
+    /// A second stop ends that: the arm stops again, and nothing moves after it. The call returns at once;
+    /// [`outcome`](Self::outcome) tells the end.
+    pub fn stop(&self) {
+        // What is over is stopped.
+        let _ = self.0.requests.send(Request::Stop);
+    }
+
+    /// Lets it go on when the last handle is dropped.
+    pub fn detach(&self) {
+        self.0.detached.store(true, Ordering::SeqCst);
+    }
+
+    /// Waits for its end. Every clone may.
+    ///
+    /// # Errors
+    /// [`JobError`](crate::JobError): why it did not come to its end, and how it stands then.
+    pub async fn outcome(&self) -> JobOutcome {
+        let mut outcome = self.0.shared.outcome.subscribe();
+        loop {
+            if let Some(outcome) = &*outcome.borrow_and_update() {
+                return outcome.clone();
+            }
+            // The handle itself keeps the sender.
+            let _ = outcome.changed().await;
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! The journal as a small file: there while the job lasts, gone at its good end.
+
+use std::fs;
+use std::path::PathBuf;
+
+use magician_program::resume::Mark;
+use tracing::debug;
+
+use super::{Journal, JournalError, JournalKey};
+use crate::dirs;
+
+/// A [`Journal`] in the user's directory for state (`runs/KEY-ARM.json`), which all programs share: what one has left another
+/// goes on with.
+#[derive(Debug, Default)]
+pub struct FileJournal {
+    folder: Option<PathBuf>,
+    path: Option<PathBuf>,
+}
+
+impl FileJournal {
+    /// In the user's directory for state; where the system names none, nothing is kept.
+    #[must_use]
+    pub fn new() -> Self {
+        Self {
+            folder: dirs::state().map(|state| state.join("runs")),
+            path: None,
+        }
+    }
+
+    /// In this folder.
+    #[must_use]
+    pub fn at(folder: impl Into<PathBuf>) -> Self {
+        Self {
+            folder: Some(folder.into()),
+            path: None,
+        }
+    }
+}
+
+impl Journal for FileJournal {
+    fn open(&mut self, key: &JournalKey) {
+        let plain = |sign: char| {
+            if sign.is_ascii_alphanumeric() {
+                sign
+            } else {
+                '-'
+            }
+        };
+        let arm: String = key.arm.chars().map(plain).take(60).collect();
+        let name = format!("{}-{arm}.json", key.program);
+        self.path = self.folder.as_ref().map(|folder| folder.join(name));
+    }
+
+    fn left(&self) -> Result<Mark, JournalError> {
+        let path = self.path.as_ref().ok_or(JournalError::Nothing)?;
+        let text = fs::read_to_string(path).map_err(|_| JournalError::Nothing)?;
+        let mark: Option<Mark> = serde_json::from_str(&text).ok();
+        let mark = mark.filter(|mark| mark.version == Mark::VERSION);
+        mark.ok_or_else(|| JournalError::Unreadable {
+            place: path.display().to_string(),
+        })
+    }
+
+    /// A job without a journal is better than none: what goes wrong is only logged.
+    fn write(&mut self, mark: &Mark) {
+        let Some(path) = &self.path else {
+            return;
+        };
+        let written = (|| {
+            let text = serde_json::to_string(mark)?;
+            fs::create_dir_all(path.parent().unwrap_or(path))?;
+            let fresh = path.with_extension(format!("{}.new", std::process::id()));
+            fs::write(&fresh, text)?;
+            fs::rename(&fresh, path)
+        })();
+        if let Err(error) = written {
+            debug!(%error, "{} cannot be written", path.display());
+        }
+    }
+
+    fn remove(&mut self) {
+        if let Some(path) = &self.path {
+            // One that was never written is not there.
+            let _ = fs::remove_file(path);
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! What a job leaves for the one that goes on with it.
+
+#[cfg(feature = "files")]
+mod file;
+
+use magician_program::resume::Mark;
+
+#[cfg(feature = "files")]
+pub use file::FileJournal;
+
+/// Whose journal it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct JournalKey {
+    /// The program: [`Program::key`](magician_program::Program::key).
+    pub program: String,
+    /// The arm: its serial number, or its name where it tells none, or `virtual` for one that ends with this process.
+    pub arm: String,
+}
+
+/// Why there is nothing to resume.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum JournalError {
+    /// No job of this program was interrupted at this arm.
+    Nothing,
+    /// It is there and cannot be read: another version wrote it, or something damaged it.
+    Unreadable {
+        /// Where it is.
+        place: String,
+    },
+}
+
+/// Keeps how far a job is, so that another one can go on with it, also in another process. Each call returns soon: it is made
+/// while the arm moves.
+///
+/// The engine says when to write and how often; a journal that cannot be written is no reason to stop the arm.
+pub trait Journal: Send {
+    /// Names the job that it is of; the first call.
+    fn open(&mut self, key: &JournalKey);
+
+    /// What an earlier job of the same has left.
+    ///
+    /// # Errors
+    /// [`JournalError`] if there is nothing, or nothing that can be read.
+    fn left(&self) -> Result<Mark, JournalError>;
+
+    /// Keeps this.
+    fn write(&mut self, mark: &Mark);
+
+    /// The job has come to its end: nothing of it is left.
+    fn remove(&mut self);
+}
+
+/// Keeps nothing: a job that nobody resumes.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoJournal;
+
+impl Journal for NoJournal {
+    fn open(&mut self, _key: &JournalKey) {}
+
+    fn left(&self) -> Result<Mark, JournalError> {
+        Err(JournalError::Nothing)
+    }
+
+    fn write(&mut self, _mark: &Mark) {}
+
+    fn remove(&mut self) {}
+}

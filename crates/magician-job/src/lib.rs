@@ -1,0 +1,62 @@
+//! Programs on their way through a Dobot Magician arm: one engine for the command, the Python package, teaching, the
+//! demonstration, and every server that runs programs.
+//!
+//! [`Job::start`] checks a [`Program`](magician_program::Program), runs it, counts what is done, and can be paused, resumed and
+//! stopped from anywhere by a [`JobHandle`]. What a job changes of the arm's settings it restores ([`SavedSettings`]), and how
+//! far it has come it keeps ([`Journal`]), so that another one can go on where it ended, also in another process.
+//!
+//! ```
+//! use magician::Arm;
+//! use magician_job::{Job, JobSpec, NoJournal};
+//! use magician_program::{Action, Origin, Plan, Program, Travel};
+//!
+//! # #[tokio::main(flavor = "current_thread")]
+//! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let arm = Arm::connect(&"sim".parse()?).await?;
+//! let mut plan = Plan::new("to and fro");
+//! for y in [0.0, 40.0] {
+//!     plan.push(Action::Move { to: [220.0, y, 20.0, 0.0], by: Travel::Line }, Origin::NONE);
+//! }
+//! let spec = JobSpec::new(Program::new(plan, Some(3)));
+//! let job = Job::start(&arm, spec, NoJournal);
+//! let done = job.outcome().await.expect("within reach");
+//! assert_eq!(done.steps, 6);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # What a job does, in this order
+//!
+//! 1. Checking: nothing moves. Of an earlier run that burnt the laser is switched off and the queue emptied, if it is resumed;
+//!    the arm is homed, ready and dark; settings that ended processes have left changed are restored; the place to begin at is
+//!    found; no foreign commands wait; the program is checked from where the arm stands.
+//! 2. Running: the settings that it changes are saved, the journal is written before each step goes out.
+//! 3. Ending: pen up, tool parked, settings restored, the journal removed.
+//!
+//! After a stop or an error the arm is stopped, what is known is kept *before* anything moves, then the pen goes up and the
+//! settings are restored.
+//!
+//! Errors and outcomes are data. No sentence in this crate tells a person what to type: each program has its own words.
+#![forbid(unsafe_code)]
+
+#[cfg(feature = "files")]
+pub mod dirs;
+mod engine;
+mod error;
+mod event;
+mod handle;
+mod journal;
+mod saved;
+mod spec;
+
+pub use engine::Job;
+pub use error::{Fault, JobError, JobOutcome, Left, PauseError, PenLift, ResumeError, Stood};
+pub use event::{
+    Done, End, JobEvent, JobEvents, JobProgress, JobState, PauseReason, StartsAt, Waits,
+};
+pub use handle::JobHandle;
+#[cfg(feature = "files")]
+pub use journal::FileJournal;
+pub use journal::{Journal, JournalError, JournalKey, NoJournal};
+pub use saved::{Access, SavedSettings, Settled};
+pub use spec::{JobSpec, Start};
