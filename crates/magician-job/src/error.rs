@@ -25,7 +25,7 @@ pub enum Fault {
         twice: bool,
     },
     /// The arm or the line to it; also a stop that did not come through the job.
-    Arm(Error),
+    Arm(Arc<Error>),
     /// The program cannot be done from there.
     Program(Problem),
     /// The check refuses steps.
@@ -139,7 +139,7 @@ impl JobError {
 
 impl From<Error> for JobError {
     fn from(error: Error) -> Self {
-        Self::new(Fault::Arm(error))
+        Self::new(Fault::Arm(Arc::new(error)))
     }
 }
 

@@ -235,7 +235,7 @@ impl Work {
         }
         let found = self.look(from, within, true).await;
         let found = found.map_err(|error| match error.fault {
-            Fault::Arm(error) => ResumeError::Arm(Arc::new(error)),
+            Fault::Arm(error) => ResumeError::Arm(error),
             Fault::Program(problem) => ResumeError::Program(problem),
             Fault::Refused { report, .. } => match report.complaints.into_iter().next() {
                 Some(first) => ResumeError::Refused(Arc::new(first.error)),

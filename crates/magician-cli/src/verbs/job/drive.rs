@@ -1,6 +1,7 @@
 //! A job that is run, as a person at a terminal and who reads its output sees it.
 
 use std::path::Path;
+use std::pin::Pin;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -9,9 +10,11 @@ use magician_job::{
     FileJournal, Job, JobEvent, JobEvents, JobHandle, JobOutcome, JobSpec, JobState, PauseReason,
     ResumeError, Start, StartsAt, Waits,
 };
+use serde::Serialize;
 use tokio::time::timeout;
 
 use super::Made;
+use super::input::{Input, Typed};
 use super::tell::Teller;
 use super::wording::Wording;
 use crate::context::{Ended, FAREWELL};
@@ -65,10 +68,38 @@ struct Stops {
 /// What comes next.
 enum Next {
     Signal(Signal),
+    Typed(Typed),
+    /// What came of the wish to go on.
+    Resumed(Result<(), ResumeError>),
     Event(JobEvent),
     /// The recording cannot go on.
     Unrecorded(Failure),
     Over,
+}
+
+type Resuming = Pin<Box<dyn Future<Output = Result<(), ResumeError>>>>;
+
+/// What an object says of a line that was not obeyed.
+const RESUME: &str = "{\"do\":\"resume\"}";
+
+/// A line that was not obeyed, as JSON has it.
+#[derive(Serialize)]
+struct Ignored<'a> {
+    event: &'static str,
+    line: &'a str,
+    /// Why, where it means something.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    message: Option<&'a str>,
+}
+
+impl<'a> Ignored<'a> {
+    const fn of(line: &'a str) -> Self {
+        Self {
+            event: "ignored",
+            line,
+            message: None,
+        }
+    }
 }
 
 /// A job that is under way.
@@ -76,6 +107,9 @@ struct UnderWay<'a> {
     job: JobHandle,
     events: JobEvents,
     signals: &'a mut Signals,
+    input: Input,
+    /// What becomes of the wish to go on.
+    resuming: Option<Resuming>,
     stops: Stops,
     /// What is waited for, if that may take a while.
     waits: Option<&'static str>,
@@ -108,11 +142,14 @@ impl Drive<'_> {
         out: &mut Output,
         saved: &SavedSettings,
         signals: &mut Signals,
+        input: Input,
     ) -> Result<Done, Ended> {
         let job = Job::start(arm, self.spec(saved), FileJournal::new());
         let mut run = UnderWay {
             events: job.events(),
             signals,
+            input,
+            resuming: None,
             stops: Stops::default(),
             waits: None,
             json: self.json,
@@ -204,6 +241,13 @@ impl Drive<'_> {
                         return from;
                     }
                 }
+                Next::Typed(typed) => {
+                    if let Some(line) = run.obeys(typed) {
+                        // Nobody who reads is no reason to stop.
+                        let _ = out.event(&Ignored::of(&line)).and_then(|()| out.flush());
+                    }
+                }
+                Next::Resumed(_) => run.resuming = None,
                 Next::Unrecorded(_) | Next::Over => return from,
             }
         }
@@ -232,11 +276,46 @@ impl Drive<'_> {
         recorder: &mut Option<Recorder>,
     ) -> Attended {
         let mut unrecorded = None;
+        // While it was checked, or to begin a recording, which is nobody's pause.
+        let state = run.job.state();
+        let mut paused = recorder.is_none() && matches!(state, JobState::Paused { .. });
+        if let (true, JobState::Paused { reason, part }) = (paused, state) {
+            teller.paused(reason, part);
+        }
         loop {
             match run.next(recorder.as_mut()).await {
                 Next::Event(JobEvent::Progress(progress)) => {
                     let left = progress.left.and_then(|left| self.of_wall(left));
-                    teller.at(progress.step, left, progress.silent);
+                    teller.at(&progress, left);
+                }
+                Next::Event(JobEvent::State(state)) => match state {
+                    JobState::Pausing => teller.pausing(),
+                    JobState::Paused { reason, part } => {
+                        paused = true;
+                        teller.paused(reason, part);
+                    }
+                    JobState::Running if std::mem::take(&mut paused) => teller.resumed(),
+                    _ => {}
+                },
+                Next::Typed(typed) => {
+                    if let Some(line) = run.obeys(typed) {
+                        teller.object(&Ignored::of(&line));
+                    }
+                }
+                Next::Resumed(resumed) => {
+                    run.resuming = None;
+                    match resumed {
+                        // Who wants a job to go on that runs has what he wants.
+                        Ok(()) | Err(ResumeError::NotPaused) => {}
+                        Err(error) => {
+                            let failure = self.wording().resume(&error);
+                            teller.say(&format!("it stays paused: {}", failure.message));
+                            teller.object(&Ignored {
+                                message: Some(&failure.message),
+                                ..Ignored::of(RESUME)
+                            });
+                        }
+                    }
                 }
                 Next::Event(event) => run.hears(&event),
                 Next::Signal(signal) => {
@@ -293,8 +372,18 @@ struct Attended {
 impl UnderWay<'_> {
     async fn next(&mut self, recorder: Option<&mut Recorder>) -> Next {
         let Self {
-            events, signals, ..
+            events,
+            signals,
+            input,
+            resuming,
+            ..
         } = self;
+        let resumed = async {
+            match resuming {
+                Some(wish) => wish.await,
+                None => std::future::pending().await,
+            }
+        };
         let unrecorded = async {
             match recorder {
                 Some(recorder) => recorder.failed().await,
@@ -305,6 +394,8 @@ impl UnderWay<'_> {
             tokio::select! {
                 biased;
                 signal = signals.next() => Next::Signal(signal),
+                typed = input.next() => Next::Typed(typed),
+                resumed = resumed => Next::Resumed(resumed),
                 event = events.next() => event.map_or(Next::Over, Next::Event),
                 failure = unrecorded => Next::Unrecorded(failure),
             }
@@ -313,6 +404,26 @@ impl UnderWay<'_> {
             Some(what) => attended(self.json, what, next).await,
             None => next.await,
         }
+    }
+
+    /// Does what was typed; a line that means nothing is handed back.
+    fn obeys(&mut self, typed: Typed) -> Option<String> {
+        let pauses = matches!(
+            self.job.state(),
+            JobState::Paused { .. } | JobState::Pausing
+        );
+        match typed {
+            Typed::Line(line) => return Some(line),
+            Typed::Toggle if !pauses => drop(self.job.pause(PauseReason::Person)),
+            Typed::Pause => drop(self.job.pause(PauseReason::Person)),
+            Typed::Toggle | Typed::Resume => self.resuming = Some(Box::pin(self.job.resume())),
+            // Keys repeat themselves: only a signal stops what a stop has begun to do.
+            Typed::Stop if self.stops.asked => {}
+            Typed::Stop => {
+                self.stop(Signal::Interrupt);
+            }
+        }
+        None
     }
 
     fn hears(&mut self, event: &JobEvent) {

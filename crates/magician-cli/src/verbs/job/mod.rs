@@ -1,6 +1,7 @@
 //! What verbs that run a file have in common: read, place, check, and then look at it or run it.
 
 mod drive;
+mod input;
 pub(crate) mod options;
 mod reading;
 mod report;
@@ -161,7 +162,7 @@ impl Job {
                 (arm, f64::INFINITY)
             }
         };
-        let outcome = go(&self.drive(made, Some(pace), false, context), context);
+        let outcome = self.go(&self.drive(made, Some(pace), false, context), context);
         // What was drawn is there however it ended.
         let mut options = PictureOptions::default().whole(self.way.whole);
         options.sheet = made.setup.sheet.and_then(|sheet| show::corners(&sheet));
@@ -195,7 +196,7 @@ impl Job {
             context.lasts = true;
         }
         let real = !context.is_virtual()?;
-        let done = go(&self.drive(made, None, real, context), context)?;
+        let done = self.go(&self.drive(made, None, real, context), context)?;
         self.tell(&done, made, context)
     }
 
@@ -345,6 +346,15 @@ impl Job {
         }
     }
 
+    /// Runs it.
+    fn go(&self, drive: &Drive<'_>, context: &mut Context) -> Result<Done, Failure> {
+        let saved = context.saved.clone();
+        let input = self.input(context);
+        context.job(None, async |arm, out, signals| {
+            drive.run(arm, out, &saved, signals, input).await
+        })
+    }
+
     /// How it ended.
     fn tell(&self, done: &Done, made: &Made, context: &mut Context) -> Result<(), Failure> {
         let files = [("picture", &self.way.picture), ("record", &self.way.record)];
@@ -381,14 +391,6 @@ impl Made {
             Ok(arm.preflight_for(&kinds).await?)
         })
     }
-}
-
-/// Runs it.
-fn go(drive: &Drive<'_>, context: &mut Context) -> Result<Done, Failure> {
-    let saved = context.saved.clone();
-    context.job(None, async |arm, out, signals| {
-        drive.run(arm, out, &saved, signals).await
-    })
 }
 
 /// A program that goes on where all depends on where it was begun needs to know that place.

@@ -5,14 +5,16 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use magician_job::{JobProgress, PauseReason};
 use serde::Serialize;
+use serde_json::json;
 
 use crate::output::{Output, draws_on_stderr, obeys, tell};
 
 /// Between two lines where there is no bar.
 const LINES: Duration = Duration::from_secs(3);
 /// Between two objects.
-const OBJECTS: Duration = Duration::from_millis(500);
+const OBJECTS: Duration = Duration::from_millis(100);
 /// Runs shorter than this need no bar.
 const PATIENCE: Duration = Duration::from_millis(300);
 
@@ -29,9 +31,13 @@ pub(super) struct Teller<'o> {
 
 #[derive(Serialize)]
 struct Object {
+    event: &'static str,
     step: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     steps: Option<u64>,
+    /// From 1.
+    #[serde(rename = "loop")]
+    round: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     share: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -54,8 +60,9 @@ impl<'o> Teller<'o> {
         }
     }
 
-    /// So many steps are finished, and the rest takes so long; the arm has not answered for `silent`.
-    pub(super) fn at(&self, step: u64, left: Option<Duration>, silent: Duration) {
+    /// It is so far, and the rest takes so long.
+    pub(super) fn at(&self, progress: &JobProgress, left: Option<Duration>) {
+        let JobProgress { step, silent, .. } = *progress;
         if let Some(bar) = &self.bar {
             if self.begun.elapsed() >= PATIENCE {
                 bar.set_position(step);
@@ -73,16 +80,15 @@ impl<'o> Teller<'o> {
         let share = self.steps.map(|steps| step as f64 / steps.max(1) as f64);
         if self.json {
             let object = Object {
+                event: "progress",
                 step,
+                round: progress.round,
                 steps: self.steps,
                 share: share.map(|share| (share * 1e4).round() / 1e4),
                 seconds_silent: (!silent.is_zero()).then(|| silent.as_secs_f64().floor()),
                 seconds_left: left.map(|left| (left.as_secs_f64() * 10.0).round() / 10.0),
             };
-            // Nobody who reads is no reason to stop an arm; the last object will tell.
-            if let Ok(mut out) = self.out.try_borrow_mut() {
-                let _ = out.event(&object).and_then(|()| out.flush());
-            }
+            self.object(&object);
             return;
         }
         let of = match (self.steps, share) {
@@ -93,6 +99,44 @@ impl<'o> Teller<'o> {
         let more = waits(silent).or_else(left);
         let more = more.map(|more| format!(", {more}")).unwrap_or_default();
         let _ = writeln!(io::stderr(), "step {step}{of}{more}");
+    }
+
+    /// Says something to programs.
+    pub(super) fn object(&self, object: &impl Serialize) {
+        // Nobody who reads is no reason to stop an arm; the last object will tell.
+        if let (true, Ok(mut out)) = (self.json, self.out.try_borrow_mut()) {
+            let _ = out.event(object).and_then(|()| out.flush());
+        }
+    }
+
+    /// A pause is on its way.
+    pub(super) fn pausing(&self) {
+        if let Some(bar) = &self.bar {
+            bar.set_message("pausing ...");
+            bar.tick();
+        }
+    }
+
+    /// Nothing moves until somebody wants it to.
+    pub(super) fn paused(&self, reason: PauseReason, part: Option<u64>) {
+        let reason = reason.name();
+        self.object(&json!({"event": "paused", "part": part, "reason": reason}));
+        match &self.bar {
+            Some(bar) => {
+                bar.set_message("paused: p goes on, space stops");
+                bar.tick();
+            }
+            None => self.say("paused"),
+        }
+    }
+
+    /// It goes on.
+    pub(super) fn resumed(&self) {
+        self.object(&json!({"event": "resumed"}));
+        match &self.bar {
+            Some(bar) => bar.set_message(""),
+            None => self.say("going on"),
+        }
     }
 
     /// Says something on a line of its own, to people.

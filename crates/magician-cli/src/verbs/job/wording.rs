@@ -61,6 +61,9 @@ impl Wording<'_> {
         match error {
             ResumeError::Arm(error) | ResumeError::Refused(error) => Failure::from(&**error),
             ResumeError::Program(problem) => self.made.source.failure(problem),
+            other if other.wants_homing() => Failure::unexpected(format!(
+                "{other} (`magician home`), or stop the job, home the arm, and go on with --resume"
+            )),
             other => Failure::invalid(other.to_string()),
         }
     }
@@ -68,7 +71,7 @@ impl Wording<'_> {
     fn fault(&self, error: &JobError) -> Failure {
         let from_step = "--from STEP begins at any step";
         match &error.fault {
-            Fault::Arm(error) => error.into(),
+            Fault::Arm(error) => Failure::from(&**error),
             Fault::Program(problem) => self.made.source.failure(problem),
             Fault::Refused { report, rest } => {
                 report::failure(self.made, report, false, self.made.way_out(rest))

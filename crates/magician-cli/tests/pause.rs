@@ -1,0 +1,179 @@
+//! A job that is paused, goes on and is stopped: by lines of JSON on stdin, and by keys at a terminal.
+#![cfg(unix)]
+
+mod magician;
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use magician::command;
+use magician::served::Served;
+use magician::terminal::Terminal;
+use rustix::termios::{LocalModes, tcgetattr};
+use serde_json::{Value, json};
+
+const PAPER: f64 = -50.0;
+const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
+                   <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
+
+/// A virtual arm in another process, which counts as a real one, as if it had been homed, and a directory of its own.
+struct Place {
+    dir: tempfile::TempDir,
+    served: Served,
+}
+
+impl Place {
+    fn new(speed: &str) -> Self {
+        let doors = ["--tcp", "127.0.0.1:0", "--speed", speed];
+        let place = Self {
+            dir: tempfile::tempdir().expect("directory"),
+            served: Served::start(&doors, 1),
+        };
+        std::fs::write(place.dir.path().join("line.svg"), SVG).expect("written");
+        assert!(place.json(&["alarms", "--clear"]).is_object());
+        place
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = command();
+        command.args(["--port", &self.served.door("tcp")]);
+        command.args(arguments).current_dir(self.dir.path());
+        command.env("XDG_STATE_HOME", self.dir.path().join("state"));
+        command
+    }
+
+    /// The last object that a command says.
+    fn json(&self, arguments: &[&str]) -> Value {
+        let mut command = self.command(arguments);
+        let output = command.arg("--json").output().expect("it runs");
+        let text = String::from_utf8_lossy(&output.stdout);
+        let last = text.lines().last().unwrap_or_default();
+        serde_json::from_str(last).unwrap_or_else(|_| panic!("{output:?}"))
+    }
+
+    fn draw(&self, more: &[&str]) -> Command {
+        let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
+        self.command(&[&draw, more].concat())
+    }
+
+    fn number(&self, verb: &str, name: &str) -> f64 {
+        self.json(&[verb])[name].as_f64().expect("a number")
+    }
+}
+
+/// A job whose lines are read, and who is told lines.
+struct Talk {
+    child: Child,
+    lines: BufReader<ChildStdout>,
+}
+
+impl Talk {
+    fn with(mut command: Command) -> Self {
+        command.arg("--json");
+        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = command.stderr(Stdio::null()).spawn().expect("it starts");
+        let lines = BufReader::new(child.stdout.take().expect("a pipe"));
+        Self { child, lines }
+    }
+
+    fn says(&mut self, line: &str) {
+        let stdin = self.child.stdin.as_mut().expect("a pipe");
+        writeln!(stdin, "{line}").expect("it reads");
+    }
+
+    fn next(&mut self) -> Value {
+        let mut line = String::new();
+        self.lines.read_line(&mut line).expect("a line");
+        serde_json::from_str(&line).unwrap_or_else(|_| panic!("{line:?}"))
+    }
+
+    /// The next of these events.
+    fn until(&mut self, event: &str) -> Value {
+        loop {
+            let next = self.next();
+            if next["event"] == event {
+                return next;
+            }
+            let name = next["event"].as_str();
+            assert!(name.is_some_and(|name| name != "paused"), "{next}");
+        }
+    }
+}
+
+#[test]
+fn lines_of_json_pause_a_job_and_go_on_with_it() {
+    let place = Place::new("5");
+    let mut talk = Talk::with(place.draw(&[]));
+    while talk.until("progress")["step"].as_u64() < Some(3) {}
+    talk.says("{\"do\":\"pause\"}");
+    let paused = talk.until("paused");
+    assert_eq!(
+        paused,
+        json!({"event": "paused", "part": null, "reason": "person"})
+    );
+    assert_eq!(place.number("queue", "left_space"), 32.0);
+    let height = place.number("pose", "z");
+    assert!(height > PAPER + 9.0, "{height}");
+    // It is moved meanwhile, and what means nothing is handed back.
+    place.json(&["move", "10", "0", "5", "--relative"]);
+    talk.says("go on");
+    let ignored = talk.until("ignored");
+    assert_eq!(ignored, json!({"event": "ignored", "line": "go on"}));
+    assert_eq!(place.number("queue", "left_space"), 32.0);
+    talk.says("{\"do\":\"resume\"}");
+    assert_eq!(talk.until("resumed"), json!({"event": "resumed"}));
+    let done = loop {
+        let next = talk.next();
+        match next["event"].as_str() {
+            Some(event) => assert_eq!(event, "progress"),
+            None => break next,
+        }
+    };
+    assert_eq!(done["end"]["pen"], "up", "{done}");
+    assert!(talk.child.wait().expect("it ends").success());
+}
+
+#[test]
+fn a_line_of_json_stops_a_job_also_while_it_is_paused() {
+    let place = Place::new("5");
+    for paused in [false, true] {
+        let mut talk = Talk::with(place.draw(&[]));
+        while talk.until("progress")["step"].as_u64() < Some(3) {}
+        if paused {
+            talk.says("{\"do\":\"pause\"}");
+            talk.until("paused");
+        }
+        talk.says("{\"do\":\"stop\"}");
+        let status = talk.child.wait().expect("it ends");
+        assert_eq!(status.code(), Some(130));
+        assert!(place.number("pose", "z") > PAPER + 9.0);
+    }
+    // What was stopped goes on.
+    let done = place
+        .draw(&["--resume", "--json"])
+        .output()
+        .expect("it runs");
+    assert!(done.status.success(), "{done:?}");
+}
+
+#[test]
+fn keys_pause_a_job_go_on_with_it_and_stop_it() {
+    let place = Place::new("5");
+    let mut terminal = Terminal::running(place.draw(&[]));
+    let canonical = |terminal: &Terminal| {
+        let modes = tcgetattr(&terminal.line).expect("a terminal").local_modes;
+        modes.contains(LocalModes::ICANON | LocalModes::ECHO)
+    };
+    terminal.until_seen("step 3/");
+    assert!(!canonical(&terminal));
+    terminal.types("p");
+    terminal.until_seen("paused: p goes on, space stops");
+    assert!(place.number("pose", "z") > PAPER + 9.0);
+    terminal.types("p");
+    terminal.until_seen("left");
+    terminal.types(" ");
+    terminal.until_seen("interrupted: the pen is up by");
+    let status = terminal.child.wait().expect("it ends");
+    assert_eq!(status.code(), Some(130));
+    assert!(canonical(&terminal));
+}
