@@ -53,8 +53,10 @@ impl Segment {
 impl Work {
     /// Runs it to its end, or to what ends it before; what it has run until then.
     pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (Ran, End) {
-        self.shared.enter(JobState::Running);
         let rest = &segment.rest;
+        self.shared
+            .reach(self.progress(rest.from(), segment, Duration::ZERO));
+        self.shared.enter(JobState::Running);
         let commands = rest.commands().inspect(|_| self.track().pulls(rest.lead()));
         let options = RunOptions::default().keep(segment.keep);
         let run = self.arm.begin(commands, options);

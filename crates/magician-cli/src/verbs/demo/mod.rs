@@ -12,11 +12,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use magician::commands::{
-    DeviceTime, DeviceVersion, EndEffectorParams, Pose, PtpCommonParams, PtpJump2Params,
-};
+use magician::commands::{DeviceTime, DeviceVersion, EndEffectorParams, Pose};
 use magician::sim::Controller;
-use magician::{Arm, Owed, SimSpeed, Target, VirtualArm, words};
+use magician::{Arm, SimSpeed, Target, VirtualArm, words};
+use magician_job::{Job, JobSpec, NoJournal};
 use serde::Serialize;
 
 use crate::columns::wrap;
@@ -119,12 +118,13 @@ impl Demo {
             Target::Sim(SimSpeed::Max) => ARM_PAUSE,
             _ => PAUSE,
         };
-        program::check(arm, &commands).await?;
         let mut recorder = Recorder::new(&commands, pause);
-        owe(arm, saved).await?;
-        let ran = recorder.run(arm, &commands, &mut display).await?;
+        // The tool is none of the settings that a program gives back.
+        saved.save(arm, arm.get::<EndEffectorParams>().await?).await;
+        let spec = JobSpec::new(program::program(&commands)).saved(saved.clone());
+        let job = Job::start(arm, spec, NoJournal);
+        let ran = recorder.watch(arm, &job, &mut display).await?.ran;
         arm.set_any(&words::pump_off()).await?;
-        saved.restore(arm).await?;
         display.finish();
         let summary = Summary {
             port: arm.name().to_owned(),
@@ -162,16 +162,6 @@ async fn title(arm: &Arm, target: &Target) -> Result<String, Failure> {
     Ok(format!(
         "{kind}: Magician, firmware {major}.{minor}.{revision}, queue {places}"
     ))
-}
-
-/// What the demonstration changes and gives back.
-async fn owe(arm: &Arm, saved: &SavedSettings) -> Result<(), Failure> {
-    let mut owed = Owed::default();
-    owed.owe(arm.get::<EndEffectorParams>().await?);
-    owed.owe(arm.get::<PtpJump2Params>().await?);
-    owed.owe(arm.get::<PtpCommonParams>().await?);
-    saved.save_all(arm, owed).await;
-    Ok(())
 }
 
 /// Both are of the arm's clock, which wraps.

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use magician::commands::Pose;
 use magician::{Arm, Ran, Set, words};
+use magician_program::{Origin, Plan, Program};
 
 use super::scene::{self, CUBES, Errand, LIFT, TOOL, TOP};
 use crate::failure::{Failure, Kind};
@@ -49,13 +50,13 @@ fn carry(Errand { from, to }: Errand) -> [Set; 6] {
     ]
 }
 
-/// Nothing is sent that the arm cannot do.
-pub(super) async fn check(arm: &Arm, commands: &[Set]) -> Result<(), Failure> {
-    let mut check = arm.preflight().await?;
+/// The same as a program, each command a step.
+pub(super) fn program(commands: &[Set]) -> Program {
+    let mut plan = Plan::new("the demonstration");
     for command in commands {
-        check.check(command)?;
+        plan.push(*command, Origin::NONE);
     }
-    Ok(())
+    Program::new(plan, Some(1))
 }
 
 /// The arm has done all of it, in one row of indices, without an alarm, and is back.

@@ -1,10 +1,11 @@
 //! Runs the program and reads the pose all the while: what the picture shows is what the arm said.
 
-use std::cell::Cell;
+use std::sync::Arc;
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician::{Arm, Ran, Set};
+use magician::{Arm, Set};
+use magician_job::{Done, Fault, JobError, JobHandle};
 
 use super::display::{Display, State};
 use super::picture::Sample;
@@ -38,25 +39,21 @@ impl Recorder {
         }
     }
 
-    /// Runs the commands.
-    pub(super) async fn run(
+    /// Reads until the commands have run.
+    pub(super) async fn watch(
         &mut self,
         arm: &Arm,
-        commands: &[Set],
+        job: &JobHandle,
         display: &mut Display<'_>,
-    ) -> Result<Ran, Failure> {
-        let first = Cell::new(0);
-        let run = arm.run(commands.iter().copied(), |progress| {
-            first.set((progress.last.0 + 1).saturating_sub(progress.sent));
-        });
+    ) -> Result<Arc<Done>, Failure> {
         let watch = async {
             loop {
-                self.read(arm, first.get(), display).await?;
+                self.read(arm, job, display).await?;
                 tokio::time::sleep(self.pause).await;
             }
         };
-        let ran = tokio::select! {
-            ran = run => ran?,
+        let done = tokio::select! {
+            done = job.outcome() => done.map_err(|error| told(&error))?,
             failed = watch => {
                 let failed: Result<std::convert::Infallible, Failure> = failed;
                 match failed {
@@ -65,14 +62,14 @@ impl Recorder {
                 }
             }
         };
-        self.read(arm, first.get(), display).await?;
-        Ok(ran)
+        self.read(arm, job, display).await?;
+        Ok(done)
     }
 
     async fn read(
         &mut self,
         arm: &Arm,
-        first: u64,
+        job: &JobHandle,
         display: &mut Display<'_>,
     ) -> Result<(), Failure> {
         let pose = arm.get::<Pose>().await?;
@@ -81,11 +78,7 @@ impl Recorder {
         if !display.due() {
             return Ok(());
         }
-        let done = if first == 0 {
-            0
-        } else {
-            (index + 1).saturating_sub(first)
-        };
+        let done = job.progress().step;
         let placed = self.placed(usize::try_from(done).unwrap_or(usize::MAX));
         let left = arm.left_space().await?;
         display.show(&State {
@@ -129,6 +122,17 @@ impl Recorder {
     fn carrying_at(&self, finished: u64) -> bool {
         let at = usize::try_from(finished).unwrap_or(usize::MAX);
         self.carrying.get(at).copied().unwrap_or(false)
+    }
+}
+
+/// Why it did not come to its end.
+fn told(error: &JobError) -> Failure {
+    match &error.fault {
+        Fault::Arm(error) => Failure::from(&**error),
+        Fault::Refused { report, .. } if let Some(complaint) = report.complaints.first() => {
+            Failure::from(&complaint.error)
+        }
+        _ => Failure::unexpected(error.to_string()),
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a pad has the arm do: one thing that moves it at a time, and a stop that overtakes it.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::future::{Future, poll_fn};
 use std::pin::Pin;
@@ -10,11 +10,12 @@ use std::time::Duration;
 
 use magician::commands::{JogCommonParams, PtpCommonParams};
 use magician::words::Guards;
-use magician::{Arm, ErrorKind, Jog, JogOptions, Owed, Progress, RunOptions, Set};
+use magician::{Arm, ErrorKind, Jog, JogOptions, Owed, Set};
+use magician_job::{Fault, JobError, JobHandle, JobSpec, NoJournal, Start};
+use magician_program::{Ending, Plan, Program};
 
 use super::axis::Heading;
 use super::pad::plain;
-use magician_program::Plan;
 
 use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;
@@ -102,11 +103,8 @@ pub(crate) struct Hands {
     moving: Option<Job>,
     /// What is done beside.
     beside: VecDeque<Job>,
-    progress: Rc<Cell<Option<Progress>>>,
-    /// Which step of the program each one is that is run.
-    steps: Rc<RefCell<Vec<usize>>>,
-    /// Commands of the program that come before its first step.
-    preamble: u64,
+    /// The program that runs, or ran last.
+    program: Rc<RefCell<Option<JobHandle>>>,
 }
 
 impl Hands {
@@ -119,9 +117,7 @@ impl Hands {
             jog: None,
             moving: None,
             beside: VecDeque::new(),
-            progress: Rc::default(),
-            steps: Rc::default(),
-            preamble: 0,
+            program: Rc::default(),
         }
     }
 
@@ -133,11 +129,8 @@ impl Hands {
 
     /// The step of the program that the arm is at, from 0, once that is known.
     pub(crate) fn step(&self) -> Option<usize> {
-        let now = self.progress.get()?;
-        let ahead = now.last.0.saturating_sub(now.current.0);
-        let done = now.sent.checked_sub(ahead)?;
-        let step = usize::try_from(done.saturating_sub(self.preamble)).ok()?;
-        self.steps.borrow().get(step).copied()
+        let program = self.program.borrow();
+        usize::try_from(program.as_ref()?.progress().step).ok()
     }
 
     /// Does what is ordered, or says what came of it at once. What was ordered before and is not done yet gives way only to a
@@ -151,6 +144,8 @@ impl Hands {
             }
             Order::Stop => {
                 self.jog = None;
+                // The last that holds it, but for what waits for it and is let go of here: it stops.
+                self.program.take();
                 // What has not been sent would come after it: a laser that is switched on, say.
                 self.beside.retain(|job| !matches!(job.what, What::Tool(_)));
                 let arm = self.arm.clone();
@@ -194,10 +189,8 @@ impl Hands {
                 self.begin_if_free(What::Home, work)
             }
             Order::Run { plan, from } => {
-                self.progress.set(None);
-                self.preamble = u64::from(plan.preamble().is_some());
-                let (progress, steps) = (Rc::clone(&self.progress), Rc::clone(&self.steps));
-                let work = run(self.arm.clone(), *plan, from, progress, steps);
+                let program = Rc::clone(&self.program);
+                let work = run(self.arm.clone(), *plan, from, program);
                 self.begin_if_free(What::Run, work)
             }
         }
@@ -235,6 +228,11 @@ impl Hands {
     pub(crate) async fn finish(mut self) -> Result<(), Failure> {
         self.moving = None;
         self.beside.clear();
+        if let Some(program) = self.program.take() {
+            program.stop();
+            // It gives back its settings.
+            let _ = program.outcome().await;
+        }
         if let Some((_, jog)) = self.jog.take() {
             jog.stop().await?;
         }
@@ -345,32 +343,43 @@ async fn run(
     arm: Arm,
     plan: Plan,
     from: usize,
-    progress: Rc<Cell<Option<Progress>>>,
-    steps: Rc<RefCell<Vec<usize>>>,
+    program: Rc<RefCell<Option<JobHandle>>>,
 ) -> Result<Option<Jog>, Failure> {
+    program.take();
     arm.wait_still().await?;
-    let commands: Vec<Set> = plan.commands().collect();
-    let start = arm.preflight_for(&commands).await?;
-    let rest = plan.from_step(from, &start).map_err(|problem| {
-        let name = problem
-            .name
-            .map_or_else(String::new, |name| format!("{name}: "));
-        Failure::invalid(format!("{name}{}", problem.message))
-    })?;
-    let plan = rest.plan;
-    steps.replace(rest.steps);
-    let commands: Vec<Set> = plan.commands().collect();
-    if let Some(complaint) = magician_program::check(&plan, &start).complaints.first() {
-        let name = complaint.name.clone();
-        let name = name.unwrap_or_else(|| format!("step {}", complaint.step + 1));
-        let message = format!("{name}: {}", plain(&complaint.error.to_string()));
-        return Err(Failure::new(Kind::Driver(complaint.error.kind()), message));
+    // Who stops it wants the tool where it is.
+    let ending = Ending {
+        stay: true,
+        ..Ending::default()
+    };
+    let spec = JobSpec::new(Program::new(plan, Some(1)))
+        .start(Start::Step(from as u64))
+        .ending(ending);
+    let job = magician_job::Job::start(&arm, spec, NoJournal);
+    program.replace(Some(job.clone()));
+    match job.outcome().await {
+        Ok(_) => Ok(None),
+        Err(error) => Err(told(&error)),
     }
-    let run = arm.begin(commands, RunOptions::default());
-    run.along(start)
-        .finish(|now| progress.set(Some(now)))
-        .await?;
-    Ok(None)
+}
+
+/// Why a program did not come to its end, as a pad says it.
+fn told(error: &JobError) -> Failure {
+    match &error.fault {
+        Fault::Arm(error) => Failure::from(&**error),
+        Fault::Program(problem) => {
+            let name = problem.name.as_ref();
+            let name = name.map_or_else(String::new, |name| format!("{name}: "));
+            Failure::invalid(format!("{name}{}", problem.message))
+        }
+        Fault::Refused { report, .. } if let Some(complaint) = report.complaints.first() => {
+            let name = complaint.name.clone();
+            let name = name.unwrap_or_else(|| format!("step {}", report.number(complaint.step)));
+            let message = format!("{name}: {}", plain(&complaint.error.to_string()));
+            Failure::new(Kind::Driver(complaint.error.kind()), message)
+        }
+        _ => Failure::new(Kind::Driver(ErrorKind::Closed), error.to_string()),
+    }
 }
 
 #[cfg(test)]
