@@ -3,7 +3,7 @@ use std::pin::Pin;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use magician::{Arm, Error, ErrorKind, Stopper};
+use magician::{Arm, Error, ErrorKind};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use tokio::task::AbortHandle;
@@ -13,6 +13,9 @@ use crate::runtime::{self, Local, News};
 
 /// So often a waiting thread looks whether Ctrl-C was pressed.
 const LOOK: Duration = Duration::from_millis(30);
+
+/// Stops something, at once and without waiting.
+type Stop = Box<dyn Fn() + Send + Sync>;
 
 /// What becomes a Python object once the interpreter is there.
 type Made = Box<dyn FnOnce(Python<'_>) -> PyResult<Py<PyAny>> + Send>;
@@ -27,7 +30,7 @@ struct Inner {
     shared: Arc<Shared>,
     work: Mutex<Work>,
     /// Stops what nobody waits for any more, if it moves the arm.
-    stopper: Option<Stopper>,
+    stop: Option<Stop>,
 }
 
 /// What does it.
@@ -47,7 +50,7 @@ struct Shared {
 
 #[derive(Default)]
 struct State {
-    outcome: Option<magician::Result<Made>>,
+    outcome: Option<Result<Made, Arc<Error>>>,
     over: bool,
     taken: bool,
     report: Option<Made>,
@@ -99,10 +102,11 @@ impl Reporter {
 
 impl Call {
     /// Starts something; `made` turns what it comes to into a Python object.
-    pub(crate) fn start<T, F, M>(task: F, made: M) -> Self
+    pub(crate) fn start<T, E, F, M>(task: F, made: M) -> Self
     where
         T: Send + 'static,
-        F: Future<Output = magician::Result<T>> + Send + 'static,
+        E: Into<Arc<Error>> + Send + 'static,
+        F: Future<Output = Result<T, E>> + Send + 'static,
         M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
     {
         let shared = Arc::new(Shared::default());
@@ -121,7 +125,27 @@ impl Call {
         let shared = Arc::new(Shared::default());
         let task = task(Reporter(Arc::clone(&shared)));
         let work = Work::Waiting(Box::pin(told(&shared, task, made)));
-        Self::of(shared, work, Some(arm.stopper()))
+        let stopper = arm.stopper();
+        // Without a connection there is nothing to stop.
+        let stop = move || drop(stopper.request_stop());
+        Self::of(shared, work, Some(Box::new(stop)))
+    }
+
+    /// As [`moving`](Self::moving), for what is under way already and is stopped by this.
+    pub(crate) fn under_way<T, F, M>(
+        stop: impl Fn() + Send + Sync + 'static,
+        task: impl FnOnce(Reporter) -> F,
+        made: M,
+    ) -> Self
+    where
+        T: Send + 'static,
+        F: Future<Output = Result<T, Arc<Error>>> + Send + 'static,
+        M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
+    {
+        let shared = Arc::new(Shared::default());
+        let task = task(Reporter(Arc::clone(&shared)));
+        let work = Work::Waiting(Box::pin(told(&shared, task, made)));
+        Self::of(shared, work, Some(Box::new(stop)))
     }
 
     /// Starts something that comes to nothing.
@@ -154,13 +178,9 @@ impl Call {
         Self::of(shared, Work::Lasting, None)
     }
 
-    fn of(shared: Arc<Shared>, work: Work, stopper: Option<Stopper>) -> Self {
+    fn of(shared: Arc<Shared>, work: Work, stop: Option<Stop>) -> Self {
         let work = Mutex::new(work);
-        let inner = Inner {
-            shared,
-            work,
-            stopper,
-        };
+        let inner = Inner { shared, work, stop };
         Self {
             inner: Local::new(inner),
         }
@@ -193,10 +213,9 @@ impl Inner {
             state.over
         };
         if let (Work::Going(task), false) = (&*self.work(), over) {
-            // The stop goes first: what is let go of leaves a virtual arm to do at once what it has. Without a connection
-            // there is nothing to stop.
-            if let Some(stopper) = &self.stopper {
-                let _ = stopper.request_stop();
+            // The stop goes first: what is let go of leaves a virtual arm to do at once what it has.
+            if let Some(stop) = &self.stop {
+                stop();
             }
             task.abort();
         }
@@ -205,27 +224,29 @@ impl Inner {
 
 impl Drop for Inner {
     fn drop(&mut self) {
-        if self.stopper.is_some() {
+        if self.stop.is_some() {
             self.abandon();
         }
     }
 }
 
 /// Does it, and tells whoever waits what came of it.
-fn told<T, F, M>(
+fn told<T, E, F, M>(
     shared: &Arc<Shared>,
     task: F,
     made: M,
-) -> impl Future<Output = ()> + Send + use<T, F, M>
+) -> impl Future<Output = ()> + Send + use<T, E, F, M>
 where
     T: Send + 'static,
-    F: Future<Output = magician::Result<T>> + Send + 'static,
+    E: Into<Arc<Error>> + Send + 'static,
+    F: Future<Output = Result<T, E>> + Send + 'static,
     M: FnOnce(Python<'_>, T) -> PyResult<Py<PyAny>> + Send + 'static,
 {
     let ending = Ending(Arc::clone(shared));
     async move {
         let outcome = task.await;
         ending.0.change(|state| {
+            let outcome = outcome.map_err(Into::into);
             state.outcome =
                 Some(outcome.map(|value| Box::new(move |py: Python<'_>| made(py, value)) as Made));
             state.over = true;
@@ -241,7 +262,7 @@ impl Drop for Ending {
         if !self.0.state().over {
             self.0.change(|state| {
                 let message = "it was let go of before its end";
-                state.outcome = Some(Err(Error::new(ErrorKind::Closed, message)));
+                state.outcome = Some(Err(Error::new(ErrorKind::Closed, message).into()));
                 state.over = true;
             });
         }

@@ -48,6 +48,8 @@ mod _magician {
     use crate::picture::{Ink, Picture, draw_arm};
     #[pymodule_export]
     use crate::program::{PyPlan, Start};
+    #[pymodule_export]
+    use crate::run::Job;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

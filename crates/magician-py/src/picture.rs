@@ -85,7 +85,7 @@ impl Core {
             standing.alarms = arm.alarms().await?;
             let index = arm.current_index().await?;
             standing.facts = vec![format!("queue index {} finished", index.0)];
-            Ok(standing)
+            Ok::<_, magician::Error>(standing)
         };
         Ok(Call::start(look, |py, standing| {
             let svg = Snapshot::of_arm(&standing).to_svg().to_owned();

@@ -132,6 +132,13 @@ pub(crate) fn spawn(task: impl Future<Output = ()> + Send + 'static) -> Option<A
     Some(process.handle.spawn(task).abort_handle())
 }
 
+/// Does something where the connections of this process live, which may start tasks there; `None` if it has no such place.
+pub(crate) fn within<T>(act: impl FnOnce() -> T) -> Option<T> {
+    let process = Process::known()?;
+    let _inside = process.handle.enter();
+    Some(act())
+}
+
 /// Lets Python hear something, soon.
 pub(crate) fn tell(news: News) {
     if let Some(process) = Process::known() {

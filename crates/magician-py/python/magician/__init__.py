@@ -22,7 +22,7 @@ Lengths are mm, angles degrees, times seconds. What the driver has to say goes t
 from __future__ import annotations
 
 from . import aio, alarms, commands, errors, events, readings, words
-from ._blocking import Arm, Check, Events, Jog, Run, StateWatch
+from ._blocking import Arm, Check, Events, Job, Jog, Run, StateWatch
 from ._native import __version__
 from ._pictures import Drawing, Picture, Stroke
 from ._ports import Found, SerialPort, discover, ports
@@ -45,6 +45,7 @@ __all__ = [
     "Events",
     "Found",
     "Info",
+    "Job",
     "Jog",
     "Joints",
     "Link",

@@ -11,6 +11,7 @@ from ._arguments import addresses, ending, flag, flags, hearing, not_a_file, num
 from ._bound import Bound
 from ._magician import Core
 from ._magician import Events as NativeEvents
+from ._magician import Job as NativeJob
 from ._magician import Jog as NativeJog
 from ._magician import Program as NativeProgram
 from ._magician import StateWatch as NativeStateWatch
@@ -25,10 +26,10 @@ from .commands import IoFunction, Port, Pose, RailVersion, SensorVersion, Steppe
 from .errors import ClosedError, Error, UnexpectedError
 from .programs import Plan, Report
 from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
-from .running import RunResult, Watcher
+from .running import PlanProgress, RunResult, Watcher
 from .words import Direction, Four, Tool
 
-__all__ = ["Arm", "Check", "Events", "Jog", "Run", "StateWatch"]
+__all__ = ["Arm", "Check", "Events", "Job", "Jog", "Run", "StateWatch"]
 
 _R = TypeVar("_R", bound=Readable)
 _A = TypeVar("_A", bound=Command)
@@ -852,6 +853,7 @@ class Arm(Bound):
         *,
         progress: Watcher = False,
         first_step: int = 1,
+        resume: bool = False,
         check: bool = True,
         keep: bool = False,
         require_homed: bool = False,
@@ -890,24 +892,56 @@ class Arm(Bound):
         :raises ClosedError: A stop came first.
         """
         hearing(progress)
+        job = self.start(
+            program,
+            first_step=first_step,
+            resume=resume,
+            check=check,
+            keep=keep,
+            require_homed=require_homed,
+            unhomed=unhomed,
+            stay=stay,
+            park=park,
+            lift=lift,
+            allow_laser=allow_laser,
+            restore=restore,
+        )
+        return job.wait(progress=progress)
+
+    def start(
+        self,
+        program: Plan | Iterable[Queueable],
+        *,
+        first_step: int = 1,
+        resume: bool = False,
+        check: bool = True,
+        keep: bool = False,
+        require_homed: bool = False,
+        unhomed: bool = False,
+        stay: bool = False,
+        park: tuple[float, float, float] | None = None,
+        lift: float | None = None,
+        allow_laser: bool = False,
+        restore: bool = True,
+    ) -> Job:
+        """Starts a plan, or commands, and returns at once: the :class:`Job` waits for the end, pauses and resumes.
+
+        The parameters are those of :meth:`run`. A job that nobody refers to any more is stopped.
+
+        >>> job = arm.start(plan)
+        >>> job.pause()
+        >>> arm.perform([words.line_by(dz=20)])
+        >>> job.resume()
+        >>> result = job.wait()
+        """
         plan = program if isinstance(program, Plan) else Plan.of(not_a_file(program))
         how = {
             "first_step": whole("first_step", first_step, 1, max(1, len(plan))),
-            **flags(check=check, keep=keep, require_homed=require_homed, allow_laser=allow_laser, restore=restore),
-            **flags(unhomed=unhomed),
+            **flags(resume=resume, check=check, keep=keep, require_homed=require_homed),
+            **flags(unhomed=unhomed, allow_laser=allow_laser, restore=restore),
             **ending(stay, park, lift),
-            "watched": progress is not False,
         }
-        telling = Telling(len(plan), progress)
-        call, over = self._core.run(plan.native, how)
-        try:
-            found = wait(call, telling)
-        except GeneratorExit:
-            raise
-        except BaseException as error:
-            telling.broken(error, wait_done(over, self._core))
-            raise
-        return telling.ended(found)
+        return Job(self._core, self._core.start(plan.native, how), len(plan))
 
     # Pictures.
 
@@ -960,6 +994,68 @@ class Jog(Bound):
         if self._jog is None:
             raise ClosedError("the jog has not begun, or was ended: it goes on inside of `with arm.jog(...) as jog`")
         self._jog.keep()
+
+
+class Job(Bound):
+    """A plan under way: see :meth:`Arm.start`."""
+
+    def __init__(self, core: Core, job: NativeJob, steps: int) -> None:
+        self._core = core
+        self._job = job
+        self._steps = steps
+
+    def __repr__(self) -> str:
+        return f"<Job, {self.state}>"
+
+    @property
+    def state(self) -> str:
+        """``checking``, ``running``, ``pausing``, ``paused``, ``stopping``, ``ending`` or ``ended``."""
+        return self._job.state()
+
+    @property
+    def progress(self) -> PlanProgress:
+        """How far it is."""
+        done, left, silent = self._job.progress()
+        return PlanProgress(done, self._steps, left, silent)
+
+    def pause(self) -> None:
+        """Pauses it, and returns when it is paused: the piece under way has ended, nothing of it waits in the arm, the
+        laser is off, the pen is up. The arm may be moved then. While it checks, it is paused before anything is sent.
+
+        :raises ClosedError: It is ending, or over.
+        """
+        wait(self._job.pause())
+
+    def resume(self) -> None:
+        """Goes on with a paused job: above the place where it ended, down, and on. A job that burns burns again.
+
+        :raises UnexpectedError: The arm was reset meanwhile, or nobody can tell where it stands: home it first.
+        :raises InvalidInputError: The job is not paused, or the arm moves. It stays as it is, as after any error here.
+        """
+        wait(self._job.resume())
+
+    def stop(self) -> None:
+        """Stops it, and returns: the arm stops, the laser goes off, the pen goes up; :meth:`wait` tells the end.
+        A second stop ends that, and moves nothing.
+        """
+        self._job.stop()
+
+    def wait(self, *, progress: Watcher = False) -> RunResult:
+        """Waits for its end. Whatever ends the wait early stops the job, as in :meth:`Arm.run`.
+
+        :param progress: As in :meth:`Arm.run`.
+        :raises ClosedError: It was stopped; else as :meth:`Arm.run`.
+        """
+        hearing(progress)
+        telling = Telling(self._steps, progress)
+        try:
+            found = wait(self._job.outcome(), telling)
+        except GeneratorExit:
+            raise
+        except BaseException as error:
+            telling.broken(error, wait_done(self._job.over(), self._core))
+            raise
+        return telling.ended(found)
 
 
 class StateWatch(Bound):

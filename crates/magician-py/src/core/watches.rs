@@ -138,7 +138,7 @@ impl Events {
     fn next(&self, py: Python<'_>) -> PyResult<Call> {
         let events = Arc::clone(self.events.get(py)?);
         Ok(Call::start(
-            async move { Ok(events.lock().await.next().await) },
+            async move { Ok::<_, magician::Error>(events.lock().await.next().await) },
             |py, event| match event {
                 Some(event) => event_parts(py, &event),
                 None => Ok(py.None()),

@@ -1,0 +1,116 @@
+"""A job of the command, paused, moved aside, resumed and killed, which Python goes on with: session_jobs.py PTY UDP TCP SPEED MAGICIAN
+
+The job is on the pseudo-terminal; another program moves the arm over TCP while it is paused.
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+import magician
+
+from checks import Checks
+
+ROUNDS = 40
+CORNERS = [(220.0, -40.0), (220.0, 40.0), (250.0, 40.0), (250.0, -40.0)]
+LAST = (*CORNERS[-1], 20.0)
+
+
+def plan_file(home):
+    """The plan as a file, the same for both."""
+    steps = [{"move": [x, y, 20.0, 0.0], "by": "line"} for x, y in CORNERS * ROUNDS]
+    path = home / "square.plan.json"
+    path.write_text(json.dumps({"format": "magician-plan", "version": 1, "title": "square", "steps": steps}))
+    return path, len(steps)
+
+
+class Command:
+    """A `magician run` whose lines are read, and who is told lines."""
+
+    def __init__(self, program, port, path):
+        line = [program, "--port", port, "--json", "run", path]
+        self.process = subprocess.Popen(line, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def tell(self, order):
+        self.process.stdin.write(json.dumps({"do": order}) + "\n")
+        self.process.stdin.flush()
+
+    def until(self, event, step=0):
+        """The next of these events, at that step or behind it."""
+        for line in self.process.stdout:
+            said = json.loads(line)
+            if said.get("event") == event and said.get("step", step) >= step:
+                return said
+        raise AssertionError(f"the command ended before it said {event!r}")
+
+
+def told(program, port, *arguments):
+    """What a command says."""
+    line = [program, "--port", port, "--json", *arguments]
+    return json.loads(subprocess.run(line, stdin=subprocess.DEVNULL, capture_output=True, check=True).stdout)
+
+
+def places(pose):
+    return pose.x, pose.y, pose.z
+
+
+def main():
+    pty, tcp, program = sys.argv[1], f"tcp:127.0.0.1:{sys.argv[3]}", sys.argv[5]
+    checks = Checks()
+    with tempfile.TemporaryDirectory() as folder:
+        home = pathlib.Path(folder)
+        os.environ["XDG_STATE_HOME"] = str(home / "state")
+        path, steps = plan_file(home)
+        told(program, tcp, "alarms", "--clear")
+        job = Command(program, pty, path)
+        job.until("progress", 20)
+        job.tell("pause")
+        checks.equal("the command says that it is paused", job.until("paused"), {"event": "paused", "part": None, "reason": "person"})
+        queue = told(program, tcp, "queue")
+        checks.equal("nothing of it is in the arm", queue["left_space"], 32)
+        told(program, tcp, "move", "0", "0", "30", "--relative")
+        job.tell("resume")
+        checks.equal("and that it goes on", job.until("resumed"), {"event": "resumed"})
+        at = job.until("progress", 60)["step"]
+        job.process.kill()
+        job.process.wait()
+        checks.ok("it is killed in its middle", 60 <= at < steps, at)
+        with magician.Arm(pty) as arm:
+            plan = magician.load(path)
+            result = arm.run(plan, resume=True)
+            checks.ok("Python goes on where it was", 0 < result.steps <= steps - 60, result.steps)
+            checks.near("and comes to its end", places(arm.pose()), LAST)
+            try:
+                arm.run(plan, resume=True)
+                checks.ok("nothing is left to resume", False)
+            except magician.Error as error:
+                checks.ok("nothing is left to resume", "nothing to resume" in str(error), error)
+            job = arm.start(plan)
+            while job.progress.done < 10:
+                arm.pose()
+            job.pause()
+            checks.equal("a job of Python's is paused", (job.state, arm.left_space()), ("paused", 32))
+            done = job.progress.done
+            arm.perform([magician.words.line_by(dz=10)])
+            job.resume()
+            while job.progress.done < done + 10:
+                arm.pose()
+            job.stop()
+            try:
+                job.wait()
+                checks.ok("it is stopped", False)
+            except magician.errors.ClosedError as error:
+                checks.ok("it is stopped", True, error)
+        last = subprocess.run(
+            [program, "--port", pty, "--json", "run", path, "--resume"], stdin=subprocess.DEVNULL, capture_output=True, check=True
+        )
+        said = json.loads(last.stdout.splitlines()[-1])
+        checks.ok("the command goes on where Python was", said["first_step"] > done, said["first_step"])
+    checks.finish()
+
+
+if __name__ == "__main__":
+    main()
