@@ -69,6 +69,7 @@ const DEPENDENCIES: [(&str, &[&str]); 17] = [
             "magician-sim",
             "magician",
             "magician-program",
+            "magician-job",
         ],
     ),
     // Compares systems with each other.

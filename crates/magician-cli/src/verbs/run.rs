@@ -19,6 +19,8 @@ Examples:
   magician run part.gcode --port sim --picture out.png
   magician run part.gcode --resume                 go on after Ctrl-C or a pulled cable
 
+While it runs at a terminal, p pauses and goes on, space and s stop as Ctrl-C does.
+
 Everything is checked before the first byte is sent. Drawings are drawn with the pen (`magician draw` has more to say of \
 them), images engraved (`magician engrave`). What burns needs --yes on a real arm.")]
 pub(crate) struct Run {

@@ -10,7 +10,7 @@ use tokio::time::timeout;
 
 use super::Work;
 use super::inbox::{Inbox, Stopped};
-use super::pause::AtPause;
+use super::pause::{AtPause, by_pose};
 use super::track::Track;
 use crate::error::{Fault, JobError, PauseError, PenLift, Stood};
 use crate::event::{JobEvent, JobState, Waits};
@@ -203,16 +203,20 @@ impl Work {
             track.tally.finished(stood.index)
         };
         let from = track.from();
-        let verdict = if span.least == span.most {
-            settle(from + span.least, |steps| {
+        let (least, most) = (from + span.least, from + span.most);
+        // Where indices were passed over the pose decides, unless a command may have come twice.
+        if let (true, false, Some(rest)) = (least < most, uncertain, &track.rest)
+            && let Some((verdict, (steps, within))) = by_pose(rest, (least, most), &stood.pose)
+        {
+            return track.ends(verdict, within.map(|place| (steps, place)));
+        }
+        let verdict = if least == most {
+            settle(least, |steps| {
                 let rest = track.rest.as_ref()?;
                 rest.stands_after(steps, &stood.pose, true)
             })
         } else {
-            Verdict::Doubt(Span {
-                least: from + span.least,
-                most: from + span.most,
-            })
+            Verdict::Doubt(Span { least, most })
         };
         let goes_on = (track.rest.as_ref()).and_then(|rest| rest.goes_on(verdict, &stood.pose));
         match goes_on {

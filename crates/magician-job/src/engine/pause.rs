@@ -196,10 +196,7 @@ impl Work {
             track.ends(Verdict::Doubt(Span { least, most }), None);
             return None;
         };
-        let verdict = match within {
-            Some(_) => Verdict::Again(steps),
-            None => verdict,
-        };
+        let verdict = within.map_or(verdict, |_| Verdict::Again(steps));
         track.ends(verdict, within.map(|place| (steps, place)));
         Some((steps, within))
     }
@@ -255,11 +252,11 @@ impl Work {
     }
 }
 
-type Goes = (Verdict, (u64, Option<[f64; 3]>));
+pub(super) type Goes = (Verdict, (u64, Option<[f64; 3]>));
 
 /// Where a job goes on of which so many steps are done at least, and so many at most, by where the arm stands: behind the one
 /// step that ends there, or within the one whose line it is on. Nothing where several would do.
-fn by_pose(rest: &Rest, (least, most): (u64, u64), pose: &Pose) -> Option<Goes> {
+pub(super) fn by_pose(rest: &Rest, (least, most): (u64, u64), pose: &Pose) -> Option<Goes> {
     if most - least > MOST {
         return None;
     }
@@ -274,7 +271,7 @@ fn by_pose(rest: &Rest, (least, most): (u64, u64), pose: &Pose) -> Option<Goes> 
     let mut within = (least..=most).filter_map(|steps| {
         let verdict = Verdict::Again(steps);
         let place = rest.goes_on(verdict, pose)?;
-        place.1.map(|_| (verdict, place))
+        place.1.map(|_| (Verdict::Again(place.0), place))
     });
     let first = within.next()?;
     within.all(|other| other.1 == first.1).then_some(first)
