@@ -262,7 +262,7 @@ async fn a_laser_is_off_while_its_job_is_paused() {
     start(&arm, &program).outcome().await.expect("done");
     let whole = ink(&reference).1;
     assert!(whole > 100.0, "{whole}");
-    for seconds in [1.0, 2.0, 3.0, 3.6] {
+    for seconds in [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.6] {
         let (cell, arm) = place(&program).await;
         let job = start(&arm, &program);
         sleep(secs(seconds)).await;

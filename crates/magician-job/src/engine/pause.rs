@@ -186,9 +186,16 @@ impl Work {
         let Span { least, most } = track.tally.finished(stood.index);
         let (least, most) = (from + least, from + most);
         let found = if least == most {
-            let verdict = settle(least, |steps| rest.stands_after(steps, &stood.pose, true));
-            rest.goes_on(verdict, &stood.pose)
-                .map(|place| (verdict, place))
+            // What burns goes out in pieces: the step that is not finished may be half done, and the last one is whole.
+            let half = self.burns && rest.stands_after(least, &stood.pose, false) != Some(true);
+            let half = half.then(|| rest.goes_on(Verdict::Again(least), &stood.pose));
+            if let Some(place @ (steps, Some(_))) = half.flatten() {
+                Some((Verdict::Again(steps), place))
+            } else {
+                let verdict = settle(least, |steps| rest.stands_after(steps, &stood.pose, true));
+                rest.goes_on(verdict, &stood.pose)
+                    .map(|place| (verdict, place))
+            }
         } else {
             by_pose(&rest, (least, most), &stood.pose)
         };
