@@ -182,7 +182,7 @@ impl Drive<'_> {
             }
         }
         let teller = Teller::new(out, self.json, self.made.program.steps());
-        if from > 0 && run.job.state() != JobState::Ended {
+        if let Some(from @ 1..) = from {
             teller.say(&format!(
                 "beginning at step {}{}",
                 from + 1,
@@ -221,8 +221,8 @@ impl Drive<'_> {
         Wording { made: self.made }
     }
 
-    /// Waits until it has been checked, and begins or ends; the steps before the first.
-    async fn checked(&self, run: &mut UnderWay<'_>, out: &mut Output) -> u64 {
+    /// Waits until it has been checked, and begins; the steps before its first. Nothing where it ends before that.
+    async fn checked(&self, run: &mut UnderWay<'_>, out: &mut Output) -> Option<u64> {
         let mut from = 0;
         loop {
             match run.next(None).await {
@@ -232,13 +232,15 @@ impl Drive<'_> {
                         from = starts.steps;
                         self.tell_start(starts);
                     }
-                    JobEvent::State(JobState::Running | JobState::Paused { .. }) => return from,
-                    JobEvent::State(JobState::Ended) => return from,
+                    JobEvent::State(JobState::Running | JobState::Paused { .. }) => {
+                        return Some(from);
+                    }
+                    JobEvent::State(JobState::Ended) => return None,
                     other => run.hears(&other),
                 },
                 Next::Signal(signal) => {
                     if run.stop(signal) {
-                        return from;
+                        return None;
                     }
                 }
                 Next::Typed(typed) => {
@@ -248,7 +250,7 @@ impl Drive<'_> {
                     }
                 }
                 Next::Resumed(_) => run.resuming = None,
-                Next::Unrecorded(_) | Next::Over => return from,
+                Next::Unrecorded(_) | Next::Over => return None,
             }
         }
     }
