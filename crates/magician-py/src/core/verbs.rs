@@ -69,7 +69,8 @@ impl Core {
         let (arm, class) = (self.arm(class.py())?, class.clone().unbind());
         let ask = async move {
             let pose = arm.pose_lately().await?;
-            Ok(FrameBuf::encode(Pose::ROW.id, Ctrl::GET, &pose)?)
+            let frame = FrameBuf::encode(Pose::ROW.id, Ctrl::GET, &pose)?;
+            Ok::<_, magician::Error>(frame)
         };
         Ok(Call::start(ask, move |py, pose| {
             values::decode(class.bind(py), Pose::INFO, pose.frame().params())

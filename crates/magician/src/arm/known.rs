@@ -3,8 +3,12 @@
 use std::time::Duration;
 
 use magician_host::SettingsPicture;
-use magician_protocol::commands::{AlarmsState, Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
-use magician_protocol::{AlarmSet, Effect, Frame, NoArgs, QueuedCmdIndex, Readable, Row, Set};
+use magician_protocol::commands::{
+    AlarmsState, Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace, QueuedCmdStartExec,
+};
+use magician_protocol::{
+    AlarmSet, Effect, Frame, NoArgs, QueuedCmdIndex, Readable, Row, Set, Writable,
+};
 use tokio::time::{Instant, sleep};
 
 use super::Arm;
@@ -38,6 +42,8 @@ pub(super) struct Known {
     look: Option<QueueLook>,
     /// Frames so far that were no reads.
     orders: u64,
+    /// Nothing was done to the queue since it was started, and no alarm was seen to hold it.
+    runs: bool,
     /// How fast the arm is beside the check's times.
     pub(super) pace: ArmPace,
     /// The highest index of which this connection knows what became of it.
@@ -80,6 +86,7 @@ impl Known {
             alarms: None,
             look: None,
             orders: 0,
+            runs: false,
             pace: ArmPace::Unknown,
             accounted: 0,
         }
@@ -98,7 +105,10 @@ impl Known {
         }
         match Row::with_id(request.id()).map(|row| row.effect) {
             // Clearing the alarms is among them; the others do not move an arm whose queue is empty.
-            Some(Effect::Queue) => self.alarms = None,
+            Some(Effect::Queue) => {
+                self.alarms = None;
+                self.runs = request.id() == QueuedCmdStartExec::ROW.id;
+            }
             // What is queued shows in the index.
             _ if ctrl.queued() => {}
             // The tip may be elsewhere with another tool: a look tells.
@@ -124,6 +134,7 @@ impl Known {
             && let Ok(read) = reply.read::<AlarmsState>()
         {
             self.alarms = Some((read.alarms_state, now));
+            self.runs &= !read.alarms_state.blocking();
         }
     }
 
@@ -172,9 +183,12 @@ impl Arm {
         micros(self.inner.shared.begun.elapsed())
     }
 
-    /// Whether the queue runs for certain: this connection has started it, and nobody else can have stopped it.
+    /// Whether the queue runs for certain: this connection has started it, nothing has held it since, and nobody else can have
+    /// stopped it.
     pub(super) fn runs_queue(&self) -> bool {
-        self.exposure().started() == Some(true) && !self.inner.shared.known().shared
+        let started = self.exposure().started() == Some(true);
+        let known = self.inner.shared.known();
+        started && known.runs && !known.shared
     }
 
     /// A setting: as it is known, or read.
