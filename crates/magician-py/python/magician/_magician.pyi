@@ -21,6 +21,7 @@ __all__ = [
     "Core",
     "Events",
     "Ink",
+    "Job",
     "Jog",
     "Picture",
     "Plan",
