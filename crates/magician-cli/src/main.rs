@@ -10,7 +10,6 @@ mod columns;
 mod config;
 mod context;
 mod diagnostics;
-mod dirs;
 mod failure;
 mod fence;
 mod interrupt;

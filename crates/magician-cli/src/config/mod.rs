@@ -18,7 +18,6 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::diagnostics;
-use crate::dirs;
 use crate::failure::{Failure, Kind};
 pub(crate) use edit::write as replace;
 pub(crate) use keys::{KEYS, Key};
@@ -50,7 +49,7 @@ pub(crate) enum Source {
 impl Config {
     /// Reads the file of this user.
     pub(crate) fn load() -> Result<Self, Failure> {
-        let path = dirs::config();
+        let path = magician::arms::file();
         let text = match &path {
             Some(path) => read(path)?,
             None => String::new(),

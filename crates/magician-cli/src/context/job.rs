@@ -1,4 +1,4 @@
-//! Working with the arm on a job, which is told of signals and comes to its end by itself.
+//! Running a job on the arm: the job hears signals itself and ends by itself.
 
 use magician::Arm;
 
@@ -80,7 +80,7 @@ impl Context {
     }
 
     /// The arm that is meant now, connected to if need be.
-    async fn connected_anew(&mut self, sim: Option<Sim>) -> Result<Arm, Failure> {
+    pub(super) async fn connected_anew(&mut self, sim: Option<Sim>) -> Result<Arm, Failure> {
         if (self.arm.as_ref()).is_some_and(|open| open.port != self.global.port) {
             self.disconnect().await;
         }

@@ -307,21 +307,8 @@ impl Context {
         runtime.block_on(async {
             let mut signals = Signals::listen()?;
             let _time = in_arm_time.then(ArmTime::begin);
-            if self
-                .arm
-                .as_ref()
-                .is_some_and(|open| open.port != self.global.port)
-            {
-                self.disconnect().await;
-            }
             let work = async {
-                let arm = match self.arm.take() {
-                    Some(connected) => connected,
-                    None => self.connect(sim).await?,
-                };
-                let arm = &self.arm.insert(arm).arm;
-                let timeout = self.global.timeout;
-                arm.set_timeout(timeout.unwrap_or(Options::default().timeout));
+                let arm = &self.connected_anew(sim).await?;
                 let settled = SavedSettings::settle(arm, access).await;
                 self.out.settled(&settled, self.global.json);
                 let done = match self.burns {

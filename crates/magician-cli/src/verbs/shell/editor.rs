@@ -4,13 +4,13 @@ use std::fs;
 use std::io::{self, IsTerminal};
 use std::path::PathBuf;
 
+use magician_job::dirs;
 use rustyline::error::ReadlineError;
 use rustyline::history::FileHistory;
 use rustyline::{Behavior, Config, Editor};
 
 use super::complete::Words;
 use super::input::Input;
-use crate::dirs;
 
 const PROMPT: &str = "magician> ";
 /// Lines of history that are kept.
