@@ -5,85 +5,30 @@ mod magician;
 
 use std::process::{Child, Command, Output, Stdio};
 
-use magician::served::Served;
+use magician::drawing::{PAPER, Place, last};
 use magician::{command, run};
 use serde_json::{Value, json};
 
-const PAPER: f64 = -50.0;
-const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
-                   <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
-
-/// A virtual arm in another process, which counts as a real one, and a directory of its own.
-struct Place {
-    dir: tempfile::TempDir,
-    served: Served,
-}
-
-impl Place {
-    fn new(speed: &str) -> Self {
-        let doors = ["--tcp", "127.0.0.1:0", "--speed", speed];
-        let place = Self {
-            dir: tempfile::tempdir().expect("directory"),
-            served: Served::start(&doors, 1),
-        };
-        place.write("line.svg", SVG);
-        place
-    }
-
-    /// The same, as if it had been homed.
-    fn homed(speed: &str) -> Self {
-        let place = Self::new(speed);
-        assert!(place.run(&["alarms", "--clear"]).status.success());
-        place
-    }
-
-    fn write(&self, name: &str, text: &str) {
-        std::fs::write(self.dir.path().join(name), text).expect("written");
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = command();
-        command.args(["--port", &self.served.door("tcp"), "--json"]);
-        command.args(arguments).current_dir(self.dir.path());
-        command.env("XDG_STATE_HOME", self.dir.path().join("state"));
-        command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> Output {
-        self.command(arguments).output().expect("it runs")
-    }
-
-    fn height(&self) -> f64 {
-        last(&self.run(&["pose"]))["z"].as_f64().expect("a height")
-    }
-
-    /// A drawing whose pen is on the paper, and goes along it.
-    fn drawing(&self, more: &[&str]) -> Child {
-        let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
-        let mut child = self.command(&[&draw, more].concat());
-        let mut child = child.spawn().expect("it starts");
-        let mut began = None;
-        for _ in 0..10_000 {
-            let pose = last(&self.run(&["pose"]));
-            let [x, y, z] = ["x", "y", "z"].map(|axis| pose[axis].as_f64().expect("a number"));
-            let down = z < PAPER + 0.1;
-            let went = |(from_x, from_y): (f64, f64)| (x - from_x).hypot(y - from_y);
-            // An arm that has hardly moved counts as one that stands where it did.
-            if down && began.is_some_and(|began| went(began) > 2.0) {
-                return child;
-            }
-            began = down.then_some(began.unwrap_or((x, y)));
-            assert!(child.try_wait().expect("a child").is_none(), "{more:?}");
+/// A drawing whose pen is on the paper, and goes along it.
+fn drawing(place: &Place, more: &[&str]) -> Child {
+    let mut draw = place.draw(more);
+    draw.arg("--json");
+    draw.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = draw.spawn().expect("it starts");
+    let mut began = None;
+    for _ in 0..10_000 {
+        let pose = last(&place.run(&["pose"]));
+        let [x, y, z] = ["x", "y", "z"].map(|axis| pose[axis].as_f64().expect("a number"));
+        let down = z < PAPER + 0.1;
+        let went = |(from_x, from_y): (f64, f64)| (x - from_x).hypot(y - from_y);
+        // An arm that has hardly moved counts as one that stands where it did.
+        if down && began.is_some_and(|began| went(began) > 2.0) {
+            return child;
         }
-        panic!("the pen is never down");
+        began = down.then_some(began.unwrap_or((x, y)));
+        assert!(child.try_wait().expect("a child").is_none(), "{more:?}");
     }
-}
-
-fn last(output: &Output) -> Value {
-    let text = String::from_utf8_lossy(&output.stdout);
-    let last = text.lines().last().unwrap_or_default();
-    serde_json::from_str(last).unwrap_or_else(|_| panic!("{output:?}"))
+    panic!("the pen is never down");
 }
 
 fn error(output: &Output) -> (Value, String) {
@@ -111,7 +56,7 @@ fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
         ("-INT", &["--lift", "20"], 20.0),
         ("-INT", &["--lift", "20", "--resume"], 20.0),
     ] {
-        let child = place.drawing(more);
+        let child = drawing(&place, more);
         signal(name, &child);
         let output = child.wait_with_output().expect("it ends");
         assert_eq!(output.status.code(), Some(130), "{output:?}");
@@ -123,7 +68,10 @@ fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
         };
         assert!(message.contains(&said), "{more:?}: {message}");
         assert!(message.contains("the arm stands at x "), "{message}");
-        assert!((place.height() - PAPER - up).abs() < 0.5, "{more:?}");
+        assert!(
+            (place.number("pose", "z") - PAPER - up).abs() < 0.5,
+            "{more:?}"
+        );
         let queue = last(&place.run(&["queue"]));
         assert_eq!(queue["left_space"], 32);
     }
@@ -140,22 +88,22 @@ fn the_first_signal_lifts_the_pen_and_resuming_goes_on() {
 #[test]
 fn a_second_signal_moves_nothing() {
     let place = Place::homed("0.5");
-    let child = place.drawing(&["--lift", "60"]);
+    let child = drawing(&place, &["--lift", "60"]);
     signal("-INT", &child);
     // The lift has begun.
-    while place.height() < PAPER + 0.5 {}
+    while place.number("pose", "z") < PAPER + 0.5 {}
     signal("-INT", &child);
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130), "{output:?}");
     let (kind, message) = error(&output);
     assert_eq!(kind, "interrupted");
     assert!(message.starts_with("interrupted twice: "), "{message}");
-    let stands = place.height();
+    let stands = place.number("pose", "z");
     assert!(stands < PAPER + 59.0, "{stands}");
-    assert_eq!(place.height(), stands);
+    assert_eq!(place.number("pose", "z"), stands);
     assert_eq!(last(&place.run(&["queue"]))["left_space"], 32);
     // It goes on from there all the same.
-    let again = place.drawing(&["--lift", "60", "--resume"]);
+    let again = drawing(&place, &["--lift", "60", "--resume"]);
     signal("-INT", &again);
     assert_eq!(
         again.wait_with_output().expect("it ends").status.code(),

@@ -6,60 +6,10 @@ mod magician;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use magician::command;
-use magician::served::Served;
+use magician::drawing::{PAPER, Place, last};
 use magician::terminal::Terminal;
 use rustix::termios::{LocalModes, tcgetattr};
 use serde_json::{Value, json};
-
-const PAPER: f64 = -50.0;
-const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
-                   <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
-
-/// A virtual arm in another process, which counts as a real one, as if it had been homed, and a directory of its own.
-struct Place {
-    dir: tempfile::TempDir,
-    served: Served,
-}
-
-impl Place {
-    fn new(speed: &str) -> Self {
-        let doors = ["--tcp", "127.0.0.1:0", "--speed", speed];
-        let place = Self {
-            dir: tempfile::tempdir().expect("directory"),
-            served: Served::start(&doors, 1),
-        };
-        std::fs::write(place.dir.path().join("line.svg"), SVG).expect("written");
-        assert!(place.json(&["alarms", "--clear"]).is_object());
-        place
-    }
-
-    fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = command();
-        command.args(["--port", &self.served.door("tcp")]);
-        command.args(arguments).current_dir(self.dir.path());
-        command.env("XDG_STATE_HOME", self.dir.path().join("state"));
-        command
-    }
-
-    /// The last object that a command says.
-    fn json(&self, arguments: &[&str]) -> Value {
-        let mut command = self.command(arguments);
-        let output = command.arg("--json").output().expect("it runs");
-        let text = String::from_utf8_lossy(&output.stdout);
-        let last = text.lines().last().unwrap_or_default();
-        serde_json::from_str(last).unwrap_or_else(|_| panic!("{output:?}"))
-    }
-
-    fn draw(&self, more: &[&str]) -> Command {
-        let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
-        self.command(&[&draw, more].concat())
-    }
-
-    fn number(&self, verb: &str, name: &str) -> f64 {
-        self.json(&[verb])[name].as_f64().expect("a number")
-    }
-}
 
 /// A job whose lines are read, and who is told lines.
 struct Talk {
@@ -102,7 +52,7 @@ impl Talk {
 
 #[test]
 fn lines_of_json_pause_a_job_and_go_on_with_it() {
-    let place = Place::new("5");
+    let place = Place::homed("5");
     let mut talk = Talk::with(place.draw(&[]));
     while talk.until("progress")["step"].as_u64() < Some(3) {}
     talk.says("{\"do\":\"pause\"}");
@@ -115,7 +65,7 @@ fn lines_of_json_pause_a_job_and_go_on_with_it() {
     let height = place.number("pose", "z");
     assert!(height > PAPER + 9.0, "{height}");
     // It is moved meanwhile, and what means nothing is handed back.
-    place.json(&["move", "10", "0", "5", "--relative"]);
+    last(&place.run(&["move", "10", "0", "5", "--relative"]));
     talk.says("go on");
     let ignored = talk.until("ignored");
     assert_eq!(ignored, json!({"event": "ignored", "line": "go on"}));
@@ -135,7 +85,7 @@ fn lines_of_json_pause_a_job_and_go_on_with_it() {
 
 #[test]
 fn a_line_of_json_stops_a_job_also_while_it_is_paused() {
-    let place = Place::new("5");
+    let place = Place::homed("5");
     for paused in [false, true] {
         let mut talk = Talk::with(place.draw(&[]));
         while talk.until("progress")["step"].as_u64() < Some(3) {}
@@ -158,7 +108,7 @@ fn a_line_of_json_stops_a_job_also_while_it_is_paused() {
 
 #[test]
 fn keys_pause_a_job_go_on_with_it_and_stop_it() {
-    let place = Place::new("5");
+    let place = Place::homed("5");
     let mut terminal = Terminal::running(place.draw(&[]));
     let canonical = |terminal: &Terminal| {
         let modes = tcgetattr(&terminal.line).expect("a terminal").local_modes;

@@ -4,6 +4,8 @@
 #[cfg(unix)]
 pub(crate) mod device;
 #[cfg(unix)]
+pub(crate) mod drawing;
+#[cfg(unix)]
 pub(crate) mod served;
 #[cfg(target_os = "linux")]
 pub(crate) mod terminal;

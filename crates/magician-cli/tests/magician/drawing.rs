@@ -1,0 +1,73 @@
+//! Drawings on a virtual arm in another process, which counts as a real one.
+
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+use super::command;
+use super::served::Served;
+
+/// Height of the paper, mm.
+pub(crate) const PAPER: f64 = -50.0;
+const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='80mm' height='20mm' viewBox='0 0 80 20'>\
+                   <path d='M2 5 L78 5 L2 15' fill='none' stroke='black'/></svg>";
+
+/// The arm, and a directory of its own with a drawing.
+pub(crate) struct Place {
+    pub(crate) dir: tempfile::TempDir,
+    served: Served,
+}
+
+impl Place {
+    pub(crate) fn new(speed: &str) -> Self {
+        let doors = ["--tcp", "127.0.0.1:0", "--speed", speed];
+        let place = Self {
+            dir: tempfile::tempdir().expect("directory"),
+            served: Served::start(&doors, 1),
+        };
+        place.write("line.svg", SVG);
+        place
+    }
+
+    /// The same, as if it had been homed.
+    pub(crate) fn homed(speed: &str) -> Self {
+        let place = Self::new(speed);
+        assert!(place.run(&["alarms", "--clear"]).status.success());
+        place
+    }
+
+    pub(crate) fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.dir.path().join(name), text).expect("written");
+    }
+
+    pub(crate) fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = command();
+        command.args(["--port", &self.served.door("tcp")]);
+        command.args(arguments).current_dir(self.dir.path());
+        command.env("XDG_STATE_HOME", self.dir.path().join("state"));
+        command
+    }
+
+    /// Draws two long lines slowly.
+    pub(crate) fn draw(&self, more: &[&str]) -> Command {
+        let draw = ["draw", "line.svg", "--surface", "-50", "--speed", "10"];
+        self.command(&[&draw, more].concat())
+    }
+
+    /// Runs a command to its end, with `--json`.
+    pub(crate) fn run(&self, arguments: &[&str]) -> Output {
+        let output = self.command(arguments).arg("--json").output();
+        output.expect("it runs")
+    }
+
+    pub(crate) fn number(&self, verb: &str, name: &str) -> f64 {
+        last(&self.run(&[verb]))[name].as_f64().expect("a number")
+    }
+}
+
+/// The last object that a command has said.
+pub(crate) fn last(output: &Output) -> Value {
+    let text = String::from_utf8_lossy(&output.stdout);
+    let last = text.lines().last().unwrap_or_default();
+    serde_json::from_str(last).unwrap_or_else(|_| panic!("{output:?}"))
+}
