@@ -16,8 +16,8 @@ const MOST: usize = 48;
 /// The settings of an arm, as they were read or set over one connection: a check that needs them need not read them again.
 ///
 /// A value is forgotten before anything is sent that may change it, and known again when the arm has answered. What was
-/// queued counts when the arm has finished it, and until then nothing read in between is kept. Resets, lost lines and commands
-/// of others are not seen here: whoever learns of one says so ([`forget`](Self::forget), [`reset`](Self::reset)).
+/// queued counts when the arm has finished it, and until then nothing read in between is kept. Resets, lost lines and foreign
+/// commands are not seen here: the caller reports them ([`forget`](Self::forget), [`reset`](Self::reset)).
 ///
 /// It keeps at most 48 values.
 ///
@@ -301,7 +301,7 @@ mod tests {
         assert_eq!(rig.ratio(), Some(40.0));
         let request = FrameBuf::set(&ratio(60.0).into(), Ctrl::SET).unwrap();
         rig.0.sends(&request.frame());
-        assert_eq!(rig.ratio(), None, "nobody knows whether the arm took it");
+        assert_eq!(rig.ratio(), None, "it is unknown whether the arm took it");
         rig.sets(ratio(60.0));
         assert_eq!(rig.ratio(), Some(60.0));
         assert!(rig.0.get::<PtpCommonParams>(8).is_none(), "it is too old");
@@ -387,7 +387,7 @@ mod tests {
         rig.queues(1, words::move_to(220.0, 0.0, 0.0, 0.0));
         assert_eq!(rig.ratio(), Some(40.0));
         rig.sets(ratio(f32::NAN));
-        assert_eq!(rig.ratio(), None, "nobody knows what an arm makes of that");
+        assert_eq!(rig.ratio(), None, "what an arm makes of that is unknown");
         rig.sets(ratio(40.0));
         let unknown = FrameBuf::new(99, Ctrl::SET, &[1]).unwrap();
         rig.answer(unknown, &[]);

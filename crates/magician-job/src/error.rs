@@ -51,7 +51,7 @@ pub enum Fault {
         /// How many.
         waiting: u32,
     },
-    /// It depends on where the arm stood when it was begun, and nobody has said where that was.
+    /// It depends on where the arm stood when it was begun, and that position is unknown.
     BeginsElsewhere,
 }
 
@@ -67,7 +67,7 @@ pub struct Stood {
 /// Where a job goes on that ended before its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Left {
-    /// Nobody has asked the arm: it finishes what it has, and then tells how far it came.
+    /// The arm was not asked: it finishes what it has, and then tells how far it came.
     NotAsked,
     /// Behind so many steps.
     Known {

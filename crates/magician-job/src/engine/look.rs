@@ -65,7 +65,7 @@ impl Work {
             self.shared.tell(JobEvent::Settled(settled));
         }
         if !spec.keep {
-            // A run of nothing says whether commands of others wait: better than a check from a start that nobody knows.
+            // An empty run refuses foreign commands in the queue: a clearer error than a check from an unknown start.
             arm.run([], |_| {}).await?;
         }
         Ok(place)

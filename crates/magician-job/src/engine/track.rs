@@ -131,7 +131,7 @@ impl Track {
         self.close();
     }
 
-    /// It is over, and nobody can tell yet how far it came.
+    /// It is over, and how far it came is not known yet.
     pub(super) fn breaks_off(&mut self) {
         self.mark.handed = self.handed();
         self.left = Some(Left::NotAsked);

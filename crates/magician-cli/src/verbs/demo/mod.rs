@@ -119,7 +119,7 @@ impl Demo {
             _ => PAUSE,
         };
         let mut recorder = Recorder::new(&commands, pause);
-        // The tool is none of the settings that a program gives back.
+        // A program does not restore the tool.
         saved.save(arm, arm.get::<EndEffectorParams>().await?).await;
         let spec = JobSpec::new(program::program(&commands)).saved(saved.clone());
         let job = Job::start(arm, spec, NoJournal);

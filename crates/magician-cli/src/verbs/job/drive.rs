@@ -278,7 +278,7 @@ impl Drive<'_> {
         recorder: &mut Option<Recorder>,
     ) -> Attended {
         let mut unrecorded = None;
-        // While it was checked, or to begin a recording, which is nobody's pause.
+        // A pause from the time of the check; the one that begins a recording is not told.
         let state = run.job.state();
         let mut paused = recorder.is_none() && matches!(state, JobState::Paused { .. });
         if let (true, JobState::Paused { reason, part }) = (paused, state) {
@@ -366,7 +366,7 @@ impl Drive<'_> {
 
 /// How a job ended that was attended.
 struct Attended {
-    /// None if nobody knows: who wanted it to stop did not wait.
+    /// None if unknown: the second stop does not wait for it.
     outcome: Option<JobOutcome>,
     unrecorded: Option<Failure>,
 }

@@ -75,7 +75,7 @@ impl Job {
 }
 
 impl Input {
-    /// What comes next; nothing, for ever, when nobody is there.
+    /// The next input; pending for ever without a terminal or a pipe.
     pub(super) async fn next(&mut self) -> Typed {
         match self.typed.recv().await {
             Some(typed) => typed,
