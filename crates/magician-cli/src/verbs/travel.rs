@@ -161,7 +161,7 @@ impl Move {
         saved: &SavedSettings,
     ) -> Result<(Vec<Set>, Option<[f64; 3]>), Failure> {
         arm.check_dark().await?;
-        let pose = arm.pose_lately().await?;
+        let pose = arm.known_pose().await?;
         let mut commands = Vec::new();
         if let Some(bias) = self.tool {
             commands.push(words::tool(bias));

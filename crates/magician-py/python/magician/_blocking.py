@@ -214,9 +214,9 @@ class Arm(Bound):
         """
         return wait(self._core.get(Pose))
 
-    def _pose_lately(self) -> Pose:
+    def _known_pose(self) -> Pose:
         """Where the arm is, as its last motion left it a moment ago; else it is asked."""
-        return wait(self._core.pose_lately(Pose))
+        return wait(self._core.known_pose(Pose))
 
     def joints(self) -> Joints:
         """The angles of the joints, degrees."""
@@ -473,7 +473,7 @@ class Arm(Bound):
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
         """
-        r = (self._pose_lately()).r if r is None else r
+        r = (self._known_pose()).r if r is None else r
         move: words.Move = words.line_to(x, y, z, r) if linear else words.move_to(x, y, z, r)
         self.perform([move if rail is None else words.with_rail(move, rail)])
 
@@ -487,7 +487,7 @@ class Arm(Bound):
         :meth:`jump_height` says how high. ``linear``: across on a straight line (E28: seen to do nothing on some
         firmware).
         """
-        r = (self._pose_lately()).r if r is None else r
+        r = (self._known_pose()).r if r is None else r
         self.perform([words.jump_line_to(x, y, z, r) if linear else words.jump_to(x, y, z, r)])
 
     def move_by(
@@ -504,7 +504,7 @@ class Arm(Bound):
         self, j1: float, j2: float, j3: float, j4: float | None = None, *, linear: bool = False
     ) -> None:
         """Goes to joint angles, degrees; j4 left out keeps it. ``linear``: with the tool on a straight line."""
-        j4 = (self._pose_lately()).j4 if j4 is None else j4
+        j4 = (self._known_pose()).j4 if j4 is None else j4
         word = words.line_joints if linear else words.move_joints
         self.perform([word(j1, j2, j3, j4)])
 
@@ -514,7 +514,7 @@ class Arm(Bound):
 
     def jump_joints(self, j1: float, j2: float, j3: float, j4: float | None = None) -> None:
         """Goes to joint angles, degrees, over obstacles; j4 left out keeps it."""
-        j4 = (self._pose_lately()).j4 if j4 is None else j4
+        j4 = (self._known_pose()).j4 if j4 is None else j4
         self.perform([words.jump_joints(j1, j2, j3, j4)])
 
     def move_joints_by(self, d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> None:
@@ -577,7 +577,7 @@ class Arm(Bound):
 
     def rail_to(self, position: float) -> None:
         """Moves the carriage alone to so many mm (0 to 1000)."""
-        self.perform([words.rail_to(position, self._pose_lately())])
+        self.perform([words.rail_to(position, self._known_pose())])
 
     def rail_by(self, distance: float) -> None:
         """Moves the carriage alone, by so many mm."""
@@ -874,9 +874,10 @@ class Arm(Bound):
 
         :param program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
         :param progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up
-            to 20 times a second.
+            to 10 times a second.
         :param first_step: Begins there, counted from 1: sets what the steps before would have set, and goes there from
             above.
+        :param resume: Goes on where a run of the same plan was interrupted, by Python or by the command.
         :param check: Whether to refuse what the arm cannot do.
         :param keep: Whether to run first what an earlier program left in the queue.
         :param require_homed: Whether to refuse an arm that was not homed since it was switched on.

@@ -300,9 +300,9 @@ class Arm(Bound):
         """
         return await until(self._core.get(Pose))
 
-    async def _pose_lately(self) -> Pose:
+    async def _known_pose(self) -> Pose:
         """Where the arm is, as its last motion left it a moment ago; else it is asked."""
-        return await until(self._core.pose_lately(Pose))
+        return await until(self._core.known_pose(Pose))
 
     async def joints(self) -> Joints:
         """The angles of the joints, degrees."""
@@ -559,7 +559,7 @@ class Arm(Bound):
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
         """
-        r = (await self._pose_lately()).r if r is None else r
+        r = (await self._known_pose()).r if r is None else r
         move: words.Move = words.line_to(x, y, z, r) if linear else words.move_to(x, y, z, r)
         await self.perform([move if rail is None else words.with_rail(move, rail)])
 
@@ -573,7 +573,7 @@ class Arm(Bound):
         :meth:`jump_height` says how high. ``linear``: across on a straight line (E28: seen to do nothing on some
         firmware).
         """
-        r = (await self._pose_lately()).r if r is None else r
+        r = (await self._known_pose()).r if r is None else r
         await self.perform([words.jump_line_to(x, y, z, r) if linear else words.jump_to(x, y, z, r)])
 
     async def move_by(
@@ -590,7 +590,7 @@ class Arm(Bound):
         self, j1: float, j2: float, j3: float, j4: float | None = None, *, linear: bool = False
     ) -> None:
         """Goes to joint angles, degrees; j4 left out keeps it. ``linear``: with the tool on a straight line."""
-        j4 = (await self._pose_lately()).j4 if j4 is None else j4
+        j4 = (await self._known_pose()).j4 if j4 is None else j4
         word = words.line_joints if linear else words.move_joints
         await self.perform([word(j1, j2, j3, j4)])
 
@@ -600,7 +600,7 @@ class Arm(Bound):
 
     async def jump_joints(self, j1: float, j2: float, j3: float, j4: float | None = None) -> None:
         """Goes to joint angles, degrees, over obstacles; j4 left out keeps it."""
-        j4 = (await self._pose_lately()).j4 if j4 is None else j4
+        j4 = (await self._known_pose()).j4 if j4 is None else j4
         await self.perform([words.jump_joints(j1, j2, j3, j4)])
 
     async def move_joints_by(self, d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> None:
@@ -663,7 +663,7 @@ class Arm(Bound):
 
     async def rail_to(self, position: float) -> None:
         """Moves the carriage alone to so many mm (0 to 1000)."""
-        await self.perform([words.rail_to(position, await self._pose_lately())])
+        await self.perform([words.rail_to(position, await self._known_pose())])
 
     async def rail_by(self, distance: float) -> None:
         """Moves the carriage alone, by so many mm."""
@@ -960,9 +960,10 @@ class Arm(Bound):
 
         :param program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
         :param progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up
-            to 20 times a second.
+            to 10 times a second.
         :param first_step: Begins there, counted from 1: sets what the steps before would have set, and goes there from
             above.
+        :param resume: Goes on where a run of the same plan was interrupted, by Python or by the command.
         :param check: Whether to refuse what the arm cannot do.
         :param keep: Whether to run first what an earlier program left in the queue.
         :param require_homed: Whether to refuse an arm that was not homed since it was switched on.

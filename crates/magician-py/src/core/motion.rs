@@ -89,7 +89,7 @@ impl Core {
             let arm = arm.clone();
             async move {
                 let told = |progress| report(&reporter, progress);
-                arm.perform_telling(&commands, options, told).await
+                arm.perform_with_options(&commands, options, told).await
             }
         };
         Ok(Call::moving(&arm, task, ran))

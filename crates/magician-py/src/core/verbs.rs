@@ -65,10 +65,10 @@ impl Core {
     }
 
     /// Where the arm is: read, or known from its last motion.
-    fn pose_lately(&self, class: &Bound<'_, PyAny>) -> PyResult<Call> {
+    fn known_pose(&self, class: &Bound<'_, PyAny>) -> PyResult<Call> {
         let (arm, class) = (self.arm(class.py())?, class.clone().unbind());
         let ask = async move {
-            let pose = arm.pose_lately().await?;
+            let pose = arm.known_pose().await?;
             let frame = FrameBuf::encode(Pose::ROW.id, Ctrl::GET, &pose)?;
             Ok::<_, magician::Error>(frame)
         };

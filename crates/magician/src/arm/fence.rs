@@ -20,7 +20,7 @@ use tokio::time::{Instant, sleep, timeout_at};
 
 use super::Arm;
 use super::halt::APART;
-use super::known::NEAR;
+use super::known::{is_near, place};
 use crate::words::{Guards, Needs, Preflight, Readings, governs_motion};
 use crate::{Error, ErrorKind, Result};
 
@@ -314,8 +314,7 @@ impl Arm {
     /// All that a motion depends on, of an arm that stands with an empty queue.
     async fn read_standing(&self, turn: &mut Turn<'_>) -> Result<Preflight> {
         let look = self.read_queue().await?;
-        let (_, places) = self.stats().await?;
-        if look.left < places {
+        if look.waiting() > 0 {
             return Err(refused(
                 "commands wait in its queue that were not checked from where it is now, or run there; wait until they \
                  have finished, or drop them (`magician stop`)",
@@ -392,12 +391,8 @@ impl Arm {
         let mut stations = turn.course.stations.iter().rev();
         let station = stations.find(|(index, _)| *index <= current);
         let station = station.and_then(|(_, pose)| *pose);
-        let pose: Pose = self.get().await?;
-        let stands = [pose.x, pose.y, pose.z, pose.r].map(f64::from);
-        let is_there = station.is_some_and(|station| {
-            let off = station.iter().zip(stands).map(|(was, is)| (was - is).abs());
-            off.fold(0.0, f64::max) <= NEAR
-        });
+        let stands = place(&self.get().await?);
+        let is_there = station.is_some_and(|station| is_near(station, stands));
         match is_there {
             true => Ok(()),
             false => Err(refused(

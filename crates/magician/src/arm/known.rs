@@ -17,18 +17,19 @@ use super::halt::APART;
 use crate::Result;
 use crate::connection::Micros;
 use crate::stream::ArmPace;
+use crate::words::state_at;
 
-/// So long it is believed where an arm stands, and that nothing holds it: a hand may have moved it since.
+/// How long the pose of an arm at rest, and the absence of alarms, stay valid: a hand may have moved it since.
 const LATELY: Micros = 1_000_000;
-/// So long two steps of one call share a look at the queue.
+/// How long the steps of one call share a look at the queue.
 const SHARED: Duration = Duration::from_millis(100);
 
 /// A motion of this time tells how fast an arm is.
 const TELLING: Duration = Duration::from_millis(100);
-/// So many frames between two looks at an arm take as long as [`APART`].
+/// This many frames between two reads of the pose take as long as [`APART`].
 const FRAMES_APART: u64 = 6;
-/// So near to where it was left an arm stands still, mm and degrees.
-pub(super) const NEAR: f64 = 0.05;
+/// An arm this near to where it was left has not been moved, mm and degrees.
+const NEAR: f64 = 0.05;
 
 /// What the task has seen pass, for all handles of a connection.
 #[derive(Debug)]
@@ -67,6 +68,8 @@ pub(super) struct QueueLook {
     pub(super) left: u32,
     /// The index of the command that was finished last.
     pub(super) current: u64,
+    /// Places in all.
+    places: u32,
     at: Instant,
 }
 
@@ -74,6 +77,11 @@ impl QueueLook {
     /// Whether it was read just now.
     pub(super) fn is_fresh(&self) -> bool {
         self.at.elapsed() <= SHARED
+    }
+
+    /// How many places are taken.
+    pub(super) fn waiting(&self) -> u32 {
+        self.places.saturating_sub(self.left)
     }
 }
 
@@ -220,7 +228,7 @@ impl Arm {
     }
 
     /// The alarms, as they were read lately, or are read now.
-    pub(super) async fn alarms_lately(&self) -> Result<AlarmSet> {
+    pub(super) async fn known_alarms(&self) -> Result<AlarmSet> {
         let since = self.clock().saturating_sub(LATELY);
         let known = self.inner.shared.known().alarms;
         match known.filter(|(alarms, at)| *at >= since && !alarms.blocking()) {
@@ -243,8 +251,13 @@ impl Arm {
         let left = self.get::<QueuedCmdLeftSpace>().await?.left_space;
         let read = self.get::<QueuedCmdCurrentIndex>().await?;
         let current = read.queued_cmd_current_index;
-        let at = Instant::now();
-        let look = QueueLook { left, current, at };
+        let (_, places) = self.stats().await?;
+        let look = QueueLook {
+            left,
+            current,
+            places,
+            at: Instant::now(),
+        };
         let mut known = self.inner.shared.known();
         known.account(current);
         known.look = (known.orders == orders).then_some(look);
@@ -252,11 +265,11 @@ impl Arm {
     }
 
     /// Where the arm stands by its last motion, if that is known, the look at its queue fits, and nothing has moved it since.
-    pub(super) fn standing(&self, look: &QueueLook, places: u32) -> Option<Pose> {
+    pub(super) fn standing(&self, look: &QueueLook) -> Option<Pose> {
         let since = self.clock().saturating_sub(LATELY);
         let standing = self.inner.shared.known().standing?;
         let is_it =
-            look.left >= places && look.current == standing.index && standing.at >= Some(since);
+            look.waiting() == 0 && look.current == standing.index && standing.at >= Some(since);
         is_it.then_some(standing.pose)
     }
 
@@ -265,30 +278,30 @@ impl Arm {
     ///
     /// # Errors
     /// As [`get`](Self::get).
-    pub async fn pose_lately(&self) -> Result<Pose> {
+    pub async fn known_pose(&self) -> Result<Pose> {
         let look = self.look_at_queue().await?;
-        let (_, places) = self.stats().await?;
-        match self.standing(&look, places) {
+        match self.standing(&look) {
             Some(pose) => Ok(pose),
             None => self.get().await,
         }
     }
 
-    /// Where the arm stands that was seen `there` after so many frames were sent, by this look at its queue: nowhere that is
-    /// known while commands wait in it, or while it moves.
+    /// Where the arm stands that was seen `there` after this many frames were sent, by this look at its queue: unknown while
+    /// commands wait in it, or while it moves.
     pub(super) async fn stands_at(
         &self,
         there: Pose,
         look: &QueueLook,
-        (sent, places): (u64, u32),
+        sent: u64,
     ) -> Result<Option<Pose>> {
-        if look.left < places {
+        if look.waiting() > 0 {
             return Ok(None);
         }
         let left_there = self.inner.shared.known().standing;
         let left_there = left_there.filter(|standing| standing.index == look.current);
-        if !left_there.is_some_and(|standing| is_near(&standing.pose, &there)) {
-            // As long as this takes, an arm that moves is seen to.
+        let seen = place(&there);
+        if !left_there.is_some_and(|standing| is_near(place(&standing.pose), seen)) {
+            // An arm that moves is elsewhere by then.
             if self.stats().await?.0.sent < sent + FRAMES_APART {
                 sleep(APART).await;
             }
@@ -307,9 +320,13 @@ impl Arm {
     }
 }
 
-/// Whether two poses are the same but for rounding.
-fn is_near(one: &Pose, other: &Pose) -> bool {
-    let places = |pose: &Pose| [pose.x, pose.y, pose.z, pose.r].map(f64::from);
-    let mut pairs = places(one).into_iter().zip(places(other));
+/// x, y, z and r that an arm reports.
+pub(super) fn place(pose: &Pose) -> [f64; 4] {
+    state_at(pose).pose.to_array()
+}
+
+/// Whether two places are the same but for rounding.
+pub(super) fn is_near(one: [f64; 4], other: [f64; 4]) -> bool {
+    let mut pairs = one.into_iter().zip(other);
     pairs.all(|(one, other)| (one - other).abs() <= NEAR)
 }

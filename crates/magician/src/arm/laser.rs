@@ -78,7 +78,7 @@ impl Arm {
         if self.may_burn() {
             return Ok(());
         }
-        match self.foreign_commands(&self.look_at_queue().await?).await? {
+        match self.foreign_commands(&self.look_at_queue().await?) {
             0 => Ok(()),
             count => {
                 let commands = if count == 1 { "command" } else { "commands" };
@@ -107,17 +107,13 @@ impl Arm {
     }
 
     /// How many commands wait in the queue that this connection did not put there.
-    pub(super) async fn foreign_commands(&self, look: &QueueLook) -> Result<u32> {
-        let (_, capacity) = self.stats().await?;
-        let waiting = capacity.saturating_sub(look.left);
-        if waiting == 0 {
-            return Ok(0);
-        }
+    pub(super) fn foreign_commands(&self, look: &QueueLook) -> u32 {
+        let waiting = look.waiting();
         let running = self.exposure().started() == Some(true);
         let ours = self.own().waiting(look.current, running);
         match ours >= u64::from(waiting) {
-            true => Ok(0),
-            false => Ok(waiting),
+            true => 0,
+            false => waiting,
         }
     }
 }

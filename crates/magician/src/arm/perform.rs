@@ -16,7 +16,7 @@ use crate::{ErrorKind, Result};
 /// So many commands are checked before other tasks get their turn.
 const TURN: usize = 1024;
 
-/// How [`Arm::perform_telling`] checks and runs.
+/// How [`Arm::perform_with_options`] checks and runs.
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub struct PerformOptions {
@@ -83,14 +83,14 @@ impl Arm {
     /// As [`perform`](Self::perform).
     pub async fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
         let options = PerformOptions::default().guards(guards);
-        self.perform_telling(commands, options, |_| {}).await
+        self.perform_with_options(commands, options, |_| {}).await
     }
 
     /// As [`perform_with`](Self::perform_with), with options, and tells how far it is.
     ///
     /// # Errors
     /// As [`perform`](Self::perform).
-    pub async fn perform_telling(
+    pub async fn perform_with_options(
         &self,
         commands: &[Set],
         options: PerformOptions,
@@ -100,7 +100,7 @@ impl Arm {
         let guards = options.guards;
         self.permit(commands)?;
         if guards.alarms || guards.require_homed {
-            let alarms = self.alarms_lately().await?;
+            let alarms = self.known_alarms().await?;
             self.refuse_alarms(alarms, commands, guards).await?;
         }
         let check = self.preflight_for(commands).await?;
@@ -187,11 +187,9 @@ impl Arm {
         on_rail: bool,
         look: &QueueLook,
     ) -> Result<Preflight> {
-        let (before_it, places) = self.stats().await?;
+        let (before_it, _) = self.stats().await?;
         // A fence asks the arm itself: a hand may have moved it.
-        let known = self
-            .standing(look, places)
-            .filter(|_| self.fence().is_none());
+        let known = self.standing(look).filter(|_| self.fence().is_none());
         let before = match known {
             Some(pose) => pose,
             None => self.get::<Pose>().await?,
@@ -224,10 +222,7 @@ impl Arm {
         }
         read.pose = match known {
             Some(pose) => Some(pose),
-            None => {
-                self.stands_at(before, look, (before_it.sent, places))
-                    .await?
-            }
+            None => self.stands_at(before, look, before_it.sent).await?,
         };
         Ok(self.fenced(Preflight::new(&read).model(self.inner.options.model)))
     }

@@ -130,7 +130,7 @@ impl Arm {
     }
 
     /// An empty queue is noted: what is put into it next runs next.
-    pub(super) async fn note_room(&self, room: u32) -> Result<()> {
+    async fn note_room(&self, room: u32) -> Result<()> {
         let (_, capacity) = self.stats().await?;
         if room >= capacity {
             self.own().nothing_before();

@@ -165,8 +165,8 @@ impl Arm {
     }
 
     /// Commands that others put into the queue and nobody has run are not run by accident.
-    async fn refuse_strangers(&self, look: &QueueLook) -> Result<()> {
-        let waiting = self.foreign_commands(look).await?;
+    fn refuse_strangers(&self, look: &QueueLook) -> Result<()> {
+        let waiting = self.foreign_commands(look);
         let (commands, them) = match waiting {
             0 => return Ok(()),
             1 => ("1 command of an earlier program waits".to_owned(), "it"),
@@ -213,10 +213,12 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
         if begins {
             let look = arm.look_at_queue().await?;
-            arm.note_room(look.left).await?;
+            if look.waiting() == 0 {
+                arm.own().nothing_before();
+            }
             match self.options.keep {
                 true => arm.permit_queue().await?,
-                false => arm.refuse_strangers(&look).await?,
+                false => arm.refuse_strangers(&look)?,
             }
             arm.warn_if_not_homed().await?;
             // Where commands of others may run, the stream looks for itself.

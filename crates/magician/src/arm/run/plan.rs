@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use magician_motion::Fence;
 use magician_protocol::Set;
-use magician_protocol::commands::Pose;
 
 use super::Run;
 use crate::arm::Arm;
 use crate::arm::driver::micros;
 use crate::arm::fence::Turn as FenceTurn;
+use crate::arm::known::place;
 use crate::connection::Micros;
 use crate::stream::{Beginning, Item};
 use crate::words::{Guards, Preflight, pose_of};
@@ -84,17 +84,16 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let Some(look) = self.look.take() else {
             return Ok(None);
         };
-        let (_, places) = self.arm.stats().await?;
         // What waits there changes until it is begun.
-        if look.left < places || !look.is_fresh() {
+        if look.waiting() > 0 || !look.is_fresh() {
             return Ok(None);
         }
         let planned = self.course.as_ref().and_then(Preflight::arm);
         let planned = planned.map(|at| at.pose.to_array());
-        let reported = |pose: Pose| [pose.x, pose.y, pose.z, pose.r].map(f64::from);
-        let pose = match planned.or_else(|| self.arm.standing(&look, places).map(reported)) {
+        let known = || self.arm.standing(&look).as_ref().map(place);
+        let pose = match planned.or_else(known) {
             Some(pose) => pose,
-            None => reported(self.arm.get().await?),
+            None => place(&self.arm.get().await?),
         };
         Ok(Some(Beginning {
             left: look.left,
