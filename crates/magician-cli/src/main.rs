@@ -26,6 +26,7 @@ mod terminal;
 mod throttle;
 mod values;
 mod verbs;
+mod voice;
 
 use std::ffi::OsString;
 use std::panic::{self, AssertUnwindSafe};

@@ -21,6 +21,7 @@ pub mod pair;
 mod picture;
 mod preflight;
 pub mod proxy;
+mod remedy;
 pub mod stream;
 pub mod words;
 
@@ -36,3 +37,4 @@ pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,
 };
 pub use picture::SettingsPicture;
+pub use remedy::{Act, Action, Given, Remedy, Setting, Voice};

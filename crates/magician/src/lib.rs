@@ -59,7 +59,8 @@ pub use arm::{
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
 pub use magician_host::{
-    Error, ErrorKind, Result, burns, connection, faults, proxy, stream, words,
+    Act, Action, Error, ErrorKind, Given, Remedy, Result, Setting, Voice, burns, connection,
+    faults, proxy, stream, words,
 };
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles, Law,

@@ -1,0 +1,310 @@
+//! What to do about an error or a note, as data. A door (the command, Python, JSON ..) says it in its own words: it is a
+//! [`Voice`].
+
+use std::borrow::Cow;
+use std::fmt;
+
+/// What to do, and what that does: `magician stop` **drops what waits**.
+///
+/// ```
+/// use magician_host::{Act, Action, Remedy};
+///
+/// let remedy = Remedy::new(Action::Stop, "drops what waits");
+/// assert_eq!(remedy.act, Act::Do(Action::Stop));
+/// assert_eq!(remedy.act.to_string(), "stop");
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remedy {
+    /// What to do.
+    pub act: Act,
+    /// What that does: a predicate without a full stop, which follows the name of the act. Empty where the act says all.
+    pub effect: Cow<'static, str>,
+}
+
+impl Remedy {
+    /// What to do, and what that does.
+    pub fn new(act: impl Into<Act>, effect: impl Into<Cow<'static, str>>) -> Self {
+        Self {
+            act: act.into(),
+            effect: effect.into(),
+        }
+    }
+
+    /// To leave out an option.
+    #[must_use]
+    pub const fn without(setting: Setting) -> Self {
+        Self {
+            act: Act::Omit(setting),
+            effect: Cow::Borrowed(""),
+        }
+    }
+}
+
+/// What to do.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Act {
+    /// Something that is done to the arm, or asked.
+    Do(Action),
+    /// Give an option with this value.
+    Give(Setting, Given),
+    /// Leave an option out.
+    Omit(Setting),
+}
+
+impl From<Action> for Act {
+    fn from(action: Action) -> Self {
+        Self::Do(action)
+    }
+}
+
+impl From<(Setting, Given)> for Act {
+    fn from((setting, given): (Setting, Given)) -> Self {
+        Self::Give(setting, given)
+    }
+}
+
+/// The name as in JSON: `home`, `scale 0.5`, `without raw`.
+impl fmt::Display for Act {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Do(action) => f.write_str(action.name()),
+            Self::Give(setting, Given::On) => f.write_str(setting.name()),
+            Self::Give(setting, given) => write!(f, "{} {given}", setting.name()),
+            Self::Omit(setting) => write!(f, "without {}", setting.name()),
+        }
+    }
+}
+
+/// The value of an option.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Given {
+    /// On, for an option that is on or off.
+    On,
+    /// Off.
+    Off,
+    /// A number.
+    Number(f64),
+    /// A point, mm.
+    Point(f64, f64),
+    /// One of the words that the option takes.
+    Word(&'static str),
+    /// What a person has to choose: `Z`, `NAME`, `X,Y`.
+    Any(&'static str),
+}
+
+impl fmt::Display for Given {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::On => f.write_str("on"),
+            Self::Off => f.write_str("off"),
+            Self::Number(number) => number.fmt(f),
+            Self::Point(x, y) => write!(f, "{x},{y}"),
+            Self::Word(word) | Self::Any(word) => f.write_str(word),
+        }
+    }
+}
+
+macro_rules! named {
+    ($(#[$doc:meta])* $kind:ident { $($(#[$about:meta])* $variant:ident = $name:literal,)* }) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[non_exhaustive]
+        pub enum $kind {
+            $($(#[$about])* $variant,)*
+        }
+
+        impl $kind {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$variant,)*];
+
+            /// The name, as in JSON.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+
+        impl fmt::Display for $kind {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+    };
+}
+
+#[allow(unused_imports)]
+pub(crate) use named;
+
+named! {
+    /// Something that is done to the arm, or asked, by itself.
+    Action {
+        /// Clear the alarms, so that the queue goes on.
+        ClearAlarms = "clear-alarms",
+        /// Look at the alarms.
+        ListAlarms = "list-alarms",
+        /// Start the queue.
+        StartQueue = "start-queue",
+        /// Stop the arm and drop what waits in its queue.
+        Stop = "stop",
+        /// Stop a jog.
+        StopJog = "stop-jog",
+        /// Jog the arm.
+        Jog = "jog",
+        /// Home the arm.
+        Home = "home",
+        /// Switch the laser off.
+        LaserOff = "laser-off",
+        /// Look for arms.
+        ListPorts = "list-ports",
+        /// Look at the commands of the protocol.
+        ListCommands = "list-commands",
+        /// Measure where the work surface is.
+        CalibrateSurface = "calibrate-surface",
+    }
+}
+
+named! {
+    /// An option of whoever wanted something, by its name in `snake_case`: a flag of the command, an argument of Python, a field of a
+    /// job.
+    Setting {
+        /// Let the laser burn.
+        AllowLaser = "allow_laser",
+        /// Where the middle goes, mm.
+        At = "at",
+        /// Cut off what lies outside the page.
+        ClipPage = "clip_page",
+        /// How G-code is to be understood.
+        Dialect = "dialect",
+        /// Make it as large as fits.
+        Fit = "fit",
+        /// The kind of file.
+        Format = "format",
+        /// Run what waits in the queue first.
+        Keep = "keep",
+        /// How often it is done.
+        Loops = "loops",
+        /// Draw in the best order.
+        Order = "order",
+        /// The Z at which the pen of G-code touches, mm.
+        PenZ = "pen_z",
+        /// Place G-code.
+        Place = "place",
+        /// Where the arm is.
+        Port = "port",
+        /// Full power, percent.
+        Power = "power",
+        /// Take the coordinates as the arm's.
+        Raw = "raw",
+        /// The least distance of points, mm.
+        Resample = "resample",
+        /// Turn it, degrees.
+        Rotate = "rotate",
+        /// The S of full power.
+        SMax = "s_max",
+        /// How much larger it becomes.
+        Scale = "scale",
+        /// The speed, mm/s.
+        Speed = "speed",
+        /// The speed, percent.
+        SpeedRatio = "speed_ratio",
+        /// Where the tool stands when the program begins, mm.
+        Start = "start",
+        /// The height of the work surface, mm.
+        Surface = "surface",
+        /// The mounted tool.
+        Tool = "tool",
+        /// Turn it by 90 degrees where that lets it be larger.
+        Turn = "turn",
+        /// Go on although the arm was not homed.
+        Unhomed = "unhomed",
+        /// What becomes of white strokes.
+        White = "white",
+        /// How wide it becomes, mm.
+        Width = "width",
+    }
+}
+
+/// How a door says what to do.
+pub trait Voice {
+    /// What does this: `magician stop`, `arm.stop()`.
+    fn action(&self, action: Action) -> String;
+
+    /// The option with this value: `--scale 0.5`, `scale=0.5`.
+    fn give(&self, setting: Setting, given: &Given) -> String;
+
+    /// The option without a value: `--raw`, `raw`.
+    fn setting(&self, setting: Setting) -> String;
+
+    /// The act.
+    fn act(&self, act: &Act) -> String {
+        match act {
+            Act::Do(action) => self.action(*action),
+            Act::Give(setting, given) => self.give(*setting, given),
+            Act::Omit(setting) => format!("leave out {}", self.setting(*setting)),
+        }
+    }
+
+    /// All of them in one sentence: `--fit shrinks it; --scale 0.5 would do`. None if there is nothing to do.
+    fn remedies(&self, remedies: &[Remedy]) -> Option<String> {
+        let said = |remedy: &Remedy| match remedy.effect.is_empty() {
+            true => self.act(&remedy.act),
+            false => format!("{} {}", self.act(&remedy.act), remedy.effect),
+        };
+        let all: Vec<String> = remedies.iter().map(said).collect();
+        (!all.is_empty()).then(|| all.join("; "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Shouts;
+
+    impl Voice for Shouts {
+        fn action(&self, action: Action) -> String {
+            action.name().to_uppercase()
+        }
+
+        fn give(&self, setting: Setting, given: &Given) -> String {
+            format!("{}={given}", self.setting(setting))
+        }
+
+        fn setting(&self, setting: Setting) -> String {
+            setting.name().to_uppercase()
+        }
+    }
+
+    #[test]
+    fn a_voice_says_all_of_them_in_one_sentence() {
+        let remedies = [
+            Remedy::new((Setting::Scale, Given::Number(0.5)), "would do"),
+            Remedy::new(Action::Home, "homes it"),
+            Remedy::without(Setting::Raw),
+        ];
+        let said = "SCALE=0.5 would do; HOME homes it; leave out RAW";
+        assert_eq!(Shouts.remedies(&remedies).as_deref(), Some(said));
+        assert_eq!(Shouts.remedies(&[]), None);
+    }
+
+    #[test]
+    fn an_act_has_a_name_in_json() {
+        let names = [
+            (Act::Do(Action::ClearAlarms), "clear-alarms"),
+            (Act::Give(Setting::Fit, Given::On), "fit"),
+            (Act::Give(Setting::Order, Given::Off), "order off"),
+            (
+                Act::Give(Setting::At, Given::Point(200.0, -5.5)),
+                "at 200,-5.5",
+            ),
+            (Act::Omit(Setting::PenZ), "without pen_z"),
+        ];
+        for (act, name) in names {
+            assert_eq!(act.to_string(), name);
+        }
+    }
+}

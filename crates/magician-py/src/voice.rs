@@ -1,0 +1,46 @@
+//! What to do about an error or a note, in the words of Python: methods and arguments.
+
+use magician::{Action, Given, Setting, Voice};
+
+/// Python's voice.
+pub(crate) struct Python;
+
+impl Voice for Python {
+    fn action(&self, action: Action) -> String {
+        let call = match action {
+            Action::ClearAlarms => "arm.clear_alarms()",
+            Action::ListAlarms => "arm.alarms()",
+            Action::StartQueue => "arm.start_queue()",
+            Action::Stop => "arm.stop()",
+            Action::StopJog => "arm.stop_jog()",
+            Action::Jog => "arm.jog(..)",
+            Action::Home => "arm.home()",
+            Action::LaserOff => "arm.laser(False)",
+            Action::ListPorts => "magician.ports()",
+            Action::ListCommands => "magician.commands",
+            Action::CalibrateSurface => "magician calibrate surface",
+            other => return other.name().to_owned(),
+        };
+        format!("`{call}`")
+    }
+
+    fn give(&self, setting: Setting, given: &Given) -> String {
+        let value = match given {
+            Given::On => "True".to_owned(),
+            Given::Off => "False".to_owned(),
+            Given::Number(number) => number.to_string(),
+            Given::Point(x, y) => format!("({x}, {y})"),
+            Given::Word(word) => format!("\"{word}\""),
+            Given::Any(name) if name.contains(',') => {
+                format!("({})", name.to_lowercase().replace(',', ", "))
+            }
+            Given::Any(name) => name.to_lowercase(),
+            _ => String::new(),
+        };
+        format!("{}={value}", self.setting(setting))
+    }
+
+    fn setting(&self, setting: Setting) -> String {
+        setting.name().to_owned()
+    }
+}
