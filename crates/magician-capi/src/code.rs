@@ -1,6 +1,8 @@
 use std::fmt;
 
-use magician::{Error, ErrorKind};
+use magician::{Error, ErrorKind, Voice};
+
+use crate::voice::Vendor;
 
 /// What the functions return: the numbers of the vendor's headers (docs/VENDOR-LIBRARY.md, Results).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +82,10 @@ impl fmt::Display for Fault {
 
 impl From<Error> for Fault {
     fn from(error: Error) -> Self {
-        Self::new(Code::of(error.kind()), error.to_string())
+        let message = match Vendor.remedies(error.remedies()) {
+            Some(remedies) => format!("{error}; {remedies}"),
+            None => error.to_string(),
+        };
+        Self::new(Code::of(error.kind()), message)
     }
 }

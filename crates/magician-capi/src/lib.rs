@@ -22,6 +22,7 @@ pub mod pointer;
 pub mod session;
 mod stand_in;
 pub mod structure;
+mod voice;
 
 pub use abi::{Family, Function, Ids, Kind};
 pub use code::{Code, Fault, Outcome};

@@ -3,13 +3,13 @@
 use std::fmt;
 use std::io::{self, Write};
 
-use clap::error::{ContextKind, ContextValue, ErrorKind as ClapKind};
-use magician::ErrorKind;
+use magician::{ErrorCode, ErrorKind, Remedy, Voice};
 use magician_motion::MotionError;
 use serde::Serialize;
 
 use crate::output::{Paint, write_json};
 use crate::permission;
+use crate::voice::{self, Command};
 
 /// Whose problem it is. The exit status and the name in JSON follow from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,7 +64,7 @@ impl Kind {
 pub(crate) struct Failure {
     pub(crate) kind: Kind,
     pub(crate) message: String,
-    /// What to do about it; for people only.
+    /// What to do about it, where it is not among the figures; for people only.
     hint: Option<String>,
     figures: Option<Box<Figures>>,
     /// The same with its place in a file, drawn for people.
@@ -76,6 +76,12 @@ pub(crate) struct Failure {
 /// What a failure is about, in figures. What does not apply is absent.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct Figures {
+    /// Which error it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) code: Option<&'static str>,
+    /// The place of the command in a list, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) step: Option<usize>,
     /// The command of the protocol.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) command: Option<String>,
@@ -94,6 +100,31 @@ pub(crate) struct Figures {
     /// Last queue index in doubt.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) to: Option<u64>,
+    /// What to do about it.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "voice::json")]
+    pub(crate) remedies: Vec<Remedy>,
+    /// What is wrong, without the command of the protocol before it.
+    #[serde(skip)]
+    fact: Option<String>,
+}
+
+impl Figures {
+    /// The parts of an error of the driver.
+    pub(crate) fn of(error: &magician::Error) -> Self {
+        Self {
+            code: Some(error.code().name()),
+            step: error.step().map(|step| step + 1),
+            command: error.command().map(str::to_owned),
+            value: error.value(),
+            limit: error.limit(),
+            unit: error.unit(),
+            fence: error.breach().map(|breach| breach.part.name()),
+            from: error.from_index(),
+            to: error.to_index(),
+            remedies: error.remedies().to_vec(),
+            fact: error.command().map(|_| error.message().to_owned()),
+        }
+    }
 }
 
 /// The object that `--json` puts on stderr.
@@ -152,6 +183,15 @@ impl Failure {
         self
     }
 
+    /// What is wrong, where it is clear which command is meant.
+    pub(crate) fn fact(&self) -> &str {
+        let fact = self
+            .figures
+            .as_ref()
+            .and_then(|figures| figures.fact.as_deref());
+        fact.unwrap_or(&self.message)
+    }
+
     /// Adds what it is about.
     pub(crate) fn about(mut self, figures: Figures) -> Self {
         self.figures = Some(Box::new(figures));
@@ -195,10 +235,12 @@ impl Failure {
             None if self.kind == Kind::Interrupted => writeln!(to, "{message}")?,
             None => writeln!(to, "{} {message}", paint.error("error:"))?,
         }
-        match &self.hint {
-            Some(hint) => writeln!(to, "{} {}", paint.dim("hint:"), paint.harmless(hint)),
-            None => Ok(()),
+        let remedies = self.figures.as_ref().map(|figures| &figures.remedies);
+        let remedies = remedies.and_then(|remedies| Command.remedies(remedies));
+        for hint in remedies.iter().chain(&self.hint) {
+            writeln!(to, "{} {}", paint.dim("hint:"), paint.harmless(hint))?;
         }
+        Ok(())
     }
 }
 
@@ -230,57 +272,12 @@ impl From<serde_json::Error> for Failure {
     }
 }
 
-/// A command line that makes no sense: what clap found, in our words.
-impl From<&clap::Error> for Failure {
-    fn from(error: &clap::Error) -> Self {
-        let text = error.render().to_string();
-        let mut paragraphs = text.split("\n\n").map(one_line);
-        let message = paragraphs.next().unwrap_or_default();
-        let message = message.trim_start_matches("error: ");
-        let rest = paragraphs.filter(|text| !text.starts_with("For more"));
-        let hint = rest
-            .map(|text| text.replace("tip: ", "").replace("Usage: ", "usage: "))
-            .collect::<Vec<_>>()
-            .join("; ");
-        let said = |kind| match error.get(kind) {
-            Some(ContextValue::String(text)) => Some(text.clone()),
-            Some(ContextValue::Strings(texts)) => Some(texts.join("` or `")),
-            _ => None,
-        };
-        let failure = match error.kind() {
-            ClapKind::InvalidSubcommand => {
-                let word = said(ContextKind::InvalidSubcommand).unwrap_or_default();
-                let (_, usage) = hint.split_once("usage: ").unwrap_or_default();
-                let place = usage.split(" [").next().unwrap_or_default();
-                let failure = Self::usage(format!("`{place}` knows no `{word}`"));
-                return failure.hint(match said(ContextKind::SuggestedSubcommand) {
-                    Some(near) => format!("did you mean `{near}`?"),
-                    None => format!("`{place} --help` lists what it knows"),
-                });
-            }
-            ClapKind::MissingRequiredArgument => {
-                let wanted = message.rsplit(": ").next().unwrap_or_default();
-                Self::usage(format!("missing: {wanted}"))
-            }
-            _ => Self::usage(message),
-        };
-        match hint.as_str() {
-            "" => failure,
-            hint => failure.hint(hint),
-        }
-    }
-}
-
 /// A file of what was done meanwhile is not whole; all else was done.
 pub(crate) fn incomplete(what: &str, why: &str) -> Failure {
     Failure::new(
         Kind::Driver(ErrorKind::Port),
         format!("the {what} is incomplete: {why}"),
     )
-}
-
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 impl From<magician::Error> for Failure {
@@ -291,18 +288,11 @@ impl From<magician::Error> for Failure {
 
 impl From<&magician::Error> for Failure {
     fn from(error: &magician::Error) -> Self {
-        if error.wants_laser() {
+        if error.code() == ErrorCode::LaserNotAllowed {
             return permission::refused(error.to_string());
         }
-        Self::new(Kind::Driver(error.kind()), error.to_string()).about(Figures {
-            command: error.command().map(str::to_owned),
-            value: error.value(),
-            limit: error.limit(),
-            unit: error.unit(),
-            fence: error.breach().map(|breach| breach.part.name()),
-            from: error.from_index(),
-            to: error.to_index(),
-        })
+        let failure = Self::new(Kind::Driver(error.kind()), error.to_string());
+        failure.about(Figures::of(error))
     }
 }
 

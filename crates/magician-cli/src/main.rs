@@ -24,6 +24,7 @@ mod serving;
 mod source;
 mod terminal;
 mod throttle;
+mod usage;
 mod values;
 mod verbs;
 mod voice;

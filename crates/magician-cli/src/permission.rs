@@ -2,7 +2,7 @@
 
 use std::io::{self, IsTerminal, Write};
 
-use magician::{Set, Target, burns};
+use magician::{ErrorCode, Set, Target, burns};
 
 use crate::context::Context;
 use crate::failure::Failure;
@@ -62,7 +62,7 @@ impl Context {
         }
         let refused = self.with_arm(Access::Reads, async |arm, _| {
             match arm.permit_queue().await {
-                Err(error) if error.wants_laser() => Ok(true),
+                Err(error) if error.code() == ErrorCode::LaserNotAllowed => Ok(true),
                 other => Ok(other.map(|()| false)?),
             }
         })?;

@@ -60,7 +60,7 @@ impl<B: Bench> Examination<B> {
         }
         if self.session.value(2).await?.is_none() {
             let message = "nothing answers GetDeviceVersion; is the arm switched on?";
-            return Err(Error::new(magician::ErrorKind::Timeout, message));
+            return Err(Error::new(magician::ErrorCode::NoAnswer, message));
         }
         for row in TABLE.iter().filter(|row| is_kept(row)) {
             // What this firmware does not know is not changed by the cases in a way that lasts.
@@ -142,7 +142,7 @@ impl<B: Bench> Examination<B> {
             if !self.session.acknowledged(&frame).await? {
                 let name = in_words(&frame, Direction::Request);
                 let message = format!("the arm did not take a parameter back: {name}");
-                return Err(Error::new(magician::ErrorKind::Unexpected, message));
+                return Err(Error::new(magician::ErrorCode::BadAnswer, message));
             }
         }
         match rested {
@@ -153,7 +153,7 @@ impl<B: Bench> Examination<B> {
                     "the arm could not be left as it was: {}: {}",
                     mismatch.step, mismatch.got
                 );
-                Err(Error::new(magician::ErrorKind::Unexpected, message))
+                Err(Error::new(magician::ErrorCode::BadAnswer, message))
             }
         }
     }

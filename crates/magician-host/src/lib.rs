@@ -28,7 +28,7 @@ pub mod words;
 pub use burning::{
     LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue, raises_laser_pin,
 };
-pub use error::{Error, ErrorKind, Result};
+pub use error::{Error, ErrorCode, ErrorKind, Result};
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles, Law,
     Limits, ToolBias, Trajectory,

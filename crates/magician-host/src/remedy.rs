@@ -50,6 +50,8 @@ pub enum Act {
     Give(Setting, Given),
     /// Leave an option out.
     Omit(Setting),
+    /// A command of the operating system, as it is typed.
+    System(Cow<'static, str>),
 }
 
 impl From<Action> for Act {
@@ -72,6 +74,7 @@ impl fmt::Display for Act {
             Self::Give(setting, Given::On) => f.write_str(setting.name()),
             Self::Give(setting, given) => write!(f, "{} {given}", setting.name()),
             Self::Omit(setting) => write!(f, "without {}", setting.name()),
+            Self::System(line) => f.write_str(line),
         }
     }
 }
@@ -136,7 +139,6 @@ macro_rules! named {
     };
 }
 
-#[allow(unused_imports)]
 pub(crate) use named;
 
 named! {
@@ -236,6 +238,11 @@ pub trait Voice {
     /// The option with this value: `--scale 0.5`, `scale=0.5`.
     fn give(&self, setting: Setting, given: &Given) -> String;
 
+    /// A command of the operating system: `sudo systemctl start bluetooth`.
+    fn system(&self, line: &str) -> String {
+        line.to_owned()
+    }
+
     /// The option without a value: `--raw`, `raw`.
     fn setting(&self, setting: Setting) -> String;
 
@@ -245,6 +252,7 @@ pub trait Voice {
             Act::Do(action) => self.action(*action),
             Act::Give(setting, given) => self.give(*setting, given),
             Act::Omit(setting) => format!("leave out {}", self.setting(*setting)),
+            Act::System(line) => self.system(line),
         }
     }
 

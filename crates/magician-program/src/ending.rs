@@ -82,12 +82,7 @@ impl Ending {
         };
         let refused = |error: Error| {
             let [x, y, z] = place;
-            let message = format!("the tool cannot be parked at {x},{y},{z}: {error}");
-            let named = Error::new(error.kind(), message);
-            match (error.value(), error.limit(), error.unit()) {
-                (Some(value), Some(limit), Some(unit)) => named.with_limit(value, limit, unit),
-                _ => named,
-            }
+            error.retold(format!("the tool cannot be parked at {x},{y},{z}: {error}"))
         };
         let mut arm = rest.end();
         let Some(at) = arm.arm().map(|at| at.pose) else {

@@ -162,6 +162,9 @@ impl std::error::Error for Problem {}
 /// As an error of the driver: invalid input.
 impl From<Problem> for magician_host::Error {
     fn from(problem: Problem) -> Self {
-        Self::invalid(problem.to_string())
+        Self::new(
+            magician_host::ErrorCode::InvalidProgram,
+            problem.to_string(),
+        )
     }
 }

@@ -3,7 +3,7 @@ use std::pin::Pin;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use magician::{Arm, Error, ErrorKind};
+use magician::{Arm, Error, ErrorCode};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use tokio::task::AbortHandle;
@@ -262,7 +262,7 @@ impl Drop for Ending {
         if !self.0.state().over {
             self.0.change(|state| {
                 let message = "it was let go of before its end";
-                state.outcome = Some(Err(Error::new(ErrorKind::Closed, message).into()));
+                state.outcome = Some(Err(Error::new(ErrorCode::Closed, message).into()));
                 state.over = true;
             });
         }

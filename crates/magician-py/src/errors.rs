@@ -1,10 +1,13 @@
 //! Python's exceptions of the driver's errors.
 
-use magician::Error;
+use magician::{Error, ErrorCode, Voice};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::wording;
+use crate::voice;
+
+/// What lets a laser burn.
+const LASER: &str = ": put on goggles for its wavelength, clear what must not burn, stay with it, and say allow_laser=True";
 
 /// The exception of an error: its class by the kind alone, its parts as attributes (`magician.errors`).
 pub(crate) fn raise(py: Python<'_>, error: &Error) -> PyErr {
@@ -13,6 +16,8 @@ pub(crate) fn raise(py: Python<'_>, error: &Error) -> PyErr {
 
 fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     let parts = PyDict::new(py);
+    parts.set_item("code", error.code().name())?;
+    parts.set_item("step", error.step())?;
     parts.set_item("command", error.command())?;
     parts.set_item("value", error.value())?;
     parts.set_item("limit", error.limit())?;
@@ -24,12 +29,20 @@ fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
         .map(|alarms| alarms.codes().map(u32::from).collect());
     parts.set_item("alarms", codes)?;
     let told = py.import("magician._told")?.getattr("error")?;
-    let mut message = wording::for_python(&error.to_string());
-    if error.wants_laser() {
-        message.push_str(wording::LASER);
-    }
+    let message = sentence(error);
     let exception = told.call((error.kind().name(), message), Some(&parts))?;
     Ok(PyErr::from_value(exception))
+}
+
+/// The fact, and what to do about it, in the words of Python.
+pub(crate) fn sentence(error: &Error) -> String {
+    if error.code() == ErrorCode::LaserNotAllowed {
+        return format!("{error}{LASER}");
+    }
+    match voice::Python.remedies(error.remedies()) {
+        Some(remedies) => format!("{error}; {remedies}"),
+        None => error.to_string(),
+    }
 }
 
 /// What a program is told that asks for something which makes no sense.

@@ -10,7 +10,7 @@
 //! * [`frames`] are what programs for other people's libraries send.
 //! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
 //!   [`picture::Picture`] what either shows of itself.
-//! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`wording`] says in them what a
+//! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`voice`] says in them what a
 //!   Python program does, not what the command line does.
 //! * [`runtime`] has the package's threads and [`logging`] what the driver says.
 
@@ -25,6 +25,8 @@ mod program;
 mod run;
 mod runtime;
 mod values;
+mod voice;
+#[allow(dead_code)]
 mod wording;
 
 use pyo3::prelude::*;

@@ -56,7 +56,7 @@ impl Subscriber for Log {
         };
         tell(News::Log(Record {
             level,
-            message: crate::wording::for_python(&(line.message + &line.rest)),
+            message: line.message + &line.rest,
         }));
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use magician::{Error, ErrorKind};
+use magician::{Action, Error, ErrorCode};
 use magician_job::{
     Done, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JournalError,
     NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings, Start as StartsWhere,
@@ -17,7 +17,6 @@ use crate::core::Core;
 use crate::errors;
 use crate::program::{PyPlan, SURFACE_ARGUMENT, Source, Start, findings, refusal};
 use crate::runtime::{self, Local};
-use crate::wording::for_python;
 
 /// The longest that is waited for a job which was stopped, to lift the pen and restore settings.
 const LEAVING: Duration = Duration::from_secs(8);
@@ -90,7 +89,7 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
         }
         Fault::Stopped { .. } => {
             let message = "the job was stopped before its end";
-            Arc::new(Error::new(ErrorKind::Closed, message))
+            Arc::new(Error::new(ErrorCode::Stopped, message))
         }
         Fault::Journal(JournalError::Nothing) => invalid(
             "there is nothing to resume: this plan, placed like this, was not interrupted at this arm; first_step=N begins \
@@ -106,12 +105,16 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
                 span.least + 1,
                 span.most + 1
             );
-            Arc::new(Error::new(ErrorKind::Uncertain, message))
+            Arc::new(Error::new(ErrorCode::Uncertain, message))
         }
-        Fault::Stands { waiting } => invalid(format!(
-            "{waiting} commands of the last job wait in the arm's queue, and nothing moves: `arm.alarms()` tells what may \
-             hold it, `arm.stop()` drops them"
-        )),
+        Fault::Stands { waiting } => {
+            let message = format!(
+                "{waiting} commands of the last job wait in the arm's queue, and nothing moves"
+            );
+            let error = Error::new(ErrorCode::ForeignCommands, message);
+            let error = error.remedy(Action::ListAlarms, "tells what may hold it");
+            Arc::new(error.remedy(Action::Stop, "drops them"))
+        }
         _ => invalid(error.to_string()),
     }
 }
@@ -127,11 +130,11 @@ fn said(error: &JobError) -> Option<String> {
         (PenLift::Late, _) => "the pen may not be up: that took too long".to_owned(),
         _ => return None,
     };
-    Some(for_python(&said))
+    Some(said)
 }
 
 fn paused(outcome: Result<(), PauseError>) -> magician::Result<()> {
-    outcome.map_err(|error| Error::new(ErrorKind::Closed, error.to_string()))
+    outcome.map_err(|error| Error::new(ErrorCode::RunOver, error.to_string()))
 }
 
 fn resumed(outcome: Result<(), ResumeError>) -> Result<(), Arc<Error>> {
@@ -139,8 +142,9 @@ fn resumed(outcome: Result<(), ResumeError>) -> Result<(), Arc<Error>> {
         ResumeError::Arm(error) | ResumeError::Refused(error) => error,
         ResumeError::Program(problem) => Arc::new(Error::from(problem)),
         error if error.wants_homing() => {
-            let message = format!("{error} (`arm.home()`); the job stays paused");
-            Arc::new(Error::new(ErrorKind::Unexpected, message))
+            let message = format!("{error}; the job stays paused");
+            let error = Error::new(ErrorCode::PositionUnknown, message);
+            Arc::new(error.remedy(Action::Home, "makes its position true"))
         }
         error => Arc::new(Error::invalid(error.to_string())),
     })
@@ -269,7 +273,7 @@ impl Core {
             }
         });
         let Some(handle) = started else {
-            return raise(Error::new(ErrorKind::Closed, "the connection is closed"));
+            return raise(Error::new(ErrorCode::Closed, "the connection is closed"));
         };
         let inner = Inner {
             handle,

@@ -17,7 +17,7 @@ use pyo3::sync::PyOnceLock;
 use tokio::runtime::{Builder, Handle};
 use tokio::task::AbortHandle;
 
-use magician::{Error, ErrorKind};
+use magician::{Error, ErrorCode};
 
 use crate::{errors, logging};
 
@@ -47,7 +47,7 @@ impl Process {
     fn start(id: u32) -> Result<Self, Error> {
         let failed = |error| {
             let message = format!("the system gives no timer, poller or thread: {error}");
-            Error::new(ErrorKind::Port, message)
+            Error::new(ErrorCode::PortFailed, message)
         };
         let runtime = Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(failed)?;
@@ -188,7 +188,7 @@ impl<T> Local<T> {
         self.here().ok_or_else(|| {
             let message = "this arm was connected before the process was forked, and belongs to the other one: connect \
                            anew here";
-            errors::raise(py, &Error::new(ErrorKind::Closed, message))
+            errors::raise(py, &Error::new(ErrorCode::Closed, message))
         })
     }
 }

@@ -40,6 +40,10 @@ impl Voice for Python {
         format!("{}={value}", self.setting(setting))
     }
 
+    fn system(&self, line: &str) -> String {
+        format!("`{line}`")
+    }
+
     fn setting(&self, setting: Setting) -> String {
         setting.name().to_owned()
     }

@@ -24,7 +24,7 @@ use magician_motion::{Cuboid, Fence, FenceError};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::{Error, Options, Result, Target};
+use crate::{Error, ErrorCode, Options, Result, Target};
 
 /// The table of all arms.
 pub const TABLE: &str = "arms";
@@ -124,7 +124,10 @@ pub fn load() -> Result<Vec<KnownArm>> {
 /// As [`load`].
 pub fn load_from(path: &Path) -> Result<Vec<KnownArm>> {
     let unreadable = |why: &dyn fmt::Display| {
-        Error::invalid(format!("{} cannot be read: {why}", path.display()))
+        Error::new(
+            ErrorCode::InvalidSettings,
+            format!("{} cannot be read: {why}", path.display()),
+        )
     };
     match std::fs::metadata(path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
@@ -144,7 +147,10 @@ pub fn load_from(path: &Path) -> Result<Vec<KnownArm>> {
             .chars()
             .count()
             + 1;
-        Error::invalid(format!("{}:{line}:{column}: {flaw}", path.display()))
+        Error::new(
+            ErrorCode::InvalidSettings,
+            format!("{}:{line}:{column}: {flaw}", path.display()),
+        )
     })
 }
 
@@ -199,14 +205,14 @@ fn one(
             ("laser", _) => return Err(wrong("expected true or false")),
             ("fence", _) => fence = Some(fence_of(&format!("{full}.fence"), value)?),
             (other, _) => {
-                let flaw = Flaw::new(key.span(), format!("there is no setting `{full}.{other}`"));
+                let flaw = Flaw::new(key.span(), format!("unknown setting '{full}.{other}'"));
                 return Err(flaw.help("an arm has port, laser and fence"));
             }
         }
     }
     let Some(port) = port else {
         let flaw = Flaw::new(name.span(), format!("{full} does not say which arm it is"));
-        return Err(flaw.help("port = \"...\" does, as --port takes it"));
+        return Err(flaw.help("port = \"...\" does"));
     };
     Ok(KnownArm {
         name: name.get_ref().to_string(),
@@ -254,7 +260,7 @@ fn fence_of(full: &str, table: &Spanned<DeValue<'_>>) -> std::result::Result<Fen
                 fence
             }
             other => {
-                let flaw = Flaw::new(key.span(), format!("there is no setting `{full}.{other}`"));
+                let flaw = Flaw::new(key.span(), format!("unknown setting '{full}.{other}'"));
                 return Err(
                     flaw.help("a fence has floor, box, keep_out, top_speed and strongest_laser")
                 );
@@ -307,14 +313,18 @@ fn cuboid(value: &DeValue<'_>) -> Option<Cuboid> {
 pub fn fence(text: &str) -> Result<Option<Fence>> {
     let text = format!("fence = {text}");
     let file = DeTable::parse(&text);
-    let file =
-        file.map_err(|error| Error::invalid(format!("fence: {}", error.message().trim())))?;
+    let file = file.map_err(|error| {
+        Error::new(
+            ErrorCode::InvalidSettings,
+            format!("fence: {}", error.message().trim()),
+        )
+    })?;
     let mut values = file.get_ref().iter();
     let fence = match (values.next(), values.next()) {
         (Some((_, table)), None) => fence_of("fence", table),
         _ => Err(Flaw::new(0..0, "fence: expected one table")),
     };
-    let fence = fence.map_err(|flaw| Error::invalid(flaw.to_string()))?;
+    let fence = fence.map_err(|flaw| Error::new(ErrorCode::InvalidSettings, flaw.to_string()))?;
     Ok(Some(fence).filter(|fence| !fence.is_empty()))
 }
 

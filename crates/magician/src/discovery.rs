@@ -16,7 +16,7 @@ use tokio::io::ReadBuf;
 use tokio::net::{UdpSocket, lookup_host};
 use tokio::time::{Instant, timeout_at};
 
-use crate::{Error, ErrorKind, Result, Target};
+use crate::{Error, ErrorCode, Result, Target};
 
 /// Port of the modules' own service.
 pub const PORT: u16 = 48_899;
@@ -105,7 +105,7 @@ impl Search {
     /// answers is no error.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] for what is no host, [`ErrorKind::Port`] when a host's name is
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for what is no host, [`ErrorKind::Port`](crate::ErrorKind::Port) when a host's name is
     /// not known or this computer has no network.
     pub async fn find(&self, within: Duration) -> Result<Vec<Found>> {
         let now = Instant::now();
@@ -117,7 +117,7 @@ impl Search {
             Ok(asker) => asker?,
             Err(_) => {
                 let message = "the name of the host was not found out in time; name its address";
-                return Err(Error::new(ErrorKind::Timeout, message));
+                return Err(Error::new(ErrorCode::NoAnswer, message));
             }
         };
         asker.ask_until(until, !self.networks).await
@@ -175,7 +175,7 @@ impl Search {
 
 fn no_network(error: io::Error) -> Error {
     let message = format!("the network cannot be asked for arms: {error}");
-    Error::new(ErrorKind::Port, message).with_source(error)
+    Error::port(message, error)
 }
 
 /// `HOST`, `HOST:PORT`, `[V6]`, `[V6]:PORT`, or a bare V6 address.
@@ -186,7 +186,7 @@ async fn address_of(host: &str) -> Result<SocketAddr> {
     let (name, port) = crate::target::split_port(host, "HOST[:PORT]")?;
     let failed = |error| {
         let message = format!("{name} cannot be asked for arms: {error}; is the name right?");
-        Error::new(ErrorKind::Port, message).with_source(error)
+        Error::port(message, error)
     };
     let mut addresses = lookup_host((name.as_str(), port.unwrap_or(PORT)))
         .await
@@ -343,6 +343,7 @@ fn in_trie(routes: &str) -> Vec<IpAddr> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ErrorKind;
 
     const FROM: IpAddr = IpAddr::V4(Ipv4Addr::new(10, 0, 0, 9));
 

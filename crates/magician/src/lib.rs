@@ -59,8 +59,8 @@ pub use arm::{
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
 pub use magician_host::{
-    Act, Action, Error, ErrorKind, Given, Remedy, Result, Setting, Voice, burns, connection,
-    faults, proxy, stream, words,
+    Act, Action, Error, ErrorCode, ErrorKind, Given, Remedy, Result, Setting, Voice, burns,
+    connection, faults, proxy, stream, words,
 };
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles, Law,

@@ -4,7 +4,7 @@ use std::str::FromStr;
 use magician_protocol::UDP_PORT;
 
 use crate::ports::{self, Port};
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Given, Result, Setting};
 
 /// Where the arm is: what `--port` takes.
 ///
@@ -69,13 +69,33 @@ const FORMS: &str = "sim[:SPEED], a serial path such as /dev/ttyUSB0 or COM3, us
 impl FromStr for Target {
     type Err = Error;
 
+    /// As [`Target::parse`], where a bare `sim` is at full speed.
     fn from_str(text: &str) -> Result<Self> {
+        Self::parse(text, SimSpeed::Max)
+    }
+}
+
+impl Target {
+    /// Reads a target; a virtual arm whose speed is not said has `speed`.
+    ///
+    /// ```
+    /// use magician::{SimSpeed, Target};
+    ///
+    /// let visible = SimSpeed::Times(1.0);
+    /// assert_eq!(Target::parse("sim", visible)?, Target::Sim(visible));
+    /// assert_eq!(Target::parse("sim:max", visible)?, Target::Sim(SimSpeed::Max));
+    /// # Ok::<(), magician::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for what names no port.
+    pub fn parse(text: &str, speed: SimSpeed) -> Result<Self> {
         let (scheme, rest) = match text.split_once(':') {
             Some((scheme, rest)) => (scheme, Some(rest)),
             None => (text, None),
         };
         match (scheme.to_ascii_lowercase().as_str(), rest) {
-            ("sim", None) => Ok(Self::Sim(SimSpeed::Max)),
+            ("sim", None) => Ok(Self::Sim(speed)),
             ("sim", Some(speed)) => parse_speed(speed).map(Self::Sim),
             ("udp", Some(address)) => {
                 let (host, port) = split_port(address, "udp:HOST[:PORT]")?;
@@ -84,9 +104,10 @@ impl FromStr for Target {
             }
             ("tcp", Some(address)) => match split_port(address, "tcp:HOST:PORT")? {
                 (host, Some(port)) => Ok(Self::Tcp { host, port }),
-                (host, None) => Err(Error::invalid(format!(
-                    "`{text}` has no port: write tcp:{host}:PORT"
-                ))),
+                (host, None) => Err(Error::new(
+                    ErrorCode::InvalidPort,
+                    format!("'{text}' has no port: write tcp:{host}:PORT"),
+                )),
             },
             ("ble", Some(name)) if !name.is_empty() => Ok(Self::Ble(name.to_owned())),
             ("usb", Some(ids)) => parse_usb(ids).ok_or_else(|| bad(text)),
@@ -99,7 +120,10 @@ impl FromStr for Target {
 }
 
 fn bad(text: &str) -> Error {
-    Error::invalid(format!("`{text}` names no port; right is {FORMS}"))
+    Error::new(
+        ErrorCode::InvalidPort,
+        format!("'{text}' does not name a port; right is {FORMS}"),
+    )
 }
 
 fn is_serial(text: &str) -> bool {
@@ -149,15 +173,23 @@ fn parse_speed(text: &str) -> Result<SimSpeed> {
     let number = text.strip_suffix('x').unwrap_or(text).parse::<f64>();
     match number {
         Ok(times) if times.is_finite() && times > 0.0 => Ok(SimSpeed::Times(times)),
-        _ => Err(Error::invalid(format!(
-            "`{text}` is no speed for the virtual arm: write sim:max, or sim:N with a number above 0"
-        ))),
+        _ => Err(Error::new(
+            ErrorCode::InvalidPort,
+            format!(
+                "'{text}' is not a speed for the virtual arm: write sim:max, or sim:N with a number above 0"
+            ),
+        )),
     }
 }
 
 /// `HOST`, `HOST:PORT`, `[V6]`, `[V6]:PORT`.
 pub(crate) fn split_port(address: &str, form: &str) -> Result<(String, Option<u16>)> {
-    let wrong = || Error::invalid(format!("`{address}` is no address; right is {form}"));
+    let wrong = || {
+        Error::new(
+            ErrorCode::InvalidPort,
+            format!("'{address}' is not an address; right is {form}"),
+        )
+    };
     let (host, port) = match address.strip_prefix('[') {
         Some(inner) => {
             let (host, rest) = inner.split_once(']').ok_or_else(wrong)?;
@@ -216,7 +248,7 @@ impl Target {
     /// The one arm that is plugged into this computer; never the simulator.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`] when no serial port looks like an arm, or several do; the message lists
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when no serial port looks like an arm, or several do; the message lists
     /// what there is.
     pub fn discover() -> Result<Self> {
         Self::choose(&ports::ports()?)
@@ -224,25 +256,29 @@ impl Target {
 
     fn choose(found: &[Port]) -> Result<Self> {
         let arms: Vec<_> = found.iter().filter(|port| port.likely_arm()).collect();
-        let message = match arms.as_slice() {
+        Err(match arms.as_slice() {
             [arm] => return Ok(Self::Serial(arm.path.clone())),
-            [] => format!(
-                "no arm found ({}); is it switched on and plugged in? Name a port with --port, \
-                 or use --port sim for a virtual arm",
-                ports::list(found)
-            ),
-            several => format!(
-                "several arms found: {}; choose one with --port",
-                ports::list(several.iter().copied())
-            ),
-        };
-        Err(Error::new(ErrorKind::Port, message))
+            [] => {
+                let found = ports::list(found);
+                let message = format!("no arm found ({found}); is it switched on and plugged in?");
+                Error::new(ErrorCode::NoArm, message)
+                    .remedy((Setting::Port, Given::Any("PORT")), "says where it is")
+                    .remedy((Setting::Port, Given::Word("sim")), "is a virtual arm")
+            }
+            several => {
+                let several = ports::list(several.iter().copied());
+                let message = format!("several arms found: {several}");
+                Error::new(ErrorCode::SeveralArms, message)
+                    .remedy((Setting::Port, Given::Any("PORT")), "chooses one")
+            }
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ErrorKind;
     use crate::ports::Usb;
 
     #[test]

@@ -90,12 +90,6 @@ pub(crate) struct Sim {
     pub(crate) unasked: bool,
 }
 
-impl Sim {
-    fn target(self) -> Target {
-        Target::Sim(self.speed)
-    }
-}
-
 /// An open connection, and the `--port` it was opened for.
 struct Connected {
     arm: Arm,
@@ -543,11 +537,10 @@ impl Context {
     pub(crate) fn target(&mut self, sim: Option<Sim>) -> Result<Target, Failure> {
         self.settle()?;
         let given = self.global.port.as_deref().filter(|port| !port.is_empty());
-        let bare = given.is_some_and(|port| port.eq_ignore_ascii_case("sim"));
+        let speed = sim.map_or(SimSpeed::Max, |sim| sim.speed);
         Ok(match (given, sim) {
-            (Some(_), Some(sim)) if bare => sim.target(),
-            (Some(port), _) => port.parse()?,
-            (None, Some(sim)) if sim.unasked => sim.target(),
+            (Some(port), _) => Target::parse(port, speed)?,
+            (None, Some(sim)) if sim.unasked => Target::Sim(speed),
             (None, _) => Target::discover()?,
         })
     }

@@ -195,7 +195,7 @@ impl Faults {
             let rate = *rate(&mut { *self });
             if !(0.0..=1.0).contains(&rate) {
                 return Err(Error::invalid(format!(
-                    "`{key}={rate}` is no rate: it is a probability, 0 to 1"
+                    "the rate '{key}={rate}' is not a probability, 0 to 1"
                 )));
             }
         }
@@ -209,7 +209,7 @@ impl Faults {
         }
         if self.stall_least > self.stall_for {
             return Err(Error::invalid(format!(
-                "`stall-min-ms={}` is more than `stall-ms={}`",
+                "'stall-min-ms={}' is more than 'stall-ms={}'",
                 self.stall_least / 1000,
                 self.stall_for / 1000
             )));
@@ -218,7 +218,7 @@ impl Faults {
     }
 
     fn set(&mut self, key: &str, value: &str) -> Result<()> {
-        let bad = |right: &str| Error::invalid(format!("`{key}={value}`: {right}"));
+        let bad = |right: &str| Error::invalid(format!("'{key}={value}': {right}"));
         if let Some((_, rate)) = RATES.iter().find(|(name, _)| *name == key) {
             *rate(self) = value
                 .parse()
@@ -242,7 +242,7 @@ impl Faults {
                     .chain(TIMES.iter().map(|(name, _)| *name))
                     .chain(["only", "seed"]);
                 return Err(Error::invalid(format!(
-                    "`{key}` is no fault; known are {}",
+                    "unknown fault '{key}'; known are {}",
                     known.collect::<Vec<_>>().join(", ")
                 )));
             }
@@ -263,13 +263,13 @@ impl FromStr for Faults {
             }
             let Some((key, value)) = part.split_once('=') else {
                 return Err(Error::invalid(format!(
-                    "`{part}` is no fault: write key=value, flip=1e-4 for one"
+                    "'{part}' is not a fault: write key=value, flip=1e-4 for one"
                 )));
             };
             let key = key.trim();
             faults.set(key, value.trim())?;
             if seen.contains(&key) {
-                return Err(Error::invalid(format!("`{key}` is given twice")));
+                return Err(Error::invalid(format!("'{key}' is given twice")));
             }
             seen.push(key);
         }
@@ -334,7 +334,7 @@ mod tests {
             ("flip=0.6,drop=0.6", "at most 1"),
             ("flip=0.1,flip=0.2", "twice"),
             ("stall-ms=1e3", "milliseconds"),
-            ("stall-min-ms=101", "more than `stall-ms=100`"),
+            ("stall-min-ms=101", "more than 'stall-ms=100'"),
             ("stall-ms=18446744073709551615", "60000"),
             ("only=both", "requests or replies"),
             ("seed=-1", "whole number"),

@@ -7,7 +7,7 @@ use magician_protocol::Set;
 
 use super::Preflight;
 use crate::burning::{LASER_POWER, raises_laser_pin};
-use crate::{Error, Result};
+use crate::{Action, Error, Result};
 
 impl Preflight {
     /// Holds a fence: every motion is checked along its whole way, whatever the [`Guards`](super::Guards) let pass, and so is
@@ -65,15 +65,13 @@ impl Preflight {
             Set::JogCmd(jog)
                 if fence.bounds_motion() && jog.cmd != magician_protocol::JogCommand::Stop =>
             {
-                Err(unchecked(
-                    "a plain jog is not stopped before the fence",
-                    "use `magician jog`",
-                ))
+                let why = "a plain jog is not stopped before the fence";
+                Err(unchecked(why).remedy(Action::Jog, "stops before it"))
             }
             Set::ResetPose(_) if fence.bounds_space() => Err(unchecked(
                 "ResetPose changes where the arm believes to be, and with it where its fence stands",
-                "home the arm",
-            )),
+            )
+            .remedy(Action::Home, "makes its position true")),
             _ => Ok(()),
         }
     }
@@ -134,8 +132,7 @@ impl Preflight {
     pub(super) fn known_start(&self) -> Result<()> {
         match self.fence.as_ref().is_some_and(Fence::bounds_motion) {
             true => Err(unchecked(
-                "the position of the arm by then is unknown",
-                "wait until it stands, or go on in a program of its own",
+                "the position of the arm by then is unknown; wait until it stands, or go on in a program of its own",
             )),
             false => Ok(()),
         }
@@ -144,10 +141,10 @@ impl Preflight {
     /// A motion that goes by rules of its own.
     pub(super) fn known_way(&self, command: &Set) -> Result<()> {
         match self.known_start() {
-            Err(_) => Err(unchecked(
-                &format!("the end position of {} is unknown", command.row().set_name),
-                "go there with a move",
-            )),
+            Err(_) => Err(unchecked(&format!(
+                "the end position of {} is unknown; go there with a move",
+                command.row().set_name
+            ))),
             Ok(()) => Ok(()),
         }
     }
@@ -181,10 +178,10 @@ impl Preflight {
 }
 
 /// What a fence cannot be held against.
-fn unchecked(why: &str, way_out: &str) -> Error {
+fn unchecked(why: &str) -> Error {
     Error::guarded(
         "fence",
-        format!("this arm has a fence, and it cannot be checked against it: {why}; {way_out}"),
+        format!("this arm has a fence, and it cannot be checked against it: {why}"),
     )
 }
 

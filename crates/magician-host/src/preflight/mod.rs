@@ -250,8 +250,10 @@ impl Preflight {
     fn sum(&mut self, commands: &[Set]) -> Result<Duration> {
         let mut whole = self.clone().summing();
         let mut sum = Duration::ZERO;
-        for command in commands {
-            sum = sum.saturating_add(whole.check(command)?.time);
+        for (step, command) in commands.iter().enumerate() {
+            let checked = whole.check(command);
+            let checked = checked.map_err(|error| error.at_step(step))?;
+            sum = sum.saturating_add(checked.time);
         }
         sum = sum.saturating_add(whole.rest());
         whole.path = Path::default();

@@ -5,7 +5,7 @@ use magician_protocol::PtpMode;
 
 use super::Preflight;
 use super::path::microseconds;
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// The rail's length, mm (model section 12).
 const LENGTH: f64 = 1000.0;
@@ -49,7 +49,7 @@ impl Preflight {
         if self.guards.reach && !(0.0..=LENGTH).contains(&to) {
             let limit = if to < 0.0 { 0.0 } else { LENGTH };
             let message = format!("the rail would be at {to} mm, limit {limit} mm");
-            return Err(Error::new(ErrorKind::Unreachable, message).with_limit(to, limit, "mm"));
+            return Err(Error::new(ErrorCode::OutOfReach, message).with_limit(to, limit, "mm"));
         }
         let to = to.clamp(0.0, LENGTH);
         let time = match self.rail.map(|from| (to - from).abs()) {

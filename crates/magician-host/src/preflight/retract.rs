@@ -7,7 +7,7 @@ use magician_protocol::Set;
 
 use super::Preflight;
 use crate::words::{line_speed, line_to, move_to, speed};
-use crate::{Error, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// A lift at the speeds in force may take this long; a slower one is done at speeds of its own, so that a pen is up within
 /// two seconds of a stop.
@@ -135,7 +135,7 @@ impl Preflight {
                 Err(error) => refusal = refusal.or(Some(error)),
             }
         }
-        let none = || Error::invalid("there is no way to it");
+        let none = || Error::new(ErrorCode::OutOfReach, "there is no way to it");
         Err(refusal.unwrap_or_else(none))
     }
 
@@ -157,7 +157,8 @@ impl Preflight {
                 heights.fold(f64::INFINITY, f64::min) < lowest - DIP
             });
             if dips {
-                return Err(Error::invalid(
+                return Err(Error::new(
+                    ErrorCode::OutOfReach,
                     "the base is in the way, and the way round it dips below both of its ends",
                 ));
             }
@@ -167,8 +168,12 @@ impl Preflight {
     }
 
     fn stands(&self) -> Result<&ArmState> {
-        self.arm()
-            .ok_or_else(|| Error::invalid("it is not known where the arm stands"))
+        self.arm().ok_or_else(|| {
+            Error::new(
+                ErrorCode::PositionUnknown,
+                "it is not known where the arm stands",
+            )
+        })
     }
 }
 

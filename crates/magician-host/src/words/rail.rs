@@ -5,7 +5,7 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Flag, JogCommand, PtpMode, RailVersion, Set};
 
-use crate::{Error, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// Says whether the arm stands on a rail, and of which generation (document 1.3.4, errata E15). An
 /// arm that was not told moves without its rail, and says nothing.
@@ -80,7 +80,8 @@ pub fn with_rail(command: Set, l: f32) -> Result<Set> {
 pub(super) const MOST_OUTPUTS: usize = 56;
 
 pub(super) fn no_move(command: &Set) -> Error {
-    Error::invalid("it is no point-to-point move").with_command(command.row().set_name)
+    Error::new(ErrorCode::WrongCommand, "it is not a point-to-point move")
+        .with_command(command.row().set_name)
 }
 
 /// Moves the carriage alone to `l` mm (0 to 1000): the arm keeps the joints of the pose that it

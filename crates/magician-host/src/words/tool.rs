@@ -27,7 +27,7 @@ pub fn tool_named(name: &str) -> Result<Set> {
     ToolBias::named(name).map(tool).ok_or_else(|| {
         let names: Vec<_> = ToolBias::NAMED.iter().map(|(name, _)| *name).collect();
         Error::invalid(format!(
-            "there is no tool `{name}`; there are {}",
+            "unknown tool '{name}'; there are {}",
             names.join(", ")
         ))
     })

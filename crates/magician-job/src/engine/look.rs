@@ -235,7 +235,7 @@ async fn beside<T: Send + 'static>(
     compute: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Error> {
     let computed = tokio::task::spawn_blocking(compute).await;
-    computed.map_err(|error| Error::new(magician::ErrorKind::Closed, error.to_string()))
+    computed.map_err(|error| Error::new(magician::ErrorCode::Closed, error.to_string()))
 }
 
 #[cfg(target_family = "wasm")]

@@ -10,7 +10,7 @@ mod track;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use magician::commands::{DeviceTime, Pose};
-use magician::{Arm, Error, ErrorKind, Owed, Ran, RunOptions};
+use magician::{Arm, Error, ErrorCode, Owed, Ran, RunOptions};
 use tokio::time::Instant;
 
 use self::inbox::{Inbox, Stopped};
@@ -73,7 +73,7 @@ struct EndsAnyway(Arc<Shared>);
 impl Drop for EndsAnyway {
     fn drop(&mut self) {
         if self.0.state() != JobState::Ended {
-            let gone = Error::new(ErrorKind::Closed, "the job was given up before its end");
+            let gone = Error::new(ErrorCode::Stopped, "the job was given up before its end");
             self.0.end(Err(Arc::new(JobError::from(gone))));
         }
     }

@@ -196,10 +196,5 @@ impl Reach {
 
 /// The same error, of a tool that is above the surface.
 fn lifted(error: &Error, lift: f64) -> Error {
-    let message = format!("with the tool lifted by {lift} mm: {error}");
-    let plain = Error::new(error.kind(), message);
-    match (error.value(), error.limit(), error.unit()) {
-        (Some(value), Some(limit), Some(unit)) => plain.with_limit(value, limit, unit),
-        _ => plain,
-    }
+    error.retold(format!("with the tool lifted by {lift} mm: {error}"))
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::words::{Guards, Preflight};
-use magician::{Error, ErrorKind, PerformOptions, Progress, QueueIndex, Ran, RunOptions, Set};
+use magician::{Error, ErrorCode, PerformOptions, Progress, QueueIndex, Ran, RunOptions, Set};
 use pyo3::prelude::*;
 
 use super::Core;
@@ -41,7 +41,7 @@ async fn checked(
         let time = check.program(&commands)?;
         Ok((commands, time))
     });
-    let bug = |error: tokio::task::JoinError| Error::new(ErrorKind::Closed, error.to_string());
+    let bug = |error: tokio::task::JoinError| Error::new(ErrorCode::Closed, error.to_string());
     checked.await.map_err(bug)?
 }
 

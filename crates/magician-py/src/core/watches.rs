@@ -180,7 +180,7 @@ impl Jog {
             Some(jog) => jog.keep(),
             None => {
                 let message = "the jog was ended";
-                Err(Error::new(magician::ErrorKind::Closed, message))
+                Err(Error::new(magician::ErrorCode::Closed, message))
             }
         };
         kept.map_err(|error| errors::raise(py, &error))

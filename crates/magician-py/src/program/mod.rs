@@ -371,13 +371,9 @@ impl PyPlan {
 
 /// An error whose text is another one; its parts stay.
 pub(crate) fn retold(error: &Error, text: String) -> Error {
-    let mut told = Error::new(error.kind(), text);
-    if let Some(command) = error.command() {
-        told = told.with_command(command);
-    }
-    match (error.value(), error.limit(), error.unit()) {
-        (Some(value), Some(limit), Some(unit)) => told.with_limit(value, limit, unit),
-        (Some(value), None, Some(unit)) => told.with_value(value, unit),
-        _ => told,
+    let told = error.retold(text);
+    match error.command() {
+        Some(command) => told.with_command(command),
+        None => told,
     }
 }

@@ -14,7 +14,7 @@ use super::events::KEPT;
 use super::{Arm, Inner, Link, Options, Shared};
 use crate::connection::{Settings, Stats};
 use crate::transport::{self, Line, Stream};
-use crate::{Error, ErrorKind, Result, Target};
+use crate::{Error, ErrorCode, ErrorKind, Result, Target};
 
 /// Connecting and leaving.
 impl Arm {
@@ -92,7 +92,7 @@ impl Arm {
             Box::pin(async move {
                 let stream = opening.await.map_err(|error| {
                     let message = format!("the stream cannot be opened: {error}");
-                    Error::new(ErrorKind::Port, message).with_source(error)
+                    Error::port(message, error)
                 })?;
                 Ok(Line::over(stream))
             })
@@ -207,7 +207,7 @@ impl Arm {
             stats.sent,
             self.timeout().as_secs_f64(),
         );
-        Error::new(ErrorKind::Timeout, message)
+        Error::new(ErrorCode::NoAnswer, message)
     }
 
     /// Lets what was set going over this connection go on when it ends, however it ends and whichever clone says so.

@@ -22,7 +22,7 @@ use super::Arm;
 use super::halt::APART;
 use super::known::{is_near, place};
 use crate::words::{Guards, Needs, Preflight, Readings, governs_motion};
-use crate::{Error, ErrorKind, Result};
+use crate::{Action, Error, ErrorCode, Result};
 
 /// The fence of a connection, and what it has let pass.
 #[derive(Debug)]
@@ -259,7 +259,7 @@ impl Arm {
         let course = course.map_err(|_| {
             let message =
                 "a run is under way, or another call is being checked against the arm's fence";
-            Error::new(ErrorKind::Timeout, message)
+            Error::new(ErrorCode::NotSent, message)
         })?;
         Ok(Turn {
             held,
@@ -317,8 +317,9 @@ impl Arm {
         if look.waiting() > 0 {
             return Err(refused(
                 "commands wait in its queue that were not checked from where it is now, or run there; wait until they \
-                 have finished, or drop them (`magician stop`)",
-            ));
+                 have finished",
+            )
+            .remedy(Action::Stop, DROPS));
         }
         if self.moving() {
             self.wait_still().await?;
@@ -363,8 +364,9 @@ impl Arm {
                 _ => ("commands wait", "were"),
             };
             return Err(refused(&format!(
-                "{commands} in its queue that {were} not checked from where it stands; `magician stop` drops what waits"
-            )));
+                "{commands} in its queue that {were} not checked from where it stands"
+            ))
+            .remedy(Action::Stop, DROPS));
         }
         if frame.id() == QueuedCmdStartExec::ROW.id {
             if self.exposure().stopped() {
@@ -375,8 +377,9 @@ impl Arm {
         // What an alarm has ended counts as finished, wherever the arm was.
         if self.alarms().await?.blocking() {
             return Err(refused(
-                "an alarm holds commands in its queue that were to begin elsewhere; `magician stop` drops what waits",
-            ));
+                "an alarm holds commands in its queue that were to begin elsewhere",
+            )
+            .remedy(Action::Stop, DROPS));
         }
         let before: Pose = self.get().await?;
         sleep(APART).await;
@@ -395,9 +398,10 @@ impl Arm {
         let is_there = station.is_some_and(|station| is_near(station, stands));
         match is_there {
             true => Ok(()),
-            false => Err(refused(
-                "it does not stand where its last command left it; `magician stop` drops what waits",
-            )),
+            false => {
+                let why = "it does not stand where its last command left it";
+                Err(refused(why).remedy(Action::Stop, DROPS))
+            }
         }
     }
 
@@ -427,6 +431,9 @@ impl Arm {
         Ok(Some(turn))
     }
 }
+
+/// What a stop does to the queue.
+const DROPS: &str = "drops what waits";
 
 /// What a fence cannot be held against.
 fn refused(why: &str) -> Error {

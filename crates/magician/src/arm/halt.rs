@@ -15,7 +15,7 @@ use super::exposure::Exposure;
 use super::shared::held;
 use super::{Arm, Shared};
 use crate::connection::{Priority, Request};
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, ErrorKind, Result};
 
 /// How long the arm may take to come to a stand: from full speed at twice the acceleration, and the
 /// end of a motion that a Clear lets finish.
@@ -104,7 +104,7 @@ impl Stopper {
             Ok(outcome) => outcome,
             Err(RecvTimeoutError::Timeout) => {
                 let message = "the arm did not confirm within a second that it stops";
-                Err(Error::new(ErrorKind::Timeout, message))
+                Err(Error::new(ErrorCode::StopUnconfirmed, message))
             }
             Err(RecvTimeoutError::Disconnected) => Err(Error::closed()),
         }
@@ -233,7 +233,10 @@ impl Arm {
                 return Ok(());
             }
             if Instant::now() >= until {
-                return Err(Error::new(ErrorKind::Timeout, "the arm still moves"));
+                return Err(Error::new(
+                    ErrorCode::StopUnconfirmed,
+                    "the arm still moves",
+                ));
             }
             before = pose;
         }

@@ -13,7 +13,7 @@ use super::driver::{JogStart, Message, micros};
 use super::fenced_jog::FencedJog;
 use super::{Arm, Shared};
 use crate::connection::{Micros, Request};
-use crate::{Error, ErrorKind, Result};
+use crate::{Action, Error, ErrorCode, Result};
 
 /// How a [`Jog`] behaves.
 #[derive(Clone, Copy, Debug)]
@@ -161,8 +161,8 @@ impl Jog {
     /// Lets it go on. Costs nothing: nothing is sent.
     ///
     /// # Errors
-    /// It has ended or is about to: [`ErrorKind::Timeout`] when this was called too late, [`ErrorKind::Port`] when the
-    /// line broke, [`ErrorKind::Closed`] when a stop or another jog came.
+    /// It has ended or is about to: [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) when this was called too late, [`ErrorKind::Port`](crate::ErrorKind::Port) when the
+    /// line broke, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop or another jog came.
     pub fn keep(&self) -> Result<()> {
         let now = self.arm.inner.shared.now();
         let phase = *self.life.phase.borrow();
@@ -181,7 +181,7 @@ impl Jog {
     /// this returns an error.
     ///
     /// # Errors
-    /// [`ErrorKind::Timeout`] when that cannot be made sure of in time, [`ErrorKind::Port`] when the line broke.
+    /// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) when that cannot be made sure of in time, [`ErrorKind::Port`](crate::ErrorKind::Port) when the line broke.
     pub async fn stop(self) -> Result<()> {
         let deadline = self.arm.deadline();
         self.release();
@@ -195,7 +195,7 @@ impl Jog {
             _ => {
                 let message =
                     "the jog's end is not confirmed: the arm does not answer, or still moves";
-                Err(Error::new(ErrorKind::Timeout, message))
+                Err(Error::new(ErrorCode::StopUnconfirmed, message))
             }
         }
     }
@@ -208,27 +208,27 @@ impl Jog {
 
     fn ended(&self, why: Why) -> Error {
         let keep = Duration::from_micros(self.life.keep);
-        let (kind, message) = match why {
+        let (code, message) = match why {
             Why::NotKept => (
-                ErrorKind::Timeout,
+                ErrorCode::NotKept,
                 format!("the jog was ended: nobody kept it up for {keep:?}"),
             ),
             Why::LinkLost => (
-                ErrorKind::Port,
+                ErrorCode::LineLost,
                 "the line broke during a jog: the arm is told to stop as soon as it is found again"
                     .to_owned(),
             ),
             Why::Fence => (
-                ErrorKind::Unreachable,
+                ErrorCode::Fenced,
                 "the jog was ended before it came to the arm's fence".to_owned(),
             ),
-            Why::Replaced => (ErrorKind::Closed, "another jog took its place".to_owned()),
-            Why::Stopped => (ErrorKind::Closed, "a stop ended the jog".to_owned()),
-            Why::Released => (ErrorKind::Closed, "the jog was ended".to_owned()),
-            Why::Failed => (ErrorKind::Timeout, "the jog did not begin".to_owned()),
+            Why::Replaced => (ErrorCode::RunOver, "another jog took its place".to_owned()),
+            Why::Stopped => (ErrorCode::Stopped, "a stop ended the jog".to_owned()),
+            Why::Released => (ErrorCode::RunOver, "the jog was ended".to_owned()),
+            Why::Failed => (ErrorCode::NoAnswer, "the jog did not begin".to_owned()),
             Why::Closed => return Error::closed(),
         };
-        Error::new(kind, message)
+        Error::new(code, message)
     }
 }
 
@@ -252,7 +252,7 @@ impl Arm {
     /// the end of one that is being stopped. Under a [fence](super::Options::fence) it stops before that.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] for a command that is no jog and while a program runs, [`ErrorKind::Unreachable`] where the
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that is no jog and while a program runs, [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) where the
     /// arm's fence ([`Options::fence`](super::Options::fence)) leaves no room for it, else as [`set`](Self::set). When it is not certain that
     /// the jog did not begin, its stop is sent all the same.
     pub async fn jog(&self, command: impl Into<Set>) -> Result<Jog> {
@@ -262,18 +262,22 @@ impl Arm {
     /// As [`jog`](Self::jog), with options.
     ///
     /// # Errors
-    /// As [`jog`](Self::jog); [`ErrorKind::InvalidInput`] for options out of range.
+    /// As [`jog`](Self::jog); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for options out of range.
     pub async fn jog_with(&self, command: impl Into<Set>, options: JogOptions) -> Result<Jog> {
         let stops = self.stops();
         let deadline = self.deadline();
         let command = command.into();
         let Set::JogCmd(cmd) = command else {
-            return Err(Error::invalid("it is no jog").with_command(command.row().set_name));
+            return Err(
+                Error::new(ErrorCode::WrongCommand, "it is not a jog command")
+                    .with_command(command.row().set_name),
+            );
         };
         if cmd.cmd == JogCommand::Stop {
-            return Err(Error::invalid(
-                "a jog that is a stop; Arm::stop_jog ends a jog",
-            ));
+            return Err(
+                Error::new(ErrorCode::WrongCommand, "a stop does not begin a jog")
+                    .remedy(Action::StopJog, "ends one"),
+            );
         }
         options.check()?;
         if self.fences_jogs() && self.moving() {
@@ -333,7 +337,7 @@ impl Arm {
             Err(_) => return Err(Error::stuck()),
         }
         // Its life ends with this call, so what has not begun never does.
-        let silent = Error::new(ErrorKind::Timeout, "no answer");
+        let silent = Error::new(ErrorCode::NoAnswer, "no answer");
         self.answer_or(silent, answer, &frame, deadline).await?;
         Ok(jog)
     }

@@ -9,7 +9,7 @@ use super::known::QueueLook;
 use super::{Arm, Shared};
 use crate::connection::Request;
 use crate::words;
-use crate::{Error, ErrorKind, Result};
+use crate::{Action, Error, ErrorCode, ErrorKind, Result};
 use magician_host::{LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_releases_queue};
 
 /// The laser's pins.
@@ -50,7 +50,7 @@ impl Arm {
     /// Refuses commands of which one would burn where that is not allowed; nothing is sent.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] with [`Error::wants_laser`].
+    /// [`ErrorKind::InvalidInput`] with [`ErrorCode::LaserNotAllowed`].
     pub fn permit<'a>(&self, commands: impl IntoIterator<Item = &'a Set>) -> Result<()> {
         if self.may_burn() {
             return Ok(());
@@ -73,7 +73,7 @@ impl Arm {
     /// them there.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`] with [`Error::wants_laser`], else as [`get`](Self::get).
+    /// [`ErrorKind::InvalidInput`] with [`ErrorCode::LaserNotAllowed`], else as [`get`](Self::get).
     pub async fn permit_queue(&self) -> Result<()> {
         if self.may_burn() {
             return Ok(());
@@ -184,10 +184,11 @@ impl Arm {
     /// [`ErrorKind::InvalidInput`] when it is on, else as [`laser`](Self::laser).
     pub async fn check_dark(&self) -> Result<()> {
         match self.laser().await? {
-            Some(true) => Err(Error::invalid(
-                "the laser is on, and the arm would burn along its way: switch it off first (`magician laser off`); \
-                 nothing was sent",
-            )),
+            Some(true) => Err(Error::new(
+                ErrorCode::LaserOn,
+                "the laser is on, and the arm would burn along its way; nothing was sent",
+            )
+            .remedy(Action::LaserOff, "switches it off")),
             _ => Ok(()),
         }
     }

@@ -60,7 +60,7 @@ impl Arm {
         let link = link.wait_for(over).await.map_err(|_| Error::closed())?;
         match &*link {
             Link::Up => Ok(()),
-            Link::Lost { why, .. } => Err(Error::new(crate::ErrorKind::Port, &**why)),
+            Link::Lost { why, .. } => Err(Error::new(crate::ErrorCode::LineLost, &**why)),
             Link::Closed => Err(Error::closed()),
         }
     }

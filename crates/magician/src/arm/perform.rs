@@ -11,7 +11,7 @@ use super::run::{Ran, RunOptions};
 use super::watch::Progress;
 use crate::connection::Request;
 use crate::words::{Guards, Needs, Preflight, Readings, refuse};
-use crate::{ErrorKind, Result};
+use crate::{Action, ErrorKind, Result};
 
 /// So many commands are checked before other tasks get their turn.
 const TURN: usize = 1024;
@@ -132,12 +132,13 @@ impl Arm {
             return Err(self.stopped_by(alarms).await);
         }
         let reset = alarms.contains(Alarm::ResetOccurred);
-        let why = "the arm was reset and nobody has homed it since (`magician home`)";
-        refuse(
+        let why = "the arm was reset and nobody has homed it since";
+        let refused = refuse(
             guards.require_homed && reset && !homes,
             "require_homed",
             why,
-        )
+        );
+        refused.map_err(|error| error.remedy(Action::Home, "homes it"))
     }
 
     /// Whether the arm is ready for a program of many steps: as [`check_alarms`](Self::check_alarms), and with the laser dark,

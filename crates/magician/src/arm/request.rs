@@ -11,7 +11,7 @@ use super::driver::{Message, command_name};
 use super::exposure::Exposure;
 use super::watch::Own;
 use crate::connection::{Request, is_once};
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// Longer than anybody waits, and short enough to be added to any instant.
 const FOREVER: Duration = Duration::from_secs(30 * 365 * 24 * 3600);
@@ -124,7 +124,7 @@ impl Arm {
     ) -> Result<FrameBuf> {
         let silent = match is_once(&request.frame()) {
             true => Error::uncertain(None, None),
-            false => Error::new(ErrorKind::Timeout, "no answer"),
+            false => Error::new(ErrorCode::NoAnswer, "no answer"),
         };
         self.answer_or(silent, answer, request, deadline).await
     }
@@ -180,7 +180,7 @@ impl Arm {
         {
             tracing::warn!(
                 "{}: the arm reports that it was reset and nobody has cleared that since; if it has not \
-                 been homed, its positions are not true: `magician home`",
+                 been homed, its positions are not true: home it",
                 self.name()
             );
         }
@@ -202,6 +202,7 @@ mod tests {
     use magician_protocol::commands::{Pose, QueuedCmdStartDownload};
 
     use super::*;
+    use crate::ErrorKind;
     use crate::Options;
 
     #[tokio::test(start_paused = true)]

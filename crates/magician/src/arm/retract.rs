@@ -7,7 +7,7 @@ use magician_protocol::{Alarm, Set};
 
 use super::{Arm, Owed, RunOptions};
 use crate::words::{Preflight, line_to, move_to};
-use crate::{Error, Result};
+use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 
 /// What came of a [`lift`](Arm::lift).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,10 +84,13 @@ impl Arm {
         if !self.alarms().await?.contains(Alarm::ResetOccurred) {
             return Ok(());
         }
-        Err(Error::invalid(
-            "the arm was not homed since it was switched on (alarm 0x00), so it may draw or burn in the wrong place: \
-             `magician home` homes it, `--unhomed` goes on all the same; nothing was sent",
-        ))
+        Err(Error::new(
+            ErrorCode::NotHomed,
+            "the arm was not homed since it was switched on (alarm 0x00), so it may draw or burn in the wrong place; \
+             nothing was sent",
+        )
+        .remedy(Action::Home, "homes it")
+        .remedy((Setting::Unhomed, Given::On), "goes on all the same"))
     }
 
     /// Where the arm stands, for a move of its own: not under an alarm that holds it.
@@ -98,7 +101,8 @@ impl Arm {
         }
         let course = self.preflight_for(moves).await?;
         if course.arm().is_none() {
-            return Err(Error::invalid(
+            return Err(Error::new(
+                ErrorCode::PositionUnknown,
                 "it is not known where the arm stands: it moves, or commands wait in its queue",
             ));
         }

@@ -11,7 +11,7 @@ use super::Arm;
 use super::flow::{self, Flow};
 use super::watch::By;
 use crate::connection::Request;
-use crate::{Error, ErrorKind, QueueIndex, Result};
+use crate::{Error, ErrorCode, ErrorKind, QueueIndex, Result};
 
 /// The verbs.
 impl Arm {
@@ -102,7 +102,7 @@ impl Arm {
         let mut flow = self.take_turn(deadline, command.row().set_name).await?;
         if self.doubts() != doubts {
             let message = "it was not sent: an earlier command is uncertain";
-            let error = Error::new(ErrorKind::Closed, message);
+            let error = Error::new(ErrorCode::AfterUncertain, message);
             return Err(error.with_command(command.row().set_name));
         }
         if flow.room == 0 {
@@ -113,7 +113,7 @@ impl Arm {
             self.note_room(flow.room).await?;
         }
         if flow.room == 0 {
-            let error = Error::new(ErrorKind::QueueFull, "the arm's queue is full");
+            let error = Error::new(ErrorCode::QueueFull, "the arm's queue is full");
             return Err(error.with_command(command.row().set_name));
         }
         // A caller that goes away meanwhile leaves behind what has to be counted anew.
@@ -147,7 +147,7 @@ impl Arm {
         let turn = timeout_at(deadline, self.inner.flow.lock()).await;
         turn.map_err(|_| {
             let message = "another task fills the queue at present";
-            Error::new(ErrorKind::Timeout, message).with_command(name)
+            Error::new(ErrorCode::NotSent, message).with_command(name)
         })
     }
 

@@ -8,7 +8,7 @@ use magician_protocol::commands::{Pose, PoseL, QueuedCmdCurrentIndex};
 use tokio::time::{Instant, sleep};
 
 use super::Arm;
-use crate::{Error, ErrorKind, QueueIndex, Result};
+use crate::{Action, Error, ErrorCode, QueueIndex, Result};
 
 /// How soon the first look follows, and how far apart looks are at most.
 pub(super) const FIRST_PAUSE: Duration = Duration::from_millis(2);
@@ -222,7 +222,7 @@ impl Watch {
             return Ok(());
         }
         let message = "a stop came; what was not finished was dropped";
-        Err(Error::new(ErrorKind::Closed, message))
+        Err(Error::new(ErrorCode::Stopped, message))
     }
 
     fn changed(&mut self) {
@@ -235,8 +235,8 @@ impl Arm {
     /// Waits until a queued command has finished.
     ///
     /// # Errors
-    /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue, or when the hold of an alarm that
-    /// has gone by itself keeps the arm from moving; [`ErrorKind::Timeout`] when nothing happens for
+    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue, or when the hold of an alarm that
+    /// has gone by itself keeps the arm from moving; [`ErrorKind::Timeout`](crate::ErrorKind::Timeout) when nothing happens for
     /// longer than the commands explain (a trigger explains any time): after 1.5 s in a queue that this handle has
     /// stopped and nothing of it starts again, after 5 s in one that it found as it was, where another program may be
     /// about to start it; else as [`get`](Self::get).
@@ -349,17 +349,19 @@ impl Arm {
             return Ok(());
         }
         let hint = match (stopped, started) {
-            (true, _) => ", and its queue is stopped: `magician queue start` lets it go on",
+            (true, _) => ", and its queue is stopped",
             (_, true) => " and the arm stands still",
-            _ => {
-                " and the arm stands still; its queue was not started, or is stopped: `magician queue start` lets it go on"
-            }
+            _ => " and the arm stands still; its queue was not started, or is stopped",
         };
         let message = format!(
             "waiting for queue index {}: it stays at {}{hint}",
             watch.progress.last.0, watch.progress.current.0
         );
-        Err(Error::new(ErrorKind::Timeout, message))
+        Err(match (stopped, started) {
+            (false, true) => Error::new(ErrorCode::NotFinished, message),
+            _ => Error::new(ErrorCode::QueueStopped, message)
+                .remedy(Action::StartQueue, "lets it go on"),
+        })
     }
 
     /// An empty queue whose index has not come to what is waited for: it was dropped.
@@ -375,7 +377,7 @@ impl Arm {
              cleared, or the arm was reset",
             watch.progress.last.0, watch.progress.current.0
         );
-        Err(Error::new(ErrorKind::Closed, message))
+        Err(Error::new(ErrorCode::Dropped, message))
     }
 
     /// Two equal poses and a motion that does not run: the hold of an alarm, unless the index moved

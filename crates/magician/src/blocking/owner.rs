@@ -7,13 +7,14 @@ use tokio::sync::oneshot;
 use tokio::time::timeout;
 
 use crate::arm::FAREWELL;
-use crate::{Arm, Error, ErrorKind, Result};
+use crate::{Arm, Error, ErrorCode, Result};
 
 /// Refuses to block an async runtime.
 pub(super) fn outside_async() -> Result<()> {
     match Handle::try_current() {
         Err(_) => Ok(()),
-        Ok(_) => Err(Error::invalid(
+        Ok(_) => Err(Error::new(
+            ErrorCode::InsideRuntime,
             "magician::blocking is used inside an async runtime; use magician::Arm there",
         )),
     }
@@ -38,7 +39,7 @@ impl Server {
     ) -> Result<(Self, Arm)> {
         let failed = |error| {
             let message = format!("the system gives no timer, poller or thread: {error}");
-            Error::new(ErrorKind::Port, message)
+            Error::new(ErrorCode::PortFailed, message)
         };
         let runtime = Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(failed)?;

@@ -15,7 +15,7 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use tokio::time::Instant;
 
 use super::Spread;
-use crate::{Arm, Error, ErrorKind, Options, Result, Target};
+use crate::{Arm, Error, Options, Result, Target};
 
 /// Round trips of GetPose to a bare responder.
 #[derive(Clone, Debug, Default)]
@@ -41,11 +41,11 @@ impl Added {
 /// Measures so many round trips each way, in turns.
 ///
 /// # Errors
-/// [`ErrorKind::Port`] when the system gives no pseudo-terminal.
+/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the system gives no pseudo-terminal.
 pub async fn added_latency(count: usize, mut tick: impl FnMut(usize)) -> Result<Added> {
     let failed = |error: io::Error| {
         let message = format!("the system gives no pseudo-terminal: {error}");
-        Error::new(ErrorKind::Port, message).with_source(error)
+        Error::port(message, error)
     };
     let (path, keep, responder) = responder().map_err(failed)?;
     let outcome = measure(&path, count, &mut tick).await;

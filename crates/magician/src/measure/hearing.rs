@@ -9,7 +9,7 @@ use magician_protocol::{Ctrl, Deframer, Event, FrameBuf, Layout, NoArgs, Readabl
 use tokio::net::{UdpSocket, lookup_host};
 use tokio::time::{Instant, timeout, timeout_at};
 
-use crate::{Error, ErrorKind, RawLine, Result};
+use crate::{Error, RawLine, Result};
 
 /// Serial speeds other than the arm's at which devices with the same adapters talk.
 pub const OTHER_SPEEDS: [u32; 7] = [9600, 19_200, 38_400, 57_600, 230_400, 250_000, 1_000_000];
@@ -41,7 +41,7 @@ pub enum Heard {
 /// Asks for the version, twice, and listens.
 ///
 /// # Errors
-/// [`ErrorKind::Port`] when the line is gone.
+/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
 pub async fn listen(line: &mut RawLine, patience: Duration) -> Result<Heard> {
     let question = question()?;
     let mut heard = Vec::new();
@@ -118,11 +118,11 @@ fn judge(heard: &[u8]) -> Heard {
 /// Asks for the version by datagrams, and tells a host that refuses from one that is silent.
 ///
 /// # Errors
-/// [`ErrorKind::Port`] when the host has no address or there is no way to it.
+/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the host has no address or there is no way to it.
 pub async fn hear_datagrams(host: &str, port: u16, patience: Duration) -> Result<Heard> {
     let failed = |error: io::Error| {
         let message = format!("{host} port {port} cannot be reached: {error}");
-        Error::new(ErrorKind::Port, message).with_source(error)
+        Error::port(message, error)
     };
     let mut addresses = lookup_host((host, port)).await.map_err(failed)?;
     let peer = (addresses.next()).ok_or_else(|| failed(io::ErrorKind::NotFound.into()))?;

@@ -5,7 +5,7 @@ use tokio::time::{Instant, sleep};
 use super::tap::{Log, Tap};
 use super::{Ring, Spread};
 use crate::transport::Way;
-use crate::{Arm, Error, ErrorKind, Options, Result, RunOptions, Target};
+use crate::{Arm, Error, ErrorCode, ErrorKind, Options, Result, RunOptions, Target};
 
 /// How long stops took while a stream of segments filled the line.
 #[derive(Clone, Debug, Default)]
@@ -77,7 +77,7 @@ async fn stop_once(arm: &Arm, ring: Ring, turn: u32, log: &Log, times: &mut Time
         let begun = Instant::now();
         arm.stop().await?;
         let seen = log.seen();
-        let missed = || Error::new(ErrorKind::Unexpected, "the stop was not seen on the line");
+        let missed = || Error::new(ErrorCode::BadAnswer, "the stop was not seen on the line");
         times
             .on_the_line
             .push(seen.sent.ok_or_else(missed)? - begun);
@@ -92,7 +92,7 @@ async fn stop_once(arm: &Arm, ring: Ring, turn: u32, log: &Log, times: &mut Time
         Err(error) if error.kind() == ErrorKind::Closed => Ok(()),
         Err(error) => Err(error),
         Ok(_) => Err(Error::new(
-            ErrorKind::Unexpected,
+            ErrorCode::BadAnswer,
             "an endless stream came to its end",
         )),
     }

@@ -12,7 +12,7 @@ use magician_protocol::{
 use tokio::time::{Instant, timeout_at};
 
 use crate::connection::Settings;
-use crate::{Error, ErrorKind, RawLine, Result};
+use crate::{Error, ErrorCode, RawLine, Result};
 
 /// What became of requests that were sent in one piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,7 +88,7 @@ const READS: [&Row; 4] = [
 /// Sends so many reads in one piece, several times, and sees what is answered within `patience`.
 ///
 /// # Errors
-/// [`ErrorKind::Port`] when the line is gone.
+/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the line is gone.
 pub async fn back_to_back(
     line: &mut RawLine,
     depth: usize,
@@ -158,7 +158,7 @@ async fn ask(line: &mut RawLine, request: FrameBuf, patience: Duration) -> Resul
         }
     }
     let message = format!("{}: no answer", line.name());
-    Err(Error::new(ErrorKind::Timeout, message))
+    Err(Error::new(ErrorCode::NoAnswer, message))
 }
 
 /// Current index and left space.
@@ -181,8 +181,8 @@ async fn order<T: Writable>(line: &mut RawLine, action: &T, patience: Duration) 
 /// queue is left stopped and empty.
 ///
 /// # Errors
-/// [`ErrorKind::InvalidInput`] when commands wait in the queue, or come into it meanwhile: they are not dropped for this.
-/// [`ErrorKind::Timeout`], [`ErrorKind::Port`].
+/// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands wait in the queue, or come into it meanwhile: they are not dropped for this.
+/// [`ErrorKind::Timeout`](crate::ErrorKind::Timeout), [`ErrorKind::Port`](crate::ErrorKind::Port).
 pub async fn queue_trial(
     line: &mut RawLine,
     depths: &[usize],
@@ -192,7 +192,7 @@ pub async fn queue_trial(
     let waiting = Settings::ORDERED.capacity.saturating_sub(before.1);
     if waiting > 0 {
         let message = format!("commands of an earlier program wait in the queue: {waiting}");
-        return Err(Error::invalid(message));
+        return Err(Error::new(ErrorCode::ForeignCommands, message));
     }
     order(line, &QueuedCmdStopExec {}, patience).await?;
     let wait = FrameBuf::encode(WaitCmd::ROW.id, Ctrl::QUEUED, &WaitCmd { timeout: 0 })?;
@@ -268,7 +268,7 @@ mod tests {
             .await
             .unwrap();
         let refused = queue_trial(&mut line, &[1], PATIENCE).await.unwrap_err();
-        assert_eq!(refused.kind(), ErrorKind::InvalidInput);
+        assert_eq!(refused.kind(), crate::ErrorKind::InvalidInput);
         assert_eq!(look(&mut line, PATIENCE).await.unwrap(), (0, 31));
     }
 
@@ -304,7 +304,7 @@ mod tests {
         let arm = tokio::spawn(shared(far));
         let mut line = RawLine::over(near, "shared");
         let refused = queue_trial(&mut line, &[1, 2], PATIENCE).await.unwrap_err();
-        assert_eq!(refused.kind(), ErrorKind::InvalidInput);
+        assert_eq!(refused.kind(), crate::ErrorKind::InvalidInput);
         drop(line);
         arm.await.unwrap();
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use magician_protocol::visible;
 
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, Result};
 
 #[cfg(any(target_os = "macos", test))]
 mod macos;
@@ -148,12 +148,12 @@ impl fmt::Display for Port {
 /// None in a build without the feature `lines`.
 ///
 /// # Errors
-/// [`ErrorKind::Port`] when the system does not tell.
+/// [`ErrorKind::Port`](crate::ErrorKind::Port) when the system does not tell.
 pub fn ports() -> Result<Vec<Port>> {
     #[cfg(feature = "lines")]
     let paths = serial2::SerialPort::available_ports().map_err(|error| {
         let message = format!("the serial ports could not be listed: {error}");
-        Error::new(ErrorKind::Port, message).with_source(error)
+        Error::port(message, error)
     })?;
     #[cfg(not(feature = "lines"))]
     let paths: Vec<std::path::PathBuf> = Vec::new();

@@ -1,5 +1,5 @@
 use super::{Port, Usb, list};
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// A port that was open, to be found again when the plug was out: the same adapter under whatever
 /// name, and never another one.
@@ -36,7 +36,7 @@ impl Remembered {
     /// Where it is now.
     ///
     /// # Errors
-    /// [`ErrorKind::Port`] when it is not here, or nothing shows which one it is.
+    /// [`ErrorKind::Port`](crate::ErrorKind::Port) when it is not here, or nothing shows which one it is.
     pub(crate) fn find(&self, present: &[Port]) -> Result<String> {
         let Some(usb) = &self.usb else {
             // Not USB: the name is all there is.
@@ -67,7 +67,7 @@ impl Remembered {
             self.path,
             list(present)
         );
-        Error::new(ErrorKind::Port, message)
+        Error::new(ErrorCode::NoPort, message)
     }
 
     fn another(&self, kin: &[&Port]) -> Error {
@@ -78,7 +78,7 @@ impl Remembered {
             self.path,
             list(kin.iter().copied())
         );
-        Error::new(ErrorKind::Port, message)
+        Error::new(ErrorCode::AnotherArm, message)
     }
 }
 
@@ -96,6 +96,7 @@ fn is_of_all(serial: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ErrorKind;
 
     fn port(path: &str, serial: Option<&str>, location: &str) -> Port {
         let usb = Usb {

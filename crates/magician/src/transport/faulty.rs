@@ -10,7 +10,7 @@ use tokio::time::{Instant, Sleep, sleep_until};
 use super::{Leap, Transport};
 use crate::connection::Micros;
 use crate::faults::{Faults, Injector, Passed, Side};
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// What befalls the controller itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ impl Spoiler {
         if self.lock().out_until.is_some_and(|until| now < until) {
             let message =
                 format!("{name} is unplugged (an injected fault); it comes back by itself");
-            return Err(Error::new(ErrorKind::Port, message));
+            return Err(Error::new(ErrorCode::NoPort, message));
         }
         Ok(())
     }
@@ -76,7 +76,7 @@ impl Spoiler {
     ) -> Result<Faulty> {
         if self.faults.reset > 0.0 && restart.is_none() {
             return Err(Error::invalid(format!(
-                "`reset` cannot be done to {name}: only a virtual arm in this process can be \
+                "'reset' cannot be done to {name}: only a virtual arm in this process can be \
                  restarted from here"
             )));
         }

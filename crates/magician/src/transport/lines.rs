@@ -9,7 +9,7 @@ use magician_protocol::BAUD_RATE;
 use super::{Transport, search, serial, tcp, udp};
 use crate::connection::Settings;
 use crate::ports::{self, Port, Remembered};
-use crate::{Error, ErrorKind, Result, Target};
+use crate::{Error, Result, Target};
 
 /// How long a host's name and a host's answer to a connection may take.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
@@ -78,7 +78,7 @@ impl Lines {
 /// The name of a host that cannot be reached.
 pub(super) fn unreachable_host(host: &str, port: u16, error: io::Error) -> Error {
     let message = format!("{host} port {port} cannot be reached: {error}");
-    Error::new(ErrorKind::Port, message).with_source(error)
+    Error::port(message, error)
 }
 
 fn open_at(path: String) -> Result<(String, serial::Serial)> {

@@ -10,7 +10,7 @@ use tokio::time::timeout;
 use super::Transport;
 use super::serial::{self, Serial};
 use crate::ports::{Port, list};
-use crate::{Error, ErrorKind, Result, Target};
+use crate::{Action, Error, ErrorCode, Result, Target};
 
 /// How long an arm may take for its serial number; real ones take 12 ms (model section 15).
 const PATIENCE: Duration = Duration::from_millis(300);
@@ -35,17 +35,18 @@ pub(super) fn adapter(target: &Target, present: &[Port]) -> Result<String> {
     let found: Vec<&Port> = present.iter().filter(is_it).collect();
     let message = match found.as_slice() {
         [port] => return Ok(port.path.clone()),
-        [] => format!(
-            "{target} is not plugged in ({}); plug it in, or see `magician ports` for its ids",
-            list(present)
-        ),
+        [] => {
+            let message = format!("{target} is not plugged in ({}); plug it in", list(present));
+            return Err(Error::new(ErrorCode::NoPort, message)
+                .remedy(Action::ListPorts, "shows the ids of what is"));
+        }
         several => format!(
             "{target} is plugged in more than once ({}); add the serial number of the adapter, \
              usb:VENDOR:PRODUCT:SERIAL, or name the port",
             list(several.iter().copied())
         ),
     };
-    Err(Error::new(ErrorKind::Port, message))
+    Err(Error::new(ErrorCode::SeveralArms, message))
 }
 
 /// Opens the port with the arm of this serial number. The others are asked for theirs and closed
@@ -77,7 +78,7 @@ pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Se
             seen.join("; ")
         ),
     };
-    Err(Error::new(ErrorKind::Port, message))
+    Err(Error::new(ErrorCode::NoArm, message))
 }
 
 /// Asks whatever is at the end of a line for its serial number, with little patience.
@@ -169,7 +170,7 @@ mod tests {
             // The one that has been found is in use, the one that is not here is named, and the
             // other one has been given back.
             let error = arm("DT-THREE", &candidates).await.err().unwrap();
-            assert_eq!(error.kind(), ErrorKind::Port);
+            assert_eq!(error.kind(), crate::ErrorKind::Port);
             let message = error.to_string();
             for part in [
                 "is the arm DT-ONE",

@@ -8,7 +8,7 @@ use super::Transport;
 #[cfg(unix)]
 use super::away::{Away, read_now};
 use super::stream::Stream;
-use crate::{Error, ErrorKind, Result, ports};
+use crate::{Act, Error, ErrorCode, Result, ports};
 
 /// A serial port that nobody else uses meanwhile.
 pub(crate) struct Serial {
@@ -105,7 +105,7 @@ fn lock(path: &str) -> Result<std::os::fd::OwnedFd> {
 
 /// Why a port could not be opened, and what to do about it.
 fn explain(path: &str, error: io::Error) -> Error {
-    let is_port = |message: String| Error::new(ErrorKind::Port, message);
+    let is_port = |message: String| Error::new(ErrorCode::NoPort, message);
     match error.kind() {
         io::ErrorKind::NotFound => {
             let known = ports::ports().unwrap_or_default();
@@ -120,7 +120,8 @@ fn explain(path: &str, error: io::Error) -> Error {
             is_port(message).with_source(error)
         }
         _ => {
-            is_port(format!("{path} cannot be opened as a serial port: {error}")).with_source(error)
+            let message = format!("{path} cannot be opened as a serial port: {error}");
+            Error::port(message, error)
         }
     }
 }
@@ -150,29 +151,32 @@ fn held(path: &str) -> Error {
         known => known.join(", "),
     };
     let message = format!("{path} is in use by {by}; close that first");
-    Error::new(ErrorKind::Port, message)
+    Error::new(ErrorCode::PortBusy, message)
 }
 
 /// The port is there, but not for this user.
 fn forbidden(path: &str) -> Error {
     if let Err(error) = std::fs::metadata(path) {
         let message = format!("no permission to look at {path}: {error}");
-        return Error::new(ErrorKind::Port, message);
+        return Error::new(ErrorCode::PortForbidden, message);
     }
     let owner = owner_group(Path::new(path));
-    let join = match &owner {
+    let message = format!("no permission to use {path}");
+    let forbidden = |why: &str| Error::new(ErrorCode::PortForbidden, format!("{message}{why}"));
+    let error = match &owner {
         // Nobody should join that one for the sake of a port.
-        Some(group) if group == "root" => {
-            "only root may; let everybody at this desk use the arm:".to_owned()
+        Some(group) if group == "root" => forbidden("; only root may"),
+        Some(group) => {
+            let join = Act::System(format!("sudo usermod -aG {group} $USER").into());
+            forbidden(&format!("; it belongs to the group {group}"))
+                .remedy(join, "lets you use it from the next login on")
         }
-        Some(group) => format!(
-            "it belongs to the group `{group}`: join it with `sudo usermod -aG {group} $USER` and \
-             log in again, or let everybody at this desk use the arm:"
-        ),
-        None => "let everybody at this desk use the arm:".to_owned(),
+        None => forbidden(""),
     };
-    let message = format!("no permission to use {path}; {join} {}", udev());
-    Error::new(ErrorKind::Port, message)
+    error.remedy(
+        Act::System(udev().into()),
+        "lets everybody at this desk use the arm",
+    )
 }
 
 /// Installs the rule that gives the arm's adapters to whoever is logged in.
@@ -284,6 +288,7 @@ fn holders(_: &Path) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ErrorKind;
 
     #[test]
     fn a_port_that_is_not_there_is_named_with_those_that_are() {

@@ -19,7 +19,7 @@ use crate::VirtualArm;
 use crate::connection::Settings;
 use crate::faults::Faults;
 #[cfg(not(all(feature = "sim", feature = "ble", feature = "lines")))]
-use crate::{Error, ErrorKind};
+use crate::{Error, ErrorCode};
 use crate::{Options, Result, Target};
 
 /// The way to an arm, to be gone again when its line was lost.
@@ -141,8 +141,8 @@ impl Way {
             }
             #[cfg(not(feature = "sim"))]
             Target::Sim(_) => Err(Error::new(
-                ErrorKind::Unsupported,
-                "this build has no virtual arm: it was made without the feature `sim`",
+                ErrorCode::NotBuiltIn,
+                "this build has no virtual arm: it was made without the feature sim",
             )),
             #[cfg(feature = "lines")]
             Target::Serial(_)
@@ -156,8 +156,8 @@ impl Way {
             | Target::Arm(_)
             | Target::Udp { .. }
             | Target::Tcp { .. } => Err(Error::new(
-                ErrorKind::Unsupported,
-                "this build has no lines to real arms: it was made without the feature `lines`",
+                ErrorCode::NotBuiltIn,
+                "this build has no lines to real arms: it was made without the feature lines",
             )),
             #[cfg(feature = "ble")]
             Target::Ble(device) => {
@@ -166,8 +166,8 @@ impl Way {
             }
             #[cfg(not(feature = "ble"))]
             Target::Ble(_) => Err(Error::new(
-                ErrorKind::Unsupported,
-                "this build has no Bluetooth: it was made without the feature `ble`; use USB or Wi-Fi",
+                ErrorCode::NotBuiltIn,
+                "this build has no Bluetooth: it was made without the feature ble; use USB or Wi-Fi",
             )),
         }
     }

@@ -7,7 +7,7 @@ use magician::commands::{
 };
 use magician::protocol::{Flag, FrameBuf, IoFunction};
 use magician::words::{self, Guards};
-use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, VirtualArm};
+use magician::{Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, VirtualArm};
 use tokio::time::sleep;
 
 use crate::desk::{Desk, only_reads};
@@ -73,7 +73,11 @@ async fn nothing_burns_on_a_real_arm_that_nobody_has_allowed_it_on() {
                 ErrorKind::InvalidInput,
                 "door {door}: {error}"
             );
-            assert!(error.wants_laser(), "door {door}: {error}");
+            assert_eq!(
+                error.code(),
+                ErrorCode::LaserNotAllowed,
+                "door {door}: {error}"
+            );
         }
         assert!(only_reads(&desk.heard()), "{command:?}");
         assert!(!arm.burns(&words::laser(false)) && arm.burns(&command));
@@ -85,7 +89,7 @@ async fn nothing_burns_on_a_real_arm_that_nobody_has_allowed_it_on() {
     let waits = std::iter::repeat_n(words::wait(Duration::from_millis(1)), 60);
     let program = waits.chain([words::laser(true)]);
     let error = arm.run(program, |_| {}).await.unwrap_err();
-    assert!(error.wants_laser(), "{error}");
+    assert_eq!(error.code(), ErrorCode::LaserNotAllowed, "{error}");
     assert!(!desk.heard().contains(&(LASER, true)));
 }
 
@@ -135,7 +139,11 @@ async fn a_queue_with_commands_of_another_program_is_not_let_run() {
     .enumerate()
     {
         let error = outcome.expect_err(&format!("door {door}"));
-        assert!(error.wants_laser(), "door {door}: {error}");
+        assert_eq!(
+            error.code(),
+            ErrorCode::LaserNotAllowed,
+            "door {door}: {error}"
+        );
     }
     assert!(only_reads(&desk.heard()));
     arm.allowing_laser().start_queue().await.unwrap();

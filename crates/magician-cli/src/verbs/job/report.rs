@@ -161,6 +161,9 @@ impl Refusal {
         let place = complaint.origin;
         let known = |value: u32| Some(value).filter(|value| *value > 0);
         let error = &complaint.error;
+        let mut figures = Figures::of(error);
+        // The complaint has its own.
+        figures.step = None;
         Self {
             step: report.number(complaint.step),
             line: known(place.line),
@@ -169,19 +172,8 @@ impl Refusal {
             kind: error.kind().name(),
             message: error.to_string(),
             beyond: complaint.beyond(),
-            figures: figures(error),
+            figures,
         }
-    }
-}
-
-fn figures(error: &magician::Error) -> Figures {
-    Figures {
-        command: error.command().map(str::to_owned),
-        value: error.value(),
-        limit: error.limit(),
-        unit: error.unit(),
-        fence: error.breach().map(|breach| breach.part.name()),
-        ..Figures::default()
     }
 }
 
@@ -282,7 +274,7 @@ pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut
         true => Kind::CheckFailed,
         false => Kind::Driver(kind),
     };
-    let about = first.map(|complaint| figures(&complaint.error));
+    let about = first.map(|complaint| Figures::of(&complaint.error));
     let failure = Failure::new(kind, message)
         .about(about.unwrap_or_default())
         .drawn(drawn.join("\n"));

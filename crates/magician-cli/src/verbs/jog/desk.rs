@@ -11,7 +11,7 @@ use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::{Duration, timeout};
 
 use super::hands::{Hands, Ratios};
-use super::pad::{Pad, Reply, Tone, Tools, plain};
+use super::pad::{Pad, Reply, Tone, Tools};
 use crate::context::{STAND_BY, not_confirmed, stop};
 use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;
@@ -103,7 +103,7 @@ impl Desk {
             done = self.hands.next() => {
                 self.pad.done(&done);
                 if let Err(failure) = &done.outcome {
-                    self.seen.note(plain(&failure.message));
+                    self.seen.note(failure.fact());
                 }
                 Happened::Done
             }

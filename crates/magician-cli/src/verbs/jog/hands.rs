@@ -15,7 +15,6 @@ use magician_job::{Fault, JobError, JobHandle, JobSpec, NoJournal, Start};
 use magician_program::{Ending, Plan, Program};
 
 use super::axis::Heading;
-use super::pad::plain;
 
 use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;
@@ -375,7 +374,7 @@ fn told(error: &JobError) -> Failure {
         Fault::Refused { report, .. } if let Some(complaint) = report.complaints.first() => {
             let name = complaint.name.clone();
             let name = name.unwrap_or_else(|| format!("step {}", report.number(complaint.step)));
-            let message = format!("{name}: {}", plain(&complaint.error.to_string()));
+            let message = format!("{name}: {}", complaint.error.message());
             Failure::new(Kind::Driver(complaint.error.kind()), message)
         }
         _ => Failure::new(Kind::Driver(ErrorKind::Closed), error.to_string()),

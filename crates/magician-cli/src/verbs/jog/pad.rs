@@ -171,7 +171,7 @@ impl Pad {
     pub(crate) fn done(&mut self, done: &Done) {
         let failure = match &done.outcome {
             Ok(()) => return self.well_done(done.what),
-            Err(failure) => plain(&failure.message).to_owned(),
+            Err(failure) => failure.fact().to_owned(),
         };
         match done.what {
             What::Jog(heading) => {
@@ -372,14 +372,6 @@ impl Pad {
     fn tool(&mut self, what: &'static str, command: Set) -> Reply {
         let command = Box::new(command);
         Reply::Order(Order::Tool { what, command })
-    }
-}
-
-/// What went wrong, without the command that a key stood for.
-pub(crate) fn plain(message: &str) -> &str {
-    match message.split_once(": ") {
-        Some((command, rest)) if command.starts_with("Set") && !command.contains(' ') => rest,
-        _ => message,
     }
 }
 

@@ -5,7 +5,7 @@ use magician_protocol::{Frame, Row, Writable};
 
 use crate::arm::exposure::moves;
 use crate::connection::Failure;
-use crate::{Error, ErrorKind};
+use crate::{Error, ErrorCode};
 
 /// The vendor's name of what a request does, or its id.
 pub(in crate::arm) fn command_name(request: &Frame<'_>) -> String {
@@ -51,37 +51,37 @@ pub(super) fn explain(request: &Frame<'_>, failure: Failure) -> Error {
 pub(super) fn failed(failure: Failure) -> Error {
     match failure {
         Failure::Timeout { sent: 0 } => Error::new(
-            ErrorKind::Timeout,
+            ErrorCode::NotSent,
             "it could not be sent in time: the arm did not answer what went before",
         ),
         Failure::Timeout { sent } => {
             let times = if sent == 1 { "once" } else { "again and again" };
             Error::new(
-                ErrorKind::Timeout,
+                ErrorCode::NoAnswer,
                 format!("no answer; it was sent {times}"),
             )
         }
         Failure::Uncertain { from, to } => Error::uncertain(from, to),
         Failure::QueueFull => Error::new(
-            ErrorKind::QueueFull,
+            ErrorCode::QueueFull,
             "the arm's queue is full; nothing was stored",
         ),
-        Failure::Refused => Error::new(ErrorKind::Unexpected, "the arm refuses it"),
+        Failure::Refused => Error::new(ErrorCode::Refused, "the arm refuses it"),
         Failure::NoIndex => Error::new(
-            ErrorKind::Unexpected,
+            ErrorCode::BadAnswer,
             "the answer to a queued command carries no index",
         ),
         Failure::Stopped => Error::new(
-            ErrorKind::Closed,
+            ErrorCode::Stopped,
             "a stop, or a reset of the arm, came first; it was not sent",
         ),
-        Failure::Lost => Error::new(ErrorKind::Port, "the line to the arm broke"),
+        Failure::Lost => Error::new(ErrorCode::LineLost, "the line to the arm broke"),
         Failure::Draining => Error::new(
-            ErrorKind::QueueFull,
+            ErrorCode::QueueDraining,
             "it was not sent: the queue was cleared, and the command under way has not finished",
         ),
         Failure::Busy => Error::new(
-            ErrorKind::QueueFull,
+            ErrorCode::TooManyRequests,
             "it was not sent: too many requests wait at once",
         ),
     }

@@ -73,7 +73,7 @@ impl Halting {
     fn tell(self) {
         let copy = |outcome: &Result<()>| match outcome {
             Ok(()) => Ok(()),
-            Err(error) => Err(Error::new(error.kind(), error.to_string())),
+            Err(error) => Err(error.copy()),
         };
         for waiter in self.waiters {
             waiter.tell(copy(&self.outcome));

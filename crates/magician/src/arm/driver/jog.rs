@@ -14,7 +14,7 @@ use super::explain::explain;
 use super::{Driver, To};
 use crate::arm::jog::{Life, Phase, Stands, Why};
 use crate::connection::{Failure, Micros, Priority, Request};
-use crate::{Error, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// How long an answer to the stop, or to a look at the pose, may take before it is said again.
 const PATIENCE: Micros = 300_000;
@@ -145,7 +145,7 @@ impl Driver {
             return;
         }
         if self.runs_program() {
-            let error = Error::invalid("a program runs: stop it before a jog");
+            let error = Error::new(ErrorCode::Busy, "a program runs: stop it before a jog");
             return drop(start.reply.send(Err(error)));
         }
         if self.jogging.now.is_some() && !self.jogging.runs() {

@@ -18,7 +18,7 @@ use crate::arm::events::Event;
 use crate::arm::link::Link;
 use crate::connection::{Failure, Micros};
 use crate::transport::Line;
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// How soon after its loss a line is looked for, and how often.
 const FIRST_LOOK: Micros = 100_000;
@@ -203,10 +203,10 @@ impl Driver {
     /// Why a call fails while there is no line.
     pub(super) fn gone(&self) -> Error {
         let Some(lost) = &self.line.lost else {
-            return Error::new(ErrorKind::Port, "the line to the arm broke");
+            return Error::new(ErrorCode::LineLost, "the line to the arm broke");
         };
         if let Some(stranger) = &lost.stranger {
-            return Error::new(ErrorKind::Port, stranger);
+            return Error::new(ErrorCode::AnotherArm, stranger);
         }
         let source = lost.error.error();
         if self.line.opener.is_none() {
@@ -216,7 +216,7 @@ impl Driver {
             "the connection to {} broke off: {source}; it is being looked for again",
             self.shared.name
         );
-        Error::new(ErrorKind::Port, message).with_source(source)
+        Error::new(ErrorCode::LineLost, message).with_source(source)
     }
 
     pub(super) fn publish_loss(&self) {

@@ -11,7 +11,7 @@ use crate::arm::exposure::Exposure;
 use crate::arm::watch::By;
 use crate::connection::{Failure, Law, Ticket};
 use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// A program that a handle wants to be run.
 #[derive(Debug)]
@@ -74,9 +74,9 @@ impl Driver {
         } else if !self.link_is_up() {
             Some(self.gone())
         } else if runs {
-            Some(Error::invalid("another program runs"))
+            Some(Error::new(ErrorCode::Busy, "another program runs"))
         } else if self.jogging.runs() {
-            Some(Error::invalid("a jog is under way"))
+            Some(Error::new(ErrorCode::Busy, "a jog is under way"))
         } else {
             self.refuse_window(&program.stream)
         };
@@ -97,7 +97,7 @@ impl Driver {
         };
         (stream.settings().window > 1).then(|| {
             let message = format!("a window above 1 cannot be used here: {breach}");
-            Error::new(ErrorKind::Unsupported, message)
+            Error::new(ErrorCode::Unsupported, message)
         })
     }
 
@@ -265,15 +265,15 @@ impl Driver {
 
     /// Why a program ended, in words.
     fn explain_stream(&self, failure: StreamFailure) -> Error {
-        let kind = match failure {
+        let code = match failure {
             StreamFailure::Request(Failure::Lost) => return self.gone(),
             StreamFailure::Request(failure) => return failed(failure),
-            StreamFailure::Dropped { .. } | StreamFailure::Reset { .. } => ErrorKind::Closed,
-            StreamFailure::NotDrained { .. } => ErrorKind::Timeout,
-            StreamFailure::Index { .. } | StreamFailure::Unclear { .. } => ErrorKind::Uncertain,
-            _ => ErrorKind::Unexpected,
+            StreamFailure::Dropped { .. } | StreamFailure::Reset { .. } => ErrorCode::Dropped,
+            StreamFailure::NotDrained { .. } => ErrorCode::NotFinished,
+            StreamFailure::Index { .. } | StreamFailure::Unclear { .. } => ErrorCode::Uncertain,
+            _ => ErrorCode::BadAnswer,
         };
-        let error = Error::new(kind, failure.to_string());
+        let error = Error::new(code, failure.to_string());
         match failure {
             StreamFailure::Unclear { confirmed, found } => {
                 error.between(confirmed.map(|last| last.saturating_add(1)), Some(found))

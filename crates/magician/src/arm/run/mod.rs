@@ -17,7 +17,7 @@ use super::watch::{Progress, Watch};
 use crate::connection::Micros;
 use crate::stream::Leftover;
 use crate::words::{self, Guards, Preflight};
-use crate::{Error, ErrorKind, Result};
+use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 pub use options::{Ran, RunOptions};
 use plan::{Light, Planned};
 
@@ -90,9 +90,9 @@ impl Arm {
     /// sent as they are; [`perform`](Self::perform) checks them first.
     ///
     /// # Errors
-    /// [`ErrorKind::Alarm`] as soon as an alarm holds the queue,
-    /// [`ErrorKind::InvalidInput`] when commands of an earlier
-    /// program wait in the queue, [`ErrorKind::Closed`] when a stop came,
+    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
     /// else as [`enqueue`](Self::enqueue) and [`wait`](Self::wait). What was put into the queue
     /// before the error stays there: [`stop`](Self::stop) drops it.
     pub async fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
@@ -175,9 +175,12 @@ impl Arm {
                 "them",
             ),
         };
-        Err(Error::invalid(format!(
-            "{commands} in the arm's queue and would run first: `magician stop` drops {them}, `--keep` runs {them}"
-        )))
+        Err(Error::new(
+            ErrorCode::ForeignCommands,
+            format!("{commands} in the arm's queue and would run first"),
+        )
+        .remedy(Action::Stop, format!("drops {them}"))
+        .remedy((Setting::Keep, Given::On), format!("runs {them}")))
     }
 }
 
@@ -200,8 +203,8 @@ impl<C: Iterator<Item = Set>> Run<C> {
     /// Runs what has not been run, to its end.
     ///
     /// # Errors
-    /// As [`Arm::run`]; and when it goes on, [`ErrorKind::Unexpected`] if the arm does not stand
-    /// where it should, [`ErrorKind::Closed`] if it is [over](Self::is_interrupted).
+    /// As [`Arm::run`]; and when it goes on, [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the arm does not stand
+    /// where it should, [`ErrorKind::Closed`](crate::ErrorKind::Closed) if it is [over](Self::is_interrupted).
     pub async fn finish(&mut self, mut progress: impl FnMut(Progress)) -> Result<Ran> {
         let arm = self.arm.clone();
         let stops = self.stops.take().unwrap_or_else(|| arm.stops());
@@ -280,7 +283,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         }
         self.arm.mishap(self.begun)?;
         Err(Error::new(
-            ErrorKind::Closed,
+            ErrorCode::RunOver,
             "this run is over: a stop or an error ended it, or nobody waited for its end; begin a new one",
         ))
     }

@@ -13,7 +13,7 @@ use crate::arm::known::place;
 use crate::connection::Micros;
 use crate::stream::{Beginning, Item};
 use crate::words::{Guards, Preflight, pose_of};
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Result};
 use magician_host::raises_laser_pin;
 
 /// So few are in the arm whatever they take: their times are of no use.
@@ -129,7 +129,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
             let stands = place(&start);
             if self.leftover.is_some() && self.begins_at != stands {
                 return Err(Error::new(
-                    ErrorKind::Closed,
+                    ErrorCode::RunOver,
                     "the arm does not stand where this run was to begin; begin a new one",
                 ));
             }

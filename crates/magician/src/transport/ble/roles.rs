@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use btleplug::api::{CharPropFlags, Characteristic, Service};
 
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// The service of the document's Table 1, and what it calls the ports for reading and for writing.
 pub(super) const SERVICE: u128 = 0x0003_CDD0_0000_1000_8000_0080_5F9B_0131;
@@ -23,7 +23,7 @@ pub(super) fn settle(
     wanted: &str,
     services: &BTreeSet<Service>,
 ) -> Result<(Characteristic, Characteristic)> {
-    let wrong = |what| Error::new(ErrorKind::Unexpected, format!("ble:{wanted} {what}"));
+    let wrong = |what| Error::new(ErrorCode::NotAnArm, format!("ble:{wanted} {what}"));
     let service = services.iter().find(|one| one.uuid.as_u128() == SERVICE);
     let Some(service) = service else {
         let found = list(services.iter().map(|service| service.uuid.to_string()));
@@ -64,6 +64,7 @@ fn list(all: impl Iterator<Item = String>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ErrorKind;
 
     const FAST: CharPropFlags = CharPropFlags::WRITE_WITHOUT_RESPONSE;
     const NOTIFY: CharPropFlags = CharPropFlags::NOTIFY;

@@ -9,7 +9,7 @@ use tokio::time::{Instant, sleep};
 
 use super::roles::SERVICE;
 use super::{radio, trouble};
-use crate::{Error, ErrorKind, Result};
+use crate::{Error, ErrorCode, Result};
 
 /// How long a device is looked for; those that save power say that they are there every two seconds or so.
 const SCAN: Duration = Duration::from_secs(10);
@@ -151,7 +151,7 @@ fn not_found(wanted: &str, seen: &[Seen]) -> Error {
         "no Bluetooth device is called {wanted} or has that address; {heard}. Is the arm switched on, its Bluetooth module \
          plugged in, and no phone or other computer connected to it?"
     );
-    Error::new(ErrorKind::Port, message)
+    Error::new(ErrorCode::NoArm, message)
 }
 
 fn several(wanted: &str, seen: &[Seen], indices: &[usize]) -> Error {
@@ -161,7 +161,7 @@ fn several(wanted: &str, seen: &[Seen], indices: &[usize]) -> Error {
         "several Bluetooth devices are called {wanted}: {}; write the address instead, as in ble:AA:BB:CC:DD:EE:FF",
         all.join(", ")
     );
-    Error::new(ErrorKind::Port, message)
+    Error::new(ErrorCode::SeveralArms, message)
 }
 
 /// The adapter listens for all that say they are there; it stops when this is dropped. Not only for the service: a

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use crate::{Error, ErrorKind};
+use crate::{Act, Error, ErrorCode};
 
 fn port(message: impl Into<String>) -> Error {
-    Error::new(ErrorKind::Port, message)
+    Error::new(ErrorCode::PortFailed, message)
 }
 
 pub(super) fn no_adapter() -> Error {
@@ -13,12 +13,14 @@ pub(super) fn no_adapter() -> Error {
 }
 
 pub(super) fn switched_off() -> Error {
-    let how = if cfg!(target_os = "linux") {
-        "switch it on in the settings, or with `rfkill unblock bluetooth` and `bluetoothctl power on`"
-    } else {
-        "switch it on in the settings"
-    };
-    port(format!("Bluetooth is off; {how}"))
+    let error = port("Bluetooth is off; switch it on in the settings");
+    match cfg!(target_os = "linux") {
+        true => error.remedy(
+            Act::System("rfkill unblock bluetooth && bluetoothctl power on".into()),
+            "switches it on too",
+        ),
+        false => error,
+    }
 }
 
 pub(super) fn silent(waited: Duration) -> Error {
@@ -38,9 +40,12 @@ pub(super) fn of_system(error: btleplug::Error) -> Error {
     }
     if among(&["ServiceUnknown", "NameHasNoOwner", "Spawn."]) {
         return port(format!(
-            "Bluetooth does not run on this computer ({error}); install `bluez` and start it: `sudo systemctl enable --now \
-             bluetooth`"
-        ));
+            "Bluetooth does not run on this computer ({error}); install bluez"
+        ))
+        .remedy(
+            Act::System("sudo systemctl enable --now bluetooth".into()),
+            "starts it",
+        );
     }
     if among(&["FileNotFound", "NoServer"]) || (cfg!(target_os = "linux") && among(&["socket"])) {
         return port(format!(
@@ -49,9 +54,7 @@ pub(super) fn of_system(error: btleplug::Error) -> Error {
         ));
     }
     if among(&["AccessDenied", "AuthFailed", "PermissionDenied"]) {
-        return port(format!(
-            "no permission to use Bluetooth ({error}); {PERMIT}"
-        ));
+        return forbidden(&error);
     }
     if among(&["NotReady"]) {
         return switched_off();
@@ -59,22 +62,34 @@ pub(super) fn of_system(error: btleplug::Error) -> Error {
     port(format!("Bluetooth cannot be used: {error}"))
 }
 
-const PERMIT: &str = if cfg!(target_os = "linux") {
-    "join its group with `sudo usermod -aG bluetooth $USER` and log in again"
-} else if cfg!(target_os = "macos") {
-    "allow it for the program that this runs in: System Settings, Privacy & Security, Bluetooth"
-} else {
-    "allow it in the privacy settings"
-};
+fn forbidden(error: &btleplug::Error) -> Error {
+    let permit = if cfg!(target_os = "linux") {
+        ""
+    } else if cfg!(target_os = "macos") {
+        "; allow it for the program that this runs in: System Settings, Privacy & Security, Bluetooth"
+    } else {
+        "; allow it in the privacy settings"
+    };
+    let message = format!("no permission to use Bluetooth ({error}){permit}");
+    let error = Error::new(ErrorCode::PortForbidden, message);
+    match cfg!(target_os = "linux") {
+        true => error.remedy(
+            Act::System("sudo usermod -aG bluetooth $USER".into()),
+            "lets you use it from the next login on",
+        ),
+        false => error,
+    }
+}
 
 /// One device cannot be used.
 pub(super) fn of_device(wanted: &str, what: &str, error: btleplug::Error) -> Error {
     let known = format!("{error:?}");
     let guarded = ["Authenti", "NotAuthorized", "NotPermitted", "Insufficient"];
-    let hint = if guarded.iter().any(|name| known.contains(name)) {
-        "; it may want to be paired first, in the settings or with `bluetoothctl pair ADDRESS`"
-    } else {
-        "; is it near, and is no phone or other computer connected to it?"
-    };
-    port(format!("ble:{wanted} {what}: {error}{hint}"))
+    if guarded.iter().any(|name| known.contains(name)) {
+        let message = format!("ble:{wanted} {what}: {error}; it may want to be paired first");
+        return port(message).remedy(Act::System("bluetoothctl pair ADDRESS".into()), "pairs it");
+    }
+    port(format!(
+        "ble:{wanted} {what}: {error}; is it near, and is no phone or other computer connected to it?"
+    ))
 }

@@ -1,70 +1,19 @@
+//! What goes wrong, as data: a code, where, the values, and what to do about it; and the fact as a sentence, which names no flag
+//! and no call.
+
+mod code;
+
 use std::fmt;
 use std::io;
 
 use magician_motion::{Breach, FencePart, MotionError, Unreachable};
 use magician_protocol::{Alarm, AlarmSet, DecodeError, EncodeError, visible_lines};
 
+pub use self::code::{ErrorCode, ErrorKind};
+use crate::remedy::{Act, Action, Given, Remedy, Setting};
+
 /// What the driver returns.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
-
-/// Whose problem an [`Error`] is. The names are stable; C return codes, Python exceptions and exit
-/// statuses are made from them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum ErrorKind {
-    /// The request makes no sense: a NaN, a wrong name, a queue that belongs to another program.
-    InvalidInput,
-    /// The arm cannot get there.
-    Unreachable,
-    /// The port is not there, not allowed, in use, or gone.
-    Port,
-    /// No answer by the deadline.
-    Timeout,
-    /// The peer answered what it should not.
-    Unexpected,
-    /// This build or this peer cannot do it.
-    Unsupported,
-    /// The controller's queue has no room, or too many calls wait for the line: nothing was done, try again.
-    QueueFull,
-    /// An alarm stands that holds the queue.
-    Alarm,
-    /// A command may or may not have been taken.
-    Uncertain,
-    /// The connection has been closed, or a stop came first.
-    Closed,
-}
-
-impl ErrorKind {
-    /// The name in kebab case, as in JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::InvalidInput => "invalid-input",
-            Self::Unreachable => "unreachable",
-            Self::Port => "port",
-            Self::Timeout => "timeout",
-            Self::Unexpected => "unexpected",
-            Self::Unsupported => "unsupported",
-            Self::QueueFull => "queue-full",
-            Self::Alarm => "alarm",
-            Self::Uncertain => "uncertain",
-            Self::Closed => "closed",
-        }
-    }
-
-    /// Whether a pen is lifted from its paper after a run that failed so, once the arm has been stopped: not when the line is
-    /// gone, when an alarm holds the arm, and when somebody else has stopped it or it was reset.
-    #[must_use]
-    pub const fn lifts(self) -> bool {
-        !matches!(self, Self::Port | Self::Alarm | Self::Closed)
-    }
-}
-
-impl fmt::Display for ErrorKind {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
 
 /// Why something could not be done: a sentence for people, and the parts of it for programs.
 ///
@@ -78,8 +27,9 @@ impl fmt::Display for ErrorKind {
 pub struct Error(Box<Details>);
 
 struct Details {
-    kind: ErrorKind,
+    code: ErrorCode,
     message: String,
+    step: Option<usize>,
     command: Option<String>,
     value: Option<f64>,
     limit: Option<f64>,
@@ -87,8 +37,7 @@ struct Details {
     from: Option<u64>,
     to: Option<u64>,
     alarms: Option<AlarmSet>,
-    /// It is refused because the laser was not allowed to burn.
-    wants_laser: bool,
+    remedies: Vec<Remedy>,
     /// What of the arm's fence it would break.
     breach: Option<Breach>,
     /// The check of a program that has refused it.
@@ -98,10 +47,41 @@ struct Details {
 
 /// The parts.
 impl Error {
+    /// Which error it is.
+    ///
+    /// ```
+    /// use magician_host::{ErrorCode, words};
+    ///
+    /// let error = words::with_rail(words::suction(true), 600.0).unwrap_err();
+    /// assert_eq!(error.code(), ErrorCode::WrongCommand);
+    /// ```
+    #[must_use]
+    pub fn code(&self) -> ErrorCode {
+        self.0.code
+    }
+
     /// Whose problem it is.
     #[must_use]
     pub fn kind(&self) -> ErrorKind {
-        self.0.kind
+        self.0.code.kind()
+    }
+
+    /// The fact, without the command and its place in a list.
+    #[must_use]
+    pub fn message(&self) -> &str {
+        &self.0.message
+    }
+
+    /// What to do about it, the best first.
+    #[must_use]
+    pub fn remedies(&self) -> &[Remedy] {
+        &self.0.remedies
+    }
+
+    /// The place of the command in the list that it came in, from 0.
+    #[must_use]
+    pub fn step(&self) -> Option<usize> {
+        self.0.step
     }
 
     /// The vendor's name of the command that failed (`GetPose`, `SetPTPCmd`), or its id.
@@ -168,23 +148,17 @@ impl Error {
     pub fn breach(&self) -> Option<&Breach> {
         self.0.breach.as_ref()
     }
-
-    /// Whether it was refused because the laser would or could burn, and nobody had allowed that
-    /// (`Options::allow_laser`).
-    #[must_use]
-    pub fn wants_laser(&self) -> bool {
-        self.0.wants_laser
-    }
 }
 
 /// Making one.
 impl Error {
-    /// An error of this kind with this sentence.
+    /// An error with this fact as its sentence.
     #[must_use]
-    pub fn new(kind: ErrorKind, message: impl Into<String>) -> Self {
+    pub fn new(code: ErrorCode, message: impl Into<String>) -> Self {
         Self(Box::new(Details {
-            kind,
+            code,
             message: message.into(),
+            step: None,
             command: None,
             value: None,
             limit: None,
@@ -192,25 +166,47 @@ impl Error {
             from: None,
             to: None,
             alarms: None,
-            wants_laser: false,
+            remedies: Vec::new(),
             breach: None,
             guard: None,
             source: None,
         }))
     }
 
-    /// A request that makes no sense.
+    /// A value or a name that makes no sense.
     #[must_use]
     pub fn invalid(message: impl Into<String>) -> Self {
-        Self::new(ErrorKind::InvalidInput, message)
+        Self::new(ErrorCode::InvalidValue, message)
     }
 
-    /// Names the command, in the message too.
+    /// A port, a network or a part of the system that does not work.
+    #[must_use]
+    pub fn port(message: impl Into<String>, source: io::Error) -> Self {
+        Self::new(ErrorCode::PortFailed, message).with_source(source)
+    }
+
+    /// Names the command.
     #[must_use]
     pub fn with_command(mut self, name: impl Into<String>) -> Self {
-        let name = name.into();
-        self.0.message = format!("{name}: {}", self.0.message);
-        self.0.command = Some(name);
+        self.0.command = Some(name.into());
+        self
+    }
+
+    /// Says which command of a list it is, from 0.
+    #[must_use]
+    pub fn at_step(mut self, step: usize) -> Self {
+        self.0.step = Some(step);
+        self
+    }
+
+    /// Adds something to do about it, and what that does.
+    #[must_use]
+    pub fn remedy(
+        mut self,
+        act: impl Into<Act>,
+        effect: impl Into<std::borrow::Cow<'static, str>>,
+    ) -> Self {
+        self.0.remedies.push(Remedy::new(act, effect));
         self
     }
 
@@ -246,7 +242,7 @@ impl Error {
 
     /// Refused by the guard of this name.
     pub fn guarded(guard: &'static str, message: String) -> Self {
-        let mut error = Self::invalid(message);
+        let mut error = Self::new(ErrorCode::Guarded, message);
         error.0.guard = Some(guard);
         error
     }
@@ -254,11 +250,11 @@ impl Error {
     /// What a fence does not let pass.
     #[must_use]
     pub fn fenced(breach: Breach) -> Self {
-        let kind = match breach.part {
-            FencePart::TopSpeed | FencePart::Laser => ErrorKind::InvalidInput,
-            _ => ErrorKind::Unreachable,
+        let code = match breach.part {
+            FencePart::TopSpeed | FencePart::Laser => ErrorCode::FenceLimit,
+            _ => ErrorCode::Fenced,
         };
-        let error = Self::new(kind, breach.to_string());
+        let error = Self::new(code, breach.to_string());
         let mut error = error.with_limit(breach.value, breach.limit, breach.part.unit());
         error.0.breach = Some(breach);
         error
@@ -266,9 +262,8 @@ impl Error {
 
     /// What was not sent because the laser would or could burn.
     pub fn burning(message: impl Into<String>) -> Self {
-        let mut error = Self::invalid(message);
-        error.0.wants_laser = true;
-        error
+        Self::new(ErrorCode::LaserNotAllowed, message)
+            .remedy((Setting::AllowLaser, Given::On), "lets it burn")
     }
 
     /// A command that may or may not have been taken.
@@ -281,10 +276,32 @@ impl Error {
             "the answer was lost, and it cannot be told whether the arm took the command{which}; \
              look at the arm before you repeat it"
         );
-        let mut error = Self::new(ErrorKind::Uncertain, message);
+        let mut error = Self::new(ErrorCode::Uncertain, message);
         error.0.from = from;
         error.0.to = to;
         error
+    }
+
+    /// The same once more, for another caller who waits for it; without the error of the system.
+    #[must_use]
+    pub fn copy(&self) -> Self {
+        Self(Box::new(Details {
+            source: None,
+            message: self.0.message.clone(),
+            command: self.0.command.clone(),
+            alarms: self.0.alarms,
+            remedies: self.0.remedies.clone(),
+            ..*self.0
+        }))
+    }
+
+    /// The same error with another sentence, which says the command itself if it is to be said.
+    #[must_use]
+    pub fn retold(&self, message: impl Into<String>) -> Self {
+        let mut told = self.copy();
+        told.0.message = message.into();
+        told.0.command = None;
+        told
     }
 
     /// The queue indices that it is about, as far as they are known.
@@ -311,19 +328,24 @@ impl Error {
             message += "; ";
             message += Alarm::TOOL_UNKNOWN;
         }
-        message += "; `magician alarms --clear` lets the queue go on";
-        let mut error = Self::new(ErrorKind::Alarm, message);
+        let mut error = Self::new(ErrorCode::Alarm, message)
+            .remedy(Action::ClearAlarms, "lets the queue go on");
         error.0.alarms = Some(alarms);
         error
     }
 
     /// The queue stands although no alarm does.
     pub fn held() -> Self {
-        let message = "the arm stands still with commands in its queue, and no alarm stands now. Most \
-                       often an alarm that has gone by itself still holds it: `magician alarms \
-                       --clear` lets it go on. If another program has stopped the queue, `magician \
-                       queue start` does";
-        let mut error = Self::new(ErrorKind::Alarm, message);
+        let message = "the arm stands still with commands in its queue, and no alarm stands now";
+        let mut error = Self::new(ErrorCode::Held, message)
+            .remedy(
+                Action::ClearAlarms,
+                "lets it go on if an alarm that has gone by itself still holds it, as most often",
+            )
+            .remedy(
+                Action::StartQueue,
+                "lets it go on if another program has stopped the queue",
+            );
         error.0.alarms = Some(AlarmSet::new());
         error
     }
@@ -337,9 +359,10 @@ impl Error {
         };
         let message = format!(
             "the arm was switched off and on, or reset: what was in its queue is gone{which}, and it cannot be told how \
-             far it came; home the arm before you go on"
+             far it came"
         );
-        let mut error = Self::new(ErrorKind::Uncertain, message);
+        let mut error =
+            Self::new(ErrorCode::Reset, message).remedy(Action::Home, "comes before going on");
         (error.0.from, error.0.to) = (from, to);
         error
     }
@@ -350,7 +373,7 @@ impl Error {
             "the arm has taken more commands than this program sent (up to queue index {to}): the network \
              doubled one, or another program uses the arm; look at the arm before you go on"
         );
-        let mut error = Self::new(ErrorKind::Uncertain, message);
+        let mut error = Self::new(ErrorCode::Unaccounted, message);
         (error.0.from, error.0.to) = (Some(from), Some(to));
         error
     }
@@ -358,12 +381,12 @@ impl Error {
     /// The connection has ended.
     #[must_use]
     pub fn closed() -> Self {
-        Self::new(ErrorKind::Closed, "the connection is closed")
+        Self::new(ErrorCode::Closed, "the connection is closed")
     }
 
     /// The task that owns the line takes no wishes.
     pub fn stuck() -> Self {
-        Self::new(ErrorKind::Timeout, "the connection is stuck")
+        Self::new(ErrorCode::NotSent, "the connection is stuck")
     }
 
     /// The line failed while in use.
@@ -372,7 +395,7 @@ impl Error {
             "the connection to {name} broke off: {source}; look at the cable and at the arm's power, \
              then connect again"
         );
-        Self::new(ErrorKind::Port, message).with_source(source)
+        Self::new(ErrorCode::LineLost, message).with_source(source)
     }
 }
 
@@ -384,16 +407,26 @@ fn span(from: u64, to: u64) -> String {
     }
 }
 
-/// What a `main` that returns the error prints: the sentence, not the parts.
+/// What a `main` that returns the error prints: the sentence, the code, and what to do about it.
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{self} ({})", self.kind())
+        if let Some(step) = self.0.step {
+            write!(f, "command {}: ", step.saturating_add(1))?;
+        }
+        write!(f, "{self} ({})", self.code())?;
+        for Remedy { act, effect } in self.remedies() {
+            write!(f, "; {act} {effect}")?;
+        }
+        Ok(())
     }
 }
 
 /// A sentence may quote an arm, a file or a port; a terminal obeys nothing of that.
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(command) = &self.0.command {
+            write!(f, "{}: ", visible_lines(command))?;
+        }
         visible_lines(&self.0.message).fmt(f)
     }
 }
@@ -414,7 +447,7 @@ impl From<EncodeError> for Error {
 impl From<DecodeError> for Error {
     fn from(error: DecodeError) -> Self {
         Self::new(
-            ErrorKind::Unexpected,
+            ErrorCode::BadAnswer,
             format!("an answer that cannot be read: {error}"),
         )
     }
@@ -425,11 +458,11 @@ impl From<MotionError> for Error {
         let message = error.to_string();
         match error {
             MotionError::Limit { value, limit, .. } => {
-                Self::new(ErrorKind::Unreachable, message).with_limit(value, limit, "deg")
+                Self::new(ErrorCode::OutOfReach, message).with_limit(value, limit, "deg")
             }
             MotionError::Unreachable(
                 Unreachable::TooFar { distance, limit } | Unreachable::TooNear { distance, limit },
-            ) => Self::new(ErrorKind::Unreachable, message).with_limit(distance, limit, "mm"),
+            ) => Self::new(ErrorCode::OutOfReach, message).with_limit(distance, limit, "mm"),
             MotionError::Unreachable(_) => Self::invalid(message),
             _ => Self::invalid(message),
         }
@@ -438,10 +471,14 @@ impl From<MotionError> for Error {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
+    use crate::ToolBias;
+    use crate::words::{self, Preflight};
 
     #[test]
-    fn an_alarm_names_cause_cure_and_the_command_that_clears() {
+    fn an_alarm_names_cause_and_cure_and_what_clears_it() {
         let error = Error::alarm([0x00, 0x12].into_iter().collect(), false);
         let message = error.to_string();
         assert!(message.contains("0x12 PlanInvLimit"), "{message}");
@@ -449,7 +486,10 @@ mod tests {
             !message.contains("0x00"),
             "0x00 does not hold the queue: {message}"
         );
-        assert!(message.contains("magician alarms --clear"));
+        assert_eq!(
+            error.remedies(),
+            [Remedy::new(Action::ClearAlarms, "lets the queue go on")]
+        );
         assert!(error.alarms().is_some_and(|alarms| alarms.contains(0x12)));
     }
 
@@ -458,7 +498,7 @@ mod tests {
         let error = Error::invalid("no arm `\x1b[2J\u{202e}`").with_command("Get\x07");
         let message = r"Get\u{7}: no arm `\u{1b}[2J\u{202e}`";
         assert_eq!(error.to_string(), message);
-        assert_eq!(format!("{error:?}"), format!("{message} (invalid-input)"));
+        assert_eq!(format!("{error:?}"), format!("{message} (invalid-value)"));
     }
 
     #[test]
@@ -470,5 +510,36 @@ mod tests {
         assert_eq!((error.value(), error.limit()), (Some(91.3), Some(90.0)));
         assert_eq!(error.unit(), Some("deg"));
         assert!(error.to_string().contains("91.3") && error.to_string().contains("90.0"));
+    }
+
+    #[test]
+    fn the_sentence_stands_apart_from_the_command_and_its_place() {
+        let error = Error::invalid("x is NaN")
+            .with_command("SetPTPCmd")
+            .at_step(2);
+        assert_eq!(error.message(), "x is NaN");
+        assert_eq!(error.to_string(), "SetPTPCmd: x is NaN");
+        let whole = "command 3: SetPTPCmd: x is NaN (invalid-value)";
+        assert_eq!(format!("{error:?}"), whole);
+        let start = Preflight::at(magician_motion::JointAngles::HOME, ToolBias::NONE);
+        let program = [
+            words::line_by(0.0, 1.0, 0.0, 0.0),
+            words::line_to(f32::NAN, 0.0, 0.0, 0.0),
+        ];
+        let error = start.clone().program(&program).unwrap_err();
+        assert_eq!(
+            (error.step(), error.command()),
+            (Some(1), Some("SetPTPCmd"))
+        );
+    }
+
+    #[test]
+    fn codes_have_names_of_their_own() {
+        let names: BTreeSet<_> = ErrorCode::ALL.iter().map(|code| code.name()).collect();
+        assert_eq!(names.len(), ErrorCode::ALL.len());
+        for name in names {
+            let plain = |letter: char| letter.is_ascii_lowercase() || letter == '-';
+            assert!(name.chars().all(plain), "{name}");
+        }
     }
 }

@@ -1,0 +1,171 @@
+//! A command line that makes no sense: what clap found, as data, in our words.
+
+use std::error::Error;
+
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+use crate::failure::Failure;
+
+impl From<&clap::Error> for Failure {
+    fn from(error: &clap::Error) -> Self {
+        let found = Found(error);
+        let failure = Self::usage(found.message());
+        match found.hints().join("; ") {
+            hint if hint.is_empty() => failure,
+            hint => failure.hint(hint),
+        }
+    }
+}
+
+struct Found<'e>(&'e clap::Error);
+
+impl Found<'_> {
+    /// Texts of this kind; none if there are none.
+    fn all(&self, kind: ContextKind) -> Vec<String> {
+        match self.0.get(kind) {
+            Some(ContextValue::String(text)) => vec![text.clone()],
+            Some(ContextValue::Strings(texts)) => texts.clone(),
+            Some(ContextValue::StyledStr(text)) => vec![one_line(&text.to_string())],
+            Some(ContextValue::StyledStrs(texts)) => texts
+                .iter()
+                .map(|text| one_line(&text.to_string()))
+                .collect(),
+            Some(ContextValue::Number(number)) => vec![number.to_string()],
+            _ => Vec::new(),
+        }
+    }
+
+    /// The first text of this kind, in quotes.
+    fn quoted(&self, kind: ContextKind) -> String {
+        self.all(kind)
+            .first()
+            .map_or_else(|| "an option".to_owned(), |text| format!("`{text}`"))
+    }
+
+    /// What is wrong.
+    fn message(&self) -> String {
+        let argument = || self.quoted(ContextKind::InvalidArg);
+        let value = || self.quoted(ContextKind::InvalidValue);
+        match self.0.kind() {
+            ErrorKind::InvalidSubcommand => {
+                format!(
+                    "unknown command {}",
+                    self.quoted(ContextKind::InvalidSubcommand)
+                )
+            }
+            ErrorKind::UnknownArgument => format!("unexpected argument {}", argument()),
+            ErrorKind::MissingRequiredArgument => {
+                let missing = self.all(ContextKind::InvalidArg);
+                format!("missing: {}", missing.join(" "))
+            }
+            ErrorKind::InvalidValue if self.all(ContextKind::InvalidValue).concat().is_empty() => {
+                format!("{} needs a value", argument())
+            }
+            ErrorKind::InvalidValue => format!("invalid value {} for {}", value(), argument()),
+            ErrorKind::ValueValidation => {
+                let why = self
+                    .0
+                    .source()
+                    .map_or_else(String::new, |why| format!(": {why}"));
+                format!("invalid value {} for {}{why}", value(), argument())
+            }
+            ErrorKind::ArgumentConflict => match self.all(ContextKind::PriorArg) {
+                others if others.is_empty() => format!("{} cannot be used here", argument()),
+                others if others == self.all(ContextKind::InvalidArg) => {
+                    format!("{} is given more than once", argument())
+                }
+                others => format!(
+                    "{} cannot be used with `{}`",
+                    argument(),
+                    others.join("`, `")
+                ),
+            },
+            ErrorKind::TooManyValues => format!("too many values: {} for {}", value(), argument()),
+            ErrorKind::TooFewValues | ErrorKind::WrongNumberOfValues => {
+                let counts = [ContextKind::MinValues, ContextKind::ExpectedNumValues];
+                let wanted: Vec<String> =
+                    counts.into_iter().flat_map(|kind| self.all(kind)).collect();
+                let given = self.all(ContextKind::ActualNumValues).concat();
+                format!(
+                    "{} takes {} values, not {given}",
+                    argument(),
+                    wanted.concat()
+                )
+            }
+            ErrorKind::MissingSubcommand => "a command is missing".to_owned(),
+            ErrorKind::InvalidUtf8 => "an argument is not UTF-8".to_owned(),
+            other => other
+                .as_str()
+                .unwrap_or("the command line makes no sense")
+                .to_owned(),
+        }
+    }
+
+    /// What to do about it.
+    fn hints(&self) -> Vec<String> {
+        let near = [
+            ContextKind::SuggestedSubcommand,
+            ContextKind::SuggestedArg,
+            ContextKind::SuggestedValue,
+        ];
+        let near: Vec<String> = near.into_iter().flat_map(|kind| self.all(kind)).collect();
+        let mut hints = Vec::new();
+        let known = [ContextKind::ValidValue, ContextKind::ValidSubcommand];
+        let known: Vec<String> = known.into_iter().flat_map(|kind| self.all(kind)).collect();
+        if !near.is_empty() {
+            hints.push(format!("did you mean `{}`?", near.join("` or `")));
+        } else if self.0.kind() == ErrorKind::InvalidSubcommand {
+            hints.push("`magician help` lists them".to_owned());
+        }
+        if !known.is_empty() {
+            hints.push(format!("it is one of {}", known.join(", ")));
+        }
+        hints.extend(self.all(ContextKind::Suggested));
+        if self.0.kind() != ErrorKind::InvalidSubcommand {
+            hints.extend(self.all(ContextKind::Usage));
+        }
+        hints
+    }
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::OsString;
+
+    use super::*;
+    use crate::args::Cli;
+
+    fn said(line: &str) -> String {
+        let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+        let error = Cli::read(&words).map(drop).expect_err("a mistake");
+        Failure::from(&error).to_string()
+    }
+
+    #[test]
+    fn each_mistake_is_named_with_what_was_typed() {
+        let cases = [
+            ("magician drow x.svg", "unknown command `drow`"),
+            ("magician home --fast", "unexpected argument `--fast`"),
+            ("magician run", "missing: <FILE>"),
+            ("magician --port", "`--port <PORT>` needs a value"),
+            (
+                "magician --window 0 pose",
+                "invalid value `0` for `--window <N>`: 0 is not in 1..=8",
+            ),
+            ("magician run x --parts", ""),
+            (
+                "magician home --json --json",
+                "`--json` is given more than once",
+            ),
+            ("magician get", "missing: <COMMAND>"),
+        ];
+        for (line, wanted) in cases {
+            println!("{line}: {}", said(line));
+            assert!(said(line).starts_with(wanted), "{line}: {}", said(line));
+        }
+    }
+}
