@@ -347,11 +347,9 @@ fn an_arm_that_was_not_homed_and_a_queue_that_is_not_empty() {
     assert!(waits.status.success());
     let strangers = place.run(&["run", &file]);
     assert_eq!(strangers.status.code(), Some(3), "{strangers:?}");
-    let message = error(&strangers)["message"]
-        .as_str()
-        .expect("text")
-        .to_owned();
-    assert!(message.contains("--keep"), "{message}");
+    let strangers = error(&strangers);
+    assert_eq!(strangers["code"], "foreign-commands");
+    assert_eq!(strangers["remedies"][1]["option"], "keep", "{strangers}");
     // What waits may burn, for all that can be read of it.
     let unread = place.run(&["run", &file, "--keep"]);
     assert_eq!(unread.status.code(), Some(2), "{unread:?}");

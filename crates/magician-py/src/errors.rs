@@ -1,6 +1,6 @@
 //! Python's exceptions of the driver's errors.
 
-use magician::{Error, ErrorCode, Voice};
+use magician::{Action, Error, ErrorCode, Given, Setting, Voice};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -18,6 +18,9 @@ fn made(py: Python<'_>, error: &Error) -> PyResult<PyErr> {
     let parts = PyDict::new(py);
     parts.set_item("code", error.code().name())?;
     parts.set_item("step", error.step())?;
+    let remedies = error.remedies().iter();
+    let remedies: Vec<String> = remedies.map(|remedy| remedy.act.to_string()).collect();
+    parts.set_item("remedies", remedies)?;
     parts.set_item("command", error.command())?;
     parts.set_item("value", error.value())?;
     parts.set_item("limit", error.limit())?;
@@ -43,6 +46,23 @@ pub(crate) fn sentence(error: &Error) -> String {
         Some(remedies) => format!("{error}; {remedies}"),
         None => error.to_string(),
     }
+}
+
+/// An exception of every code, with all there is to do about errors: for tests of what they say.
+#[pyfunction]
+pub(crate) fn every_error(py: Python<'_>) -> Vec<PyErr> {
+    let all = ErrorCode::ALL.iter().map(|code| {
+        let error = Error::new(*code, "it is so").with_command("SetPTPCmd");
+        let error = Action::ALL
+            .iter()
+            .fold(error, |error, action| error.remedy(*action, "mends it"));
+        let given = |setting: &Setting| (*setting, Given::Number(1.0));
+        let error = Setting::ALL.iter().fold(error, |error, setting| {
+            error.remedy(given(setting), "is a way")
+        });
+        raise(py, &error)
+    });
+    all.collect()
 }
 
 /// What a program is told that asks for something which makes no sense.

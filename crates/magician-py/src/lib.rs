@@ -45,6 +45,8 @@ mod _magician {
     #[pymodule_export]
     use crate::core::{command, decode, discover, encode, end, find, forked, ports, tools};
     #[pymodule_export]
+    use crate::errors::every_error;
+    #[pymodule_export]
     use crate::frames::command_id;
     #[pymodule_export]
     use crate::picture::{Ink, Picture, draw_arm};

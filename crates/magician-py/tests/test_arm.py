@@ -437,6 +437,26 @@ def test_errors_travel() -> None:
     port = _told.error("port", "gone")
     assert str(pickle.loads(pickle.dumps(port))) == "gone"
     assert type(_told.error("new", "text")) is magician.Error
+    away = _told.error("invalid-input", "text", code="not-homed", remedies=["home"], step=2)
+    again = pickle.loads(pickle.dumps(away))
+    assert (again.code, again.remedies, again.step) == ("not-homed", ("home",), 2)
+
+
+def test_every_error_says_in_python_what_to_do() -> None:
+    from magician._magician import every_error
+
+    every = every_error()
+    assert len({error.code for error in every}) == len(every) > 40
+    assert {"stopped", "closed"} <= {error.code for error in every if error.kind == "closed"}
+    for error in every:
+        said = str(error)
+        assert said.startswith("SetPTPCmd: it is so")
+        assert "--" not in said, said
+        if error.code != "laser-not-allowed":
+            assert {"home", "keep 1"} <= set(error.remedies)
+            assert "`arm.home()` mends it" in said and "keep=1 is a way" in said
+    (laser,) = (str(error) for error in every if error.code == "laser-not-allowed")
+    assert "goggles" in laser and "allow_laser=True" in laser
 
 
 def test_a_length_that_lies(arm: Arm) -> None:

@@ -462,7 +462,7 @@ port = 'COM3'
         .expect("a disk");
         let error = load_from(&path).unwrap_err().to_string();
         assert!(
-            error.contains("config.toml:4:1: there is no setting"),
+            error.contains("config.toml:4:1: unknown setting"),
             "{error}"
         );
     }

@@ -6,6 +6,7 @@ from typing import Any, Generic, Literal, TypeVar, final, overload
 
 from ._protocol import Command, Query, Queueable, Readable, Writable
 from .commands import JogCmd
+from .errors import Error
 
 _T = TypeVar("_T", covariant=True)
 _R = TypeVar("_R", bound=Readable)
@@ -36,6 +37,7 @@ __all__ = [
     "draw_arm",
     "encode",
     "end",
+    "every_error",
     "find",
     "forked",
     "ports",
@@ -166,6 +168,7 @@ def ports() -> tuple[tuple[str, int | None, int | None, str | None, str | None, 
 def discover(hosts: list[str], within: float) -> Call[tuple[tuple[str, str, str, str, str, str | None], ...]]: ...
 def end() -> None: ...
 def forked() -> None: ...
+def every_error() -> list[Error]: ...
 
 # Programs, virtual arms and pictures.
 

@@ -54,6 +54,9 @@ def error(
     kind: str,
     message: str,
     *,
+    code: str | None = None,
+    step: int | None = None,
+    remedies: Sequence[str] = (),
     command: str | None = None,
     value: float | None = None,
     limit: float | None = None,
@@ -65,6 +68,9 @@ def error(
     """The exception of a kind."""
     return _ERRORS.get(kind, Error)(
         message,
+        code=code,
+        step=step,
+        remedies=remedies,
         command=command,
         value=value,
         limit=limit,

@@ -34,10 +34,24 @@ class Error(Exception):
     kind: str = "bug"
     """Name of the kind, as on the command line: ``"queue-full"``."""
 
+    code: str
+    """Which error it is: ``"not-homed"``. Finer than the kind, and as stable. A stop (``"stopped"``) is apart from a
+    connection that is closed (``"closed"``).
+    """
+
+    step: int | None
+    """The place of the command in the list that it came in, from 0, or ``None``."""
+
+    remedies: tuple[str, ...]
+    """What to do about it, the best first, by name: ``("home", "unhomed")``. The text says it in words."""
+
     def __init__(
         self,
         message: str,
         *,
+        code: str | None = None,
+        step: int | None = None,
+        remedies: Sequence[str] = (),
         command: str | None = None,
         value: float | None = None,
         limit: float | None = None,
@@ -47,6 +61,9 @@ class Error(Exception):
         alarms: Sequence[int] | None = None,
     ) -> None:
         super().__init__(message)
+        self.code = self.kind if code is None else code
+        self.step = step
+        self.remedies = tuple(remedies)
         self.command = command
         """The command it is about, as the vendor calls it, or ``None``."""
         self.value = value

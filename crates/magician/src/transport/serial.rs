@@ -315,7 +315,7 @@ mod tests {
 
     #[test]
     fn a_forbidden_port_says_how_to_be_allowed() {
-        let message = forbidden("/dev/null").to_string();
+        let message = format!("{:?}", forbidden("/dev/null"));
         assert!(
             message.contains("10c4") && message.contains("udevadm"),
             "{message}"

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::commands::{Pose, PtpCmd, WaitCmd};
 use magician::protocol::FrameBuf;
 use magician::sim::{Controller, Line, Profile, Runner, Speed};
-use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, words};
+use magician::{Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, words};
 use tokio::io::{AsyncWriteExt, duplex};
 use tokio::time::Instant;
 
@@ -29,7 +29,7 @@ async fn fails_on_the_first_blocking_alarm_and_names_the_cure() {
     assert_eq!(error.kind(), ErrorKind::Alarm);
     assert!(error.alarms().unwrap().contains(0x11), "{error}");
     assert!(
-        error.to_string().contains("magician alarms --clear"),
+        error.remedies()[0].act == Act::Do(Action::ClearAlarms),
         "{error}"
     );
     arm.clear_alarms().await.unwrap();
@@ -75,7 +75,7 @@ async fn a_hold_without_an_alarm_is_found_out() {
     assert_eq!(error.kind(), ErrorKind::Alarm);
     assert!(error.alarms().unwrap().is_empty());
     assert!(
-        error.to_string().contains("magician alarms --clear"),
+        error.remedies()[0].act == Act::Do(Action::ClearAlarms),
         "{error}"
     );
     arm.clear_alarms().await.unwrap();
@@ -161,8 +161,8 @@ async fn a_wait_in_a_queue_that_this_handle_stopped_ends_soon() {
         let (after, error) = given_up(&arm, command).await;
         assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
         assert!(after < Duration::from_secs(2), "{after:?}");
-        let said = error.to_string();
-        assert!(said.contains("its queue is stopped: `magician queue start`"));
+        assert_eq!(error.code(), ErrorCode::QueueStopped);
+        assert_eq!(error.remedies()[0].act, Act::Do(Action::StartQueue));
     }
     arm.start_queue().await.unwrap();
     arm.stop().await.unwrap();
@@ -175,11 +175,8 @@ async fn a_queue_that_nobody_of_this_program_started_is_given_time() {
     assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
     let secs = after.as_secs_f64();
     assert!((5.0..5.5).contains(&secs), "{secs}");
-    assert!(
-        error
-            .to_string()
-            .contains("not started, or is stopped: `magician queue start`")
-    );
+    assert!(error.to_string().contains("not started, or is stopped"));
+    assert_eq!(error.code(), ErrorCode::QueueStopped);
     // It is not dropped.
     arm.start_queue().await.unwrap();
     let last = arm.enqueue(&WaitCmd { timeout: 0 }).await.unwrap();

@@ -7,7 +7,9 @@ use magician::commands::{
 };
 use magician::protocol::{Flag, FrameBuf, IoFunction};
 use magician::words::{self, Guards};
-use magician::{Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, VirtualArm};
+use magician::{
+    Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, VirtualArm,
+};
 use tokio::time::sleep;
 
 use crate::desk::{Desk, only_reads};
@@ -303,8 +305,8 @@ async fn homing_puts_a_laser_out_first_and_a_program_does_not_begin_with_one() {
     arm.set(&on()).await.unwrap();
     assert_eq!(arm.laser().await.unwrap(), Some(true));
     let error = arm.check_ready(&[], Guards::default()).await.unwrap_err();
-    assert_eq!(error.kind(), ErrorKind::InvalidInput);
-    assert!(error.to_string().contains("magician laser off"), "{error}");
+    assert_eq!(error.code(), ErrorCode::LaserOn);
+    assert_eq!(error.remedies()[0].act, Act::Do(Action::LaserOff));
     desk.heard();
     arm.home().await.unwrap();
     let written: Vec<_> = desk

@@ -5,7 +5,9 @@ use std::time::Duration;
 use magician::commands::{Pose, WaitCmd};
 use magician::protocol::FrameBuf;
 use magician::sim::{Controller, Line, Profile, Runner, Speed};
-use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, words};
+use magician::{
+    Action, Arm, Ctrl, ErrorCode, ErrorKind, Given, Options, Remedy, RunOptions, Setting, words,
+};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::time::Instant;
 
@@ -100,11 +102,12 @@ async fn will_not_start_what_others_left_behind() {
     let mine = [words::wait(Duration::from_millis(1))];
     let error = arm.run(mine, |_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidInput);
-    let message = error.to_string();
-    assert!(
-        message.contains("magician stop") && message.contains("--keep"),
-        "{message}"
-    );
+    assert_eq!(error.code(), ErrorCode::ForeignCommands);
+    let ways = [
+        Remedy::new(Action::Stop, "drops it"),
+        Remedy::new((Setting::Keep, Given::On), "runs it"),
+    ];
+    assert_eq!(error.remedies(), ways);
     assert_eq!(arm.left_space().await.unwrap(), 31, "nothing was sent");
     arm.run_with(mine, RunOptions::default().keep(true), |_| {})
         .await

@@ -106,11 +106,11 @@ async fn a_virtual_arm_is_the_same_one_when_its_line_is_opened_again() {
 async fn an_adapter_that_is_not_here_says_where_to_look() {
     for (text, hint) in [
         ("usb:dead:beef", "is not plugged in"),
-        ("usb:dead:beef:A7", "magician ports"),
+        ("usb:dead:beef:A7", "list-ports"),
         ("arm:NOBODY", "the arm NOBODY is not here"),
     ] {
         let error = RawLine::open(&text.parse().unwrap()).await.err().unwrap();
         assert_eq!(error.kind(), ErrorKind::Port);
-        assert!(error.to_string().contains(hint), "{error}");
+        assert!(format!("{error:?}").contains(hint), "{error:?}");
     }
 }

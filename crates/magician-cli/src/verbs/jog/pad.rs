@@ -479,9 +479,8 @@ mod tests {
     #[test]
     fn a_refusal_is_kept_until_the_next_one() {
         let mut pad = pad();
-        let outcome = Err(Failure::invalid(
-            "SetPTPCmd: joint 2 would be at 91.3 deg, limit 90.0 deg",
-        ));
+        let refused = magician::Error::invalid("joint 2 would be at 91.3 deg, limit 90.0 deg");
+        let outcome = Err(Failure::from(refused.with_command("SetPTPCmd")));
         let what = What::Step(X);
         pad.done(&Done { what, outcome });
         letter(&mut pad, '+');
