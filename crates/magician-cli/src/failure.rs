@@ -216,7 +216,7 @@ impl Failure {
         };
     }
 
-    fn write_json(&self, to: &mut impl Write) -> io::Result<()> {
+    pub(crate) fn write_json(&self, to: &mut impl Write) -> io::Result<()> {
         let report = Report {
             error: Body {
                 kind: self.kind.name(),
@@ -228,7 +228,7 @@ impl Failure {
         writeln!(to)
     }
 
-    fn write_text(&self, to: &mut impl Write, paint: Paint) -> io::Result<()> {
+    pub(crate) fn write_text(&self, to: &mut impl Write, paint: Paint) -> io::Result<()> {
         let message = paint.harmless(&self.message);
         match &self.drawn {
             Some(picture) => writeln!(to, "{}", picture.trim_end())?,

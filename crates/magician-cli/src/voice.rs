@@ -89,8 +89,12 @@ impl Serialize for Told<'_> {
 mod tests {
     use clap::CommandFactory;
 
+    use magician::{Error, ErrorCode};
+
     use super::*;
     use crate::args::Cli;
+    use crate::failure::Failure;
+    use crate::output::Paint;
 
     /// Whether a verb, or the command itself, takes this flag.
     fn is_taken(verb: &clap::Command, flag: &str) -> bool {
@@ -110,6 +114,48 @@ mod tests {
                 is_taken(&command, name) || is_taken(&command, off),
                 "{flag}"
             );
+        }
+    }
+
+    #[test]
+    fn every_error_is_said_to_people_and_as_json() {
+        for code in ErrorCode::ALL {
+            let error = Error::new(*code, "it is so").with_command("SetPTPCmd");
+            let error = Action::ALL
+                .iter()
+                .fold(error, |error, action| error.remedy(*action, "mends it"));
+            let error = Setting::ALL.iter().fold(error, |error, setting| {
+                error.remedy((*setting, Given::Any("VALUE")), "is a way")
+            });
+            let failure = Failure::from(&error);
+            let mut said = Vec::new();
+            failure
+                .write_text(&mut said, Paint::for_stderr())
+                .expect("memory");
+            let said = String::from_utf8(said).expect("UTF-8");
+            let mut json = Vec::new();
+            failure.write_json(&mut json).expect("memory");
+            let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
+            let json = &json["error"];
+            let message = json["message"].as_str().expect("text");
+            assert!(said.contains(message), "{said}");
+            assert!(
+                !message.contains(['`', '\n']) && !message.contains("--"),
+                "{message}"
+            );
+            if *code == ErrorCode::LaserNotAllowed {
+                assert!(said.contains("goggles") && said.contains("--yes"), "{said}");
+                continue;
+            }
+            assert_eq!(
+                (&json["code"], &json["kind"]),
+                (&code.name().into(), &code.kind().name().into())
+            );
+            let remedies = json["remedies"].as_array().expect("a list");
+            assert_eq!(remedies.len(), error.remedies().len());
+            for remedy in error.remedies() {
+                assert!(said.contains(&Command.act(&remedy.act)), "{said}");
+            }
         }
     }
 
