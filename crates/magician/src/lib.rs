@@ -56,11 +56,13 @@ pub use arm::{
     Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Owed, PerformOptions, Pin,
     Progress, Ran, Run, RunOptions, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
 };
+#[cfg(feature = "faults")]
+pub use magician_host::faults;
 #[cfg(any(test, feature = "pair"))]
 pub use magician_host::pair;
 pub use magician_host::{
     Act, Action, Error, ErrorCode, ErrorKind, Given, Remedy, Result, Setting, Voice, burns,
-    connection, faults, proxy, stream, words,
+    connection, proxy, stream, words,
 };
 pub use magician_motion::{
     ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles, Law,

@@ -5,6 +5,7 @@ use std::task::{Context, Poll, ready};
 use tokio::io::{AsyncRead, AsyncWrite};
 
 use crate::connection::Settings;
+#[cfg(feature = "faults")]
 use crate::faults::Faults;
 #[cfg(feature = "trace")]
 use crate::transport::Tracer;
@@ -29,6 +30,7 @@ pub struct RawLine {
 #[non_exhaustive]
 pub struct LineOptions {
     /// What is done to what passes.
+    #[cfg(feature = "faults")]
     pub faults: Faults,
     /// Where what passes is written to.
     #[cfg(feature = "trace")]
@@ -37,6 +39,7 @@ pub struct LineOptions {
 
 impl LineOptions {
     /// Sets [`faults`](Self::faults).
+    #[cfg(feature = "faults")]
     #[must_use]
     pub fn faults(mut self, faults: Faults) -> Self {
         self.faults = faults;
@@ -84,9 +87,13 @@ impl RawLine {
         Self::go(Way::to_virtual(arm.into()), options).await
     }
 
+    #[cfg_attr(
+        not(any(feature = "faults", feature = "trace")),
+        allow(unused_variables)
+    )]
     async fn go(way: Way, options: LineOptions) -> Result<Self> {
-        options.faults.check()?;
-        let way = way.with_faults(options.faults);
+        #[cfg(feature = "faults")]
+        let way = way.with_faults(options.faults)?;
         #[cfg(feature = "trace")]
         let way = match options.trace {
             Some(tracer) => way.with_trace(tracer),

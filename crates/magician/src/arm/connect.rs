@@ -34,7 +34,7 @@ impl Arm {
     /// As [`connect`](Self::connect); [`ErrorKind::InvalidInput`] for faults that cannot be done to this target.
     pub async fn connect_with(target: &Target, options: Options) -> Result<Self> {
         // The line to an arm in this process does not break by itself.
-        let breaks = !matches!(target, Target::Sim(_)) || options.faults.unplug > 0.0;
+        let breaks = !matches!(target, Target::Sim(_)) || options.unplugs();
         Self::go(transport::Way::to(target), breaks, options).await
     }
 
@@ -110,7 +110,7 @@ impl Arm {
     pub async fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
         let arm = arm.into();
         let model = arm.with(|controller| *controller.arm_model());
-        let breaks = options.faults.unplug > 0.0;
+        let breaks = options.unplugs();
         Self::go(
             transport::Way::to_virtual(arm),
             breaks,

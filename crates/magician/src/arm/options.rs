@@ -2,6 +2,7 @@ use std::time::Duration;
 
 use magician_motion::{ArmModel, Fence};
 
+#[cfg(feature = "faults")]
 use crate::faults::Faults;
 #[cfg(feature = "trace")]
 use crate::transport::Tracer;
@@ -51,6 +52,7 @@ pub struct Options {
     /// which a stop brakes. This is a convenience, not a safety function.
     pub fence: Option<Fence>,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
+    #[cfg(feature = "faults")]
     pub faults: Faults,
     /// Where what passes on the line is written to, as this program says and hears it: not over a stream that the
     /// caller opens.
@@ -70,6 +72,7 @@ impl Default for Options {
             laser_pins: true,
             model: ArmModel::MAGICIAN,
             fence: None,
+            #[cfg(feature = "faults")]
             faults: Faults::default(),
             #[cfg(feature = "trace")]
             trace: None,
@@ -142,6 +145,7 @@ impl Options {
     }
 
     /// Sets [`faults`](Self::faults).
+    #[cfg(feature = "faults")]
     #[must_use]
     pub fn faults(mut self, faults: Faults) -> Self {
         self.faults = faults;
@@ -156,6 +160,14 @@ impl Options {
         self
     }
 
+    /// Whether a line to a virtual arm in this process may break.
+    pub(crate) fn unplugs(&self) -> bool {
+        #[cfg(feature = "faults")]
+        return self.faults.unplug > 0.0;
+        #[cfg(not(feature = "faults"))]
+        false
+    }
+
     /// For a line that cannot have them: [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if faults or a
     /// trace are asked for.
     pub(crate) fn bare(&self) -> Result<()> {
@@ -163,7 +175,11 @@ impl Options {
         let traced = self.trace.is_some();
         #[cfg(not(feature = "trace"))]
         let traced = false;
-        match traced || !self.faults.is_none() {
+        #[cfg(feature = "faults")]
+        let spoilt = !self.faults.is_none();
+        #[cfg(not(feature = "faults"))]
+        let spoilt = false;
+        match traced || spoilt {
             true => Err(Error::invalid(
                 "faults and a trace are for lines that this library opens, not for a stream of the caller's",
             )),

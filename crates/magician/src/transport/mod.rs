@@ -8,6 +8,7 @@
 mod away;
 #[cfg(feature = "ble")]
 mod ble;
+#[cfg(feature = "faults")]
 mod faulty;
 #[cfg(feature = "lines")]
 mod lines;

@@ -1,11 +1,17 @@
 use std::fmt;
+#[cfg(feature = "sim")]
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-#[cfg(feature = "sim")]
+#[cfg(all(feature = "sim", feature = "faults"))]
 use magician_sim::Happening;
 
+#[cfg(feature = "sim")]
+use super::Sim;
 #[cfg(feature = "ble")]
 use super::ble;
+#[cfg(all(feature = "sim", feature = "faults"))]
+use super::faulty::Blow;
+#[cfg(feature = "faults")]
 use super::faulty::{Restart, Spoiler};
 #[cfg(feature = "lines")]
 use super::lines::Lines;
@@ -13,10 +19,9 @@ use super::lines::Lines;
 use super::traced::{Traced, Tracer};
 use super::{Line, Transport};
 #[cfg(feature = "sim")]
-use super::{Sim, faulty::Blow};
-#[cfg(feature = "sim")]
 use crate::VirtualArm;
 use crate::connection::Settings;
+#[cfg(feature = "faults")]
 use crate::faults::Faults;
 #[cfg(not(all(feature = "sim", feature = "ble", feature = "lines")))]
 use crate::{Error, ErrorCode};
@@ -34,6 +39,7 @@ pub(crate) struct Way {
     arm: Mutex<Option<VirtualArm>>,
     /// The virtual arm is the caller's, too.
     shows_arm: bool,
+    #[cfg(feature = "faults")]
     spoiler: Option<Spoiler>,
     #[cfg(feature = "trace")]
     tracer: Option<Tracer>,
@@ -48,6 +54,7 @@ impl Way {
             #[cfg(feature = "sim")]
             arm: Mutex::default(),
             shows_arm: false,
+            #[cfg(feature = "faults")]
             spoiler: None,
             #[cfg(feature = "trace")]
             tracer: None,
@@ -64,9 +71,14 @@ impl Way {
     }
 
     /// With the faults and the trace that the options ask for.
+    #[cfg_attr(
+        not(any(feature = "faults", feature = "trace")),
+        allow(unused_variables)
+    )]
     pub(crate) fn fitted(self, options: &Options) -> Result<Self> {
-        options.faults.check()?;
-        let way = self.with_faults(options.faults);
+        let way = self;
+        #[cfg(feature = "faults")]
+        let way = way.with_faults(options.faults)?;
         #[cfg(feature = "trace")]
         let way = match &options.trace {
             Some(tracer) => way.with_trace(tracer.clone()),
@@ -77,13 +89,18 @@ impl Way {
 
     /// Spoils what passes in both directions, from [`Faults::seed`]. Opening the line again goes on
     /// with the same chances.
-    pub(crate) fn with_faults(mut self, faults: Faults) -> Self {
+    ///
+    /// # Errors
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for rates that are none.
+    #[cfg(feature = "faults")]
+    pub(crate) fn with_faults(mut self, faults: Faults) -> Result<Self> {
+        faults.check()?;
         self.spoiler = Some(Spoiler::new(faults)).filter(|_| !faults.is_none());
-        self
+        Ok(self)
     }
 
     /// Writes what passes to a trace file, as this program sends and receives it: requests before
-    /// and replies after the [faults](Self::with_faults).
+    /// and replies after the faults.
     #[cfg(feature = "trace")]
     pub(crate) fn with_trace(mut self, tracer: Tracer) -> Self {
         self.tracer = Some(tracer);
@@ -95,10 +112,14 @@ impl Way {
     /// system has set its rights; whoever opens again tries for a while.
     pub(crate) async fn open(&self) -> Result<Line> {
         let name = self.target.to_string();
+        #[cfg(feature = "faults")]
         if let Some(spoiler) = &self.spoiler {
             spoiler.reachable(&name)?;
         }
-        let (mut transport, settings, tried) = self.plain().await?;
+        let (transport, settings, tried) = self.plain().await?;
+        #[cfg(any(feature = "faults", feature = "trace"))]
+        let mut transport = transport;
+        #[cfg(feature = "faults")]
         if let Some(spoiler) = &self.spoiler {
             transport = Box::new(spoiler.around(transport, self.restart(), &name)?);
         }
@@ -173,6 +194,7 @@ impl Way {
     }
 
     /// How to restart the controller at the end of this way; only a virtual one can be.
+    #[cfg(feature = "faults")]
     fn restart(&self) -> Option<Restart> {
         #[cfg(feature = "sim")]
         if let Some(arm) = lock(&self.arm).clone() {
@@ -198,7 +220,7 @@ impl fmt::Debug for Way {
 }
 
 /// Does it to a virtual arm.
-#[cfg(feature = "sim")]
+#[cfg(all(feature = "sim", feature = "faults"))]
 fn deal(arm: &VirtualArm, blow: Blow) {
     match blow {
         Blow::Reset => arm.with(|controller| controller.inject(Happening::Reset)),
