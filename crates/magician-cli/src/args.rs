@@ -71,7 +71,8 @@ impl Cli {
         Self::read_as(Self::with_virtual_tool().mut_args(without_env), arguments)
     }
 
-    fn read_as(mut command: clap::Command, arguments: &[OsString]) -> Result<Self, clap::Error> {
+    fn read_as(command: clap::Command, arguments: &[OsString]) -> Result<Self, clap::Error> {
+        let mut command = help::grouped(command);
         let arguments = arguments.iter().map(plain_number);
         let matches = command.try_get_matches_from_mut(arguments)?;
         let mut cli =
@@ -171,7 +172,7 @@ pub(crate) struct Global {
     #[arg(long, global = true, value_name = "SPEC", hide = true)]
     pub(crate) faults: Option<Faults>,
 
-    /// Say more on stderr; more often, more still
+    /// More output on stderr (repeat for more)
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
 

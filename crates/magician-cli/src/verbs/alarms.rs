@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::output::Output;
 use crate::saved::Access;
 
-/// Show the alarms that stand, with cause and cure, or clear them
+/// Show the alarms with cause and remedy, or clear them
 #[derive(Args, Debug)]
 pub(crate) struct Alarms {
     /// Clear them, and with them the hold on the queue

@@ -8,7 +8,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
 
-/// List the commands of the protocol, or explain one
+/// List or explain the commands of the protocol
 #[derive(Args, Debug)]
 pub(crate) struct Commands {
     /// Command to explain: its name as the vendor or Rust writes it, or its id

@@ -11,7 +11,7 @@ use crate::failure::Failure;
 /// Columns of a terminal on which the meanings have room, too.
 const ROOMY: usize = 120;
 
-/// Show or change the settings that hold where no flag says otherwise
+/// Show or change settings: defaults of flags, arms by name
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

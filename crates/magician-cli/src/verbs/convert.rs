@@ -18,7 +18,7 @@ use crate::failure::Failure;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
 
-/// Make one kind of file of another
+/// Convert a file to another format
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

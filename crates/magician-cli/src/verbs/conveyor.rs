@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::progress::attended;
 use crate::saved::Access;
 
-/// Run the conveyor belt on a motor output of the arm
+/// Run the conveyor belt on a motor output
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -8,7 +8,7 @@ use super::job::options::{Beam, File, Look, Pen, Place, Way};
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Draw a file with the pen: SVG, HPGL, DXF, the outlines of an image
+/// Draw a file with the pen: SVG, HPGL, DXF, outlines of an image
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -9,7 +9,7 @@ use super::job::options::{Beam, File, Look, Pen, Place, Way, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Burn a file with the laser: an image line by line, a drawing along its lines
+/// Burn a file with the laser: an image line by line, or a drawing
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

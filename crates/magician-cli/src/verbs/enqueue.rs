@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::saved::Access;
 use crate::values;
 
-/// Put any command of the protocol into the arm's queue
+/// Put any command of the protocol into the queue
 #[derive(Args, Debug)]
 #[command(
     disable_help_flag = true,

@@ -7,7 +7,7 @@ use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Calculate where the tool is at four joint angles
+/// Compute the tool's pose from four joint angles
 #[derive(Args, Debug)]
 pub(crate) struct Forward {
     /// Base, degrees

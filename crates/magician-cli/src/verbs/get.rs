@@ -7,7 +7,7 @@ use crate::failure::Failure;
 use crate::saved::Access;
 use crate::values;
 
-/// Ask the arm for any value of the protocol
+/// Read any value of the protocol
 #[derive(Args, Debug)]
 #[command(
     disable_help_flag = true,

@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::fence::Bounds;
 use crate::saved::Access;
 
-/// Show who the arm is and how it is
+/// Show the arm's identity and state
 #[derive(Args, Debug)]
 pub(crate) struct Info {}
 

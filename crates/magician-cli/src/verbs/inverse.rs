@@ -7,7 +7,7 @@ use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Calculate the joint angles that bring the tool to a pose
+/// Compute the joint angles of a pose
 #[derive(Args, Debug)]
 pub(crate) struct Inverse {
     /// Forward, mm

@@ -18,7 +18,7 @@ use crate::saved::Access;
 /// Highest address of a pin (document 1.15.1).
 pub(super) const PINS: u8 = 20;
 
-/// Look at the pins of the arm's connectors and drive them
+/// Read and drive the pins of the arm's connectors
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,

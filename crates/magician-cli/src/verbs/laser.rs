@@ -25,7 +25,7 @@ const BACK: Duration = Duration::from_secs(10);
 /// How often the line is looked at.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Switch the laser: on until Ctrl-C, or off
+/// Switch the laser on until Ctrl-C, or off
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -8,7 +8,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Text;
 
-/// Print the manual page, or write a page for every verb into a directory
+/// Print the manual page, or write one for each verb
 #[derive(Args, Debug)]
 #[command(after_help = "To read it at once: magician man | man -l -")]
 pub(crate) struct Man {

@@ -12,7 +12,7 @@ use crate::args::seconds;
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Play a taught program: from DobotStudio, or from `magician teach`
+/// Play a taught program from DobotStudio or `magician teach`
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

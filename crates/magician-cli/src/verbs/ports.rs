@@ -11,7 +11,7 @@ use crate::failure::Failure;
 /// How long arms on Wi-Fi have to answer, unless `--timeout` says otherwise.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// List the serial ports of this computer, and arms on Wi-Fi
+/// List serial ports, and arms on Wi-Fi
 ///
 /// A port can be named by its path, by the ids of its USB adapter (`--port usb:10c4:ea60`, with
 /// `:SERIAL` if there are several), or by the serial number of the arm behind it (`--port arm:SERIAL`).

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::output::{Output, obeys};
 use crate::saved::Access;
 
-/// Show where the arm is: tool position and joint angles
+/// Show the pose: tool position and joint angles
 #[derive(Args, Debug)]
 pub(crate) struct Pose {
     /// Go on showing it until Ctrl-C

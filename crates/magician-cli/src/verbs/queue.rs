@@ -6,7 +6,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::saved::Access;
 
-/// Look at the arm's command queue, start, stop or clear it
+/// Show, start, stop or clear the command queue
 #[derive(Args, Debug)]
 pub(crate) struct Queue {
     #[command(subcommand)]

@@ -12,7 +12,7 @@ use crate::failure::Failure;
 use crate::progress::attended;
 use crate::saved::{Access, SavedSettings};
 
-/// Use the sliding rail under the arm: tell the arm of it, look where it is, move along it
+/// Use the sliding rail: set it up, read it, move along it
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,

@@ -20,7 +20,7 @@ use crate::recording::{Format, Options, Recorder, Summary, Tally};
 /// Between two looks at how far it is.
 const FRAME: Duration = Duration::from_millis(100);
 
-/// Record what the arm does while somebody moves it, as readings or as a program that repeats it
+/// Record an arm that is guided or at work, as readings or as a program
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

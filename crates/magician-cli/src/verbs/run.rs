@@ -9,7 +9,7 @@ use super::job::options::{Beam, File, Look, Pen, Place, Way, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Run a file: a taught program, G-code, a drawing, an image
+/// Run a file: taught program, G-code, drawing or image
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

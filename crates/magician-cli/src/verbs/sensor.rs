@@ -15,7 +15,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::saved::Access;
 
-/// Look what a sensor sees, switching it on first
+/// Read a sensor, switching it on first
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

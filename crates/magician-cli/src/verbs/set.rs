@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::saved::Access;
 use crate::values;
 
-/// Set any value of the protocol, or order any action, at once
+/// Set any value of the protocol, or give an order, at once
 #[derive(Args, Debug)]
 #[command(
     disable_help_flag = true,

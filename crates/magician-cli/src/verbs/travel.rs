@@ -17,7 +17,7 @@ use crate::saved::{Access, SavedSettings};
 /// How far from its target an arm may stand that has reached it, mm and degrees.
 const REACHED: f64 = 0.1;
 
-/// Move the arm to a pose and wait until it is there
+/// Move to a pose and wait until the arm is there
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -16,7 +16,7 @@ use crate::failure::Failure;
 use crate::saved::Access;
 use figures::Figures;
 
-/// Measure what the line and the driver reach, beside what can be computed
+/// Measure the line and the driver, beside what can be computed
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -32,7 +32,7 @@ use crate::saved::Access;
 #[cfg(test)]
 pub(super) use view::tests::examples;
 
-/// Find out where the paper lies and where the tool's tip is, by touching points with it
+/// Measure the work surface, the sheet and the tool by touching points
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -22,7 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 /// How long giving an arm its parameters back may take after an interrupt.
 const LEAVING: Duration = Duration::from_secs(20);
 
-/// Hold an arm against cases that say what a Magician does, byte for byte
+/// Run the conformance suite against an arm
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -30,7 +30,7 @@ use scene::CUBES;
 
 /// Speed of the virtual arm's clock unless told.
 const SPEED: f64 = 5.0;
-/// Watch an arm pick and place six cubes, and get a picture of its way
+/// Watch an arm pick and place six cubes, and get a picture of it
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Without --port it works with a virtual arm inside this process. A real arm moves only with --yes: with a suction cup on \

@@ -21,7 +21,7 @@ use report::{Finding, Report};
 /// How long the trial of the queue may take to end once it is interrupted.
 const LEAVING: Duration = Duration::from_secs(3);
 
-/// Find the arm or say why not, look it over, and say what to do
+/// Find the arm or say why not, check it, and say what to do
 #[derive(Args, Debug)]
 #[command(after_help = "\
 It looks for the port, its permission and who holds it, listens for an arm or for what else is there, sends reads back to \

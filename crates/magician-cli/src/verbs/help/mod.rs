@@ -1,5 +1,6 @@
 //! `help`: verbs, commands of the protocol, and topics.
 
+mod groups;
 mod topics;
 
 use std::fmt::Write;
@@ -12,9 +13,10 @@ use crate::catalogue;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Text;
+pub(crate) use groups::grouped;
 use topics::{TOPICS, Topic};
 
-/// Explain a verb, a command of the protocol, or a topic: units, pen, laser, resume, exit-status
+/// Explain a verb, a command of the protocol, or a topic
 #[derive(Args, Debug)]
 pub(crate) struct Help {
     /// A verb, a command, a verb and a command (`get PTPJointParams`), or a topic
@@ -26,7 +28,7 @@ impl Help {
         let mut description = Cli::description();
         let (first, second) = (self.words.first(), self.words.get(1));
         let Some(first) = first else {
-            let mut help = description.render_long_help();
+            let mut help = grouped(description).render_help();
             // Writing to a text cannot fail.
             let _ = write!(help, "{}", listed());
             return show(&help, context);

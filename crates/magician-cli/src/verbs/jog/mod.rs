@@ -34,7 +34,7 @@ pub(super) use tests::examples;
 use view::Model;
 pub(super) use view::{MOVES, alarm_panel, foot, joint_bars, log_panel, tool_lines};
 
-/// Move the arm by keys on the terminal, or by one step: `jog x 10`
+/// Move the arm by keys, or by one step: `jog x 10`
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

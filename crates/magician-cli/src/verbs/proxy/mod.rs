@@ -28,7 +28,7 @@ use session::Session;
 use tape::Tape;
 use wire::Wire;
 
-/// Let several programs share one arm, and watch what passes
+/// Share one arm between programs, and watch the traffic
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Prints the one line `ready` when every endpoint accepts; what passes goes to stderr. Ends with Ctrl-C or SIGTERM.

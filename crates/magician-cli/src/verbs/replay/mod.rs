@@ -23,7 +23,7 @@ use tell::Teller;
 /// A larger file is no trace of an arm: an hour of polling has 150 MB.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Send a recorded session to a virtual arm and compare the answers
+/// Replay a recorded session on a virtual arm and compare the answers
 #[derive(Args, Debug)]
 #[command(after_help = "\
 A TRACE is what `magician sim`, `magician proxy` and every other verb write with --trace: a pcapng file of link type USER0.

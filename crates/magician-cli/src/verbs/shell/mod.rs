@@ -17,7 +17,7 @@ use crate::interrupt::Signal;
 use crate::output::Paint;
 use input::{Input, Lines};
 
-/// Do several things over one connection, line by line from a terminal or a script
+/// Run verbs over one connection, from a terminal or a script
 #[derive(Args, Debug)]
 #[command(after_help = "\
 A line is a verb with its arguments, as on the command line but without `magician`; # begins a comment, `exit` ends. \

@@ -31,7 +31,7 @@ use view::Model;
 #[cfg(test)]
 pub(super) use view::tests::examples;
 
-/// Teach the arm points by keys or by hand, edit them, play them, keep them in a file
+/// Teach points by keys or by hand; edit, play and save them
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

@@ -24,7 +24,7 @@ use view::Model;
 #[cfg(test)]
 pub(super) use view::tests::examples;
 
-/// Watch an arm at work: pose, joints, queue, pins, alarms, tools, speeds, the line
+/// Watch the arm live: pose, queue, pins, alarms, tools, speeds, line
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Nothing is moved or changed. On a terminal it is a picture, drawn on stderr, until q; elsewhere, and with --json, a line a \

@@ -1,0 +1,100 @@
+//! The list of verbs, by what people come for.
+
+use std::fmt::Write;
+
+use clap::Command;
+
+/// A heading, and its verbs in the order in which they are shown.
+const GROUPS: [(&str, &[&str]); 7] = [
+    (
+        "Find and look",
+        &[
+            "ports", "info", "pose", "watch", "alarms", "doctor", "sensor", "record",
+        ],
+    ),
+    (
+        "Move",
+        &[
+            "home", "move", "jog", "stop", "suction", "gripper", "laser", "io", "rail", "conveyor",
+        ],
+    ),
+    (
+        "Make",
+        &["draw", "engrave", "run", "convert", "calibrate", "demo"],
+    ),
+    ("Teach", &["teach", "play"]),
+    ("Share and serve", &["sim", "proxy", "shell"]),
+    (
+        "Protocol",
+        &[
+            "get", "set", "enqueue", "queue", "commands", "decode", "replay", "conform", "bench",
+            "forward", "inverse",
+        ],
+    ),
+    ("Settings", &["config", "completions", "man", "help"]),
+];
+
+/// The same command line, whose help lists the verbs by groups.
+pub(crate) fn grouped(command: Command) -> Command {
+    let template = format!(
+        "{{before-help}}{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{}{{all-args}}{{after-help}}",
+        listed(&command)
+    );
+    command
+        .override_usage("magician [OPTIONS] [VERB]")
+        .mut_subcommands(|verb| verb.hide(true))
+        .help_template(template)
+}
+
+fn listed(command: &Command) -> String {
+    let style = command.get_styles();
+    let (header, literal) = (style.get_header(), style.get_literal());
+    let mut text = String::new();
+    for (heading, verbs) in GROUPS {
+        // Writing to a text cannot fail.
+        let _ = writeln!(text, "{header}{heading}:{header:#}");
+        for name in verbs {
+            let verb = command.find_subcommand(name);
+            let about = verb.and_then(Command::get_about).map(ToString::to_string);
+            let about = about.unwrap_or_default();
+            let _ = writeln!(text, "  {literal}{name:<11}{literal:#} {about}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::args::Cli;
+
+    #[test]
+    fn every_verb_stands_in_one_group_on_one_line() {
+        let description = Cli::description();
+        let known: Vec<&str> = description
+            .get_subcommands()
+            .map(Command::get_name)
+            .collect();
+        let shown: Vec<&str> = GROUPS
+            .iter()
+            .flat_map(|(_, verbs)| *verbs)
+            .copied()
+            .collect();
+        let all = |names: &[&str]| {
+            names
+                .iter()
+                .map(|&name| name.to_owned())
+                .collect::<BTreeSet<_>>()
+        };
+        assert_eq!(all(&shown), all(&known));
+        assert_eq!(shown.len(), known.len());
+        let styles = clap::builder::Styles::plain();
+        let text = listed(&description.styles(styles));
+        for line in text.lines() {
+            assert!(line.chars().count() <= 88, "{line}");
+        }
+    }
+}
