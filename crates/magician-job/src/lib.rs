@@ -45,9 +45,12 @@ mod engine;
 mod error;
 mod event;
 mod handle;
+pub mod jog;
 mod journal;
+mod polled;
 mod saved;
 mod spec;
+pub mod teach;
 
 pub use engine::Job;
 pub use error::{Fault, JobError, JobOutcome, Left, PauseError, PenLift, ResumeError, Stood};
@@ -58,5 +61,6 @@ pub use handle::JobHandle;
 #[cfg(feature = "files")]
 pub use journal::FileJournal;
 pub use journal::{Journal, JournalError, JournalKey, NoJournal};
+pub use polled::Polled;
 pub use saved::{Access, SavedSettings, Settled};
 pub use spec::{JobSpec, Start};

@@ -8,13 +8,13 @@ use ratatui::style::Style;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::axis::Axis;
 use super::pad::Pad;
 use super::view::{
     alarm_panel, doing, joint_bars, key_names, log_panel, mode_line, moves, pad_lines, pad_panel,
     pose, tool_lines,
 };
 use crate::terminal::{Seen, Theme, panel};
+use magician_job::jog::Axis;
 
 /// From so many columns on there is room beside something else for the pad as it is alone.
 const WIDE: u16 = 120;

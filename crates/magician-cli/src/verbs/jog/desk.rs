@@ -7,6 +7,7 @@ use magician::commands::{
     PtpCommonParams,
 };
 use magician::{Arm, ErrorKind, Events, StateWatch};
+use magician_job::Polled;
 use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::{Duration, timeout};
 
@@ -15,7 +16,7 @@ use super::pad::{Pad, Reply, Tone, Tools};
 use crate::context::{STAND_BY, not_confirmed, stop};
 use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;
-use crate::terminal::{Polled, Seen, Stage, Told, event_text, take_log};
+use crate::terminal::{Seen, Stage, Told, event_text, take_log};
 
 /// Readings a second: as many as frames.
 const RATE: f64 = 20.0;

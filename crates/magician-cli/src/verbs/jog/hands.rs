@@ -14,7 +14,7 @@ use magician::{Arm, ErrorKind, Jog, JogOptions, Owed, Set};
 use magician_job::{Fault, JobError, JobHandle, JobSpec, NoJournal, Start};
 use magician_program::{Ending, Plan, Program};
 
-use super::axis::Heading;
+use magician_job::jog::Heading;
 
 use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;

@@ -1,10 +1,8 @@
 //! `jog`: a pad for the arm on the terminal, or one checked step.
 
-mod axis;
 mod beside;
 mod desk;
 mod hands;
-mod hold;
 mod pad;
 #[cfg(test)]
 mod tests;
@@ -14,6 +12,7 @@ use std::io::{self, IsTerminal};
 
 use clap::Args;
 use magician::{Arm, SimSpeed, commands};
+use magician_job::jog::Axis;
 
 use super::pose::Answer;
 use super::rail::needs_rail;
@@ -24,7 +23,6 @@ use crate::progress::attended;
 use crate::saved::SavedSettings;
 use crate::terminal::{self, Stage};
 
-pub(super) use axis::Axis;
 pub(super) use beside::{TIGHT_ROWS, beside, tight};
 pub(super) use desk::{Desk, End, Happened, next_of, rail_of, title, tools};
 pub(super) use hands::{Order, What};

@@ -6,10 +6,10 @@ use magician::{Set, words};
 use magician_motion::TopView;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::axis::{Axis, Heading};
 use super::hands::{Done, Order, What};
-use super::hold::{Hold, Turn};
 use crate::terminal::Help;
+use magician_job::jog::{Axis, Heading};
+use magician_job::jog::{Hold, Turn};
 
 /// Lengths of steps, mm or degrees.
 const STEPS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];

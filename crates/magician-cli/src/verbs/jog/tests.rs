@@ -4,12 +4,12 @@ use std::time::Instant;
 
 use magician::Link;
 
-use super::axis::{Axis, Heading};
 use super::hands::What;
 use super::pad::{self, Pad, Question, Tools, Way};
 use super::view::{Model, draw};
 use crate::terminal::test::{Example, screen, shows};
 use crate::terminal::{Help, Seen, Theme};
+use magician_job::jog::{Axis, Heading};
 
 fn model() -> Model {
     let mut seen = Seen::new("arm at a port".to_owned(), 32);

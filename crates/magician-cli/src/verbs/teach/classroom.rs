@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use magician::commands::Pose;
+use magician_job::teach::{Lesson, place};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::file::UNNAMED;
-use super::lesson::{Lesson, place};
 use crate::verbs::jog::{Pad, Reply, Tone};
 
 /// So soon after a stop, space is meant to stop again, not to store.

@@ -2,8 +2,6 @@
 
 mod classroom;
 mod file;
-mod hand;
-mod lesson;
 mod view;
 
 use std::path::{Path, PathBuf};
@@ -12,6 +10,8 @@ use std::sync::Arc;
 use clap::Args;
 use magician::commands::{EndEffectorParams, Pose};
 use magician::{Arm, ToolBias, words};
+use magician_job::Polled;
+use magician_job::teach::{Lesson, Row, follow};
 use magician_program::{Plan, Tool};
 use serde::Serialize;
 
@@ -19,13 +19,12 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::mounted::tool_of;
 use crate::saved::SavedSettings;
-use crate::terminal::{Polled, Stage};
+use crate::terminal::Stage;
 use crate::verbs::jog::{
     AT_SIGHT, Desk, End, Happened, Order, Reply, Tone, What, for_a_person, next_of,
 };
 use classroom::{Classroom, Prompt, Turn};
 use file::{Rescue, UNNAMED};
-use lesson::{Lesson, Row};
 use view::Model;
 
 #[cfg(test)]
@@ -121,7 +120,7 @@ impl Session {
         lesson.tool = Some(tool);
         lesson.title = title(named);
         let mut room = Classroom::new(lesson, path.is_some());
-        let hand = hand::follow(arm, saved).await?;
+        let hand = follow(arm, saved).await?;
         room.follows = hand.as_ref().map(|_| true);
         let rescue = Rescue::beside(named);
         let left = rescue.find();

@@ -1,5 +1,6 @@
 //! How a lesson looks: the list at the left, the arm at the right.
 
+use magician_job::teach::Row;
 use magician_program::{Action, Grip, Travel};
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -7,7 +8,6 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::classroom::Classroom;
-use super::lesson::Row;
 use crate::terminal::{Seen, Theme, panel, said, thirds, wrapped};
 use crate::verbs::jog::{MOVES, Pad, beside, foot};
 

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use magician::Arm;
 use magician::connection::Stats;
+use magician_job::Polled;
 
-use crate::terminal::Polled;
 use crate::verbs::io::{self, PINS, Pin};
 use crate::verbs::jog::{Tools, tools};
 

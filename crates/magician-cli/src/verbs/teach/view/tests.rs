@@ -1,10 +1,10 @@
 //! What is shown, at every size.
 
 use super::super::classroom::Prompt;
-use super::super::lesson::Lesson;
 use super::*;
 use crate::terminal::test::{Example, screen, shows, status};
 use crate::verbs::jog::Tools;
+use magician_job::teach::Lesson;
 
 fn model() -> Model {
     let mut seen = Seen::new("arm at a port".to_owned(), 32);

@@ -10,14 +10,17 @@ const UNDO: usize = 500;
 
 /// A row of the list: where the arm goes, what its tool does there, how long it stays.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Row {
-    pub(super) name: String,
+pub struct Row {
+    /// What it is called; empty if it has no name.
+    pub name: String,
     /// A move as a rule; also anything else that a file may have, which is kept as it is. `None`: where the row before ends.
-    pub(super) motion: Option<Action>,
-    pub(super) gripper: Option<Grip>,
-    pub(super) suction: Option<bool>,
-    /// ms
-    pub(super) pause: u32,
+    pub motion: Option<Action>,
+    /// What the gripper does there; nothing new without.
+    pub gripper: Option<Grip>,
+    /// Whether the suction cup goes on or off there; nothing new without.
+    pub suction: Option<bool>,
+    /// How long it stays there, ms.
+    pub pause: u32,
 }
 
 impl Row {
@@ -68,25 +71,28 @@ struct Snapshot {
 
 /// A program that is being taught.
 #[derive(Clone, Debug)]
-pub(super) struct Lesson {
-    pub(super) title: String,
-    pub(super) tool: Option<Tool>,
+pub struct Lesson {
+    /// What it is called.
+    pub title: String,
+    /// The tool whose tip is at the points.
+    pub tool: Option<Tool>,
     surface: Option<Surface>,
     /// Shared with what it can be taken back to and with what is shown: many rows cost no more than few.
-    pub(super) rows: Arc<Vec<Row>>,
+    pub rows: Arc<Vec<Row>>,
     /// The row that is chosen; 0 if there is none.
-    pub(super) selected: usize,
+    pub selected: usize,
     /// How new points are reached.
-    pub(super) by: Travel,
+    pub by: Travel,
     /// The point that the arc to the next one goes through.
-    pub(super) via: Option<[f32; 4]>,
+    pub via: Option<[f32; 4]>,
     undo: Vec<Snapshot>,
     redo: Vec<Snapshot>,
     saved: Arc<Vec<Row>>,
 }
 
 impl Lesson {
-    pub(super) fn new(title: impl Into<String>, tool: Option<Tool>) -> Self {
+    /// Nothing is taught yet.
+    pub fn new(title: impl Into<String>, tool: Option<Tool>) -> Self {
         Self {
             title: title.into(),
             tool,
@@ -102,7 +108,7 @@ impl Lesson {
     }
 
     /// What a plan teaches. Every step of it is in a row.
-    pub(super) fn of(plan: &Plan) -> Self {
+    pub fn of(plan: &Plan) -> Self {
         let mut rows: Vec<Row> = Vec::new();
         for step in &plan.steps {
             let name = plan.name_of(&step.origin).unwrap_or_default();
@@ -121,7 +127,7 @@ impl Lesson {
     }
 
     /// The plan from a row on.
-    pub(super) fn plan(&self, from: usize) -> Plan {
+    pub fn plan(&self, from: usize) -> Plan {
         let mut plan = Plan::new(self.title.clone());
         plan.tool = self.tool;
         plan.surface = self.surface;
@@ -137,7 +143,7 @@ impl Lesson {
     }
 
     /// The row that so many steps of the plan from a row on belong to, from 0.
-    pub(super) fn row_of(&self, from: usize, step: usize) -> Option<usize> {
+    pub fn row_of(&self, from: usize, step: usize) -> Option<usize> {
         let mut left = step;
         for (nth, row) in self.rows.iter().enumerate().skip(from) {
             let steps = row.actions().count();
@@ -150,14 +156,14 @@ impl Lesson {
     }
 
     /// Steps of the plan that come before a row.
-    pub(super) fn steps_before(&self, row: usize) -> usize {
+    pub fn steps_before(&self, row: usize) -> usize {
         let rows = self.rows.iter().take(row);
         rows.map(|row| row.actions().count()).sum()
     }
 
     /// Whether a row leads to the same place wherever the arm is, and by a way that does not depend on what was before. The
     /// first one has nothing before it.
-    pub(super) fn leads_from_anywhere(&self, row: usize) -> bool {
+    pub fn leads_from_anywhere(&self, row: usize) -> bool {
         let motion = self.rows.get(row).and_then(|row| row.motion.as_ref());
         let absolute = matches!(
             motion,
@@ -166,22 +172,23 @@ impl Lesson {
         row == 0 || absolute
     }
 
-    pub(super) fn is_saved(&self) -> bool {
+    /// Whether the rows are as they were saved.
+    pub fn is_saved(&self) -> bool {
         Arc::ptr_eq(&self.rows, &self.saved) || self.rows == self.saved
     }
 
     /// The rows as they are have been saved.
-    pub(super) fn mark_saved(&mut self) {
+    pub fn mark_saved(&mut self) {
         self.saved = Arc::clone(&self.rows);
     }
 
     /// The rows as they are have not been saved, wherever they came from.
-    pub(super) fn mark_unsaved(&mut self) {
+    pub fn mark_unsaved(&mut self) {
         self.saved = Arc::default();
     }
 
     /// Adds where the arm is, after the row that is chosen, and chooses it; the name that it got.
-    pub(super) fn store(&mut self, pose: &Pose) -> String {
+    pub fn store(&mut self, pose: &Pose) -> String {
         let to = place(pose);
         let motion = match self.via.take() {
             Some(via) => Action::Arc { via, to },
@@ -202,7 +209,7 @@ impl Lesson {
     }
 
     /// Whether the row that is chosen leads to this very place.
-    pub(super) fn is_at(&self, pose: &Pose) -> bool {
+    pub fn is_at(&self, pose: &Pose) -> bool {
         let motion = self
             .rows
             .get(self.selected)
@@ -214,7 +221,7 @@ impl Lesson {
     }
 
     /// Lets the row that is chosen lead to where the arm is. `Err` says why it cannot.
-    pub(super) fn teach_again(&mut self, pose: &Pose) -> Result<(), &'static str> {
+    pub fn teach_again(&mut self, pose: &Pose) -> Result<(), &'static str> {
         self.edit(|row| {
             let here = place(pose);
             match &mut row.motion {
@@ -230,7 +237,7 @@ impl Lesson {
     }
 
     /// Lets the row that is chosen go another way: with the joints, straight, as a jump. Without rows: the next one.
-    pub(super) fn next_way(&mut self) -> Result<(), &'static str> {
+    pub fn next_way(&mut self) -> Result<(), &'static str> {
         let turned = |by| match by {
             Travel::Joints => Travel::Line,
             Travel::Line => Travel::Jump,
@@ -254,7 +261,8 @@ impl Lesson {
         Ok(())
     }
 
-    pub(super) fn rename(&mut self, name: &str) -> Result<(), &'static str> {
+    /// Names the row that is chosen.
+    pub fn rename(&mut self, name: &str) -> Result<(), &'static str> {
         let name = name.trim().to_owned();
         self.edit(|row| {
             row.name = name;
@@ -263,7 +271,7 @@ impl Lesson {
     }
 
     /// Sets the pause, seconds.
-    pub(super) fn pause(&mut self, text: &str) -> Result<(), &'static str> {
+    pub fn pause(&mut self, text: &str) -> Result<(), &'static str> {
         let text = text.trim().trim_end_matches('s').trim_end();
         let seconds = if text.is_empty() {
             Ok(0.0)
@@ -279,7 +287,7 @@ impl Lesson {
     }
 
     /// What the gripper does there: nothing new, close, open, off.
-    pub(super) fn next_grip(&mut self) -> Result<(), &'static str> {
+    pub fn next_grip(&mut self) -> Result<(), &'static str> {
         self.edit(|row| {
             row.gripper = match row.gripper {
                 None => Some(Grip::Close),
@@ -292,7 +300,7 @@ impl Lesson {
     }
 
     /// What the suction cup does there: nothing new, on, off.
-    pub(super) fn next_suction(&mut self) -> Result<(), &'static str> {
+    pub fn next_suction(&mut self) -> Result<(), &'static str> {
         self.edit(|row| {
             row.suction = match row.suction {
                 None => Some(true),
@@ -303,7 +311,8 @@ impl Lesson {
         })
     }
 
-    pub(super) fn delete(&mut self) -> Result<(), &'static str> {
+    /// Deletes the row that is chosen.
+    pub fn delete(&mut self) -> Result<(), &'static str> {
         if self.rows.is_empty() {
             return Err(NO_ROW);
         }
@@ -316,7 +325,7 @@ impl Lesson {
     }
 
     /// Moves the row that is chosen towards the end, or the beginning.
-    pub(super) fn shift(&mut self, down: bool) {
+    pub fn shift(&mut self, down: bool) {
         let other = match down {
             true => self.selected + 1,
             false => self.selected.wrapping_sub(1),
@@ -331,7 +340,7 @@ impl Lesson {
     }
 
     /// Chooses the next row, or the one before.
-    pub(super) fn select(&mut self, down: bool) {
+    pub fn select(&mut self, down: bool) {
         let other = match down {
             true => self.selected + 1,
             false => self.selected.saturating_sub(1),
@@ -340,7 +349,7 @@ impl Lesson {
     }
 
     /// Takes the last change back; whether there was one.
-    pub(super) fn undo(&mut self) -> bool {
+    pub fn undo(&mut self) -> bool {
         let Some(before) = self.undo.pop() else {
             return false;
         };
@@ -351,7 +360,7 @@ impl Lesson {
     }
 
     /// Makes the last change anew that was taken back; whether there was one.
-    pub(super) fn redo(&mut self) -> bool {
+    pub fn redo(&mut self) -> bool {
         let Some(after) = self.redo.pop() else {
             return false;
         };
@@ -415,7 +424,8 @@ impl Lesson {
 
 const NO_ROW: &str = "there is no point yet: Enter stores where the arm is";
 
-pub(super) fn place(pose: &Pose) -> [f32; 4] {
+/// The coordinates of a pose.
+pub fn place(pose: &Pose) -> [f32; 4] {
     [pose.x, pose.y, pose.z, pose.r]
 }
 

@@ -8,14 +8,14 @@ use tokio::time::{Duration, MissedTickBehavior, interval};
 
 /// Something that is read so often, until this is dropped. A reading that takes its time keeps nobody waiting.
 #[derive(Debug)]
-pub(crate) struct Polled<T> {
+pub struct Polled<T> {
     latest: watch::Receiver<Option<T>>,
     task: JoinHandle<()>,
 }
 
 impl<T: Clone + Send + Sync + 'static> Polled<T> {
     /// Begins; must be called within a runtime. A reading of `None` is none.
-    pub(crate) fn every<F, R>(period: Duration, mut read: F) -> Self
+    pub fn every<F, R>(period: Duration, mut read: F) -> Self
     where
         F: FnMut() -> R + Send + 'static,
         R: Future<Output = Option<T>> + Send,
@@ -35,7 +35,7 @@ impl<T: Clone + Send + Sync + 'static> Polled<T> {
     }
 
     /// Waits for the next reading.
-    pub(crate) async fn next(&mut self) -> T {
+    pub async fn next(&mut self) -> T {
         loop {
             if self.latest.changed().await.is_err() {
                 std::future::pending::<()>().await;

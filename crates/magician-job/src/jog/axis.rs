@@ -7,28 +7,39 @@ use magician::{Set, words};
 
 /// An axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Axis {
+pub enum Axis {
+    /// Forward, mm.
     X,
+    /// To the left for who stands behind the arm, mm.
     Y,
+    /// Up, mm.
     Z,
+    /// Rotation of the tool, deg.
     R,
+    /// The base, deg.
     J1,
+    /// The rear arm, deg.
     J2,
+    /// The forearm, deg.
     J3,
+    /// The end effector's servo, deg.
     J4,
-    /// The rail.
+    /// The carriage on the rail, mm.
     L,
 }
 
 /// An axis and a direction on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Heading {
-    pub(crate) axis: Axis,
-    pub(crate) forward: bool,
+pub struct Heading {
+    /// What moves.
+    pub axis: Axis,
+    /// Towards larger coordinates or angles.
+    pub forward: bool,
 }
 
 impl Axis {
-    pub(crate) const ALL: [Self; 9] = [
+    /// All of them.
+    pub const ALL: [Self; 9] = [
         Self::X,
         Self::Y,
         Self::Z,
@@ -40,7 +51,9 @@ impl Axis {
         Self::L,
     ];
 
-    pub(crate) const fn name(self) -> &'static str {
+    /// Its name in lower case: `x`, `j3`, `l`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
         match self {
             Self::X => "x",
             Self::Y => "y",
@@ -54,7 +67,9 @@ impl Axis {
         }
     }
 
-    pub(crate) const fn unit(self) -> &'static str {
+    /// Unit of its distances: `mm` or `deg`.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
         match self {
             Self::X | Self::Y | Self::Z | Self::L => "mm",
             _ => "deg",
@@ -62,7 +77,8 @@ impl Axis {
     }
 
     /// The move by so many mm or degrees: straight for a coordinate.
-    pub(crate) fn step(self, by: f32) -> Set {
+    #[must_use]
+    pub fn step(self, by: f32) -> Set {
         match self {
             Self::X => words::line_by(by, 0.0, 0.0, 0.0),
             Self::Y => words::line_by(0.0, by, 0.0, 0.0),
@@ -90,7 +106,8 @@ impl FromStr for Axis {
 
 impl Heading {
     /// What begins to jog that way.
-    pub(crate) fn jog(self) -> Set {
+    #[must_use]
+    pub fn jog(self) -> Set {
         use JogCommand::{
             Axis1Minus, Axis1Plus, Axis2Minus, Axis2Plus, Axis3Minus, Axis3Plus, Axis4Minus,
             Axis4Plus,
@@ -110,7 +127,8 @@ impl Heading {
     }
 
     /// The signed distance of a step of that length.
-    pub(crate) fn signed(self, length: f32) -> f32 {
+    #[must_use]
+    pub fn signed(self, length: f32) -> f32 {
         if self.forward { length } else { -length }
     }
 }

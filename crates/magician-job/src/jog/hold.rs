@@ -20,22 +20,25 @@ const REPEATS: Duration = Duration::from_millis(700);
 
 /// What a key comes to. Times are since some beginning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Turn {
+pub enum Turn {
     /// Jog from now on; it ends by itself after `keep` unless kept up.
     Begin {
+        /// Which way.
         heading: Heading,
+        /// For how long without being kept up.
         keep: Duration,
     },
     /// Let it go on.
     Keep,
     /// End it.
     End,
+    /// Nothing changes.
     Nothing,
 }
 
 /// The key that is held, and what the terminal tells of keys.
 #[derive(Clone, Debug)]
-pub(crate) struct Hold {
+pub struct Hold {
     /// Whether releases are told.
     releases: bool,
     held: Option<Held>,
@@ -54,7 +57,9 @@ struct Held {
 }
 
 impl Hold {
-    pub(crate) fn new() -> Self {
+    /// Nothing is held.
+    #[must_use]
+    pub fn new() -> Self {
         Self {
             // Consoles of Windows always tell.
             releases: cfg!(windows),
@@ -64,18 +69,19 @@ impl Hold {
     }
 
     /// Whether the terminal is known to tell releases.
-    pub(crate) fn tells_releases(&self) -> bool {
+    #[must_use]
+    pub fn tells_releases(&self) -> bool {
         self.releases
     }
 
     /// The way that is being jogged.
-    #[cfg(test)]
-    pub(crate) fn heading(&self) -> Option<Heading> {
+    #[must_use]
+    pub fn heading(&self) -> Option<Heading> {
         self.held.map(|held| held.heading)
     }
 
     /// A press of a key.
-    pub(crate) fn press(&mut self, heading: Heading, now: Duration) -> Turn {
+    pub fn press(&mut self, heading: Heading, now: Duration) -> Turn {
         let again = self
             .last
             .is_some_and(|(last, at)| last == heading && now.saturating_sub(at) < REPEATS);
@@ -90,7 +96,7 @@ impl Hold {
     }
 
     /// A repeat that the terminal tells as one: then it tells releases too.
-    pub(crate) fn repeat(&mut self, heading: Heading, now: Duration) -> Turn {
+    pub fn repeat(&mut self, heading: Heading, now: Duration) -> Turn {
         self.releases = true;
         let turn = self.press(heading, now);
         if let Some(held) = &mut self.held {
@@ -100,7 +106,7 @@ impl Hold {
     }
 
     /// A release of the key that jogs this way; of another key with `None`.
-    pub(crate) fn release(&mut self, heading: Option<Heading>) -> Turn {
+    pub fn release(&mut self, heading: Option<Heading>) -> Turn {
         self.releases = true;
         match self.held {
             Some(held) if Some(held.heading) == heading => self.let_go(),
@@ -109,7 +115,7 @@ impl Hold {
     }
 
     /// The keyboard is well, and nothing has come of it.
-    pub(crate) fn beat(&mut self, now: Duration) -> Turn {
+    pub fn beat(&mut self, now: Duration) -> Turn {
         let Some(held) = self.held else {
             return Turn::Nothing;
         };
@@ -128,7 +134,7 @@ impl Hold {
     }
 
     /// Ends it, whatever the key does.
-    pub(crate) fn let_go(&mut self) -> Turn {
+    pub fn let_go(&mut self) -> Turn {
         match self.held.take() {
             Some(_) => Turn::End,
             None => Turn::Nothing,

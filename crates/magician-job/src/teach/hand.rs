@@ -4,20 +4,15 @@ use std::time::Duration;
 
 use magician::commands::{HhtTrigMode, HhtTrigOutput, HhtTrigOutputEnabled, Pose};
 use magician::protocol::{Flag, TeachTrigger};
-use magician::{Arm, ErrorKind, Owed};
+use magician::{Arm, ErrorKind, Owed, Result};
 
-use crate::failure::Failure;
-use crate::saved::SavedSettings;
-use crate::terminal::Polled;
+use crate::{Polled, SavedSettings};
 
 /// Looks at the trigger are so far apart.
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// Lets the arm report, and looks again and again; nothing if it cannot (document 1.7).
-pub(super) async fn follow(
-    arm: &Arm,
-    saved: &SavedSettings,
-) -> Result<Option<Polled<Pose>>, Failure> {
+pub async fn follow(arm: &Arm, saved: &SavedSettings) -> Result<Option<Polled<Pose>>> {
     let before = async {
         let mode = arm.get::<HhtTrigMode>().await?;
         let enabled = arm.get::<HhtTrigOutputEnabled>().await?;
@@ -26,7 +21,7 @@ pub(super) async fn follow(
     let (mode, enabled) = match before.await {
         Ok(before) => before,
         Err(error) if matches!(error.kind(), ErrorKind::Port | ErrorKind::Closed) => {
-            return Err(error.into());
+            return Err(error);
         }
         Err(_) => return Ok(None),
     };

@@ -1,0 +1,7 @@
+//! Moving an arm by hand: what can be jogged, and the control that has to be held for it.
+
+mod axis;
+mod hold;
+
+pub use axis::{Axis, Heading};
+pub use hold::{Hold, Turn};
