@@ -11,12 +11,13 @@ use magician_job::Polled;
 use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::{Duration, timeout};
 
-use super::hands::{Hands, Ratios};
 use super::pad::{Pad, Reply, Tone, Tools};
+use super::wording;
 use crate::context::{STAND_BY, not_confirmed, stop};
 use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;
 use crate::terminal::{Seen, Stage, Told, event_text, take_log};
+use magician_job::jog::{Hands, Ratios};
 
 /// Readings a second: as many as frames.
 const RATE: f64 = 20.0;
@@ -103,8 +104,8 @@ impl Desk {
             },
             done = self.hands.next() => {
                 self.pad.done(&done);
-                if let Err(failure) = &done.outcome {
-                    self.seen.note(failure.fact());
+                if let Err(error) = &done.outcome {
+                    self.seen.note(wording::failure(error).fact());
                 }
                 Happened::Done
             }

@@ -2,11 +2,11 @@
 
 mod beside;
 mod desk;
-mod hands;
 mod pad;
 #[cfg(test)]
 mod tests;
 mod view;
+mod wording;
 
 use std::io::{self, IsTerminal};
 
@@ -25,7 +25,6 @@ use crate::terminal::{self, Stage};
 
 pub(super) use beside::{TIGHT_ROWS, beside, tight};
 pub(super) use desk::{Desk, End, Happened, next_of, rail_of, title, tools};
-pub(super) use hands::{Order, What};
 pub(super) use pad::{Pad, Reply, Tone, Tools};
 #[cfg(test)]
 pub(super) use tests::examples;

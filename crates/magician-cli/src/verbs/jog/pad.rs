@@ -2,14 +2,15 @@
 
 use std::time::Duration;
 
-use magician::{Set, words};
 use magician_motion::TopView;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::hands::{Done, Order, What};
+use super::wording;
 use crate::terminal::Help;
 use magician_job::jog::{Axis, Heading};
+use magician_job::jog::{Done, Order, ToolOrder, What};
 use magician_job::jog::{Hold, Turn};
+use magician_program::Grip;
 
 /// Lengths of steps, mm or degrees.
 const STEPS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];
@@ -171,7 +172,7 @@ impl Pad {
     pub(crate) fn done(&mut self, done: &Done) {
         let failure = match &done.outcome {
             Ok(()) => return self.well_done(done.what),
-            Err(failure) => failure.fact().to_owned(),
+            Err(error) => wording::failure(error).fact().to_owned(),
         };
         match done.what {
             What::Jog(heading) => {
@@ -190,9 +191,9 @@ impl Pad {
             What::Stop => self.say(Tone::Plain, "stopped: the arm stands, the queue is empty"),
             What::Home => self.say(Tone::Plain, "homed"),
             What::ClearAlarms => self.say(Tone::Plain, "alarms cleared"),
-            What::Tool(text) => {
+            What::Tool(tool) => {
                 self.tools = self.wanted;
-                self.say(Tone::Plain, text);
+                self.say(Tone::Plain, wording::tool(tool));
             }
             What::Speed(percent) => self.speed = percent,
             What::Run => self.say(Tone::Plain, "played"),
@@ -293,7 +294,7 @@ impl Pad {
             }
             (Question::Laser, KeyCode::Char('y' | 'Y')) => {
                 self.wanted.laser = true;
-                self.tool("the laser burns", words::laser(true))
+                Reply::Order(Order::Tool(ToolOrder::Laser(true)))
             }
             _ => Reply::Nothing,
         }
@@ -335,7 +336,7 @@ impl Pad {
             KeyCode::Char('g') => return self.gripper(),
             KeyCode::Char('l') if self.tools.laser => {
                 self.wanted.laser = false;
-                return self.tool("the laser is off", words::laser(false));
+                return Reply::Order(Order::Tool(ToolOrder::Laser(false)));
             }
             KeyCode::Char('l') => self.question = Some(Question::Laser),
             _ => return Reply::Unknown,
@@ -350,28 +351,22 @@ impl Pad {
             grips: None,
             ..self.tools
         };
-        let what = if on { "suction on" } else { "suction off" };
-        self.tool(what, words::suction(on))
+        Reply::Order(Order::Tool(ToolOrder::Suction(on)))
     }
 
     /// Closed, open, off, and so on.
     fn gripper(&mut self) -> Reply {
-        let (grips, what, command) = match self.tools.grips {
-            None => (Some(true), "the gripper closes", words::grip()),
-            Some(true) => (Some(false), "the gripper opens", words::release()),
-            Some(false) => (None, "the gripper's pump is off", words::pump_off()),
+        let (grips, order) = match self.tools.grips {
+            None => (Some(true), Grip::Close),
+            Some(true) => (Some(false), Grip::Open),
+            Some(false) => (None, Grip::Off),
         };
         self.wanted = Tools {
             suction: false,
             grips,
             ..self.tools
         };
-        self.tool(what, command)
-    }
-
-    fn tool(&mut self, what: &'static str, command: Set) -> Reply {
-        let command = Box::new(command);
-        Reply::Order(Order::Tool { what, command })
+        Reply::Order(Order::Tool(ToolOrder::Gripper(order)))
     }
 }
 
@@ -387,7 +382,6 @@ fn next(list: &[f32], now: f32, up: bool) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::failure::Failure;
 
     const X: Heading = Heading {
         axis: Axis::X,
@@ -479,8 +473,9 @@ mod tests {
     #[test]
     fn a_refusal_is_kept_until_the_next_one() {
         let mut pad = pad();
-        let refused = magician::Error::invalid("joint 2 would be at 91.3 deg, limit 90.0 deg");
-        let outcome = Err(Failure::from(refused.with_command("SetPTPCmd")));
+        let refused = "joint 2 would be at 91.3 deg, limit 90.0 deg";
+        let error = magician::Error::invalid(refused).with_command("SetPTPCmd");
+        let outcome = Err(error.into());
         let what = What::Step(X);
         pad.done(&Done { what, outcome });
         letter(&mut pad, '+');
@@ -522,20 +517,20 @@ mod tests {
         letter(&mut pad, 'l');
         assert!(matches!(
             letter(&mut pad, 'y'),
-            Reply::Order(Order::Tool { .. })
+            Reply::Order(Order::Tool(_))
         ));
         assert!(
             !pad.tools.laser && pad.may_burn(),
             "the arm has not answered yet"
         );
-        let what = What::Tool("the laser burns");
+        let what = What::Tool(ToolOrder::Laser(true));
         let outcome = Ok(());
         pad.done(&Done { what, outcome });
         assert!(pad.tools.laser);
         // Off without a question.
         assert!(matches!(
             letter(&mut pad, 'l'),
-            Reply::Order(Order::Tool { .. })
+            Reply::Order(Order::Tool(_))
         ));
     }
 

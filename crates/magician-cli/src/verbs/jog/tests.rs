@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use magician::Link;
 
-use super::hands::What;
 use super::pad::{self, Pad, Question, Tools, Way};
 use super::view::{Model, draw};
 use crate::terminal::test::{Example, screen, shows};
 use crate::terminal::{Help, Seen, Theme};
+use magician_job::jog::What;
 use magician_job::jog::{Axis, Heading};
 
 fn model() -> Model {

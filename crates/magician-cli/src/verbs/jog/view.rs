@@ -8,9 +8,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::beside::{TIGHT_ROWS, TITLE, tight};
-use super::hands::What;
 use super::pad::{self, Pad, Tone, Tools, Way};
 use crate::terminal::{Seen, Theme, fitted, lamp, mm, panel, said, thirds, wrapped};
+use magician_job::jog::What;
 use magician_job::jog::{Axis, Heading};
 
 /// What is shown.

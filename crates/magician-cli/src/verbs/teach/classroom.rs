@@ -331,7 +331,8 @@ impl Prompt {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verbs::jog::{Order, Tools, What};
+    use crate::verbs::jog::Tools;
+    use magician_job::jog::{Order, What};
 
     struct Desk {
         room: Classroom,

@@ -11,6 +11,7 @@ use clap::Args;
 use magician::commands::{EndEffectorParams, Pose};
 use magician::{Arm, ToolBias, words};
 use magician_job::Polled;
+use magician_job::jog::{Order, ToolOrder, What};
 use magician_job::teach::{Lesson, Row, follow};
 use magician_program::{Plan, Tool};
 use serde::Serialize;
@@ -20,9 +21,7 @@ use crate::failure::Failure;
 use crate::mounted::tool_of;
 use crate::saved::SavedSettings;
 use crate::terminal::Stage;
-use crate::verbs::jog::{
-    AT_SIGHT, Desk, End, Happened, Order, Reply, Tone, What, for_a_person, next_of,
-};
+use crate::verbs::jog::{AT_SIGHT, Desk, End, Happened, Reply, Tone, for_a_person, next_of};
 use classroom::{Classroom, Prompt, Turn};
 use file::{Rescue, UNNAMED};
 use view::Model;
@@ -260,9 +259,8 @@ impl Session {
         lesson.mark_unsaved();
         // Its points are for that tool, and those that follow have to be, too.
         if let Some(tool) = lesson.tool.filter(|tool| Some(*tool) != before.tool) {
-            let what = "the arm counts from the tool with which the lesson was taught";
-            let command = Box::new(words::tool(tool.bias()));
-            self.desk.obey(Reply::Order(Order::Tool { what, command }));
+            let tip = ToolOrder::Tip(tool.bias());
+            self.desk.obey(Reply::Order(Order::Tool(tip)));
         }
         self.kept = Arc::clone(&lesson.rows);
         self.room.lesson = lesson;

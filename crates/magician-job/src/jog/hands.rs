@@ -1,30 +1,29 @@
 //! What a pad has the arm do: one thing that moves it at a time, and a stop that overtakes it.
 
-use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::fmt;
 use std::future::{Future, poll_fn};
 use std::pin::Pin;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::task::Poll;
 use std::time::Duration;
 
 use magician::commands::{JogCommonParams, PtpCommonParams};
-use magician::words::Guards;
-use magician::{Arm, ErrorKind, Jog, JogOptions, Owed, Set};
-use magician_job::{Fault, JobError, JobHandle, JobSpec, NoJournal, Start};
-use magician_program::{Ending, Plan, Program};
+use magician::words::{self, Guards};
+use magician::{Arm, Error, ErrorKind, Jog, JogOptions, Owed, Set, ToolBias};
+use magician_program::{Ending, Grip, Plan, Program};
 
-use magician_job::jog::Heading;
-
-use crate::failure::{Failure, Kind};
-use crate::saved::SavedSettings;
+use super::Heading;
+use crate::{JobError, JobHandle, JobSpec, NoJournal, SavedSettings, Start};
 
 /// What is to be done.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Order {
+pub enum Order {
     /// Jog until told otherwise, or until it was not kept up for so long.
     Jog {
+        /// Which way.
         heading: Heading,
+        /// How long it goes on without [`Order::Keep`].
         keep: Duration,
     },
     /// Let the jog go on.
@@ -33,50 +32,123 @@ pub(crate) enum Order {
     EndJog,
     /// A checked move by so much.
     Step {
+        /// Which way.
         heading: Heading,
+        /// How far, mm or deg; above 0.
         length: f32,
         /// The laser burns, and that is meant.
         burning: bool,
     },
     /// Stop whatever moves, now.
     Stop,
+    /// Home the arm.
     Home,
+    /// Clear the alarms that stand.
     ClearAlarms,
-    /// A command at once, past the queue.
-    Tool {
-        what: &'static str,
-        command: Box<Set>,
-    },
+    /// Something of the tools, at once and past the queue.
+    Tool(ToolOrder),
     /// Share of the set speeds of jogs and moves, percent.
     Speed(f32),
     /// A program from one of its steps (from 0) on, checked as a whole first.
     Run {
+        /// The program.
         plan: Box<Plan>,
+        /// The step it begins with.
         from: usize,
     },
 }
 
+/// What a tool is to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ToolOrder {
+    /// The suction cup goes on or off.
+    Suction(bool),
+    /// The gripper closes, opens, or its pump goes off.
+    Gripper(Grip),
+    /// The laser burns, or is dark. Who orders it has made sure that it may burn.
+    Laser(bool),
+    /// The arm counts from a tip that is so far from its flange, mm.
+    Tip(ToolBias),
+}
+
+impl ToolOrder {
+    fn command(self) -> Set {
+        match self {
+            Self::Suction(on) => words::suction(on),
+            Self::Gripper(Grip::Close) => words::grip(),
+            Self::Gripper(Grip::Open) => words::release(),
+            Self::Gripper(Grip::Off) => words::pump_off(),
+            Self::Laser(on) => words::laser(on),
+            Self::Tip(bias) => words::tool(bias),
+        }
+    }
+}
+
 /// What was being done.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum What {
+pub enum What {
+    /// A jog, as long as it goes on.
     Jog(Heading),
+    /// A checked move by a step.
     Step(Heading),
+    /// A stop.
     Stop,
+    /// Homing.
     Home,
+    /// Clearing the alarms.
     ClearAlarms,
-    Tool(&'static str),
+    /// Something of the tools.
+    Tool(ToolOrder),
+    /// Setting the speeds to so many percent.
     Speed(f32),
+    /// A program.
     Run,
 }
 
 /// What came of something.
 #[derive(Debug)]
-pub(crate) struct Done {
-    pub(crate) what: What,
-    pub(crate) outcome: Result<(), Failure>,
+pub struct Done {
+    /// What was ordered.
+    pub what: What,
+    /// Whether it was done.
+    pub outcome: Result<(), OrderError>,
 }
 
-type Work = Pin<Box<dyn Future<Output = Result<Option<Jog>, Failure>>>>;
+/// Why an order was not carried out.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum OrderError {
+    /// Something else moves the arm: only a stop, and a jog for a jog, does not wait for it.
+    Busy,
+    /// The arm or its line.
+    Arm(Arc<Error>),
+    /// The program did not come to its end.
+    Program(Arc<JobError>),
+}
+
+impl From<Error> for OrderError {
+    fn from(error: Error) -> Self {
+        Self::Arm(Arc::new(error))
+    }
+}
+
+/// For logs: what people read is made by the program that they use.
+impl fmt::Display for OrderError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Busy => f.write_str("the arm is doing something else"),
+            Self::Arm(error) => error.fmt(f),
+            Self::Program(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for OrderError {}
+
+type Worked = Result<Option<Jog>, OrderError>;
+type Work = Pin<Box<dyn Future<Output = Worked> + Send>>;
+/// The program that runs, or ran last.
+type Running = Arc<Mutex<Option<JobHandle>>>;
 
 struct Job {
     what: What,
@@ -85,13 +157,15 @@ struct Job {
 
 /// The settings that jogs and moves go by, as they were found.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Ratios {
-    pub(crate) jog: JogCommonParams,
-    pub(crate) moves: PtpCommonParams,
+pub struct Ratios {
+    /// Of jogs.
+    pub jog: JogCommonParams,
+    /// Of moves.
+    pub moves: PtpCommonParams,
 }
 
 /// The arm in the hands of a pad.
-pub(crate) struct Hands {
+pub struct Hands {
     arm: Arm,
     saved: SavedSettings,
     ratios: Ratios,
@@ -103,11 +177,13 @@ pub(crate) struct Hands {
     /// What is done beside.
     beside: VecDeque<Job>,
     /// The program that runs, or ran last.
-    program: Rc<RefCell<Option<JobHandle>>>,
+    program: Running,
 }
 
 impl Hands {
-    pub(crate) fn new(arm: &Arm, saved: SavedSettings, ratios: Ratios) -> Self {
+    /// At this arm; what it changes is restored by `saved`.
+    #[must_use]
+    pub fn new(arm: &Arm, saved: SavedSettings, ratios: Ratios) -> Self {
         Self {
             arm: arm.clone(),
             saved,
@@ -116,25 +192,27 @@ impl Hands {
             jog: None,
             moving: None,
             beside: VecDeque::new(),
-            program: Rc::default(),
+            program: Running::default(),
         }
     }
 
     /// What moves the arm, as far as this knows.
-    pub(crate) fn doing(&self) -> Option<What> {
+    #[must_use]
+    pub fn doing(&self) -> Option<What> {
         let jog = self.jog.as_ref().map(|(heading, _)| What::Jog(*heading));
         self.moving.as_ref().map(|job| job.what).or(jog)
     }
 
     /// The step of the program that the arm is at, from 0, once that is known.
-    pub(crate) fn step(&self) -> Option<usize> {
-        let program = self.program.borrow();
-        usize::try_from(program.as_ref()?.progress().step).ok()
+    #[must_use]
+    pub fn step(&self) -> Option<usize> {
+        let program = lock(&self.program).clone();
+        usize::try_from(program?.progress().step).ok()
     }
 
     /// Does what is ordered, or says what came of it at once. What was ordered before and is not done yet gives way only to a
     /// stop, and a jog to another jog.
-    pub(crate) fn order(&mut self, order: Order) -> Option<Done> {
+    pub fn order(&mut self, order: Order) -> Option<Done> {
         match order {
             Order::Keep => self.keep(),
             Order::EndJog => {
@@ -144,7 +222,7 @@ impl Hands {
             Order::Stop => {
                 self.jog = None;
                 // The last that holds it, but for what waits for it and is let go of here: it stops.
-                self.program.take();
+                drop(lock(&self.program).take());
                 // What has not been sent would come after it: a laser that is switched on, say.
                 self.beside.retain(|job| !matches!(job.what, What::Tool(_)));
                 let arm = self.arm.clone();
@@ -157,11 +235,11 @@ impl Hands {
                 let work = async move { Ok(arm.clear_alarms().await.map(|()| None)?) };
                 self.beside(What::ClearAlarms, work)
             }
-            Order::Tool { what, command } => {
+            Order::Tool(tool) => {
                 // Whoever is at the pad has answered that it may burn.
                 let arm = self.arm.allowing_laser();
-                let work = async move { Ok(arm.set_any(&command).await.map(|()| None)?) };
-                self.beside(What::Tool(what), work)
+                let work = async move { Ok(arm.set_any(&tool.command()).await.map(|()| None)?) };
+                self.beside(What::Tool(tool), work)
             }
             Order::Speed(percent) => self.speed(percent),
             Order::Jog { heading, keep } => self.start_jog(heading, keep),
@@ -188,7 +266,7 @@ impl Hands {
                 self.begin_if_free(What::Home, work)
             }
             Order::Run { plan, from } => {
-                let program = Rc::clone(&self.program);
+                let program = Arc::clone(&self.program);
                 let work = run(self.arm.clone(), *plan, from, program);
                 self.begin_if_free(What::Run, work)
             }
@@ -196,7 +274,7 @@ impl Hands {
     }
 
     /// Waits until something is done.
-    pub(crate) async fn next(&mut self) -> Done {
+    pub async fn next(&mut self) -> Done {
         let (what, outcome) = poll_fn(|context| {
             if let Some(job) = &mut self.moving
                 && let Poll::Ready(outcome) = job.work.as_mut().poll(context)
@@ -224,10 +302,14 @@ impl Hands {
     }
 
     /// Ends what is under way: what moves is stopped, and settings are given back.
-    pub(crate) async fn finish(mut self) -> Result<(), Failure> {
+    ///
+    /// # Errors
+    /// When the arm does not confirm that it stands, and as [`SavedSettings::restore`].
+    pub async fn finish(mut self) -> magician::Result<()> {
         self.moving = None;
         self.beside.clear();
-        if let Some(program) = self.program.take() {
+        let program = lock(&self.program).take();
+        if let Some(program) = program {
             program.stop();
             // It gives back its settings.
             let _ = program.outcome().await;
@@ -238,7 +320,7 @@ impl Hands {
         if self.arm.moving() {
             self.arm.stop().await?;
         }
-        Ok(self.saved.restore(&self.arm).await?)
+        self.saved.restore(&self.arm).await
     }
 
     fn keep(&mut self) -> Option<Done> {
@@ -305,23 +387,18 @@ impl Hands {
     fn begin_if_free(
         &mut self,
         what: What,
-        work: impl Future<Output = Result<Option<Jog>, Failure>> + 'static,
+        work: impl Future<Output = Worked> + Send + 'static,
     ) -> Option<Done> {
         let jog_for_jog = matches!(what, What::Jog(_)) || self.jog.is_none();
         if self.moving.is_none() && jog_for_jog {
             self.begin(what, work);
             return None;
         }
-        let message = "the arm is at something: space stops it";
-        let outcome = Err(Failure::new(Kind::Driver(ErrorKind::Closed), message));
+        let outcome = Err(OrderError::Busy);
         Some(Done { what, outcome })
     }
 
-    fn begin(
-        &mut self,
-        what: What,
-        work: impl Future<Output = Result<Option<Jog>, Failure>> + 'static,
-    ) {
+    fn begin(&mut self, what: What, work: impl Future<Output = Worked> + Send + 'static) {
         let work = Box::pin(work);
         self.moving = Some(Job { what, work });
     }
@@ -329,7 +406,7 @@ impl Hands {
     fn beside(
         &mut self,
         what: What,
-        work: impl Future<Output = Result<Option<Jog>, Failure>> + 'static,
+        work: impl Future<Output = Worked> + Send + 'static,
     ) -> Option<Done> {
         let work = Box::pin(work);
         self.beside.push_back(Job { what, work });
@@ -338,13 +415,8 @@ impl Hands {
 }
 
 /// Checks a program from here on, and runs it.
-async fn run(
-    arm: Arm,
-    plan: Plan,
-    from: usize,
-    program: Rc<RefCell<Option<JobHandle>>>,
-) -> Result<Option<Jog>, Failure> {
-    program.take();
+async fn run(arm: Arm, plan: Plan, from: usize, program: Running) -> Worked {
+    drop(lock(&program).take());
     arm.wait_still().await?;
     // Who stops it wants the tool where it is.
     let ending = Ending {
@@ -354,37 +426,21 @@ async fn run(
     let spec = JobSpec::new(Program::new(plan, Some(1)))
         .start(Start::Step(from as u64))
         .ending(ending);
-    let job = magician_job::Job::start(&arm, spec, NoJournal);
-    program.replace(Some(job.clone()));
+    let job = crate::Job::start(&arm, spec, NoJournal);
+    lock(&program).replace(job.clone());
     match job.outcome().await {
         Ok(_) => Ok(None),
-        Err(error) => Err(told(&error)),
+        Err(error) => Err(OrderError::Program(error)),
     }
 }
 
-/// Why a program did not come to its end, as a pad says it.
-fn told(error: &JobError) -> Failure {
-    match &error.fault {
-        Fault::Arm(error) => Failure::from(&**error),
-        Fault::Program(problem) => {
-            let name = problem.name.as_ref();
-            let name = name.map_or_else(String::new, |name| format!("{name}: "));
-            Failure::invalid(format!("{name}{}", problem.message))
-        }
-        Fault::Refused { report, .. } if let Some(complaint) = report.complaints.first() => {
-            let name = complaint.name.clone();
-            let name = name.unwrap_or_else(|| format!("step {}", report.number(complaint.step)));
-            let message = format!("{name}: {}", complaint.error.message());
-            Failure::new(Kind::Driver(complaint.error.kind()), message)
-        }
-        _ => Failure::new(Kind::Driver(ErrorKind::Closed), error.to_string()),
-    }
+fn lock(program: &Running) -> std::sync::MutexGuard<'_, Option<JobHandle>> {
+    program.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]
 mod tests {
     use magician::commands::EndEffectorLaser;
-    use magician::words;
 
     use super::*;
 
@@ -396,15 +452,15 @@ mod tests {
             moves: arm.get::<PtpCommonParams>().await.unwrap(),
         };
         let mut hands = Hands::new(&arm, SavedSettings::default(), ratios);
-        let (what, command) = ("the laser burns", Box::new(words::laser(true)));
-        assert!(hands.order(Order::Tool { what, command }).is_none());
+        let laser = Order::Tool(ToolOrder::Laser(true));
+        assert!(hands.order(laser).is_none());
         assert!(hands.order(Order::Stop).is_none());
         assert_eq!(hands.next().await.what, What::Stop);
         assert!(hands.beside.is_empty());
         // What is asked for after it is done.
-        let (what, command) = ("suction on", Box::new(words::suction(true)));
-        assert!(hands.order(Order::Tool { what, command }).is_none());
-        assert_eq!(hands.next().await.what, What::Tool("suction on"));
+        let suction = ToolOrder::Suction(true);
+        assert!(hands.order(Order::Tool(suction)).is_none());
+        assert_eq!(hands.next().await.what, What::Tool(suction));
         let laser = arm.get::<EndEffectorLaser>().await.unwrap();
         assert!(!laser.is_on.is_on());
     }

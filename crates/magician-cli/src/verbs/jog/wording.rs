@@ -1,0 +1,54 @@
+//! What came of an order, in the words of the pads.
+
+use magician::ErrorKind;
+use magician_job::jog::{OrderError, ToolOrder};
+use magician_job::{Fault, JobError};
+use magician_program::Grip;
+
+use crate::failure::{Failure, Kind};
+
+/// Why an order was not carried out.
+pub(super) fn failure(error: &OrderError) -> Failure {
+    match error {
+        OrderError::Arm(error) => Failure::from(&**error),
+        OrderError::Program(error) => program(error),
+        OrderError::Busy => {
+            let message = "the arm is at something: space stops it";
+            Failure::new(Kind::Driver(ErrorKind::Closed), message)
+        }
+        _ => Failure::new(Kind::Driver(ErrorKind::Closed), error.to_string()),
+    }
+}
+
+/// Why a program did not come to its end.
+fn program(error: &JobError) -> Failure {
+    match &error.fault {
+        Fault::Arm(error) => Failure::from(&**error),
+        Fault::Program(problem) => {
+            let name = problem.name.as_ref();
+            let name = name.map_or_else(String::new, |name| format!("{name}: "));
+            Failure::invalid(format!("{name}{}", problem.message))
+        }
+        Fault::Refused { report, .. } if let Some(complaint) = report.complaints.first() => {
+            let name = complaint.name.clone();
+            let name = name.unwrap_or_else(|| format!("step {}", report.number(complaint.step)));
+            let message = format!("{name}: {}", complaint.error.message());
+            Failure::new(Kind::Driver(complaint.error.kind()), message)
+        }
+        _ => Failure::new(Kind::Driver(ErrorKind::Closed), error.to_string()),
+    }
+}
+
+/// What a tool does now.
+pub(super) const fn tool(order: ToolOrder) -> &'static str {
+    match order {
+        ToolOrder::Suction(true) => "suction on",
+        ToolOrder::Suction(false) => "suction off",
+        ToolOrder::Gripper(Grip::Close) => "the gripper closes",
+        ToolOrder::Gripper(Grip::Open) => "the gripper opens",
+        ToolOrder::Gripper(Grip::Off) => "the gripper's pump is off",
+        ToolOrder::Laser(true) => "the laser burns",
+        ToolOrder::Laser(false) => "the laser is off",
+        ToolOrder::Tip(_) => "the arm counts from the tool with which the lesson was taught",
+    }
+}
