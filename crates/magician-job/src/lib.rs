@@ -47,6 +47,7 @@ mod event;
 mod handle;
 pub mod jog;
 mod journal;
+mod observed;
 mod polled;
 mod saved;
 mod spec;
@@ -61,6 +62,7 @@ pub use handle::JobHandle;
 #[cfg(feature = "files")]
 pub use journal::FileJournal;
 pub use journal::{Journal, JournalError, JournalKey, NoJournal};
+pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;
 pub use saved::{Access, SavedSettings, Settled};
 pub use spec::{JobSpec, Start};

@@ -1,10 +1,10 @@
 //! What a terminal program knows of the arm that it shows, and how that looks.
 
 use std::collections::VecDeque;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use magician::commands::Pose;
-use magician::{Alarm, Event, Link, Status};
+use magician::{Alarm, Event, Link};
+use magician_job::ObservedState;
 use magician_motion::{ArmModel, Range};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span};
@@ -12,72 +12,20 @@ use ratatui::widgets::Paragraph;
 
 use super::Theme;
 
-/// Readings that are kept.
-const HISTORY: usize = 600;
 /// Lines of the log that are kept.
 const LOG: usize = 200;
-/// What was seen so long ago says nothing of now, or so many readings ago if they are far apart.
-const STALE: Duration = Duration::from_secs(1);
-const MISSED: f64 = 3.0;
-/// It takes so many readings after a motion to see that it is over: two that are equal.
-const SETTLES: u8 = 2;
-/// What is slower stands, mm/s and deg/s.
-const STILL: f64 = 0.01;
-
-/// How fast the tool is, mm/s, and each joint, deg/s, without direction.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Speeds {
-    pub(crate) tool: f64,
-    pub(crate) joints: [f64; 4],
-}
-
-impl Speeds {
-    /// From one pose to another so many seconds later.
-    fn between(before: &Pose, after: &Pose, seconds: f64) -> Self {
-        let apart = |a: f32, b: f32| f64::from(a) - f64::from(b);
-        let [x, y, z] = [
-            apart(after.x, before.x),
-            apart(after.y, before.y),
-            apart(after.z, before.z),
-        ];
-        let mut joints = [0.0; 4];
-        let angles = after.joint_angle.iter().zip(before.joint_angle);
-        for (joint, (after, before)) in joints.iter_mut().zip(angles) {
-            *joint = apart(*after, before).abs() / seconds;
-        }
-        Self {
-            tool: (x * x + y * y + z * z).sqrt() / seconds,
-            joints,
-        }
-    }
-
-    fn is_still(&self) -> bool {
-        self.tool < STILL && self.joints.iter().all(|speed| *speed < STILL)
-    }
-}
 
 /// An arm as it was seen.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
     /// Which arm, where.
     pub(crate) title: String,
-    pub(crate) status: Option<Status>,
-    /// Where on the rail, mm, if there is one.
-    pub(crate) rail: Option<f32>,
+    /// What its readings come to.
+    pub(crate) arm: ObservedState,
     /// Commands that the queue holds.
     pub(crate) places: u32,
-    /// Speeds from reading to reading, the latest last.
-    pub(crate) speeds: VecDeque<Speeds>,
-    /// Readings a second.
-    pub(crate) rate: f64,
     /// What happened, with the seconds since the beginning, the latest last.
     pub(crate) log: VecDeque<(f64, String)>,
-    /// How old the last reading was at the last look.
-    age: Duration,
-    /// From then on it is not news.
-    stale: Duration,
-    /// Readings to come until a motion that was begun can have been seen to be over.
-    stirred: u8,
     begun: Instant,
 }
 
@@ -85,63 +33,17 @@ impl Seen {
     pub(crate) fn new(title: String, places: u32) -> Self {
         Self {
             title,
-            status: None,
-            rail: None,
+            arm: ObservedState::default(),
             places,
-            speeds: VecDeque::new(),
-            rate: 0.0,
             log: VecDeque::new(),
-            age: Duration::ZERO,
-            stale: STALE,
-            stirred: 0,
             begun: Instant::now(),
         }
     }
 
     /// For so many readings a second.
     pub(crate) fn reading(mut self, rate: f64) -> Self {
-        let missed = Duration::try_from_secs_f64(MISSED / rate).unwrap_or(Duration::MAX);
-        self.stale = STALE.max(missed);
+        self.arm = self.arm.reading(rate);
         self
-    }
-
-    /// Takes a reading.
-    pub(crate) fn see(&mut self, status: Status) {
-        if let Some(before) = &self.status {
-            let seconds = status.at.saturating_duration_since(before.at).as_secs_f64();
-            // A link that came or went tells the reading before once more.
-            if seconds > 0.0 {
-                self.keep(Speeds::between(&before.pose, &status.pose, seconds));
-                let rate = seconds.recip();
-                let known = if self.rate > 0.0 { self.rate } else { rate };
-                self.rate = known + 0.1 * (rate - known);
-                self.stirred = self.stirred.saturating_sub(1);
-            }
-        }
-        self.status = Some(status);
-    }
-
-    /// Looks how old the last reading is by now.
-    pub(crate) fn look(&mut self, now: Instant) {
-        let last = self.status.as_ref().map_or(self.begun, |status| status.at);
-        self.age = now.saturating_duration_since(last);
-    }
-
-    /// Something moves the arm: what was read before says nothing of where it is any more.
-    pub(crate) fn stir(&mut self) {
-        self.stirred = SETTLES;
-    }
-
-    /// Whether the arm has answered lately.
-    pub(crate) fn answers(&self) -> bool {
-        self.age < self.stale
-    }
-
-    fn keep(&mut self, speeds: Speeds) {
-        if self.speeds.len() == HISTORY {
-            self.speeds.pop_front();
-        }
-        self.speeds.push_back(speeds);
     }
 
     /// Adds a line to the log.
@@ -153,24 +55,14 @@ impl Seen {
         self.log.push_back((at, text.into()));
     }
 
-    /// How fast it was at last.
-    pub(crate) fn speed(&self) -> Speeds {
-        self.speeds.back().copied().unwrap_or_default()
-    }
-
-    /// Whether it was seen to stand, lately and since it was moved last.
-    pub(crate) fn stands(&self) -> bool {
-        self.answers() && self.stirred == 0 && self.speed().is_still()
-    }
-
     /// Which arm, and at the right how the line to it is.
     pub(crate) fn header(&self, program: &str, width: u16, theme: Theme) -> Paragraph<'static> {
-        let link = match self.status.as_ref().map(|status| &status.link) {
+        let link = match self.arm.status.as_ref().map(|status| &status.link) {
             None => " waiting for the arm ".to_owned(),
-            Some(Link::Up) if !self.answers() => {
-                format!(" NO ANSWER for {} s ", self.age.as_secs())
+            Some(Link::Up) if !self.arm.answers() => {
+                format!(" NO ANSWER for {} s ", self.arm.age().as_secs())
             }
-            Some(Link::Up) => format!(" link up {:.0}/s ", self.rate),
+            Some(Link::Up) => format!(" link up {:.0}/s ", self.arm.rate),
             Some(Link::Lost { sought: true, .. }) => " LINK LOST, looking for it ".to_owned(),
             Some(Link::Lost { .. }) => " LINK LOST ".to_owned(),
             Some(_) => " closed ".to_owned(),
@@ -183,7 +75,7 @@ impl Seen {
 
     /// The joints with bars against their limits, and the coupling of J2 and J3; as many columns wide.
     pub(crate) fn joint_lines(&self, width: u16, theme: Theme) -> Vec<Line<'static>> {
-        let Some(status) = &self.status else {
+        let Some(status) = &self.arm.status else {
             return Vec::new();
         };
         let limits = ArmModel::MAGICIAN.limits;
@@ -208,7 +100,7 @@ impl Seen {
 
     /// The alarms that stand, in words.
     pub(crate) fn alarm_lines(&self, width: u16, room: u16, theme: Theme) -> Vec<Line<'static>> {
-        let alarms = self.status.as_ref().map(|status| status.alarms);
+        let alarms = self.arm.status.as_ref().map(|status| status.alarms);
         super::alarm_lines(&alarms.unwrap_or_default(), width, room, theme)
     }
 }
@@ -295,50 +187,20 @@ pub(crate) fn sparkline(values: &[f64], width: usize, least: f64, style: Style) 
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
     use crate::terminal::test::status;
 
-    const READING: Duration = Duration::from_millis(50);
-
-    /// Readings of an arm that stands, 50 ms apart.
-    fn read(seen: &mut Seen, times: u32) {
-        for _ in 0..times {
-            let mut next = seen.status.clone().unwrap_or_else(status);
-            next.at += READING;
-            seen.look(next.at);
-            seen.see(next);
-        }
-    }
-
     #[test]
-    fn an_arm_that_was_moved_stands_again_when_two_readings_say_so() {
+    fn an_arm_that_has_not_answered_for_long_is_said_to() {
         let mut seen = Seen::new(String::new(), 32);
-        read(&mut seen, 3);
-        assert!(seen.stands());
-        seen.stir();
-        assert!(!seen.stands());
-        read(&mut seen, 1);
-        assert!(!seen.stands());
-        read(&mut seen, 1);
-        assert!(seen.stands());
-    }
-
-    #[test]
-    fn what_was_read_long_ago_is_not_how_it_is() {
-        let mut seen = Seen::new(String::new(), 32);
-        read(&mut seen, 3);
-        let last = seen.status.as_ref().unwrap().at;
-        seen.look(last + Duration::from_millis(900));
-        assert!(seen.answers() && seen.stands());
-        seen.look(last + Duration::from_millis(2100));
-        assert!(!seen.answers() && !seen.stands());
+        let status = status();
+        seen.arm.see(status.clone());
+        seen.arm.look(status.at + Duration::from_millis(2100));
         let screen = crate::terminal::test::screen(60, 1, |frame| {
             frame.render_widget(seen.header("jog", 60, Theme::PLAIN), frame.area());
         });
         assert!(screen[0].contains("NO ANSWER for 2 s"), "{screen:?}");
-        // Where readings are far apart they are news for longer.
-        let mut seen = seen.reading(0.5);
-        seen.look(last + Duration::from_millis(2100));
-        assert!(seen.answers());
     }
 }

@@ -147,10 +147,10 @@ fn take(desk: &mut Desk, touched: &mut Touched) {
             .say(Tone::Bad, "Backspace takes the last point back");
         return;
     }
-    let Some(status) = desk.seen.status.as_ref() else {
+    let Some(status) = desk.seen.arm.status.as_ref() else {
         return;
     };
-    if desk.pad.doing.is_some() || !desk.seen.stands() {
+    if desk.pad.doing.is_some() || !desk.seen.arm.stands() {
         desk.pad
             .say(Tone::Bad, "the arm moves: take the point when it stands");
         return;

@@ -46,7 +46,7 @@ pub(crate) fn beside(
     };
     let [left, mut right] = Layout::horizontal([Constraint::Fill(1), width]).areas(area);
     if area.height >= TALL {
-        let rail = u16::from(seen.rail.is_some());
+        let rail = u16::from(seen.arm.rail.is_some());
         let [place, joints, rest] = Layout::vertical([
             Constraint::Length(6 + rail),
             Constraint::Length(7),
@@ -113,8 +113,8 @@ pub(crate) fn tight(
     theme: Theme,
 ) {
     let block = panel(title, theme);
-    let lines = match &seen.status {
-        Some(status) => rows(&status.pose, seen.rail, pad, theme),
+    let lines = match &seen.arm.status {
+        Some(status) => rows(&status.pose, seen.arm.rail, pad, theme),
         None => Vec::new(),
     };
     frame.render_widget(Paragraph::new(lines).block(block), area);

@@ -110,7 +110,7 @@ impl Desk {
                 Happened::Done
             }
             status = self.state.changed() => {
-                self.seen.see(status?);
+                self.seen.arm.see(status?);
                 Happened::News
             }
             Some(event) = self.events.next() => {
@@ -118,7 +118,7 @@ impl Desk {
                 Happened::News
             }
             Some(rail) = next_of(&mut self.rail) => {
-                self.seen.rail = Some(rail);
+                self.seen.arm.rail = Some(rail);
                 Happened::News
             }
         };
@@ -126,7 +126,7 @@ impl Desk {
             self.seen.note(line);
         }
         self.note_motion();
-        self.seen.look(Instant::now());
+        self.seen.arm.look(Instant::now());
         Ok(happened)
     }
 
@@ -134,7 +134,7 @@ impl Desk {
     fn note_motion(&mut self) {
         self.pad.doing = self.hands.doing();
         if self.pad.doing.is_some() {
-            self.seen.stir();
+            self.seen.arm.stir();
         }
     }
 

@@ -13,7 +13,7 @@ use magician_job::jog::{Axis, Heading};
 
 fn model() -> Model {
     let mut seen = Seen::new("arm at a port".to_owned(), 32);
-    seen.see(crate::terminal::test::status());
+    seen.arm.see(crate::terminal::test::status());
     Model {
         seen,
         pad: Pad::new(50.0, Tools::default(), false),
@@ -66,7 +66,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "0x00 ResetOccurred",
             ]),
             |model| {
-                model.seen.rail = Some(125.5);
+                model.seen.arm.rail = Some(125.5);
                 model.pad.rail = true;
                 model.pad.frame = pad::Frame::Joints;
                 model.pad.way = Way::Hold;
@@ -164,7 +164,7 @@ fn a_line_that_is_lost_is_seen() {
     let since = Instant::now();
     let (why, sought) = ("gone".into(), true);
     let link = Link::Lost { since, why, sought };
-    if let Some(status) = &mut model.seen.status {
+    if let Some(status) = &mut model.seen.arm.status {
         status.link = link;
     }
     shows(&picture(&model, 80, 24), &["LINK LOST, looking for it"]);

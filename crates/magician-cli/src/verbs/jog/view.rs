@@ -128,7 +128,7 @@ fn small(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme
 pub(crate) fn pose(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
     let mut lines = Vec::new();
     let cartesian = pad.frame == pad::Frame::Cartesian;
-    if let Some(status) = &seen.status {
+    if let Some(status) = &seen.arm.status {
         let p = &status.pose;
         for (axis, value) in [
             (Axis::X, p.x),
@@ -139,7 +139,7 @@ pub(crate) fn pose(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, th
             lines.push(row(axis, value, &keys(pad, axis), moves(pad, axis), theme));
         }
     }
-    if let Some(rail) = seen.rail {
+    if let Some(rail) = seen.arm.rail {
         let moves = moves(pad, Axis::L);
         lines.push(row(Axis::L, rail, &keys(pad, Axis::L), moves, theme));
     }
@@ -232,13 +232,13 @@ pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec
     let roomy = roomy_line(pad, theme);
     let is_roomy = roomy.width() <= usize::from(width);
     let label = |text| is_roomy.then(|| Span::styled(text, theme.dim()));
-    let style = match pad.doing.is_none() && seen.stands() {
+    let style = match pad.doing.is_none() && seen.arm.stands() {
         true => theme.dim(),
         false => theme.good(),
     };
     let doing = [
         Span::styled(doing(seen, pad), style),
-        Span::styled(format!("  {:.1} mm/s", seen.speed().tool), theme.dim()),
+        Span::styled(format!("  {:.1} mm/s", seen.arm.speed().tool), theme.dim()),
     ];
     let tools = tool_lines(pad.tools, width.saturating_sub(6), theme);
     let mut lines = vec![match is_roomy {
@@ -301,8 +301,8 @@ pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
         Some(What::Stop) => "stops".to_owned(),
         Some(What::Home) => "homes".to_owned(),
         Some(What::Run) => "plays".to_owned(),
-        _ if seen.stands() => "stands".to_owned(),
-        _ if !seen.answers() => "does not answer".to_owned(),
+        _ if seen.arm.stands() => "stands".to_owned(),
+        _ if !seen.arm.answers() => "does not answer".to_owned(),
         _ => "moves".to_owned(),
     }
 }

@@ -153,8 +153,8 @@ impl Session {
                 happened = self.desk.next(&mut self.stage) => match happened? {
                     Happened::Key(key) => {
                         let seen = &self.desk.seen;
-                        let status = seen.status.as_ref().filter(|_| seen.answers());
-                        let (pose, still) = (status.map(|status| status.pose), seen.stands());
+                        let status = seen.arm.status.as_ref().filter(|_| seen.arm.answers());
+                        let (pose, still) = (status.map(|status| status.pose), seen.arm.stands());
                         let now = self.desk.now();
                         let turn = self.room.key(key, &mut self.desk.pad, pose.as_ref(), still, now);
                         self.take(turn)

@@ -101,16 +101,16 @@ async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
                 Told::Gone => return Err(Failure::interrupted()),
                 Told::Event(_) | Told::Beat => {}
             },
-            status = state.changed() => model.seen.see(status?),
+            status = state.changed() => model.seen.arm.see(status?),
             Some(event) = events.next() => model.seen.note(event_text(&event)),
             read = around.next() => model.around = read,
             pin = pins.next() => model.note(pin),
-            Some(rail) = next_of(&mut rail) => model.seen.rail = Some(rail),
+            Some(rail) = next_of(&mut rail) => model.seen.arm.rail = Some(rail),
         }
         for line in take_log() {
             model.seen.note(line);
         }
-        model.seen.look(Instant::now());
+        model.seen.arm.look(Instant::now());
     }
 }
 

@@ -158,7 +158,7 @@ fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
 
 fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let mut lines = Vec::new();
-    if let Some(status) = &model.seen.status {
+    if let Some(status) = &model.seen.arm.status {
         let p = &status.pose;
         let rows = [
             ("x", p.x, "mm"),
@@ -170,7 +170,7 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
             lines.push(Line::from(format!("{name:<2}{value:>9.2} {unit}")));
         }
     }
-    if let Some(rail) = model.seen.rail {
+    if let Some(rail) = model.seen.arm.rail {
         lines.push(Line::from(format!("l {rail:>9.2} mm")));
     }
     let block = panel(pose_title(model), theme);
@@ -178,9 +178,9 @@ fn pose(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
 }
 
 fn pose_title(model: &Model) -> &'static str {
-    match model.seen.stands() {
+    match model.seen.arm.stands() {
         true => "tool stands",
-        false if model.seen.answers() => "tool moves",
+        false if model.seen.arm.answers() => "tool moves",
         false => "tool when last seen",
     }
 }
@@ -189,7 +189,7 @@ fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, with_line: bool, them
     let block = panel("queue and tools", theme);
     let width = usize::from(block.inner(area).width);
     let mut lines = Vec::new();
-    if let Some(status) = &model.seen.status {
+    if let Some(status) = &model.seen.arm.status {
         let places = model.seen.places.max(1);
         let taken = places.saturating_sub(status.left_space);
         let figures = format!(" {taken}/{places}, done {}", status.current.0);
@@ -225,11 +225,12 @@ fn speeds(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let block = panel("speeds", theme);
     let width = usize::from(block.inner(area).width).saturating_sub(19);
     let seen = &model.seen;
-    let now = seen.speed();
-    let tool: Vec<f64> = seen.speeds.iter().map(|speeds| speeds.tool).collect();
+    let now = seen.arm.speed();
+    let tool: Vec<f64> = seen.arm.speeds.iter().map(|speeds| speeds.tool).collect();
     let mut lines = vec![row("tool", now.tool, "mm/s", &tool, width, theme)];
     for (nth, name) in ["J1", "J2", "J3", "J4"].into_iter().enumerate() {
         let joint: Vec<f64> = seen
+            .arm
             .speeds
             .iter()
             .map(|speeds| speeds.joints[nth])

@@ -10,7 +10,7 @@ use crate::verbs::jog::{Pad, Tools};
 
 fn model(subject: Subject, touches: &[[f64; 4]]) -> Model {
     let mut seen = Seen::new("sim".to_owned(), 32);
-    seen.see(status());
+    seen.arm.see(status());
     let mut touched = Touched::new(subject, Tool::Pen);
     for pose in touches {
         touched.take(Touch { pose: *pose });

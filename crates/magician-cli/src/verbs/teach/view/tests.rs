@@ -14,7 +14,7 @@ fn model() -> Model {
     lesson.next_suction().unwrap();
     lesson.pause("0.5").unwrap();
     lesson.via = Some([220.0, 10.0, 0.0, 0.0]);
-    seen.see(status);
+    seen.arm.see(status);
     Model {
         seen,
         pad: Pad::new(50.0, Tools::default(), false),
@@ -74,7 +74,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "not saved. Save it? y saves, n leaves without, any other key stays",
             ],
             |model| {
-                let pose = model.seen.status.as_ref().unwrap().pose;
+                let pose = model.seen.arm.status.as_ref().unwrap().pose;
                 let lesson = &mut model.room.lesson;
                 (0..40).for_each(|_| drop(lesson.store(&pose)));
                 lesson.rename("from the tray at the back").unwrap();
@@ -127,7 +127,7 @@ fn what_is_asked_stands_in_the_last_line() {
 #[test]
 fn every_size_has_a_picture() {
     let mut model = model();
-    let pose = model.seen.status.as_ref().unwrap().pose;
+    let pose = model.seen.arm.status.as_ref().unwrap().pose;
     (0..300).for_each(|_| drop(model.room.lesson.store(&pose)));
     for width in [1, 2, 5, 10, 29, 50, 80, 119, 120, 300] {
         for height in [1, 2, 3, 5, 10, 21, 24, 60] {

@@ -10,8 +10,8 @@ fn model() -> Model {
     second.pose.x += 5.0;
     second.left_space = 16;
     second.at = first.at + std::time::Duration::from_millis(100);
-    seen.see(first);
-    seen.see(second);
+    seen.arm.see(first);
+    seen.arm.see(second);
     seen.note("alarm 0x12 is gone");
     let mut model = Model::new(seen);
     model.note(Pin::analog(9, 2048));
@@ -66,7 +66,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "late 0, noise 0",
             ],
             |model| {
-                model.seen.rail = Some(125.5);
+                model.seen.arm.rail = Some(125.5);
                 model.around.tools.laser = true;
                 model.around.tools.grips = Some(true);
             },

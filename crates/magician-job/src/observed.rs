@@ -1,0 +1,237 @@
+//! An arm as it was observed: where it is, how fast, and whether it is known to stand.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use magician::Status;
+use magician::commands::Pose;
+
+/// Readings that are kept.
+const HISTORY: usize = 600;
+/// What was seen so long ago says nothing of now, or so many readings ago if they are far apart.
+const STALE: Duration = Duration::from_secs(1);
+const MISSED: f64 = 3.0;
+/// It takes so many readings after a motion to see that it is over: two that are equal.
+const SETTLES: u8 = 2;
+/// What is slower stands, mm/s and deg/s.
+const STILL: f64 = 0.01;
+
+/// How fast the tool is, mm/s, and each joint, deg/s, without direction.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Speeds {
+    /// Of the tool, mm/s.
+    pub tool: f64,
+    /// Of J1 to J4, deg/s.
+    pub joints: [f64; 4],
+}
+
+impl Speeds {
+    /// From one pose to another so many seconds later.
+    fn between(before: &Pose, after: &Pose, seconds: f64) -> Self {
+        let apart = |a: f32, b: f32| f64::from(a) - f64::from(b);
+        let [x, y, z] = [
+            apart(after.x, before.x),
+            apart(after.y, before.y),
+            apart(after.z, before.z),
+        ];
+        let mut joints = [0.0; 4];
+        let angles = after.joint_angle.iter().zip(before.joint_angle);
+        for (joint, (after, before)) in joints.iter_mut().zip(angles) {
+            *joint = apart(*after, before).abs() / seconds;
+        }
+        Self {
+            tool: (x * x + y * y + z * z).sqrt() / seconds,
+            joints,
+        }
+    }
+
+    fn is_still(&self) -> bool {
+        self.tool < STILL && self.joints.iter().all(|speed| *speed < STILL)
+    }
+}
+
+/// What the readings of an arm come to ([`Arm::state`](magician::Arm::state)): how fast it is, whether they are news, and whether it
+/// stands, which is when a point can be taken of it.
+///
+/// ```
+/// use std::time::Instant;
+///
+/// use magician::Arm;
+/// use magician_job::ObservedState;
+///
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> magician::Result<()> {
+/// let arm = Arm::connect(&"sim".parse()?).await?;
+/// let (mut state, mut observed) = (arm.state(50.0)?, ObservedState::default());
+/// let pose = loop {
+///     observed.see(state.changed().await?);
+///     observed.look(Instant::now());
+///     if let Some(pose) = observed.standing_pose() {
+///         break *pose;
+///     }
+/// };
+/// assert!((pose.x - 259.1).abs() < 0.1);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct ObservedState {
+    /// The last reading.
+    pub status: Option<Status>,
+    /// Where on the rail, mm, if there is one.
+    pub rail: Option<f32>,
+    /// Speeds from reading to reading, the latest last; 600 at most.
+    pub speeds: VecDeque<Speeds>,
+    /// Readings a second.
+    pub rate: f64,
+    /// How old the last reading was at the last look.
+    age: Duration,
+    /// From then on it is not news.
+    stale: Duration,
+    /// Readings to come until a motion that was begun can have been seen to be over.
+    stirred: u8,
+    begun: Instant,
+}
+
+impl Default for ObservedState {
+    fn default() -> Self {
+        Self {
+            status: None,
+            rail: None,
+            speeds: VecDeque::new(),
+            rate: 0.0,
+            age: Duration::ZERO,
+            stale: STALE,
+            stirred: 0,
+            begun: Instant::now(),
+        }
+    }
+}
+
+impl ObservedState {
+    /// Expects so many readings a second: where they are far apart each is news for longer than a second, three of them.
+    #[must_use]
+    pub fn reading(mut self, rate: f64) -> Self {
+        let missed = Duration::try_from_secs_f64(MISSED / rate).unwrap_or(Duration::MAX);
+        self.stale = STALE.max(missed);
+        self
+    }
+
+    /// How old the last reading was at the last look; since the beginning without one.
+    #[must_use]
+    pub const fn age(&self) -> Duration {
+        self.age
+    }
+
+    /// Takes a reading.
+    pub fn see(&mut self, status: Status) {
+        if let Some(before) = &self.status {
+            let seconds = status.at.saturating_duration_since(before.at).as_secs_f64();
+            // A link that came or went tells the reading before once more.
+            if seconds > 0.0 {
+                self.keep(Speeds::between(&before.pose, &status.pose, seconds));
+                let rate = seconds.recip();
+                let known = if self.rate > 0.0 { self.rate } else { rate };
+                self.rate = known + 0.1 * (rate - known);
+                self.stirred = self.stirred.saturating_sub(1);
+            }
+        }
+        self.status = Some(status);
+    }
+
+    /// Looks how old the last reading is by now.
+    pub fn look(&mut self, now: Instant) {
+        let last = self.status.as_ref().map_or(self.begun, |status| status.at);
+        self.age = now.saturating_duration_since(last);
+    }
+
+    /// Something moves the arm: what was read before says nothing of where it is any more.
+    pub fn stir(&mut self) {
+        self.stirred = SETTLES;
+    }
+
+    /// Whether the arm has answered lately.
+    #[must_use]
+    pub fn answers(&self) -> bool {
+        self.age < self.stale
+    }
+
+    /// How fast it was at last.
+    #[must_use]
+    pub fn speed(&self) -> Speeds {
+        self.speeds.back().copied().unwrap_or_default()
+    }
+
+    /// Whether it was seen to stand, lately and since it was moved last.
+    #[must_use]
+    pub fn stands(&self) -> bool {
+        self.answers() && self.stirred == 0 && self.speed().is_still()
+    }
+
+    /// Where it stands, if it is known to.
+    #[must_use]
+    pub fn standing_pose(&self) -> Option<&Pose> {
+        let status = self.status.as_ref()?;
+        self.stands().then_some(&status.pose)
+    }
+
+    fn keep(&mut self, speeds: Speeds) {
+        if self.speeds.len() == HISTORY {
+            self.speeds.pop_front();
+        }
+        self.speeds.push_back(speeds);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use magician::Arm;
+
+    use super::*;
+
+    const READING: Duration = Duration::from_millis(50);
+
+    /// Readings of an arm that stands, 50 ms apart.
+    fn read(observed: &mut ObservedState, status: &Status, times: u32) {
+        for _ in 0..times {
+            let mut next = observed.status.clone().unwrap_or_else(|| status.clone());
+            next.at += READING;
+            observed.look(next.at);
+            observed.see(next);
+        }
+    }
+
+    async fn status() -> Status {
+        let arm = Arm::connect(&"sim".parse().unwrap()).await.unwrap();
+        arm.state(20.0).unwrap().changed().await.unwrap()
+    }
+
+    #[tokio::test]
+    async fn an_arm_that_was_moved_stands_again_when_two_readings_say_so() {
+        let (mut observed, status) = (ObservedState::default(), status().await);
+        read(&mut observed, &status, 3);
+        assert!(observed.stands());
+        observed.stir();
+        assert!(!observed.stands());
+        read(&mut observed, &status, 1);
+        assert!(!observed.stands());
+        read(&mut observed, &status, 1);
+        assert!(observed.stands());
+    }
+
+    #[tokio::test]
+    async fn what_was_read_long_ago_is_not_how_it_is() {
+        let (mut observed, status) = (ObservedState::default(), status().await);
+        read(&mut observed, &status, 3);
+        let last = observed.status.as_ref().unwrap().at;
+        observed.look(last + Duration::from_millis(900));
+        assert!(observed.answers() && observed.stands());
+        observed.look(last + Duration::from_millis(2100));
+        assert!(!observed.answers() && !observed.stands());
+        assert_eq!(observed.age().as_secs(), 2);
+        // Where readings are far apart they are news for longer.
+        let mut observed = observed.reading(0.5);
+        observed.look(last + Duration::from_millis(2100));
+        assert!(observed.answers());
+    }
+}
