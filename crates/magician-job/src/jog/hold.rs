@@ -57,15 +57,19 @@ struct Held {
 }
 
 impl Hold {
-    /// Nothing is held.
+    /// Nothing is held, and nothing is known of releases.
     #[must_use]
-    pub fn new() -> Self {
+    pub const fn new() -> Self {
         Self {
-            // Consoles of Windows always tell.
-            releases: cfg!(windows),
+            releases: false,
             held: None,
             last: None,
         }
+    }
+
+    /// Says that releases are reported, or are not as far as is known. The first release or repeat that is reported says so, too.
+    pub const fn set_reports_releases(&mut self, reports: bool) {
+        self.releases = reports;
     }
 
     /// Whether the terminal is known to tell releases.
@@ -179,10 +183,7 @@ mod tests {
     }
 
     fn plain() -> Hold {
-        Hold {
-            releases: false,
-            ..Hold::new()
-        }
+        Hold::new()
     }
 
     #[test]

@@ -150,7 +150,7 @@ fn take(desk: &mut Desk, touched: &mut Touched) {
     let Some(status) = desk.seen.arm.status.as_ref() else {
         return;
     };
-    if desk.pad.doing.is_some() || !desk.seen.arm.stands() {
+    if desk.pad.pendant.doing.is_some() || !desk.seen.arm.stands() {
         desk.pad
             .say(Tone::Bad, "the arm moves: take the point when it stands");
         return;

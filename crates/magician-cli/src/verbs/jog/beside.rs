@@ -10,8 +10,8 @@ use ratatui::widgets::Paragraph;
 
 use super::pad::Pad;
 use super::view::{
-    alarm_panel, doing, joint_bars, key_names, log_panel, mode_line, moves, pad_lines, pad_panel,
-    pose, tool_lines,
+    alarm_panel, doing, joint_bars, key_names, log_panel, mode_line, pad_lines, pad_panel, pose,
+    tool_lines,
 };
 use crate::terminal::{Seen, Theme, panel};
 use magician_job::jog::Axis;
@@ -95,7 +95,7 @@ fn below(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme
     let block = panel(format!("pad: {}", doing(seen, pad)), theme);
     let inner = block.inner(pads);
     let mut lines = vec![mode_line(pad, theme)];
-    lines.extend(tool_lines(pad.tools, inner.width, theme));
+    lines.extend(tool_lines(pad.pendant.tools, inner.width, theme));
     let used = u16::try_from(lines.len()).unwrap_or(u16::MAX);
     let room = inner.height.saturating_sub(used);
     lines.extend(seen.alarm_lines(inner.width, room, theme));
@@ -170,7 +170,7 @@ fn figure(
         key_names(pad, axis).map(|(_, sign)| sign).collect()
     });
     let style = match moved {
-        Some((pad, axis)) if moves(pad, axis) => theme.good(),
+        Some((pad, axis)) if pad.pendant.moves(axis) => theme.good(),
         _ => style,
     };
     vec![

@@ -1,28 +1,19 @@
-//! The arm, what is known of it, and a pad, for programs that have all three.
+//! The arm at work, what is known of it, and a pad, for programs that have all three.
 
 use std::time::Instant;
 
-use magician::commands::{
-    DeviceName, DeviceWithL, EndEffectorGripper, EndEffectorSuctionCup, JogCommonParams, PoseL,
-    PtpCommonParams,
-};
-use magician::{Arm, ErrorKind, Events, StateWatch};
+use magician::Arm;
 use magician_job::Polled;
+use magician_job::jog::{PendantEvent, PendantSession, device_name};
 use ratatui::crossterm::event::{Event, KeyEvent};
 use tokio::time::{Duration, timeout};
 
-use super::pad::{Pad, Reply, Tone, Tools};
+use super::pad::{Pad, Reply, Tone};
 use super::wording;
 use crate::context::{STAND_BY, not_confirmed, stop};
 use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;
 use crate::terminal::{Seen, Stage, Told, event_text, take_log};
-use magician_job::jog::{Hands, Ratios};
-
-/// Readings a second: as many as frames.
-const RATE: f64 = 20.0;
-/// Looks at the rail are so far apart.
-const RAIL: Duration = Duration::from_millis(250);
 
 /// What has happened.
 #[derive(Debug)]
@@ -50,40 +41,26 @@ pub(crate) enum End {
 }
 
 pub(crate) struct Desk {
-    pub(crate) arm: Arm,
+    arm: Arm,
     pub(crate) seen: Seen,
     pub(crate) pad: Pad,
-    pub(crate) hands: Hands,
+    pub(crate) session: PendantSession,
     saved: SavedSettings,
-    state: StateWatch,
-    events: Events,
     begun: Instant,
-    /// The rail, if there is one.
-    rail: Option<Polled<f32>>,
 }
 
 impl Desk {
     /// Reads what a pad has to know.
     pub(crate) async fn open(arm: &Arm, saved: &SavedSettings) -> Result<Self, Failure> {
-        arm.check_dark().await?;
-        let ratios = Ratios {
-            jog: arm.get::<JogCommonParams>().await?,
-            moves: arm.get::<PtpCommonParams>().await?,
-        };
-        let rail = known(arm.get::<DeviceWithL>().await)?.is_some_and(|rail| rail.with_l.is_on());
+        let (session, pendant) = PendantSession::open(arm, saved).await?;
         let (_, places) = arm.stats().await?;
-        let pad = Pad::new(ratios.jog.velocity_ratio, tools(arm).await?, rail);
-        let rail = rail.then(|| rail_of(arm));
         Ok(Self {
             seen: Seen::new(title(arm).await?, places),
-            pad,
-            hands: Hands::new(arm, saved.clone(), ratios),
+            pad: Pad::new(pendant),
+            session,
             saved: saved.clone(),
-            state: arm.state(RATE)?,
-            events: arm.events(),
             arm: arm.clone(),
             begun: Instant::now(),
-            rail,
         })
     }
 
@@ -102,25 +79,7 @@ impl Desk {
                 Told::Beat => Happened::Beat,
                 Told::Gone => Happened::Gone,
             },
-            done = self.hands.next() => {
-                self.pad.done(&done);
-                if let Err(error) = &done.outcome {
-                    self.seen.note(wording::failure(error).fact());
-                }
-                Happened::Done
-            }
-            status = self.state.changed() => {
-                self.seen.arm.see(status?);
-                Happened::News
-            }
-            Some(event) = self.events.next() => {
-                self.seen.note(event_text(&event));
-                Happened::News
-            }
-            Some(rail) = next_of(&mut self.rail) => {
-                self.seen.arm.rail = Some(rail);
-                Happened::News
-            }
+            event = self.session.next() => self.take(event?),
         };
         for line in take_log() {
             self.seen.note(line);
@@ -130,10 +89,28 @@ impl Desk {
         Ok(happened)
     }
 
+    /// Takes what the arm tells.
+    fn take(&mut self, event: PendantEvent) -> Happened {
+        match event {
+            PendantEvent::Done(done) => {
+                self.pad.done(&done);
+                if let Err(error) = &done.outcome {
+                    self.seen.note(wording::failure(error).fact());
+                }
+                return Happened::Done;
+            }
+            PendantEvent::Status(status) => self.seen.arm.see(status),
+            PendantEvent::Arm(event) => self.seen.note(event_text(&event)),
+            PendantEvent::Rail(rail) => self.seen.arm.rail = Some(rail),
+            _ => {}
+        }
+        Happened::News
+    }
+
     /// Lets the pad know what moves the arm, and the readings that something does.
     fn note_motion(&mut self) {
-        self.pad.doing = self.hands.doing();
-        if self.pad.doing.is_some() {
+        self.pad.pendant.doing = self.session.doing();
+        if self.pad.pendant.doing.is_some() {
             self.seen.arm.stir();
         }
     }
@@ -147,7 +124,7 @@ impl Desk {
     pub(crate) fn obey(&mut self, reply: Reply) -> Option<End> {
         match reply {
             Reply::Order(order) => {
-                if let Some(done) = self.hands.order(order) {
+                if let Some(done) = self.session.order(order) {
                     self.pad.done(&done);
                 }
                 self.note_motion();
@@ -179,16 +156,9 @@ impl Desk {
     /// Leaves the arm standing, its laser dark, and its settings as they were.
     pub(crate) async fn leave(self, end: End) -> Result<(), Failure> {
         match end {
-            End::Quit => {
-                let lit = self.pad.may_burn();
-                self.hands.finish().await?;
-                match lit {
-                    true => Ok(self.arm.darken().await?),
-                    false => Ok(()),
-                }
-            }
+            End::Quit => Ok(self.session.close(&self.pad.pendant).await?),
             End::Interrupt => {
-                drop(self.hands);
+                drop(self.session);
                 let stopped = timeout(STAND_BY, stop(&self.arm, &self.saved)).await;
                 let message = match stopped {
                     Ok(Ok(message) | Err(message)) => message,
@@ -198,16 +168,6 @@ impl Desk {
             }
         }
     }
-}
-
-/// Where the carriage is, again and again.
-pub(crate) fn rail_of(arm: &Arm) -> Polled<f32> {
-    let arm = arm.clone();
-    Polled::every(RAIL, move || {
-        let arm = arm.clone();
-        // What cannot be read now is read the next time.
-        async move { arm.get::<PoseL>().await.ok().map(|at| at.pose_l) }
-    })
 }
 
 /// The next reading, if anything is read at all.
@@ -220,39 +180,9 @@ pub(crate) async fn next_of<T: Clone + Send + Sync + 'static>(
     }
 }
 
-/// Nothing where an arm has no such thing.
-fn known<T>(answer: magician::Result<T>) -> Result<Option<T>, Failure> {
-    match answer {
-        Ok(answer) => Ok(Some(answer)),
-        Err(error)
-            if matches!(
-                error.kind(),
-                ErrorKind::Timeout | ErrorKind::Unsupported | ErrorKind::Unexpected
-            ) =>
-        {
-            Ok(None)
-        }
-        Err(error) => Err(error.into()),
-    }
-}
-
-/// What the tools do.
-pub(crate) async fn tools(arm: &Arm) -> Result<Tools, Failure> {
-    let suction = known(arm.get::<EndEffectorSuctionCup>().await)?;
-    let gripper = known(arm.get::<EndEffectorGripper>().await)?;
-    Ok(Tools {
-        suction: suction.is_some_and(|cup| cup.is_ctrl_enabled.is_on() && cup.is_sucked.is_on()),
-        grips: gripper
-            .filter(|gripper| gripper.is_ctrl_enabled.is_on())
-            .map(|gripper| gripper.is_gripped.is_on()),
-        laser: arm.laser().await? == Some(true),
-    })
-}
-
 /// What the arm is called, and where it is.
 pub(crate) async fn title(arm: &Arm) -> Result<String, Failure> {
-    let name = known(arm.get::<DeviceName>().await)?.map(|name| name.device_name.to_string());
-    let name = name.unwrap_or_default();
+    let name = device_name(arm).await?;
     Ok(match name.is_empty() {
         true => arm.name().to_owned(),
         false => format!("{} | {name}", arm.name()),

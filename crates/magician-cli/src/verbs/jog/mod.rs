@@ -24,8 +24,8 @@ use crate::saved::SavedSettings;
 use crate::terminal::{self, Stage};
 
 pub(super) use beside::{TIGHT_ROWS, beside, tight};
-pub(super) use desk::{Desk, End, Happened, next_of, rail_of, title, tools};
-pub(super) use pad::{Pad, Reply, Tone, Tools};
+pub(super) use desk::{Desk, End, Happened, next_of, title};
+pub(super) use pad::{Pad, Reply, Tone};
 #[cfg(test)]
 pub(super) use tests::examples;
 use view::Model;

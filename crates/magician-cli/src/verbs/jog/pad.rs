@@ -2,36 +2,12 @@
 
 use std::time::Duration;
 
+use magician_job::jog::{Axis, Done, Heading, JogFrame, JogMode, Order, Pendant, What};
 use magician_motion::TopView;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::wording;
 use crate::terminal::Help;
-use magician_job::jog::{Axis, Heading};
-use magician_job::jog::{Done, Order, ToolOrder, What};
-use magician_job::jog::{Hold, Turn};
-use magician_program::Grip;
-
-/// Lengths of steps, mm or degrees.
-const STEPS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];
-/// Shares of the set speeds, percent.
-const SPEEDS: [f32; 8] = [1.0, 5.0, 10.0, 20.0, 30.0, 50.0, 75.0, 100.0];
-
-/// What arrows move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Frame {
-    Cartesian,
-    Joints,
-}
-
-/// What a press does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Way {
-    /// The arm moves while the key is held.
-    Hold,
-    /// Each press is a checked move by so much.
-    Step,
-}
 
 /// What has to be answered with y before it is done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,28 +46,16 @@ pub(crate) enum Reply {
     Unknown,
 }
 
-/// What the tools were last told or seen to do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Tools {
-    pub(crate) suction: bool,
-    /// `None`: its pump is off.
-    pub(crate) grips: Option<bool>,
-    pub(crate) laser: bool,
+impl Reply {
+    fn of(order: Option<Order>) -> Self {
+        order.map_or(Self::Nothing, Self::Order)
+    }
 }
 
-/// The pad's own state.
+/// A pendant on a terminal.
 #[derive(Clone, Debug)]
 pub(crate) struct Pad {
-    pub(crate) frame: Frame,
-    pub(crate) way: Way,
-    pub(crate) step: f32,
-    pub(crate) speed: f32,
-    pub(crate) tools: Tools,
-    /// Whether there is a rail.
-    pub(crate) rail: bool,
-    pub(crate) hold: Hold,
-    /// What moves the arm.
-    pub(crate) doing: Option<What>,
+    pub(crate) pendant: Pendant,
     pub(crate) question: Option<Question>,
     /// The list of keys, while it is shown.
     pub(crate) help: Option<Help>,
@@ -100,26 +64,19 @@ pub(crate) struct Pad {
     pub(crate) message: Option<(Tone, String)>,
     /// The last move that was refused, and why.
     pub(crate) refusal: Option<String>,
-    wanted: Tools,
 }
 
 impl Pad {
-    pub(crate) fn new(speed: f32, tools: Tools, rail: bool) -> Self {
+    pub(crate) fn new(mut pendant: Pendant) -> Self {
+        // Consoles of Windows always tell.
+        pendant.hold.set_reports_releases(cfg!(windows));
         Self {
-            frame: Frame::Cartesian,
-            way: Way::Step,
-            step: 5.0,
-            speed,
-            tools,
-            rail,
-            hold: Hold::new(),
-            doing: None,
+            pendant,
             question: None,
             help: None,
             view: TopView::BEHIND,
             message: None,
             refusal: None,
-            wanted: tools,
         }
     }
 
@@ -134,7 +91,7 @@ impl Pad {
         }
         let heading = self.heading(key.code);
         if !pressed {
-            return self.turn(|hold| hold.release(heading));
+            return Reply::of(self.pendant.release(heading));
         }
         if key.code == KeyCode::Char(' ') {
             return self.stop();
@@ -155,50 +112,37 @@ impl Pad {
 
     /// The terminal is well: what is held goes on, or ends when it was not seen held for too long.
     pub(crate) fn beat(&mut self, now: Duration) -> Reply {
-        self.turn(|hold| hold.beat(now))
-    }
-
-    /// Whether the laser burns, or was told to and has not answered.
-    pub(crate) fn may_burn(&self) -> bool {
-        self.tools.laser || self.wanted.laser
+        Reply::of(self.pendant.tick(now))
     }
 
     /// Nobody may be looking any more: what is held ends.
     pub(crate) fn let_go(&mut self) -> Reply {
-        self.turn(Hold::let_go)
+        Reply::of(self.pendant.let_go())
     }
 
     /// Takes note of what came of something.
     pub(crate) fn done(&mut self, done: &Done) {
+        self.pendant.done(done);
         let failure = match &done.outcome {
             Ok(()) => return self.well_done(done.what),
             Err(error) => wording::failure(error).fact().to_owned(),
         };
-        match done.what {
-            What::Jog(heading) => {
-                self.hold.let_go();
-                self.refusal = Some(format!("{heading}: {failure}"));
-            }
-            What::Step(heading) => self.refusal = Some(format!("{heading}: {failure}")),
-            What::Tool(_) => self.wanted = self.tools,
-            _ => {}
+        if let What::Jog(heading) | What::Step(heading) = done.what {
+            self.refusal = Some(format!("{heading}: {failure}"));
         }
         self.say(Tone::Bad, failure);
     }
 
     fn well_done(&mut self, what: What) {
-        match what {
-            What::Stop => self.say(Tone::Plain, "stopped: the arm stands, the queue is empty"),
-            What::Home => self.say(Tone::Plain, "homed"),
-            What::ClearAlarms => self.say(Tone::Plain, "alarms cleared"),
-            What::Tool(tool) => {
-                self.tools = self.wanted;
-                self.say(Tone::Plain, wording::tool(tool));
-            }
-            What::Speed(percent) => self.speed = percent,
-            What::Run => self.say(Tone::Plain, "played"),
-            What::Jog(_) | What::Step(_) => {}
-        }
+        let text = match what {
+            What::Stop => "stopped: the arm stands, the queue is empty",
+            What::Home => "homed",
+            What::ClearAlarms => "alarms cleared",
+            What::Tool(tool) => wording::tool(tool),
+            What::Run => "played",
+            What::Speed(_) | What::Jog(_) | What::Step(_) => return,
+        };
+        self.say(Tone::Plain, text);
     }
 
     pub(crate) fn say(&mut self, tone: Tone, text: impl Into<String>) {
@@ -214,13 +158,13 @@ impl Pad {
             }
             KeyCode::PageUp | KeyCode::PageDown | KeyCode::Char('w' | 's') => (Axis::Z, Axis::J3),
             KeyCode::Char('a' | 'd') => (Axis::R, Axis::J4),
-            KeyCode::Char(']' | '[') if self.rail => (Axis::L, Axis::L),
+            KeyCode::Char(']' | '[') if self.pendant.rail => (Axis::L, Axis::L),
             _ => return None,
         };
         let forward = matches!(code, KeyCode::PageUp | KeyCode::Char('w' | 'a' | ']'));
-        match self.frame {
-            Frame::Cartesian => heading(cartesian, forward),
-            Frame::Joints => heading(joint, forward),
+        match self.pendant.frame {
+            JogFrame::Cartesian => heading(cartesian, forward),
+            JogFrame::Joints => heading(joint, forward),
         }
     }
 
@@ -233,8 +177,8 @@ impl Pad {
             KeyCode::Right => [1.0, 0.0],
             _ => return None,
         };
-        let (axis, forward) = match self.frame {
-            Frame::Cartesian => {
+        let (axis, forward) = match self.pendant.frame {
+            JogFrame::Cartesian => {
                 let [x, y] = self.view.unproject(arrow);
                 match x.abs() > y.abs() {
                     true => (Axis::X, x > 0.0),
@@ -243,7 +187,7 @@ impl Pad {
             }
             // Joints have no direction on the ground. The arrows at the sides turn the base, as they move the tool to the
             // sides for who stands behind the arm.
-            Frame::Joints => match code {
+            JogFrame::Joints => match code {
                 KeyCode::Up | KeyCode::Down => (Axis::J2, code == KeyCode::Up),
                 _ => (Axis::J1, code == KeyCode::Left),
             },
@@ -252,38 +196,17 @@ impl Pad {
     }
 
     fn go(&mut self, heading: Heading, kind: KeyEventKind, now: Duration) -> Reply {
-        match (self.way, self.doing) {
-            (Way::Hold, _) if kind == KeyEventKind::Repeat => {
-                self.turn(|hold| hold.repeat(heading, now))
-            }
-            (Way::Hold, _) => self.turn(|hold| hold.press(heading, now)),
-            // A step is made after the other: presses that come too soon are not kept for later.
-            (Way::Step, Some(_)) => Reply::Nothing,
-            (Way::Step, None) => Reply::Order(Order::Step {
-                heading,
-                length: self.step,
-                burning: self.tools.laser,
-            }),
-        }
-    }
-
-    fn turn(&mut self, turn: impl FnOnce(&mut Hold) -> Turn) -> Reply {
-        match turn(&mut self.hold) {
-            Turn::Begin { heading, keep } => Reply::Order(Order::Jog { heading, keep }),
-            Turn::Keep => Reply::Order(Order::Keep),
-            Turn::End => Reply::Order(Order::EndJog),
-            Turn::Nothing => Reply::Nothing,
-        }
+        Reply::of(match kind {
+            KeyEventKind::Repeat => self.pendant.repeat(heading, now),
+            _ => self.pendant.press(heading, now),
+        })
     }
 
     fn stop(&mut self) -> Reply {
-        self.hold.let_go();
         self.question = None;
         self.help = None;
-        self.tools.laser = false;
-        self.wanted = self.tools;
         self.say(Tone::Plain, "stopping");
-        Reply::Order(Order::Stop)
+        Reply::Order(self.pendant.stop())
     }
 
     fn answer(&mut self, question: Question, code: KeyCode) -> Reply {
@@ -292,10 +215,7 @@ impl Pad {
                 self.say(Tone::Plain, "homing; space stops it");
                 Reply::Order(Order::Home)
             }
-            (Question::Laser, KeyCode::Char('y' | 'Y')) => {
-                self.wanted.laser = true;
-                Reply::Order(Order::Tool(ToolOrder::Laser(true)))
-            }
+            (Question::Laser, KeyCode::Char('y' | 'Y')) => Reply::Order(self.pendant.laser(true)),
             _ => Reply::Nothing,
         }
     }
@@ -309,78 +229,41 @@ impl Pad {
                 return self.let_go();
             }
             KeyCode::Tab | KeyCode::BackTab => {
-                self.frame = match self.frame {
-                    Frame::Cartesian => Frame::Joints,
-                    Frame::Joints => Frame::Cartesian,
+                let frame = match self.pendant.frame {
+                    JogFrame::Cartesian => JogFrame::Joints,
+                    JogFrame::Joints => JogFrame::Cartesian,
                 };
-                return self.let_go();
+                return Reply::of(self.pendant.set_frame(frame));
             }
             KeyCode::Char('m') => {
-                self.way = match self.way {
-                    Way::Hold => Way::Step,
-                    Way::Step => Way::Hold,
+                let mode = match self.pendant.mode {
+                    JogMode::Hold => JogMode::Step,
+                    JogMode::Step => JogMode::Hold,
                 };
-                return self.let_go();
+                return Reply::of(self.pendant.set_mode(mode));
             }
-            KeyCode::Char('+' | '=') => self.step = next(&STEPS, self.step, true),
-            KeyCode::Char('-' | '_') => self.step = next(&STEPS, self.step, false),
-            KeyCode::Char('.' | '>') => {
-                return Reply::Order(Order::Speed(next(&SPEEDS, self.speed, true)));
-            }
-            KeyCode::Char(',' | '<') => {
-                return Reply::Order(Order::Speed(next(&SPEEDS, self.speed, false)));
-            }
+            KeyCode::Char('+' | '=') => self.pendant.longer(),
+            KeyCode::Char('-' | '_') => self.pendant.shorter(),
+            KeyCode::Char('.' | '>') => return Reply::Order(self.pendant.faster()),
+            KeyCode::Char(',' | '<') => return Reply::Order(self.pendant.slower()),
             KeyCode::Char('h') => self.question = Some(Question::Home),
             KeyCode::Char('c') => return Reply::Order(Order::ClearAlarms),
-            KeyCode::Char('p') => return self.suction(),
-            KeyCode::Char('g') => return self.gripper(),
-            KeyCode::Char('l') if self.tools.laser => {
-                self.wanted.laser = false;
-                return Reply::Order(Order::Tool(ToolOrder::Laser(false)));
+            KeyCode::Char('p') => return Reply::Order(self.pendant.toggle_suction()),
+            KeyCode::Char('g') => return Reply::Order(self.pendant.next_grip()),
+            KeyCode::Char('l') if self.pendant.tools.laser => {
+                return Reply::Order(self.pendant.laser(false));
             }
             KeyCode::Char('l') => self.question = Some(Question::Laser),
             _ => return Reply::Unknown,
         }
         Reply::Nothing
     }
-
-    fn suction(&mut self) -> Reply {
-        let on = !self.tools.suction;
-        self.wanted = Tools {
-            suction: on,
-            grips: None,
-            ..self.tools
-        };
-        Reply::Order(Order::Tool(ToolOrder::Suction(on)))
-    }
-
-    /// Closed, open, off, and so on.
-    fn gripper(&mut self) -> Reply {
-        let (grips, order) = match self.tools.grips {
-            None => (Some(true), Grip::Close),
-            Some(true) => (Some(false), Grip::Open),
-            Some(false) => (None, Grip::Off),
-        };
-        self.wanted = Tools {
-            suction: false,
-            grips,
-            ..self.tools
-        };
-        Reply::Order(Order::Tool(ToolOrder::Gripper(order)))
-    }
-}
-
-/// The next one of a list, upwards or downwards.
-fn next(list: &[f32], now: f32, up: bool) -> f32 {
-    let found = match up {
-        true => list.iter().find(|one| **one > now),
-        false => list.iter().rev().find(|one| **one < now),
-    };
-    found.copied().unwrap_or(now)
 }
 
 #[cfg(test)]
 mod tests {
+    use magician_job::jog::{ToolOrder, ToolState};
+
     use super::*;
 
     const X: Heading = Heading {
@@ -389,7 +272,7 @@ mod tests {
     };
 
     fn pad() -> Pad {
-        Pad::new(50.0, Tools::default(), false)
+        Pad::new(Pendant::new(50.0, ToolState::default(), false))
     }
 
     fn press(pad: &mut Pad, code: KeyCode) -> Reply {
@@ -421,7 +304,7 @@ mod tests {
         };
         assert_eq!(press(&mut pad, KeyCode::Left), step(base, 0.1));
         // One after the other.
-        pad.doing = Some(What::Step(base));
+        pad.pendant.doing = Some(What::Step(base));
         assert_eq!(press(&mut pad, KeyCode::Left), Reply::Nothing);
     }
 
@@ -493,7 +376,7 @@ mod tests {
         };
         assert_eq!(heading, X);
         assert_eq!(letter(&mut pad, ' '), Reply::Order(Order::Stop));
-        assert_eq!(pad.hold.heading(), None);
+        assert_eq!(pad.pendant.hold.heading(), None);
         press(&mut pad, KeyCode::Down);
         assert_eq!(pad.let_go(), Reply::Order(Order::EndJog));
         // Whatever is asked or shown.
@@ -520,13 +403,13 @@ mod tests {
             Reply::Order(Order::Tool(_))
         ));
         assert!(
-            !pad.tools.laser && pad.may_burn(),
+            !pad.pendant.tools.laser && pad.pendant.may_burn(),
             "the arm has not answered yet"
         );
         let what = What::Tool(ToolOrder::Laser(true));
         let outcome = Ok(());
         pad.done(&Done { what, outcome });
-        assert!(pad.tools.laser);
+        assert!(pad.pendant.tools.laser);
         // Off without a question.
         assert!(matches!(
             letter(&mut pad, 'l'),
@@ -538,7 +421,7 @@ mod tests {
     fn keys_of_the_rail_need_a_rail() {
         let mut pad = pad();
         assert_eq!(letter(&mut pad, ']'), Reply::Unknown);
-        pad.rail = true;
+        pad.pendant.rail = true;
         assert!(matches!(
             letter(&mut pad, ']'),
             Reply::Order(Order::Step { heading, .. }) if heading.axis == Axis::L
@@ -548,10 +431,10 @@ mod tests {
     #[test]
     fn speeds_go_up_and_down_the_list_from_wherever_they_are() {
         let mut pad = pad();
-        pad.speed = 42.0;
+        pad.pendant.speed = 42.0;
         assert_eq!(letter(&mut pad, '.'), Reply::Order(Order::Speed(50.0)));
         assert_eq!(letter(&mut pad, ','), Reply::Order(Order::Speed(30.0)));
-        pad.speed = 100.0;
+        pad.pendant.speed = 100.0;
         assert_eq!(letter(&mut pad, '.'), Reply::Order(Order::Speed(100.0)));
         let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
         assert_eq!(pad.key(interrupt, Duration::ZERO), Reply::Interrupt);

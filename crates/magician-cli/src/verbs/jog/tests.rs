@@ -3,20 +3,20 @@
 use std::time::Instant;
 
 use magician::Link;
+use magician_job::jog::{Axis, Heading, JogFrame, JogMode, Pendant, ToolState, What};
+use magician_program::Grip;
 
-use super::pad::{self, Pad, Question, Tools, Way};
+use super::pad::{self, Pad, Question};
 use super::view::{Model, draw};
 use crate::terminal::test::{Example, screen, shows};
 use crate::terminal::{Help, Seen, Theme};
-use magician_job::jog::What;
-use magician_job::jog::{Axis, Heading};
 
 fn model() -> Model {
     let mut seen = Seen::new("arm at a port".to_owned(), 32);
     seen.arm.see(crate::terminal::test::status());
     Model {
         seen,
-        pad: Pad::new(50.0, Tools::default(), false),
+        pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
     }
 }
 
@@ -67,13 +67,13 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
             ]),
             |model| {
                 model.seen.arm.rail = Some(125.5);
-                model.pad.rail = true;
-                model.pad.frame = pad::Frame::Joints;
-                model.pad.way = Way::Hold;
-                model.pad.tools.laser = true;
-                model.pad.tools.grips = Some(true);
+                model.pad.pendant.rail = true;
+                model.pad.pendant.frame = JogFrame::Joints;
+                model.pad.pendant.mode = JogMode::Hold;
+                model.pad.pendant.tools.laser = true;
+                model.pad.pendant.tools.gripper = Grip::Close;
                 let (axis, forward) = (Axis::J3, false);
-                model.pad.doing = Some(What::Jog(Heading { axis, forward }));
+                model.pad.pendant.doing = Some(What::Jog(Heading { axis, forward }));
                 let why = "x+: joint 2 would be at 91.3 deg, limit 90.0 deg: move it the other way";
                 model.pad.refusal = Some(why.to_owned());
                 model.seen.note(why);
@@ -137,11 +137,11 @@ fn the_keys_beside_the_coordinates_turn_with_the_view() {
 #[test]
 fn what_is_done_and_asked_and_refused() {
     let mut model = model();
-    model.pad.frame = pad::Frame::Joints;
-    model.pad.way = Way::Hold;
-    model.pad.tools.laser = true;
+    model.pad.pendant.frame = JogFrame::Joints;
+    model.pad.pendant.mode = JogMode::Hold;
+    model.pad.pendant.tools.laser = true;
     let (axis, forward) = (Axis::J3, false);
-    model.pad.doing = Some(What::Jog(Heading { axis, forward }));
+    model.pad.pendant.doing = Some(What::Jog(Heading { axis, forward }));
     model.pad.refusal = Some("x+: x would be at 400.0 mm, limit 282.0 mm".to_owned());
     model.pad.question = Some(Question::Home);
     shows(

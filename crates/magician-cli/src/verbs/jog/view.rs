@@ -1,5 +1,7 @@
 //! How the pad looks.
 
+use magician_job::jog::{Axis, Heading, JogFrame, JogMode, ToolState, What};
+use magician_program::Grip;
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -8,10 +10,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
 use super::beside::{TIGHT_ROWS, TITLE, tight};
-use super::pad::{self, Pad, Tone, Tools, Way};
+use super::pad::{Pad, Tone};
 use crate::terminal::{Seen, Theme, fitted, lamp, mm, panel, said, thirds, wrapped};
-use magician_job::jog::What;
-use magician_job::jog::{Axis, Heading};
 
 /// What is shown.
 #[derive(Clone, Debug)]
@@ -127,7 +127,7 @@ fn small(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme
 /// Where the tool is, and the keys that move it.
 pub(crate) fn pose(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, theme: Theme) {
     let mut lines = Vec::new();
-    let cartesian = pad.frame == pad::Frame::Cartesian;
+    let cartesian = pad.pendant.frame == JogFrame::Cartesian;
     if let Some(status) = &seen.arm.status {
         let p = &status.pose;
         for (axis, value) in [
@@ -136,11 +136,17 @@ pub(crate) fn pose(frame: &mut Frame<'_>, area: Rect, seen: &Seen, pad: &Pad, th
             (Axis::Z, p.z),
             (Axis::R, p.r),
         ] {
-            lines.push(row(axis, value, &keys(pad, axis), moves(pad, axis), theme));
+            lines.push(row(
+                axis,
+                value,
+                &keys(pad, axis),
+                pad.pendant.moves(axis),
+                theme,
+            ));
         }
     }
     if let Some(rail) = seen.arm.rail {
-        let moves = moves(pad, Axis::L);
+        let moves = pad.pendant.moves(Axis::L);
         lines.push(row(Axis::L, rail, &keys(pad, Axis::L), moves, theme));
     }
     let title = match cartesian {
@@ -193,10 +199,6 @@ pub(super) fn key_names(
     })
 }
 
-pub(super) fn moves(pad: &Pad, axis: Axis) -> bool {
-    matches!(pad.doing, Some(What::Jog(heading) | What::Step(heading)) if heading.axis == axis)
-}
-
 /// The joints between their limits.
 pub(crate) fn joint_bars(frame: &mut Frame<'_>, area: Rect, seen: &Seen, theme: Theme) {
     let block = panel("joints", theme);
@@ -232,7 +234,7 @@ pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec
     let roomy = roomy_line(pad, theme);
     let is_roomy = roomy.width() <= usize::from(width);
     let label = |text| is_roomy.then(|| Span::styled(text, theme.dim()));
-    let style = match pad.doing.is_none() && seen.arm.stands() {
+    let style = match pad.pendant.doing.is_none() && seen.arm.stands() {
         true => theme.dim(),
         false => theme.good(),
     };
@@ -240,7 +242,7 @@ pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec
         Span::styled(doing(seen, pad), style),
         Span::styled(format!("  {:.1} mm/s", seen.arm.speed().tool), theme.dim()),
     ];
-    let tools = tool_lines(pad.tools, width.saturating_sub(6), theme);
+    let tools = tool_lines(pad.pendant.tools, width.saturating_sub(6), theme);
     let mut lines = vec![match is_roomy {
         true => roomy,
         false => mode_line(pad, theme),
@@ -251,38 +253,40 @@ pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec
             let label = label(if nth == 0 { "tools " } else { "      " });
             label.into_iter().chain(tools).collect()
         })),
-        false => lines.extend(tool_lines(pad.tools, width, theme)),
+        false => lines.extend(tool_lines(pad.pendant.tools, width, theme)),
     }
     lines
 }
 
 /// How keys move, in a few words.
 pub(super) fn mode_line(pad: &Pad, theme: Theme) -> Line<'static> {
-    let frame = match pad.frame {
-        pad::Frame::Cartesian => "x y z r",
-        pad::Frame::Joints => "joints",
+    let frame = match pad.pendant.frame {
+        JogFrame::Cartesian => "x y z r",
+        JogFrame::Joints => "joints",
     };
-    let way = match pad.way {
-        Way::Step => format!("step {}", mm(f64::from(pad.step))),
-        Way::Hold => "hold".to_owned(),
+    let way = match pad.pendant.mode {
+        JogMode::Step => format!("step {}", mm(f64::from(pad.pendant.step))),
+        JogMode::Hold => "hold".to_owned(),
     };
     Line::styled(
-        format!("{frame}  {way}  {} %", mm(f64::from(pad.speed))),
+        format!("{frame}  {way}  {} %", mm(f64::from(pad.pendant.speed))),
         theme.title(),
     )
 }
 
 fn roomy_line(pad: &Pad, theme: Theme) -> Line<'static> {
-    let frame = match pad.frame {
-        pad::Frame::Cartesian => "coordinates",
-        pad::Frame::Joints => "joints J2 J1 J3 J4",
+    let frame = match pad.pendant.frame {
+        JogFrame::Cartesian => "coordinates",
+        JogFrame::Joints => "joints J2 J1 J3 J4",
     };
-    let way = match pad.way {
-        Way::Step => format!("step {} mm or deg", mm(f64::from(pad.step))),
-        Way::Hold if pad.hold.tells_releases() => "hold: moves until release".to_owned(),
-        Way::Hold => "hold: moves while held".to_owned(),
+    let way = match pad.pendant.mode {
+        JogMode::Step => format!("step {} mm or deg", mm(f64::from(pad.pendant.step))),
+        JogMode::Hold if pad.pendant.hold.tells_releases() => {
+            "hold: moves until release".to_owned()
+        }
+        JogMode::Hold => "hold: moves while held".to_owned(),
     };
-    let speed = format!("{} %", mm(f64::from(pad.speed)));
+    let speed = format!("{} %", mm(f64::from(pad.pendant.speed)));
     Line::from(vec![
         Span::styled("moves ", theme.dim()),
         Span::styled(frame, theme.title()),
@@ -295,7 +299,7 @@ fn roomy_line(pad: &Pad, theme: Theme) -> Line<'static> {
 
 /// What the arm does.
 pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
-    match pad.doing {
+    match pad.pendant.doing {
         Some(What::Jog(heading)) => format!("jogs {heading}"),
         Some(What::Step(heading)) => format!("steps {heading}"),
         Some(What::Stop) => "stops".to_owned(),
@@ -308,7 +312,7 @@ pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
 }
 
 /// What the tools do, on one line, or on two where it is narrow: a laser that is on is seen.
-pub(crate) fn tool_lines(tools: Tools, width: u16, theme: Theme) -> Vec<Line<'static>> {
+pub(crate) fn tool_lines(tools: ToolState, width: u16, theme: Theme) -> Vec<Line<'static>> {
     let [suction, gripper, laser] = tool_spans(tools, theme);
     let line = Line::from(vec![suction.clone(), gripper.clone(), laser.clone()]);
     match line.width() <= usize::from(width) {
@@ -317,11 +321,11 @@ pub(crate) fn tool_lines(tools: Tools, width: u16, theme: Theme) -> Vec<Line<'st
     }
 }
 
-fn tool_spans(tools: Tools, theme: Theme) -> [Span<'static>; 3] {
-    let gripper = match tools.grips {
-        None => "gripper",
-        Some(true) => "closed",
-        Some(false) => "open",
+fn tool_spans(tools: ToolState, theme: Theme) -> [Span<'static>; 3] {
+    let gripper = match tools.gripper {
+        Grip::Off => "gripper",
+        Grip::Close => "closed",
+        Grip::Open => "open",
     };
     let lit = |on: bool| if on { theme.good() } else { theme.dim() };
     let laser = if tools.laser {
@@ -329,7 +333,7 @@ fn tool_spans(tools: Tools, theme: Theme) -> [Span<'static>; 3] {
     } else {
         theme.dim()
     };
-    let grips = tools.grips.is_some();
+    let grips = tools.gripper != Grip::Off;
     [
         Span::styled(
             format!("{} suction ", lamp(tools.suction)),

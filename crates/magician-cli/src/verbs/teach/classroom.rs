@@ -104,7 +104,7 @@ impl Classroom {
                 _ => Turn::Pad(pad.key(key, now)),
             };
         }
-        let still = still && pad.doing.is_none();
+        let still = still && pad.pendant.doing.is_none();
         if key.code == KeyCode::Char(' ') && !still {
             self.stopped = Some(now);
             return Turn::Pad(pad.key(key, now));
@@ -331,8 +331,7 @@ impl Prompt {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verbs::jog::Tools;
-    use magician_job::jog::{Order, What};
+    use magician_job::jog::{Order, Pendant, ToolState, What};
 
     struct Desk {
         room: Classroom,
@@ -346,7 +345,7 @@ mod tests {
         fn new() -> Self {
             Self {
                 room: Classroom::new(Lesson::new("lesson", None), true),
-                pad: Pad::new(50.0, Tools::default(), false),
+                pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
                 pose: Pose {
                     x: 200.0,
                     y: 0.0,
@@ -403,7 +402,7 @@ mod tests {
         desk.press(KeyCode::Enter);
         let before = desk.room.lesson.rows.clone();
         // A step was ordered, and no reading has seen it yet.
-        desk.pad.doing = Some(What::Run);
+        desk.pad.pendant.doing = Some(What::Run);
         for key in [KeyCode::Enter, KeyCode::Char('r'), KeyCode::Char('v')] {
             desk.press(key);
             let (_, said) = desk.pad.message.clone().unwrap();
@@ -411,7 +410,7 @@ mod tests {
         }
         assert_eq!(desk.room.lesson.rows, before);
         assert_eq!(desk.room.lesson.via, None);
-        desk.pad.doing = None;
+        desk.pad.pendant.doing = None;
         let key = KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE);
         desk.room.key(key, &mut desk.pad, None, false, desk.now);
         let (_, said) = desk.pad.message.clone().unwrap();
@@ -436,10 +435,10 @@ mod tests {
         let mut desk = Desk::new();
         desk.press(KeyCode::Enter);
         desk.types("n");
-        desk.pad.doing = Some(What::Run);
+        desk.pad.pendant.doing = Some(What::Run);
         let stop = Turn::Pad(Reply::Order(Order::Stop));
         assert_eq!(desk.press(KeyCode::Char(' ')), stop);
-        desk.pad.doing = None;
+        desk.pad.pendant.doing = None;
         desk.now = Duration::from_secs(3);
         desk.types(" a b");
         desk.press(KeyCode::Enter);

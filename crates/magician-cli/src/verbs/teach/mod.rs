@@ -215,7 +215,7 @@ impl Session {
         let plan = Box::new(lesson.plan(first));
         self.desk
             .obey(Reply::Order(Order::Run { plan, from: step }));
-        if self.desk.pad.doing == Some(What::Run) {
+        if self.desk.pad.pendant.doing == Some(What::Run) {
             self.room.playing = Some(from);
             self.began = first;
             self.desk.pad.say(Tone::Plain, "playing; space stops it");
@@ -224,11 +224,11 @@ impl Session {
 
     /// The row that is being played, while something is.
     fn follow_program(&mut self) {
-        if self.desk.pad.doing != Some(What::Run) {
+        if self.desk.pad.pendant.doing != Some(What::Run) {
             self.room.playing = None;
             return;
         }
-        let step = self.desk.hands.step();
+        let step = self.desk.session.step();
         let row = step.and_then(|step| self.room.lesson.row_of(self.began, step));
         self.room.playing = row.or(self.room.playing);
     }

@@ -6,9 +6,9 @@ use std::time::Duration;
 use magician::Arm;
 use magician::connection::Stats;
 use magician_job::Polled;
+use magician_job::jog::ToolState;
 
 use crate::verbs::io::{self, PINS, Pin};
-use crate::verbs::jog::{Tools, tools};
 
 /// A pin is read so often; those that do something take every second turn.
 const PIN: Duration = Duration::from_millis(100);
@@ -18,7 +18,7 @@ const AROUND: Duration = Duration::from_millis(500);
 /// What is not in the arm's state.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Around {
-    pub(super) tools: Tools,
+    pub(super) tools: ToolState,
     pub(super) stats: Stats,
 }
 
@@ -28,7 +28,7 @@ pub(super) fn around(arm: &Arm) -> Polled<Around> {
     Polled::every(AROUND, move || {
         let arm = arm.clone();
         async move {
-            let tools = tools(&arm).await.ok()?;
+            let tools = ToolState::read(&arm).await.ok()?;
             let (stats, _) = arm.stats().await.ok()?;
             Some(Around { tools, stats })
         }

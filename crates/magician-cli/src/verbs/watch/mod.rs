@@ -10,13 +10,14 @@ use std::time::Instant;
 use clap::Args;
 use magician::commands::DeviceWithL;
 use magician::{Arm, Link};
+use magician_job::jog::rail_position;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::terminal::{self, Help, Seen, Stage, Told, event_text, take_log};
-use crate::verbs::jog::{AT_SIGHT, next_of, rail_of, title};
+use crate::verbs::jog::{AT_SIGHT, next_of, title};
 use crate::verbs::pose::rate;
 use line::State;
 use view::Model;
@@ -81,7 +82,7 @@ async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
     let on_rail = arm.get::<DeviceWithL>().await;
     let mut rail = on_rail
         .is_ok_and(|rail| rail.with_l.is_on())
-        .then(|| rail_of(arm));
+        .then(|| rail_position(arm));
     let (mut around, mut pins) = (look::around(arm), look::pins(arm));
     let (mut state, mut events) = (arm.state(rate)?, arm.events());
     let mut stage = Stage::open(view::draw)?;

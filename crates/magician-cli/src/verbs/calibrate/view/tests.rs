@@ -6,7 +6,8 @@ use super::super::subject::Touch;
 use super::*;
 use crate::terminal::Seen;
 use crate::terminal::test::{Example, screen, shows, status};
-use crate::verbs::jog::{Pad, Tools};
+use crate::verbs::jog::Pad;
+use magician_job::jog::{Pendant, ToolState};
 
 fn model(subject: Subject, touches: &[[f64; 4]]) -> Model {
     let mut seen = Seen::new("sim".to_owned(), 32);
@@ -17,7 +18,7 @@ fn model(subject: Subject, touches: &[[f64; 4]]) -> Model {
     }
     Model {
         seen,
-        pad: Pad::new(50.0, Tools::default(), false),
+        pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
         touched,
     }
 }

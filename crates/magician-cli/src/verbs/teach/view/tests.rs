@@ -3,7 +3,7 @@
 use super::super::classroom::Prompt;
 use super::*;
 use crate::terminal::test::{Example, screen, shows, status};
-use crate::verbs::jog::Tools;
+use magician_job::jog::{Pendant, ToolState};
 use magician_job::teach::Lesson;
 
 fn model() -> Model {
@@ -17,7 +17,7 @@ fn model() -> Model {
     seen.arm.see(status);
     Model {
         seen,
-        pad: Pad::new(50.0, Tools::default(), false),
+        pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
         room: Classroom::new(lesson, true),
     }
 }
@@ -82,7 +82,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 lesson.next_suction().unwrap();
                 lesson.pause("12.5").unwrap();
                 model.room.prompt = Some(Prompt::Leave);
-                model.pad.tools.laser = true;
+                model.pad.pendant.tools.laser = true;
             },
         ),
     ]

@@ -68,7 +68,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
             |model| {
                 model.seen.arm.rail = Some(125.5);
                 model.around.tools.laser = true;
-                model.around.tools.grips = Some(true);
+                model.around.tools.gripper = magician_program::Grip::Close;
             },
         ),
     ]

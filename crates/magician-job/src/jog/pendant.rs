@@ -1,0 +1,366 @@
+//! A teach pendant without its buttons: what its controls are set to, and which order each of them comes to.
+
+use std::time::Duration;
+
+use magician_program::Grip;
+
+use super::{Axis, Done, Heading, Hold, Order, ToolOrder, ToolState, Turn, What};
+
+/// Lengths of steps, mm or degrees.
+const STEPS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];
+/// Shares of the set speeds, percent.
+const SPEEDS: [f32; 8] = [1.0, 5.0, 10.0, 20.0, 30.0, 50.0, 75.0, 100.0];
+
+/// What the controls for directions move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JogFrame {
+    /// The tool, along x, y, z and r.
+    Cartesian,
+    /// Joint by joint.
+    Joints,
+}
+
+/// How a control for a direction moves the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JogMode {
+    /// The arm moves while the control is held.
+    Hold,
+    /// Each press is a checked move by the length that is set.
+    Step,
+}
+
+/// The state of a pendant. It does nothing itself: its inputs come to orders, which are for a
+/// [`PendantSession`](super::PendantSession), and what came of them is told to it ([`done`](Self::done)).
+///
+/// Times are since any beginning, the same for all calls.
+///
+/// ```
+/// use std::time::Duration;
+///
+/// use magician_job::jog::{Axis, Heading, JogMode, Order, Pendant, ToolState};
+///
+/// let mut pendant = Pendant::new(50.0, ToolState::default(), false);
+/// let up = Heading { axis: Axis::Z, forward: true };
+/// // A press is a step, of 5 mm at first.
+/// let now = Duration::ZERO;
+/// let step = pendant.press(up, now);
+/// assert!(matches!(step, Some(Order::Step { length: 5.0, .. })));
+/// // Or a jog, for as long as the control is held.
+/// pendant.set_mode(JogMode::Hold);
+/// pendant.hold.set_reports_releases(true);
+/// assert!(matches!(pendant.press(up, now), Some(Order::Jog { .. })));
+/// assert_eq!(pendant.tick(now + Duration::from_millis(50)), Some(Order::Keep));
+/// assert_eq!(pendant.release(Some(up)), Some(Order::EndJog));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Pendant {
+    /// What directions are of. [`set_frame`](Self::set_frame) changes it while something may be held.
+    pub frame: JogFrame,
+    /// What a press does. [`set_mode`](Self::set_mode) changes it while something may be held.
+    pub mode: JogMode,
+    /// Length of a step, mm or deg.
+    pub step: f32,
+    /// Share of the set speeds of jogs and moves, percent.
+    pub speed: f32,
+    /// What the tools do, as far as is known.
+    pub tools: ToolState,
+    /// Whether there is a rail.
+    pub rail: bool,
+    /// The control that is held.
+    pub hold: Hold,
+    /// What moves the arm: as [`PendantSession::doing`](super::PendantSession::doing) says.
+    pub doing: Option<What>,
+    /// The laser was told to burn and has not answered.
+    lighting: bool,
+}
+
+impl Pendant {
+    /// With steps of 5 mm along coordinates; at that share of the set speeds, percent.
+    #[must_use]
+    pub fn new(speed: f32, tools: ToolState, rail: bool) -> Self {
+        Self {
+            frame: JogFrame::Cartesian,
+            mode: JogMode::Step,
+            step: 5.0,
+            speed,
+            tools,
+            rail,
+            hold: Hold::new(),
+            doing: None,
+            lighting: false,
+        }
+    }
+
+    /// The control for a direction is pressed. While a step is under way further ones are not kept for later.
+    pub fn press(&mut self, heading: Heading, now: Duration) -> Option<Order> {
+        match self.mode {
+            JogMode::Hold => self.turn(|hold| hold.press(heading, now)),
+            JogMode::Step => self.step(heading),
+        }
+    }
+
+    /// It is reported again, as a repeat of a press.
+    pub fn repeat(&mut self, heading: Heading, now: Duration) -> Option<Order> {
+        match self.mode {
+            JogMode::Hold => self.turn(|hold| hold.repeat(heading, now)),
+            JogMode::Step => self.step(heading),
+        }
+    }
+
+    /// It is released; `None` for any other control.
+    pub fn release(&mut self, heading: Option<Heading>) -> Option<Order> {
+        self.turn(|hold| hold.release(heading))
+    }
+
+    /// To be called several times a second, as long as whoever holds the control is known to be there: what is held goes on, or
+    /// ends when it was not reported for too long.
+    pub fn tick(&mut self, now: Duration) -> Option<Order> {
+        self.turn(|hold| hold.beat(now))
+    }
+
+    /// Nobody may be there any more: what is held ends.
+    pub fn let_go(&mut self) -> Option<Order> {
+        self.turn(Hold::let_go)
+    }
+
+    /// Everything stops, and the laser goes dark.
+    pub fn stop(&mut self) -> Order {
+        self.hold.let_go();
+        self.tools.laser = false;
+        self.lighting = false;
+        Order::Stop
+    }
+
+    /// Lets directions be of something else: what is held ends.
+    pub fn set_frame(&mut self, frame: JogFrame) -> Option<Order> {
+        self.frame = frame;
+        self.let_go()
+    }
+
+    /// Lets a press do something else: what is held ends.
+    pub fn set_mode(&mut self, mode: JogMode) -> Option<Order> {
+        self.mode = mode;
+        self.let_go()
+    }
+
+    /// The next longer step of 0.1, 1, 5, 10 and 50 mm or deg.
+    pub fn longer(&mut self) {
+        self.step = next(&STEPS, self.step, true);
+    }
+
+    /// The next shorter step.
+    pub fn shorter(&mut self) {
+        self.step = next(&STEPS, self.step, false);
+    }
+
+    /// The next higher speed of 1, 5, 10, 20, 30, 50, 75 and 100 %.
+    #[must_use]
+    pub fn faster(&self) -> Order {
+        Order::Speed(next(&SPEEDS, self.speed, true))
+    }
+
+    /// The next lower speed.
+    #[must_use]
+    pub fn slower(&self) -> Order {
+        Order::Speed(next(&SPEEDS, self.speed, false))
+    }
+
+    /// The suction cup goes on, or off if it is on.
+    #[must_use]
+    pub const fn toggle_suction(&self) -> Order {
+        Order::Tool(ToolOrder::Suction(!self.tools.suction))
+    }
+
+    /// The gripper closes, then opens, then its pump goes off, and so on.
+    #[must_use]
+    pub const fn next_grip(&self) -> Order {
+        Order::Tool(ToolOrder::Gripper(match self.tools.gripper {
+            Grip::Off => Grip::Close,
+            Grip::Close => Grip::Open,
+            Grip::Open => Grip::Off,
+        }))
+    }
+
+    /// The laser burns or goes dark. Whoever lets it burn has made sure that it may.
+    pub const fn laser(&mut self, on: bool) -> Order {
+        self.lighting = on;
+        Order::Tool(ToolOrder::Laser(on))
+    }
+
+    /// Whether the laser burns, or was told to and has not answered.
+    #[must_use]
+    pub const fn may_burn(&self) -> bool {
+        self.tools.laser || self.lighting
+    }
+
+    /// Whether this axis is being moved by an order.
+    #[must_use]
+    pub fn moves(&self, axis: Axis) -> bool {
+        matches!(self.doing, Some(What::Jog(heading) | What::Step(heading)) if heading.axis == axis)
+    }
+
+    /// Takes note of what came of an order.
+    pub fn done(&mut self, done: &Done) {
+        match (done.what, &done.outcome) {
+            (What::Jog(_), Err(_)) => {
+                self.hold.let_go();
+            }
+            (What::Speed(percent), Ok(())) => self.speed = percent,
+            (What::Tool(tool), outcome) => {
+                if matches!(tool, ToolOrder::Laser(_)) {
+                    self.lighting = false;
+                }
+                if outcome.is_ok() {
+                    self.tools.apply(tool);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn step(&self, heading: Heading) -> Option<Order> {
+        self.doing.is_none().then_some(Order::Step {
+            heading,
+            length: self.step,
+            burning: self.tools.laser,
+        })
+    }
+
+    fn turn(&mut self, turn: impl FnOnce(&mut Hold) -> Turn) -> Option<Order> {
+        match turn(&mut self.hold) {
+            Turn::Begin { heading, keep } => Some(Order::Jog { heading, keep }),
+            Turn::Keep => Some(Order::Keep),
+            Turn::End => Some(Order::EndJog),
+            Turn::Nothing => None,
+        }
+    }
+}
+
+/// The next one of a list, upwards or downwards.
+fn next(list: &[f32], now: f32, up: bool) -> f32 {
+    let found = if up {
+        list.iter().find(|one| **one > now)
+    } else {
+        list.iter().rev().find(|one| **one < now)
+    };
+    found.copied().unwrap_or(now)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jog::OrderError;
+
+    const NOW: Duration = Duration::ZERO;
+    const X: Heading = Heading {
+        axis: Axis::X,
+        forward: true,
+    };
+
+    fn pendant() -> Pendant {
+        Pendant::new(50.0, ToolState::default(), false)
+    }
+
+    fn done(pendant: &mut Pendant, what: What) {
+        let outcome = Ok(());
+        pendant.done(&Done { what, outcome });
+    }
+
+    #[test]
+    fn steps_have_the_length_that_is_set_and_come_one_after_the_other() {
+        let mut pendant = pendant();
+        let mut lengths = vec![pendant.step];
+        (0..5).for_each(|_| pendant.longer());
+        lengths.push(pendant.step);
+        (0..9).for_each(|_| pendant.shorter());
+        lengths.push(pendant.step);
+        assert_eq!(lengths, [5.0, 50.0, 0.1]);
+        let step = Order::Step {
+            heading: X,
+            length: 0.1,
+            burning: false,
+        };
+        assert_eq!(pendant.press(X, NOW), Some(step.clone()));
+        assert_eq!(pendant.repeat(X, NOW), Some(step));
+        pendant.doing = Some(What::Step(X));
+        assert_eq!(pendant.press(X, NOW), None);
+        assert!(pendant.moves(Axis::X) && !pendant.moves(Axis::Y));
+    }
+
+    #[test]
+    fn speeds_go_up_and_down_the_list_from_wherever_they_are() {
+        let mut pendant = Pendant::new(42.0, ToolState::default(), false);
+        let speeds = [pendant.faster(), pendant.slower()];
+        assert_eq!(speeds, [Order::Speed(50.0), Order::Speed(30.0)]);
+        done(&mut pendant, What::Speed(100.0));
+        assert_eq!(pendant.faster(), Order::Speed(100.0));
+    }
+
+    #[test]
+    fn what_is_held_ends_with_another_frame_or_mode_and_with_a_refusal() {
+        type Change = fn(&mut Pendant) -> Option<Order>;
+        let changes: [Change; 3] = [
+            |pendant| pendant.set_frame(JogFrame::Joints),
+            |pendant| pendant.set_mode(JogMode::Step),
+            Pendant::let_go,
+        ];
+        for change in changes {
+            let mut pendant = pendant();
+            assert_eq!(pendant.set_mode(JogMode::Hold), None);
+            assert!(matches!(pendant.press(X, NOW), Some(Order::Jog { .. })));
+            assert_eq!(change(&mut pendant), Some(Order::EndJog));
+            assert_eq!(change(&mut pendant), None);
+        }
+        let mut pendant = pendant();
+        pendant.set_mode(JogMode::Hold);
+        pendant.press(X, NOW);
+        let (what, outcome) = (What::Jog(X), Err(OrderError::Busy));
+        pendant.done(&Done { what, outcome });
+        assert_eq!(pendant.hold.heading(), None);
+    }
+
+    #[test]
+    fn tools_are_what_the_arm_has_confirmed() {
+        let mut pendant = pendant();
+        let Order::Tool(suction) = pendant.toggle_suction() else {
+            panic!("no tool");
+        };
+        assert!(!pendant.tools.suction);
+        done(&mut pendant, What::Tool(suction));
+        assert!(pendant.tools.suction);
+        let mut grips = Vec::new();
+        for _ in 0..3 {
+            let Order::Tool(grip) = pendant.next_grip() else {
+                panic!("no tool");
+            };
+            done(&mut pendant, What::Tool(grip));
+            assert!(!pendant.tools.suction, "one pump is for both");
+            grips.push(pendant.tools.gripper);
+        }
+        assert_eq!(grips, [Grip::Close, Grip::Open, Grip::Off]);
+    }
+
+    #[test]
+    fn a_laser_may_burn_from_its_order_until_the_arm_says_that_it_is_dark() {
+        let mut pendant = pendant();
+        let laser = |on| What::Tool(ToolOrder::Laser(on));
+        pendant.laser(true);
+        assert!(pendant.may_burn() && !pendant.tools.laser);
+        // Another tool's answer says nothing of it.
+        done(&mut pendant, What::Tool(ToolOrder::Suction(true)));
+        assert!(pendant.may_burn() && !pendant.tools.laser);
+        done(&mut pendant, laser(true));
+        assert!(pendant.tools.laser);
+        pendant.laser(false);
+        assert!(pendant.may_burn(), "not dark yet");
+        done(&mut pendant, laser(false));
+        assert!(!pendant.may_burn());
+        pendant.laser(true);
+        let (what, outcome) = (laser(true), Err(OrderError::Busy));
+        pendant.done(&Done { what, outcome });
+        assert!(!pendant.may_burn(), "refused");
+        pendant.laser(true);
+        assert_eq!(pendant.stop(), Order::Stop);
+        assert!(!pendant.may_burn());
+    }
+}
