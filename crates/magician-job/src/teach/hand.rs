@@ -11,7 +11,11 @@ use crate::{Polled, SavedSettings};
 /// Looks at the trigger are so far apart.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// Lets the arm report, and looks again and again; nothing if it cannot (document 1.7).
+/// Lets the arm report when its unlock key is released (document 1.7), and where it was left then, ten times a second; nothing if
+/// it cannot. `saved` restores what is changed for that.
+///
+/// # Errors
+/// When the line is gone, and when the arm does not take the settings.
 pub async fn follow(arm: &Arm, saved: &SavedSettings) -> Result<Option<Polled<Pose>>> {
     let before = async {
         let mode = arm.get::<HhtTrigMode>().await?;

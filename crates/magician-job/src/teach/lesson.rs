@@ -5,6 +5,8 @@ use std::sync::Arc;
 use magician::commands::Pose;
 use magician_program::{Action, Grip, Origin, Plan, Step, Surface, Tool, Travel};
 
+use super::TeachError;
+
 /// As many changes can be undone.
 const UNDO: usize = 500;
 
@@ -78,13 +80,13 @@ pub struct Lesson {
     pub tool: Option<Tool>,
     surface: Option<Surface>,
     /// Shared with what it can be taken back to and with what is shown: many rows cost no more than few.
-    pub rows: Arc<Vec<Row>>,
+    rows: Arc<Vec<Row>>,
     /// The row that is chosen; 0 if there is none.
-    pub selected: usize,
+    selected: usize,
     /// How new points are reached.
-    pub by: Travel,
+    by: Travel,
     /// The point that the arc to the next one goes through.
-    pub via: Option<[f32; 4]>,
+    via: Option<[f32; 4]>,
     undo: Vec<Snapshot>,
     redo: Vec<Snapshot>,
     saved: Arc<Vec<Row>>,
@@ -92,6 +94,7 @@ pub struct Lesson {
 
 impl Lesson {
     /// Nothing is taught yet.
+    #[must_use]
     pub fn new(title: impl Into<String>, tool: Option<Tool>) -> Self {
         Self {
             title: title.into(),
@@ -108,6 +111,7 @@ impl Lesson {
     }
 
     /// What a plan teaches. Every step of it is in a row.
+    #[must_use]
     pub fn of(plan: &Plan) -> Self {
         let mut rows: Vec<Row> = Vec::new();
         for step in &plan.steps {
@@ -126,7 +130,37 @@ impl Lesson {
         }
     }
 
+    /// What has been taught, row by row. It is shared: as long as nothing changes a clone is the same allocation, so that many rows
+    /// cost no more than few to show and to compare.
+    #[must_use]
+    pub const fn rows(&self) -> &Arc<Vec<Row>> {
+        &self.rows
+    }
+
+    /// The row that is chosen, from 0; 0 if there is none.
+    #[must_use]
+    pub const fn selected(&self) -> usize {
+        self.selected
+    }
+
+    /// The point that the arc to the next one goes through, if one was marked.
+    #[must_use]
+    pub const fn via(&self) -> Option<[f32; 4]> {
+        self.via
+    }
+
+    /// Lets the next point be the end of an arc through where the arm is.
+    pub const fn arc_through(&mut self, pose: &Pose) {
+        self.via = Some(place(pose));
+    }
+
+    /// Lets the next point be reached as ever.
+    pub const fn cancel_arc(&mut self) {
+        self.via = None;
+    }
+
     /// The plan from a row on.
+    #[must_use]
     pub fn plan(&self, from: usize) -> Plan {
         let mut plan = Plan::new(self.title.clone());
         plan.tool = self.tool;
@@ -143,6 +177,7 @@ impl Lesson {
     }
 
     /// The row that so many steps of the plan from a row on belong to, from 0.
+    #[must_use]
     pub fn row_of(&self, from: usize, step: usize) -> Option<usize> {
         let mut left = step;
         for (nth, row) in self.rows.iter().enumerate().skip(from) {
@@ -156,6 +191,7 @@ impl Lesson {
     }
 
     /// Steps of the plan that come before a row.
+    #[must_use]
     pub fn steps_before(&self, row: usize) -> usize {
         let rows = self.rows.iter().take(row);
         rows.map(|row| row.actions().count()).sum()
@@ -163,6 +199,7 @@ impl Lesson {
 
     /// Whether a row leads to the same place wherever the arm is, and by a way that does not depend on what was before. The
     /// first one has nothing before it.
+    #[must_use]
     pub fn leads_from_anywhere(&self, row: usize) -> bool {
         let motion = self.rows.get(row).and_then(|row| row.motion.as_ref());
         let absolute = matches!(
@@ -173,6 +210,7 @@ impl Lesson {
     }
 
     /// Whether the rows are as they were saved.
+    #[must_use]
     pub fn is_saved(&self) -> bool {
         Arc::ptr_eq(&self.rows, &self.saved) || self.rows == self.saved
     }
@@ -209,6 +247,7 @@ impl Lesson {
     }
 
     /// Whether the row that is chosen leads to this very place.
+    #[must_use]
     pub fn is_at(&self, pose: &Pose) -> bool {
         let motion = self
             .rows
@@ -220,8 +259,11 @@ impl Lesson {
         }
     }
 
-    /// Lets the row that is chosen lead to where the arm is. `Err` says why it cannot.
-    pub fn teach_again(&mut self, pose: &Pose) -> Result<(), &'static str> {
+    /// Lets the row that is chosen lead to where the arm is.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without rows, [`TeachError::NoPlace`] for one that does not lead to a place.
+    pub fn teach_again(&mut self, pose: &Pose) -> Result<(), TeachError> {
         self.edit(|row| {
             let here = place(pose);
             match &mut row.motion {
@@ -230,14 +272,17 @@ impl Lesson {
                 Some(Action::Path { to } | Action::Burn { to, .. }) => {
                     *to = [pose.x, pose.y, pose.z];
                 }
-                _ => return Err("this row leads nowhere that could be taught"),
+                _ => return Err(TeachError::NoPlace),
             }
             Ok(())
         })
     }
 
     /// Lets the row that is chosen go another way: with the joints, straight, as a jump. Without rows: the next one.
-    pub fn next_way(&mut self) -> Result<(), &'static str> {
+    ///
+    /// # Errors
+    /// [`TeachError::Arc`] and [`TeachError::NoMove`] for rows that have one way only.
+    pub fn next_way(&mut self) -> Result<(), TeachError> {
         let turned = |by| match by {
             Travel::Joints => Travel::Line,
             Travel::Line => Travel::Jump,
@@ -254,15 +299,18 @@ impl Lesson {
                 now = *by;
                 Ok(())
             }
-            Some(Action::Arc { .. }) => Err("an arc stays one; teach it anew to change it"),
-            _ => Err("this row is no move to a point"),
+            Some(Action::Arc { .. }) => Err(TeachError::Arc),
+            _ => Err(TeachError::NoMove),
         })?;
         self.by = now;
         Ok(())
     }
 
-    /// Names the row that is chosen.
-    pub fn rename(&mut self, name: &str) -> Result<(), &'static str> {
+    /// Names the row that is chosen; space around the name is not of it.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without rows.
+    pub fn rename(&mut self, name: &str) -> Result<(), TeachError> {
         let name = name.trim().to_owned();
         self.edit(|row| {
             row.name = name;
@@ -270,24 +318,22 @@ impl Lesson {
         })
     }
 
-    /// Sets the pause, seconds.
-    pub fn pause(&mut self, text: &str) -> Result<(), &'static str> {
-        let text = text.trim().trim_end_matches('s').trim_end();
-        let seconds = if text.is_empty() {
-            Ok(0.0)
-        } else {
-            text.parse::<f64>()
-        };
-        let seconds = seconds.ok().filter(|seconds| (0.0..=4e6).contains(seconds));
-        let seconds = seconds.ok_or("a pause is seconds, such as 0.5")?;
+    /// Sets how long the arm stays at the row that is chosen, ms; 0 for no pause.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without rows.
+    pub fn set_pause(&mut self, pause: u32) -> Result<(), TeachError> {
         self.edit(|row| {
-            row.pause = (seconds * 1000.0).round() as u32;
+            row.pause = pause;
             Ok(())
         })
     }
 
-    /// What the gripper does there: nothing new, close, open, off.
-    pub fn next_grip(&mut self) -> Result<(), &'static str> {
+    /// Turns on what the gripper does at the row that is chosen: nothing new, close, open, off.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without rows.
+    pub fn next_grip(&mut self) -> Result<(), TeachError> {
         self.edit(|row| {
             row.gripper = match row.gripper {
                 None => Some(Grip::Close),
@@ -299,8 +345,11 @@ impl Lesson {
         })
     }
 
-    /// What the suction cup does there: nothing new, on, off.
-    pub fn next_suction(&mut self) -> Result<(), &'static str> {
+    /// Turns on what the suction cup does at the row that is chosen: nothing new, on, off.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without rows.
+    pub fn next_suction(&mut self) -> Result<(), TeachError> {
         self.edit(|row| {
             row.suction = match row.suction {
                 None => Some(true),
@@ -311,10 +360,13 @@ impl Lesson {
         })
     }
 
-    /// Deletes the row that is chosen.
-    pub fn delete(&mut self) -> Result<(), &'static str> {
+    /// Deletes the row that is chosen, and chooses the next one, or the last.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without rows.
+    pub fn delete(&mut self) -> Result<(), TeachError> {
         if self.rows.is_empty() {
-            return Err(NO_ROW);
+            return Err(TeachError::Empty);
         }
         self.change(|lesson| {
             let selected = lesson.selected;
@@ -372,9 +424,13 @@ impl Lesson {
 
     fn edit(
         &mut self,
-        edit: impl FnOnce(&mut Row) -> Result<(), &'static str>,
-    ) -> Result<(), &'static str> {
-        let mut row = self.rows.get(self.selected).cloned().ok_or(NO_ROW)?;
+        edit: impl FnOnce(&mut Row) -> Result<(), TeachError>,
+    ) -> Result<(), TeachError> {
+        let mut row = self
+            .rows
+            .get(self.selected)
+            .cloned()
+            .ok_or(TeachError::Empty)?;
         edit(&mut row)?;
         self.change(|lesson| {
             let selected = lesson.selected;
@@ -422,10 +478,7 @@ impl Lesson {
     }
 }
 
-const NO_ROW: &str = "there is no point yet: Enter stores where the arm is";
-
-/// The coordinates of a pose.
-pub fn place(pose: &Pose) -> [f32; 4] {
+const fn place(pose: &Pose) -> [f32; 4] {
     [pose.x, pose.y, pose.z, pose.r]
 }
 
@@ -481,7 +534,7 @@ mod tests {
         let mut states = vec![lesson.rows.clone()];
         let changes: [fn(&mut Lesson); 8] = [
             |lesson| lesson.rename(" pick ").unwrap(),
-            |lesson| lesson.pause("0.5").unwrap(),
+            |lesson| lesson.set_pause(500).unwrap(),
             |lesson| lesson.next_suction().unwrap(),
             |lesson| lesson.next_grip().unwrap(),
             |lesson| lesson.next_way().unwrap(),
@@ -510,7 +563,7 @@ mod tests {
     #[test]
     fn an_arc_takes_two_points_and_stays_one() {
         let mut lesson = taught(&[200.0]);
-        lesson.via = Some(place(&pose(220.0)));
+        lesson.arc_through(&pose(220.0));
         lesson.store(&pose(240.0));
         let motion = lesson.rows[1].motion.clone();
         let (via, to) = (place(&pose(220.0)), place(&pose(240.0)));
@@ -522,7 +575,7 @@ mod tests {
     fn what_only_leads_on_needs_what_comes_before() {
         let mut lesson = taught(&[200.0, 210.0]);
         lesson.next_suction().unwrap();
-        lesson.via = Some(place(&pose(220.0)));
+        lesson.arc_through(&pose(220.0));
         lesson.store(&pose(240.0));
         let from_anywhere = [0, 1, 2].map(|row| lesson.leads_from_anywhere(row));
         assert_eq!(from_anywhere, [true, true, false]);
@@ -533,7 +586,7 @@ mod tests {
     fn a_plan_of_rows_gives_the_same_rows() {
         let mut lesson = taught(&[200.0, 210.0, 220.0]);
         lesson.next_suction().unwrap();
-        lesson.pause("1.25 s").unwrap();
+        lesson.set_pause(1250).unwrap();
         lesson.select(false);
         lesson.rename("").unwrap();
         lesson.next_way().unwrap();
@@ -582,17 +635,5 @@ mod tests {
         let suction: Vec<_> = again.rows.iter().map(|row| row.suction).collect();
         assert_eq!(suction, [Some(false), Some(true)]);
         assert_eq!(again.rows[1].motion, lesson.rows[1].motion);
-    }
-
-    #[test]
-    fn pauses_are_seconds() {
-        let mut lesson = taught(&[200.0]);
-        for (text, wanted) in [("2", 2000), ("0.25s", 250), ("", 0), ("1e3", 1_000_000)] {
-            lesson.pause(text).unwrap();
-            assert_eq!(lesson.rows[0].pause, wanted);
-        }
-        for wrong in ["-1", "nan", "inf", "soon", "1e9"] {
-            assert!(lesson.pause(wrong).is_err(), "{wrong}");
-        }
     }
 }

@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician_job::teach::{Lesson, place};
+use magician_job::teach::{Lesson, TeachEditor, TeachError};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::file::UNNAMED;
+use super::wording::{pause, refusal};
 use crate::verbs::jog::{Pad, Reply, Tone};
 
 /// So soon after a stop, space is meant to stop again, not to store.
@@ -55,14 +56,10 @@ pub(super) enum Turn {
 /// The lesson, and what the keyboard is for.
 #[derive(Clone, Debug)]
 pub(super) struct Classroom {
-    pub(super) lesson: Lesson,
+    pub(super) editor: TeachEditor,
     pub(super) prompt: Option<Prompt>,
     /// Whether the lesson has a file.
     pub(super) has_file: bool,
-    /// Whether points that a hand teaches are stored; `None` if the arm tells of none.
-    pub(super) follows: Option<bool>,
-    /// The row that is played, from where on.
-    pub(super) playing: Option<usize>,
     /// When something was stopped last.
     stopped: Option<Duration>,
 }
@@ -70,11 +67,9 @@ pub(super) struct Classroom {
 impl Classroom {
     pub(super) fn new(lesson: Lesson, has_file: bool) -> Self {
         Self {
-            lesson,
+            editor: TeachEditor::new(lesson),
             prompt: None,
             has_file,
-            follows: None,
-            playing: None,
             stopped: None,
         }
     }
@@ -95,12 +90,7 @@ impl Classroom {
         if control {
             return match key.code {
                 KeyCode::Char('s') => self.save(),
-                KeyCode::Char('r') => self.said(pad, |lesson| {
-                    lesson
-                        .redo()
-                        .then_some("made anew")
-                        .ok_or("nothing to make anew")
-                }),
+                KeyCode::Char('r') => self.redo(pad),
                 _ => Turn::Pad(pad.key(key, now)),
             };
         }
@@ -123,9 +113,9 @@ impl Classroom {
             }
             // A key that is held stores once.
             KeyCode::Enter | KeyCode::Char(' ') => Turn::Pad(Reply::Nothing),
-            KeyCode::Char('q') if self.lesson.is_saved() => Turn::Leave,
+            KeyCode::Char('q') if self.editor.lesson.is_saved() => Turn::Leave,
             KeyCode::Char('q') => self.asks(Prompt::Leave),
-            _ => self.edit(key, pad, here(pose, still), now),
+            _ => self.edit(key, pad, pose, still, now),
         }
     }
 
@@ -138,14 +128,12 @@ impl Classroom {
 
     /// Stores where a hand has left the arm.
     pub(super) fn taught(&mut self, pad: &mut Pad, pose: &Pose) {
-        if self.lesson.is_at(pose) {
-            return;
+        if let Some(name) = self.editor.store_guided(pose) {
+            pad.say(
+                Tone::Plain,
+                format!("{name} stored: the arm's key was released"),
+            );
         }
-        let name = self.lesson.store(pose);
-        pad.say(
-            Tone::Plain,
-            format!("{name} stored: the arm's key was released"),
-        );
     }
 
     fn was_stopped(&self, now: Duration) -> bool {
@@ -154,12 +142,9 @@ impl Classroom {
     }
 
     fn store(&mut self, pad: &mut Pad, pose: Option<&Pose>, still: bool) -> Turn {
-        match here(pose, still) {
-            Ok(pose) => {
-                let name = self.lesson.store(pose);
-                pad.say(Tone::Plain, format!("{name} stored"));
-            }
-            Err(why) => pad.say(Tone::Bad, why),
+        match self.editor.store(pose, still) {
+            Ok(name) => pad.say(Tone::Plain, format!("{name} stored")),
+            Err(error) => pad.say(Tone::Bad, refusal(error)),
         }
         Turn::Pad(Reply::Nothing)
     }
@@ -168,15 +153,17 @@ impl Classroom {
         &mut self,
         key: KeyEvent,
         pad: &mut Pad,
-        here: Result<&Pose, &'static str>,
+        pose: Option<&Pose>,
+        still: bool,
         now: Duration,
     ) -> Turn {
-        let row = self.lesson.rows.get(self.lesson.selected);
+        let lesson = &mut self.editor.lesson;
+        let row = lesson.rows().get(lesson.selected());
         match key.code {
-            KeyCode::Char('j') => self.lesson.select(true),
-            KeyCode::Char('k') => self.lesson.select(false),
-            KeyCode::Char('J') => self.lesson.shift(true),
-            KeyCode::Char('K') => self.lesson.shift(false),
+            KeyCode::Char('j') => lesson.select(true),
+            KeyCode::Char('k') => lesson.select(false),
+            KeyCode::Char('J') => lesson.shift(true),
+            KeyCode::Char('K') => lesson.shift(false),
             KeyCode::Char('n') => {
                 let name = row.map_or_else(String::new, |row| row.name.clone());
                 return self.asks(Prompt::Name(name));
@@ -191,67 +178,40 @@ impl Classroom {
                 return self.asks(Prompt::Pause(text));
             }
             KeyCode::Char('x') | KeyCode::Delete => {
-                return self.said(pad, |lesson| {
-                    lesson.delete().map(|()| "deleted; u takes it back")
-                });
+                return told(pad, lesson.delete(), "deleted; u takes it back");
             }
-            KeyCode::Char('t') => return self.said(pad, |lesson| lesson.next_way().map(|()| "")),
-            KeyCode::Char('G') => return self.said(pad, |lesson| lesson.next_grip().map(|()| "")),
-            KeyCode::Char('S') => {
-                return self.said(pad, |lesson| lesson.next_suction().map(|()| ""));
-            }
+            KeyCode::Char('t') => return told(pad, lesson.next_way(), ""),
+            KeyCode::Char('G') => return told(pad, lesson.next_grip(), ""),
+            KeyCode::Char('S') => return told(pad, lesson.next_suction(), ""),
             KeyCode::Char('u') => {
-                return self.said(pad, |lesson| {
-                    lesson
-                        .undo()
-                        .then_some("taken back")
-                        .ok_or("nothing to take back")
-                });
+                let undone = self.editor.lesson.undo();
+                return said(pad, undone, "taken back", "nothing to take back");
             }
-            KeyCode::Char('U') => {
-                return self.said(pad, |lesson| {
-                    lesson
-                        .redo()
-                        .then_some("made anew")
-                        .ok_or("nothing to make anew")
-                });
-            }
+            KeyCode::Char('U') => return self.redo(pad),
             KeyCode::Char('r') => {
-                return self.said(pad, |lesson| {
-                    lesson
-                        .teach_again(here?)
-                        .map(|()| "this point is now where the arm is")
-                });
+                let taught = self.editor.teach_again(pose, still);
+                return told(pad, taught, "this point is now where the arm is");
             }
             KeyCode::Char('v') => {
-                return self.said(pad, |lesson| {
-                    lesson.via = Some(place(here?));
-                    Ok("an arc goes through here: go to its end and press Enter")
-                });
+                let marked = self.editor.arc_through(pose, still);
+                let text = "an arc goes through here: go to its end and press Enter";
+                return told(pad, marked, text);
             }
-            KeyCode::Char('o' | 'O') if self.lesson.rows.is_empty() => {
+            KeyCode::Char('o' | 'O') if lesson.rows().is_empty() => {
                 pad.say(Tone::Bad, "there is nothing to play")
             }
-            KeyCode::Char('o') => return Turn::Play(self.lesson.selected),
+            KeyCode::Char('o') => return Turn::Play(lesson.selected()),
             KeyCode::Char('O') => return Turn::Play(0),
             KeyCode::Char('f') => return Turn::Follow,
-            KeyCode::Esc => self.lesson.via = None,
+            KeyCode::Esc => lesson.cancel_arc(),
             _ => return Turn::Pad(pad.key(key, now)),
         }
         Turn::Pad(Reply::Nothing)
     }
 
-    fn said(
-        &mut self,
-        pad: &mut Pad,
-        change: impl FnOnce(&mut Lesson) -> Result<&'static str, &'static str>,
-    ) -> Turn {
-        match change(&mut self.lesson) {
-            Ok("") => pad.message = None,
-            Ok(text) => pad.say(Tone::Plain, text),
-            Err(text) => pad.say(Tone::Bad, text),
-        }
-        Turn::Pad(Reply::Nothing)
+    fn redo(&mut self, pad: &mut Pad) -> Turn {
+        let redone = self.editor.lesson.redo();
+        said(pad, redone, "made anew", "nothing to make anew")
     }
 
     fn asks(&mut self, prompt: Prompt) -> Turn {
@@ -277,25 +237,37 @@ impl Classroom {
             (Prompt::Recover, KeyCode::Char('n' | 'N')) => Turn::Recover(false),
             (Prompt::Recover, _) => self.asks(Prompt::Recover),
             (_, KeyCode::Esc) => Turn::Pad(Reply::Nothing),
-            (Prompt::Name(text), KeyCode::Enter) => {
-                self.said(pad, |lesson| lesson.rename(&text).map(|()| ""))
-            }
-            (Prompt::Pause(text), KeyCode::Enter) => {
-                self.said(pad, |lesson| lesson.pause(&text).map(|()| ""))
-            }
+            (Prompt::Name(text), KeyCode::Enter) => told(pad, self.editor.lesson.rename(&text), ""),
+            (Prompt::Pause(text), KeyCode::Enter) => match pause(&text) {
+                Ok(pause) => told(pad, self.editor.lesson.set_pause(pause), ""),
+                Err(text) => {
+                    pad.say(Tone::Bad, text);
+                    Turn::Pad(Reply::Nothing)
+                }
+            },
             (Prompt::File(text), KeyCode::Enter) => Turn::SaveAs(text),
             (prompt, code) => self.asks(typed(prompt, code)),
         }
     }
 }
 
-/// Where the arm stands; `Err` says why nobody knows.
-fn here(pose: Option<&Pose>, still: bool) -> Result<&Pose, &'static str> {
-    match pose {
-        Some(pose) if still => Ok(pose),
-        Some(_) => Err("the arm moves: a point is where it stands"),
-        None => Err("the arm does not answer: nobody knows where it is"),
+/// Says what an edit came to; nothing where the text is empty.
+fn told(pad: &mut Pad, edit: Result<(), TeachError>, text: &str) -> Turn {
+    match edit {
+        Ok(()) if text.is_empty() => pad.message = None,
+        Ok(()) => pad.say(Tone::Plain, text),
+        Err(error) => pad.say(Tone::Bad, refusal(error)),
     }
+    Turn::Pad(Reply::Nothing)
+}
+
+/// Says whether there was something to do.
+fn said(pad: &mut Pad, done: bool, text: &str, otherwise: &str) -> Turn {
+    match done {
+        true => pad.say(Tone::Plain, text),
+        false => pad.say(Tone::Bad, otherwise),
+    }
+    Turn::Pad(Reply::Nothing)
 }
 
 /// A line after one more key.
@@ -373,7 +345,7 @@ mod tests {
         }
 
         fn rows(&self) -> usize {
-            self.room.lesson.rows.len()
+            self.room.editor.lesson.rows().len()
         }
     }
 
@@ -400,7 +372,7 @@ mod tests {
     fn nothing_is_stored_of_an_arm_that_is_on_its_way() {
         let mut desk = Desk::new();
         desk.press(KeyCode::Enter);
-        let before = desk.room.lesson.rows.clone();
+        let before = desk.room.editor.lesson.rows().clone();
         // A step was ordered, and no reading has seen it yet.
         desk.pad.pendant.doing = Some(What::Run);
         for key in [KeyCode::Enter, KeyCode::Char('r'), KeyCode::Char('v')] {
@@ -408,8 +380,8 @@ mod tests {
             let (_, said) = desk.pad.message.clone().unwrap();
             assert!(said.contains("the arm moves"), "{said}");
         }
-        assert_eq!(desk.room.lesson.rows, before);
-        assert_eq!(desk.room.lesson.via, None);
+        assert_eq!(*desk.room.editor.lesson.rows(), before);
+        assert_eq!(desk.room.editor.lesson.via(), None);
         desk.pad.pendant.doing = None;
         let key = KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE);
         desk.room.key(key, &mut desk.pad, None, false, desk.now);
@@ -427,7 +399,7 @@ mod tests {
         desk.types("n");
         desk.room.pasted(" by hand\n");
         desk.press(KeyCode::Enter);
-        assert_eq!(desk.room.lesson.rows[0].name, "P1 by hand");
+        assert_eq!(desk.room.editor.lesson.rows()[0].name, "P1 by hand");
     }
 
     #[test]
@@ -442,7 +414,7 @@ mod tests {
         desk.now = Duration::from_secs(3);
         desk.types(" a b");
         desk.press(KeyCode::Enter);
-        assert_eq!(desk.room.lesson.rows[0].name, "P1 a b");
+        assert_eq!(desk.room.editor.lesson.rows()[0].name, "P1 a b");
     }
 
     #[test]
@@ -457,7 +429,7 @@ mod tests {
         desk.types("1.5");
         desk.press(KeyCode::Enter);
         desk.types("SGt");
-        let row = &desk.room.lesson.rows[0];
+        let row = &desk.room.editor.lesson.rows()[0];
         assert_eq!((row.pause, row.suction), (1500, Some(true)));
         assert!(row.gripper.is_some());
         desk.types("x");
@@ -496,22 +468,23 @@ mod tests {
     fn an_arc_goes_through_the_point_that_was_marked() {
         let mut desk = Desk::new();
         desk.types("\u{20}v");
-        assert!(desk.room.lesson.via.is_some());
+        assert!(desk.room.editor.lesson.via().is_some());
         desk.press(KeyCode::Enter);
-        let plan = desk.room.lesson.plan(0);
+        let plan = desk.room.editor.lesson.plan(0);
         assert!(matches!(
             plan.steps[1].action,
             magician_program::Action::Arc { .. }
         ));
         desk.types("v");
         desk.press(KeyCode::Esc);
-        assert!(desk.room.lesson.via.is_none());
+        assert!(desk.room.editor.lesson.via().is_none());
     }
 
     #[test]
     fn a_hand_stores_a_place_once() {
         let mut desk = Desk::new();
         let pose = desk.pose;
+        desk.room.editor.guided = Some(true);
         desk.room.taught(&mut desk.pad, &pose);
         desk.room.taught(&mut desk.pad, &pose);
         assert_eq!(desk.rows(), 1);

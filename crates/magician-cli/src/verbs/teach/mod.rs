@@ -3,6 +3,7 @@
 mod classroom;
 mod file;
 mod view;
+mod wording;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use clap::Args;
 use magician::commands::{EndEffectorParams, Pose};
 use magician::{Arm, ToolBias, words};
 use magician_job::Polled;
-use magician_job::jog::{Order, ToolOrder, What};
+use magician_job::jog::{Order, What};
 use magician_job::teach::{Lesson, Row, follow};
 use magician_program::{Plan, Tool};
 use serde::Serialize;
@@ -91,8 +92,6 @@ struct Session {
     left: Option<Plan>,
     /// What the rescue file has.
     kept: Arc<Vec<Row>>,
-    /// The row with which the plan begins that it plays, or did last.
-    began: usize,
     hand: Option<Polled<Pose>>,
     stage: Stage<Model>,
 }
@@ -120,7 +119,7 @@ impl Session {
         lesson.title = title(named);
         let mut room = Classroom::new(lesson, path.is_some());
         let hand = follow(arm, saved).await?;
-        room.follows = hand.as_ref().map(|_| true);
+        room.editor.guided = hand.as_ref().map(|_| true);
         let rescue = Rescue::beside(named);
         let left = rescue.find();
         if left.is_some() {
@@ -128,13 +127,12 @@ impl Session {
         }
         desk.seen.note(format!("points are for the tool: {tool}"));
         Ok(Self {
-            kept: Arc::clone(&room.lesson.rows),
+            kept: Arc::clone(room.editor.lesson.rows()),
             desk,
             room,
             path,
             rescue,
             left,
-            began: 0,
             hand,
             stage: Stage::open(view::draw)?,
         })
@@ -166,9 +164,7 @@ impl Session {
                     other => self.desk.attend(&other),
                 },
                 Some(pose) = next_of(&mut self.hand) => {
-                    if self.room.follows == Some(true) {
-                        self.room.taught(&mut self.desk.pad, &pose);
-                    }
+                    self.room.taught(&mut self.desk.pad, &pose);
                     None
                 }
             };
@@ -206,42 +202,26 @@ impl Session {
     }
 
     fn play(&mut self, from: usize) {
-        let lesson = &self.room.lesson;
-        // A row that only leads on begins where the one before ends, and nowhere else.
-        let (first, step) = match lesson.leads_from_anywhere(from) {
-            true => (from, 0),
-            false => (0, lesson.steps_before(from)),
-        };
-        let plan = Box::new(lesson.plan(first));
-        self.desk
-            .obey(Reply::Order(Order::Run { plan, from: step }));
-        if self.desk.pad.pendant.doing == Some(What::Run) {
-            self.room.playing = Some(from);
-            self.began = first;
+        let (order, playing) = self.room.editor.play(from);
+        let before = self.desk.pad.pendant.doing;
+        self.desk.obey(Reply::Order(order));
+        // One that plays already goes on, and this one was refused.
+        if before.is_none() && self.desk.pad.pendant.doing == Some(What::Run) {
+            self.room.editor.playing_began(playing);
             self.desk.pad.say(Tone::Plain, "playing; space stops it");
         }
     }
 
     /// The row that is being played, while something is.
     fn follow_program(&mut self) {
-        if self.desk.pad.pendant.doing != Some(What::Run) {
-            self.room.playing = None;
-            return;
-        }
-        let step = self.desk.session.step();
-        let row = step.and_then(|step| self.room.lesson.row_of(self.began, step));
-        self.room.playing = row.or(self.room.playing);
+        let session = &self.desk.session;
+        self.room.editor.follow(session.doing(), session.step());
     }
 
     fn turn_following(&mut self) {
-        let text = match &mut self.room.follows {
-            Some(follows) => {
-                *follows = !*follows;
-                match follows {
-                    true => "points are stored when the arm's unlock key is released",
-                    false => "the arm's unlock key stores nothing",
-                }
-            }
+        let text = match self.room.editor.toggle_guided() {
+            Some(true) => "points are stored when the arm's unlock key is released",
+            Some(false) => "the arm's unlock key stores nothing",
             None => "this arm does not report its unlock key",
         };
         self.desk.pad.say(Tone::Plain, text);
@@ -252,18 +232,10 @@ impl Session {
             self.rescue.forget();
             return;
         };
-        let before = &self.room.lesson;
-        let mut lesson = Lesson::of(&left);
-        lesson.title.clone_from(&before.title);
-        lesson.tool = left.tool.or(before.tool);
-        lesson.mark_unsaved();
-        // Its points are for that tool, and those that follow have to be, too.
-        if let Some(tool) = lesson.tool.filter(|tool| Some(*tool) != before.tool) {
-            let tip = ToolOrder::Tip(tool.bias());
+        if let Some(tip) = self.room.editor.recover(&left) {
             self.desk.obey(Reply::Order(Order::Tool(tip)));
         }
-        self.kept = Arc::clone(&lesson.rows);
-        self.room.lesson = lesson;
+        self.kept = Arc::clone(self.room.editor.lesson.rows());
     }
 
     /// Saves the lesson; whether that went well.
@@ -272,14 +244,14 @@ impl Session {
             self.room.prompt = Some(Prompt::File(UNNAMED.to_owned()));
             return false;
         };
-        match file::write(&path, &self.room.lesson.plan(0)) {
+        match file::write(&path, &self.room.editor.lesson.plan(0)) {
             Ok(note) => {
                 self.rescue.forget();
                 self.rescue = Rescue::beside(&path);
-                self.room.lesson.title = title(&path);
-                self.room.lesson.mark_saved();
+                self.room.editor.lesson.title = title(&path);
+                self.room.editor.lesson.mark_saved();
                 self.room.has_file = true;
-                self.kept = Arc::clone(&self.room.lesson.rows);
+                self.kept = Arc::clone(self.room.editor.lesson.rows());
                 let note = note.map_or_else(String::new, |note| format!("; {note}"));
                 let text = format!("saved to {}{note}", path.display());
                 self.desk.pad.say(Tone::Plain, text);
@@ -300,11 +272,11 @@ impl Session {
         if self.left.is_some() {
             return;
         }
-        if Arc::ptr_eq(&self.kept, &self.room.lesson.rows) {
+        if Arc::ptr_eq(&self.kept, self.room.editor.lesson.rows()) {
             return;
         }
-        self.kept = Arc::clone(&self.room.lesson.rows);
-        if let Err(error) = self.rescue.keep(&self.room.lesson.plan(0)) {
+        self.kept = Arc::clone(self.room.editor.lesson.rows());
+        if let Err(error) = self.rescue.keep(&self.room.editor.lesson.plan(0)) {
             let text = format!(
                 "{} cannot be written: {error}",
                 self.rescue.path().display()
@@ -314,7 +286,7 @@ impl Session {
     }
 
     async fn leave(self, outcome: Result<End, Failure>) -> Result<Answer, Failure> {
-        let lesson = self.room.lesson;
+        let lesson = self.room.editor.lesson;
         let rescue = self.rescue.path().display().to_string();
         let lost = !lesson.is_saved() && self.rescue.find().is_some();
         let told = |failure: Failure| match lost {
@@ -329,8 +301,8 @@ impl Session {
         self.desk.leave(end).await.map_err(told)?;
         Ok(Answer {
             file: self.path.map(|path| path.display().to_string()),
-            rows: lesson.rows.len(),
-            saved: lesson.is_saved() && !lesson.rows.is_empty(),
+            rows: lesson.rows().len(),
+            saved: lesson.is_saved() && !lesson.rows().is_empty(),
         })
     }
 }

@@ -82,39 +82,39 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
 }
 
 fn list(frame: &mut Frame<'_>, area: Rect, room: &Classroom, theme: Theme) {
-    let lesson = &room.lesson;
+    let lesson = &room.editor.lesson;
     let star = if lesson.is_saved() { "" } else { "*" };
     let tool = lesson
         .tool
         .map_or_else(String::new, |tool| format!(", {tool}"));
-    let follows = match room.follows {
+    let follows = match room.editor.guided {
         Some(true) => ", by hand too",
         _ => "",
     };
-    let count = lesson.rows.len();
+    let count = lesson.rows().len();
     let block = panel(
         format!("{}{star}: {count} rows{tool}{follows}", lesson.title),
         theme,
     );
     let inner = block.inner(area);
     let width = usize::from(inner.width);
-    let chosen = lesson.rows.get(lesson.selected);
+    let chosen = lesson.rows().get(lesson.selected());
     let chosen = chosen.map_or_else(Vec::new, |row| {
-        whole(row, lesson.selected, width, area.width >= ROOMY)
+        whole(row, lesson.selected(), width, area.width >= ROOMY)
     });
     // Rows that have a place beside what is begun and what the one that is chosen takes more.
-    let more = chosen.len().saturating_sub(1) + usize::from(lesson.via.is_some());
+    let more = chosen.len().saturating_sub(1) + usize::from(lesson.via().is_some());
     let height = usize::from(inner.height).saturating_sub(more);
     let mut lines = Vec::new();
     // The row that is chosen stays in sight, with all that there is to say of it.
-    let first = (lesson.selected + 1).saturating_sub(height.max(1));
-    for (nth, row) in lesson.rows.iter().enumerate().skip(first).take(height) {
-        let texts = match nth == lesson.selected {
+    let first = (lesson.selected() + 1).saturating_sub(height.max(1));
+    for (nth, row) in lesson.rows().iter().enumerate().skip(first).take(height) {
+        let texts = match nth == lesson.selected() {
             true => chosen.clone(),
             false => vec![numbered(nth, &describe(row, area.width >= ROOMY))],
         };
-        let plays = room.playing == Some(nth);
-        let style = match (nth == lesson.selected, plays) {
+        let plays = room.editor.playing() == Some(nth);
+        let style = match (nth == lesson.selected(), plays) {
             (_, true) => theme.good(),
             (true, _) => theme.bar(),
             _ => ratatui::style::Style::new(),
@@ -127,11 +127,11 @@ fn list(frame: &mut Frame<'_>, area: Rect, room: &Classroom, theme: Theme) {
             ]));
         }
     }
-    if let Some([x, y, z, _]) = lesson.via {
+    if let Some([x, y, z, _]) = lesson.via() {
         let text = format!("    arc through {x:.1} {y:.1} {z:.1} to ...");
         lines.push(Line::styled(text, theme.note()));
     }
-    if lesson.rows.is_empty() && lesson.via.is_none() {
+    if lesson.rows().is_empty() && lesson.via().is_none() {
         for text in [
             "Move the arm with the arrow keys, w s and a d,",
             "or by hand with its unlock key held;",

@@ -12,8 +12,14 @@ fn model() -> Model {
     let mut lesson = Lesson::new("pick.playback", None);
     lesson.store(&status.pose);
     lesson.next_suction().unwrap();
-    lesson.pause("0.5").unwrap();
-    lesson.via = Some([220.0, 10.0, 0.0, 0.0]);
+    lesson.set_pause(500).unwrap();
+    lesson.arc_through(&magician::commands::Pose {
+        x: 220.0,
+        y: 10.0,
+        z: 0.0,
+        r: 0.0,
+        joint_angle: [0.0; 4],
+    });
     seen.arm.see(status);
     Model {
         seen,
@@ -75,12 +81,12 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
             ],
             |model| {
                 let pose = model.seen.arm.status.as_ref().unwrap().pose;
-                let lesson = &mut model.room.lesson;
+                let lesson = &mut model.room.editor.lesson;
                 (0..40).for_each(|_| drop(lesson.store(&pose)));
                 lesson.rename("from the tray at the back").unwrap();
                 lesson.next_grip().unwrap();
                 lesson.next_suction().unwrap();
-                lesson.pause("12.5").unwrap();
+                lesson.set_pause(12_500).unwrap();
                 model.room.prompt = Some(Prompt::Leave);
                 model.pad.pendant.tools.laser = true;
             },
@@ -128,7 +134,7 @@ fn what_is_asked_stands_in_the_last_line() {
 fn every_size_has_a_picture() {
     let mut model = model();
     let pose = model.seen.arm.status.as_ref().unwrap().pose;
-    (0..300).for_each(|_| drop(model.room.lesson.store(&pose)));
+    (0..300).for_each(|_| drop(model.room.editor.lesson.store(&pose)));
     for width in [1, 2, 5, 10, 29, 50, 80, 119, 120, 300] {
         for height in [1, 2, 3, 5, 10, 21, 24, 60] {
             assert_eq!(picture(&model, width, height).len(), usize::from(height));

@@ -1,0 +1,50 @@
+//! What teaching comes to, in the words of the command.
+
+use magician_job::teach::TeachError;
+
+/// Why nothing was changed.
+pub(super) const fn refusal(error: TeachError) -> &'static str {
+    match error {
+        TeachError::Empty => "there is no point yet: Enter stores where the arm is",
+        TeachError::NoPlace => "this row leads nowhere that could be taught",
+        TeachError::Arc => "an arc stays one; teach it anew to change it",
+        TeachError::NoMove => "this row is no move to a point",
+        TeachError::Moving => "the arm moves: a point is where it stands",
+        TeachError::NoAnswer => "the arm does not answer: nobody knows where it is",
+        _ => "this cannot be taught",
+    }
+}
+
+/// A pause in ms, of what was typed in seconds.
+pub(super) fn pause(text: &str) -> Result<u32, &'static str> {
+    let text = text.trim().trim_end_matches('s').trim_end();
+    let seconds = if text.is_empty() {
+        Ok(0.0)
+    } else {
+        text.parse::<f64>()
+    };
+    let seconds = seconds.ok().filter(|seconds| (0.0..=4e6).contains(seconds));
+    let seconds = seconds.ok_or("a pause is seconds, such as 0.5")?;
+    Ok((seconds * 1000.0).round() as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pauses_are_seconds() {
+        for (text, wanted) in [
+            ("2", 2000),
+            ("0.25s", 250),
+            ("1.25 s", 1250),
+            ("", 0),
+            ("1e3", 1_000_000),
+        ] {
+            assert_eq!(pause(text), Ok(wanted));
+        }
+        for wrong in ["-1", "nan", "inf", "soon", "1e9"] {
+            assert!(pause(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,37 @@
+//! Why something cannot be taught.
+
+use std::fmt;
+
+/// Why a program that is being taught was not changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum TeachError {
+    /// There are no rows yet.
+    Empty,
+    /// The row leads nowhere: it has no place that could be taught.
+    NoPlace,
+    /// An arc stays one: it goes through a point that no other way has.
+    Arc,
+    /// The row is no move to a point, of which there are several ways.
+    NoMove,
+    /// The arm moves: a point is where it stands.
+    Moving,
+    /// The arm does not answer: nobody knows where it is.
+    NoAnswer,
+}
+
+/// For logs: what people read is made by the program that they use.
+impl fmt::Display for TeachError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Empty => "there are no points yet",
+            Self::NoPlace => "the row has no place",
+            Self::Arc => "an arc has one way only",
+            Self::NoMove => "the row is not a move to a point",
+            Self::Moving => "the arm moves",
+            Self::NoAnswer => "the arm does not answer",
+        })
+    }
+}
+
+impl std::error::Error for TeachError {}
