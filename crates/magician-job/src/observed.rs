@@ -64,8 +64,8 @@ impl Speeds {
 /// let arm = Arm::connect(&"sim".parse()?).await?;
 /// let (mut state, mut observed) = (arm.state(50.0)?, ObservedState::default());
 /// let pose = loop {
-///     observed.see(state.changed().await?);
-///     observed.look(Instant::now());
+///     observed.observe(state.changed().await?);
+///     observed.tick(Instant::now());
 ///     if let Some(pose) = observed.standing_pose() {
 ///         break *pose;
 ///     }
@@ -89,7 +89,7 @@ pub struct ObservedState {
     /// From then on it is not news.
     stale: Duration,
     /// Readings to come until a motion that was begun can have been seen to be over.
-    stirred: u8,
+    disturbed: u8,
     begun: Instant,
 }
 
@@ -102,7 +102,7 @@ impl Default for ObservedState {
             rate: 0.0,
             age: Duration::ZERO,
             stale: STALE,
-            stirred: 0,
+            disturbed: 0,
             begun: Instant::now(),
         }
     }
@@ -124,7 +124,7 @@ impl ObservedState {
     }
 
     /// Takes a reading.
-    pub fn see(&mut self, status: Status) {
+    pub fn observe(&mut self, status: Status) {
         if let Some(before) = &self.status {
             let seconds = status.at.saturating_duration_since(before.at).as_secs_f64();
             // A link that came or went tells the reading before once more.
@@ -133,21 +133,21 @@ impl ObservedState {
                 let rate = seconds.recip();
                 let known = if self.rate > 0.0 { self.rate } else { rate };
                 self.rate = known + 0.1 * (rate - known);
-                self.stirred = self.stirred.saturating_sub(1);
+                self.disturbed = self.disturbed.saturating_sub(1);
             }
         }
         self.status = Some(status);
     }
 
     /// Looks how old the last reading is by now.
-    pub fn look(&mut self, now: Instant) {
+    pub fn tick(&mut self, now: Instant) {
         let last = self.status.as_ref().map_or(self.begun, |status| status.at);
         self.age = now.saturating_duration_since(last);
     }
 
     /// Something moves the arm: what was read before says nothing of where it is any more.
-    pub fn stir(&mut self) {
-        self.stirred = SETTLES;
+    pub fn disturb(&mut self) {
+        self.disturbed = SETTLES;
     }
 
     /// Whether the arm has answered lately.
@@ -165,7 +165,7 @@ impl ObservedState {
     /// Whether it was seen to stand, lately and since it was moved last.
     #[must_use]
     pub fn stands(&self) -> bool {
-        self.answers() && self.stirred == 0 && self.speed().is_still()
+        self.answers() && self.disturbed == 0 && self.speed().is_still()
     }
 
     /// Where it stands, if it is known to.
@@ -196,8 +196,8 @@ mod tests {
         for _ in 0..times {
             let mut next = observed.status.clone().unwrap_or_else(|| status.clone());
             next.at += READING;
-            observed.look(next.at);
-            observed.see(next);
+            observed.tick(next.at);
+            observed.observe(next);
         }
     }
 
@@ -211,7 +211,7 @@ mod tests {
         let (mut observed, status) = (ObservedState::default(), status().await);
         read(&mut observed, &status, 3);
         assert!(observed.stands());
-        observed.stir();
+        observed.disturb();
         assert!(!observed.stands());
         read(&mut observed, &status, 1);
         assert!(!observed.stands());
@@ -224,14 +224,14 @@ mod tests {
         let (mut observed, status) = (ObservedState::default(), status().await);
         read(&mut observed, &status, 3);
         let last = observed.status.as_ref().unwrap().at;
-        observed.look(last + Duration::from_millis(900));
+        observed.tick(last + Duration::from_millis(900));
         assert!(observed.answers() && observed.stands());
-        observed.look(last + Duration::from_millis(2100));
+        observed.tick(last + Duration::from_millis(2100));
         assert!(!observed.answers() && !observed.stands());
         assert_eq!(observed.age().as_secs(), 2);
         // Where readings are far apart they are news for longer.
         let mut observed = observed.reading(0.5);
-        observed.look(last + Duration::from_millis(2100));
+        observed.tick(last + Duration::from_millis(2100));
         assert!(observed.answers());
     }
 }

@@ -196,8 +196,8 @@ mod tests {
     fn an_arm_that_has_not_answered_for_long_is_said_to() {
         let mut seen = Seen::new(String::new(), 32);
         let status = status();
-        seen.arm.see(status.clone());
-        seen.arm.look(status.at + Duration::from_millis(2100));
+        seen.arm.observe(status.clone());
+        seen.arm.tick(status.at + Duration::from_millis(2100));
         let screen = crate::terminal::test::screen(60, 1, |frame| {
             frame.render_widget(seen.header("jog", 60, Theme::PLAIN), frame.area());
         });

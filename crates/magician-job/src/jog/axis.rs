@@ -30,7 +30,7 @@ pub enum Axis {
 
 /// An axis and a direction on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Heading {
+pub struct JogDirection {
     /// What moves.
     pub axis: Axis,
     /// Towards larger coordinates or angles.
@@ -104,7 +104,7 @@ impl FromStr for Axis {
     }
 }
 
-impl Heading {
+impl JogDirection {
     /// What begins to jog that way.
     #[must_use]
     pub fn jog(self) -> Set {
@@ -134,7 +134,7 @@ impl Heading {
 }
 
 /// `x+`, `j3-`.
-impl std::fmt::Display for Heading {
+impl std::fmt::Display for JogDirection {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let sign = if self.forward { '+' } else { '-' };
         write!(f, "{}{sign}", self.axis.name())

@@ -7,7 +7,7 @@
 
 use std::time::Duration;
 
-use super::axis::Heading;
+use super::axis::JogDirection;
 
 /// How long a jog goes on after its key was seen held last.
 const HELD: Duration = Duration::from_millis(250);
@@ -20,11 +20,11 @@ const REPEATS: Duration = Duration::from_millis(700);
 
 /// What a key comes to. Times are since some beginning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum HoldAction {
     /// Jog from now on; it ends by itself after `keep` unless kept up.
     Begin {
         /// Which way.
-        heading: Heading,
+        direction: JogDirection,
         /// For how long without being kept up.
         keep: Duration,
     },
@@ -38,17 +38,17 @@ pub enum Turn {
 
 /// The key that is held, and what the terminal tells of keys.
 #[derive(Clone, Debug)]
-pub struct Hold {
+pub struct HoldToRun {
     /// Whether releases are told.
     releases: bool,
     held: Option<Held>,
     /// The last press.
-    last: Option<(Heading, Duration)>,
+    last: Option<(JogDirection, Duration)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Held {
-    heading: Heading,
+    direction: JogDirection,
     seen: Duration,
     /// It is a tap as far as is known: it is not kept up.
     tap: bool,
@@ -56,7 +56,7 @@ struct Held {
     repeats: bool,
 }
 
-impl Hold {
+impl HoldToRun {
     /// Nothing is held, and nothing is known of releases.
     #[must_use]
     pub const fn new() -> Self {
@@ -74,35 +74,35 @@ impl Hold {
 
     /// Whether the terminal is known to tell releases.
     #[must_use]
-    pub fn tells_releases(&self) -> bool {
+    pub fn reports_releases(&self) -> bool {
         self.releases
     }
 
     /// The way that is being jogged.
     #[must_use]
-    pub fn heading(&self) -> Option<Heading> {
-        self.held.map(|held| held.heading)
+    pub fn direction(&self) -> Option<JogDirection> {
+        self.held.map(|held| held.direction)
     }
 
     /// A press of a key.
-    pub fn press(&mut self, heading: Heading, now: Duration) -> Turn {
+    pub fn press(&mut self, direction: JogDirection, now: Duration) -> HoldAction {
         let again = self
             .last
-            .is_some_and(|(last, at)| last == heading && now.saturating_sub(at) < REPEATS);
-        self.last = Some((heading, now));
+            .is_some_and(|(last, at)| last == direction && now.saturating_sub(at) < REPEATS);
+        self.last = Some((direction, now));
         match &mut self.held {
-            Some(held) if held.heading == heading && !held.tap => {
+            Some(held) if held.direction == direction && !held.tap => {
                 held.seen = now;
-                Turn::Keep
+                HoldAction::Keep
             }
-            _ => self.begin(heading, now, !self.releases && !again),
+            _ => self.begin(direction, now, !self.releases && !again),
         }
     }
 
     /// A repeat that the terminal tells as one: then it tells releases too.
-    pub fn repeat(&mut self, heading: Heading, now: Duration) -> Turn {
+    pub fn repeat(&mut self, direction: JogDirection, now: Duration) -> HoldAction {
         self.releases = true;
-        let turn = self.press(heading, now);
+        let turn = self.press(direction, now);
         if let Some(held) = &mut self.held {
             held.repeats = true;
         }
@@ -110,18 +110,18 @@ impl Hold {
     }
 
     /// A release of the key that jogs this way; of another key with `None`.
-    pub fn release(&mut self, heading: Option<Heading>) -> Turn {
+    pub fn release(&mut self, direction: Option<JogDirection>) -> HoldAction {
         self.releases = true;
         match self.held {
-            Some(held) if Some(held.heading) == heading => self.let_go(),
-            _ => Turn::Nothing,
+            Some(held) if Some(held.direction) == direction => self.release_all(),
+            _ => HoldAction::Nothing,
         }
     }
 
     /// The keyboard is well, and nothing has come of it.
-    pub fn beat(&mut self, now: Duration) -> Turn {
+    pub fn tick(&mut self, now: Duration) -> HoldAction {
         let Some(held) = self.held else {
-            return Turn::Nothing;
+            return HoldAction::Nothing;
         };
         let unseen = now.saturating_sub(held.seen);
         let over = match (held.tap, self.releases) {
@@ -130,30 +130,30 @@ impl Hold {
             (false, false) => unseen >= HELD,
         };
         match over {
-            true => self.let_go(),
+            true => self.release_all(),
             // Without releases only the key itself keeps it up.
-            false if self.releases && !held.tap => Turn::Keep,
-            false => Turn::Nothing,
+            false if self.releases && !held.tap => HoldAction::Keep,
+            false => HoldAction::Nothing,
         }
     }
 
     /// Ends it, whatever the key does.
-    pub fn let_go(&mut self) -> Turn {
+    pub fn release_all(&mut self) -> HoldAction {
         match self.held.take() {
-            Some(_) => Turn::End,
-            None => Turn::Nothing,
+            Some(_) => HoldAction::End,
+            None => HoldAction::Nothing,
         }
     }
 
-    fn begin(&mut self, heading: Heading, now: Duration, tap: bool) -> Turn {
+    fn begin(&mut self, direction: JogDirection, now: Duration, tap: bool) -> HoldAction {
         self.held = Some(Held {
-            heading,
+            direction,
             seen: now,
             tap,
             repeats: false,
         });
-        Turn::Begin {
-            heading,
+        HoldAction::Begin {
+            direction,
             keep: KEEP,
         }
     }
@@ -164,11 +164,11 @@ mod tests {
     use super::super::axis::Axis;
     use super::*;
 
-    const UP: Heading = Heading {
+    const UP: JogDirection = JogDirection {
         axis: Axis::X,
         forward: true,
     };
-    const DOWN: Heading = Heading {
+    const DOWN: JogDirection = JogDirection {
         axis: Axis::X,
         forward: false,
     };
@@ -177,22 +177,22 @@ mod tests {
         Duration::from_millis(time)
     }
 
-    fn begin(heading: Heading) -> Turn {
+    fn begin(direction: JogDirection) -> HoldAction {
         let keep = KEEP;
-        Turn::Begin { heading, keep }
+        HoldAction::Begin { direction, keep }
     }
 
-    fn plain() -> Hold {
-        Hold::new()
+    fn plain() -> HoldToRun {
+        HoldToRun::new()
     }
 
     #[test]
     fn a_tap_is_a_short_jog_that_ends_by_itself() {
         let mut hold = plain();
         assert_eq!(hold.press(UP, ms(0)), begin(UP));
-        assert_eq!(hold.beat(ms(50)), Turn::Nothing);
-        assert_eq!(hold.beat(ms(150)), Turn::End);
-        assert_eq!(hold.beat(ms(200)), Turn::Nothing);
+        assert_eq!(hold.tick(ms(50)), HoldAction::Nothing);
+        assert_eq!(hold.tick(ms(150)), HoldAction::End);
+        assert_eq!(hold.tick(ms(200)), HoldAction::Nothing);
         // A second tap much later is one again.
         assert_eq!(hold.press(UP, ms(1000)), begin(UP));
     }
@@ -201,32 +201,32 @@ mod tests {
     fn repeats_keep_it_up_until_no_more_come() {
         let mut hold = plain();
         hold.press(UP, ms(0));
-        assert_eq!(hold.beat(ms(200)), Turn::End);
+        assert_eq!(hold.tick(ms(200)), HoldAction::End);
         assert_eq!(hold.press(UP, ms(500)), begin(UP));
         for time in (533..2000).step_by(33) {
-            assert_eq!(hold.press(UP, ms(time)), Turn::Keep);
+            assert_eq!(hold.press(UP, ms(time)), HoldAction::Keep);
             assert_eq!(
-                hold.beat(ms(time + 10)),
-                Turn::Nothing,
+                hold.tick(ms(time + 10)),
+                HoldAction::Nothing,
                 "beats keep nothing"
             );
         }
-        assert_eq!(hold.beat(ms(2200)), Turn::Nothing);
-        assert_eq!(hold.beat(ms(2300)), Turn::End);
+        assert_eq!(hold.tick(ms(2200)), HoldAction::Nothing);
+        assert_eq!(hold.tick(ms(2300)), HoldAction::End);
     }
 
     #[test]
     fn a_terminal_with_releases_jogs_from_press_to_release() {
         let mut hold = plain();
-        assert_eq!(hold.release(None), Turn::Nothing);
-        assert!(hold.tells_releases());
+        assert_eq!(hold.release(None), HoldAction::Nothing);
+        assert!(hold.reports_releases());
         assert_eq!(hold.press(UP, ms(0)), begin(UP));
         for time in (50..450).step_by(50) {
-            assert_eq!(hold.beat(ms(time)), Turn::Keep);
+            assert_eq!(hold.tick(ms(time)), HoldAction::Keep);
         }
-        assert_eq!(hold.release(Some(DOWN)), Turn::Nothing);
-        assert_eq!(hold.release(Some(UP)), Turn::End);
-        assert_eq!(hold.beat(ms(500)), Turn::Nothing);
+        assert_eq!(hold.release(Some(DOWN)), HoldAction::Nothing);
+        assert_eq!(hold.release(Some(UP)), HoldAction::End);
+        assert_eq!(hold.tick(ms(500)), HoldAction::Nothing);
     }
 
     #[test]
@@ -235,10 +235,10 @@ mod tests {
         hold.release(None);
         hold.press(UP, ms(0));
         for time in (500..1000).step_by(33) {
-            assert_eq!(hold.repeat(UP, ms(time)), Turn::Keep);
+            assert_eq!(hold.repeat(UP, ms(time)), HoldAction::Keep);
         }
-        assert_eq!(hold.beat(ms(1600)), Turn::Keep);
-        assert_eq!(hold.beat(ms(1700)), Turn::End);
+        assert_eq!(hold.tick(ms(1600)), HoldAction::Keep);
+        assert_eq!(hold.tick(ms(1700)), HoldAction::End);
     }
 
     #[test]
@@ -247,8 +247,11 @@ mod tests {
         hold.press(UP, ms(0));
         assert_eq!(hold.press(DOWN, ms(20)), begin(DOWN));
         assert_eq!(hold.press(DOWN, ms(520)), begin(DOWN));
-        assert_eq!(hold.heading(), Some(DOWN));
-        assert_eq!(hold.let_go(), Turn::End);
-        assert_eq!((hold.let_go(), hold.heading()), (Turn::Nothing, None));
+        assert_eq!(hold.direction(), Some(DOWN));
+        assert_eq!(hold.release_all(), HoldAction::End);
+        assert_eq!(
+            (hold.release_all(), hold.direction()),
+            (HoldAction::Nothing, None)
+        );
     }
 }

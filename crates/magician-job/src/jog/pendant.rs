@@ -4,7 +4,10 @@ use std::time::Duration;
 
 use magician_program::Grip;
 
-use super::{Axis, Done, Heading, Hold, Order, ToolOrder, ToolState, Turn, What};
+use super::{
+    Activity, Axis, HoldAction, HoldToRun, JogDirection, OrderDone, PendantOrder, ToolOrder,
+    ToolState,
+};
 
 /// Lengths of steps, mm or degrees.
 const STEPS: [f32; 5] = [0.1, 1.0, 5.0, 10.0, 50.0];
@@ -37,20 +40,20 @@ pub enum JogMode {
 /// ```
 /// use std::time::Duration;
 ///
-/// use magician_job::jog::{Axis, Heading, JogMode, Order, Pendant, ToolState};
+/// use magician_job::jog::{Axis, JogDirection, JogMode, PendantOrder, Pendant, ToolState};
 ///
 /// let mut pendant = Pendant::new(50.0, ToolState::default(), false);
-/// let up = Heading { axis: Axis::Z, forward: true };
+/// let up = JogDirection { axis: Axis::Z, forward: true };
 /// // A press is a step, of 5 mm at first.
 /// let now = Duration::ZERO;
 /// let step = pendant.press(up, now);
-/// assert!(matches!(step, Some(Order::Step { length: 5.0, .. })));
+/// assert!(matches!(step, Some(PendantOrder::Step { length: 5.0, .. })));
 /// // Or a jog, for as long as the control is held.
 /// pendant.set_mode(JogMode::Hold);
 /// pendant.hold.set_reports_releases(true);
-/// assert!(matches!(pendant.press(up, now), Some(Order::Jog { .. })));
-/// assert_eq!(pendant.tick(now + Duration::from_millis(50)), Some(Order::Keep));
-/// assert_eq!(pendant.release(Some(up)), Some(Order::EndJog));
+/// assert!(matches!(pendant.press(up, now), Some(PendantOrder::Jog { .. })));
+/// assert_eq!(pendant.tick(now + Duration::from_millis(50)), Some(PendantOrder::Keep));
+/// assert_eq!(pendant.release(Some(up)), Some(PendantOrder::EndJog));
 /// ```
 #[derive(Clone, Debug)]
 pub struct Pendant {
@@ -67,11 +70,11 @@ pub struct Pendant {
     /// Whether there is a rail.
     pub rail: bool,
     /// The control that is held.
-    pub hold: Hold,
-    /// What moves the arm: as [`PendantSession::doing`](super::PendantSession::doing) says.
-    pub doing: Option<What>,
+    pub hold: HoldToRun,
+    /// What moves the arm: as [`PendantSession::activity`](super::PendantSession::activity) says.
+    pub activity: Option<Activity>,
     /// The laser was told to burn and has not answered.
-    lighting: bool,
+    laser_pending: bool,
 }
 
 impl Pendant {
@@ -85,96 +88,96 @@ impl Pendant {
             speed,
             tools,
             rail,
-            hold: Hold::new(),
-            doing: None,
-            lighting: false,
+            hold: HoldToRun::new(),
+            activity: None,
+            laser_pending: false,
         }
     }
 
     /// The control for a direction is pressed. While a step is under way further ones are not kept for later.
-    pub fn press(&mut self, heading: Heading, now: Duration) -> Option<Order> {
+    pub fn press(&mut self, direction: JogDirection, now: Duration) -> Option<PendantOrder> {
         match self.mode {
-            JogMode::Hold => self.turn(|hold| hold.press(heading, now)),
-            JogMode::Step => self.step(heading),
+            JogMode::Hold => self.turn(|hold| hold.press(direction, now)),
+            JogMode::Step => self.step(direction),
         }
     }
 
     /// It is reported again, as a repeat of a press.
-    pub fn repeat(&mut self, heading: Heading, now: Duration) -> Option<Order> {
+    pub fn repeat(&mut self, direction: JogDirection, now: Duration) -> Option<PendantOrder> {
         match self.mode {
-            JogMode::Hold => self.turn(|hold| hold.repeat(heading, now)),
-            JogMode::Step => self.step(heading),
+            JogMode::Hold => self.turn(|hold| hold.repeat(direction, now)),
+            JogMode::Step => self.step(direction),
         }
     }
 
     /// It is released; `None` for any other control.
-    pub fn release(&mut self, heading: Option<Heading>) -> Option<Order> {
-        self.turn(|hold| hold.release(heading))
+    pub fn release(&mut self, direction: Option<JogDirection>) -> Option<PendantOrder> {
+        self.turn(|hold| hold.release(direction))
     }
 
     /// To be called several times a second, as long as whoever holds the control is known to be there: what is held goes on, or
     /// ends when it was not reported for too long.
-    pub fn tick(&mut self, now: Duration) -> Option<Order> {
-        self.turn(|hold| hold.beat(now))
+    pub fn tick(&mut self, now: Duration) -> Option<PendantOrder> {
+        self.turn(|hold| hold.tick(now))
     }
 
     /// Nobody may be there any more: what is held ends.
-    pub fn let_go(&mut self) -> Option<Order> {
-        self.turn(Hold::let_go)
+    pub fn release_all(&mut self) -> Option<PendantOrder> {
+        self.turn(HoldToRun::release_all)
     }
 
     /// Everything stops, and the laser goes dark.
-    pub fn stop(&mut self) -> Order {
-        self.hold.let_go();
+    pub fn stop(&mut self) -> PendantOrder {
+        self.hold.release_all();
         self.tools.laser = false;
-        self.lighting = false;
-        Order::Stop
+        self.laser_pending = false;
+        PendantOrder::Stop
     }
 
     /// Lets directions be of something else: what is held ends.
-    pub fn set_frame(&mut self, frame: JogFrame) -> Option<Order> {
+    pub fn set_frame(&mut self, frame: JogFrame) -> Option<PendantOrder> {
         self.frame = frame;
-        self.let_go()
+        self.release_all()
     }
 
     /// Lets a press do something else: what is held ends.
-    pub fn set_mode(&mut self, mode: JogMode) -> Option<Order> {
+    pub fn set_mode(&mut self, mode: JogMode) -> Option<PendantOrder> {
         self.mode = mode;
-        self.let_go()
+        self.release_all()
     }
 
     /// The next longer step of 0.1, 1, 5, 10 and 50 mm or deg.
-    pub fn longer(&mut self) {
+    pub fn longer_step(&mut self) {
         self.step = next(&STEPS, self.step, true);
     }
 
     /// The next shorter step.
-    pub fn shorter(&mut self) {
+    pub fn shorter_step(&mut self) {
         self.step = next(&STEPS, self.step, false);
     }
 
     /// The next higher speed of 1, 5, 10, 20, 30, 50, 75 and 100 %.
     #[must_use]
-    pub fn faster(&self) -> Order {
-        Order::Speed(next(&SPEEDS, self.speed, true))
+    pub fn faster(&self) -> PendantOrder {
+        PendantOrder::Speed(next(&SPEEDS, self.speed, true))
     }
 
     /// The next lower speed.
     #[must_use]
-    pub fn slower(&self) -> Order {
-        Order::Speed(next(&SPEEDS, self.speed, false))
+    pub fn slower(&self) -> PendantOrder {
+        PendantOrder::Speed(next(&SPEEDS, self.speed, false))
     }
 
     /// The suction cup goes on, or off if it is on.
     #[must_use]
-    pub const fn toggle_suction(&self) -> Order {
-        Order::Tool(ToolOrder::Suction(!self.tools.suction))
+    pub const fn toggle_suction(&self) -> PendantOrder {
+        PendantOrder::Tool(ToolOrder::Suction(!self.tools.suction))
     }
 
     /// The gripper closes, then opens, then its pump goes off, and so on.
     #[must_use]
-    pub const fn next_grip(&self) -> Order {
-        Order::Tool(ToolOrder::Gripper(match self.tools.gripper {
+    pub const fn next_gripper(&self) -> PendantOrder {
+        PendantOrder::Tool(ToolOrder::Gripper(match self.tools.gripper {
             Grip::Off => Grip::Close,
             Grip::Close => Grip::Open,
             Grip::Open => Grip::Off,
@@ -182,33 +185,33 @@ impl Pendant {
     }
 
     /// The laser burns or goes dark. Whoever lets it burn has made sure that it may.
-    pub const fn laser(&mut self, on: bool) -> Order {
-        self.lighting = on;
-        Order::Tool(ToolOrder::Laser(on))
+    pub const fn laser(&mut self, on: bool) -> PendantOrder {
+        self.laser_pending = on;
+        PendantOrder::Tool(ToolOrder::Laser(on))
     }
 
     /// Whether the laser burns, or was told to and has not answered.
     #[must_use]
     pub const fn may_burn(&self) -> bool {
-        self.tools.laser || self.lighting
+        self.tools.laser || self.laser_pending
     }
 
     /// Whether this axis is being moved by an order.
     #[must_use]
     pub fn moves(&self, axis: Axis) -> bool {
-        matches!(self.doing, Some(What::Jog(heading) | What::Step(heading)) if heading.axis == axis)
+        matches!(self.activity, Some(Activity::Jog(direction) | Activity::Step(direction)) if direction.axis == axis)
     }
 
     /// Takes note of what came of an order.
-    pub fn done(&mut self, done: &Done) {
-        match (done.what, &done.outcome) {
-            (What::Jog(_), Err(_)) => {
-                self.hold.let_go();
+    pub fn done(&mut self, done: &OrderDone) {
+        match (done.activity, &done.outcome) {
+            (Activity::Jog(_), Err(_)) => {
+                self.hold.release_all();
             }
-            (What::Speed(percent), Ok(())) => self.speed = percent,
-            (What::Tool(tool), outcome) => {
+            (Activity::Speed(percent), Ok(())) => self.speed = percent,
+            (Activity::Tool(tool), outcome) => {
                 if matches!(tool, ToolOrder::Laser(_)) {
-                    self.lighting = false;
+                    self.laser_pending = false;
                 }
                 if outcome.is_ok() {
                     self.tools.apply(tool);
@@ -218,20 +221,20 @@ impl Pendant {
         }
     }
 
-    fn step(&self, heading: Heading) -> Option<Order> {
-        self.doing.is_none().then_some(Order::Step {
-            heading,
+    fn step(&self, direction: JogDirection) -> Option<PendantOrder> {
+        self.activity.is_none().then_some(PendantOrder::Step {
+            direction,
             length: self.step,
             burning: self.tools.laser,
         })
     }
 
-    fn turn(&mut self, turn: impl FnOnce(&mut Hold) -> Turn) -> Option<Order> {
+    fn turn(&mut self, turn: impl FnOnce(&mut HoldToRun) -> HoldAction) -> Option<PendantOrder> {
         match turn(&mut self.hold) {
-            Turn::Begin { heading, keep } => Some(Order::Jog { heading, keep }),
-            Turn::Keep => Some(Order::Keep),
-            Turn::End => Some(Order::EndJog),
-            Turn::Nothing => None,
+            HoldAction::Begin { direction, keep } => Some(PendantOrder::Jog { direction, keep }),
+            HoldAction::Keep => Some(PendantOrder::Keep),
+            HoldAction::End => Some(PendantOrder::EndJog),
+            HoldAction::Nothing => None,
         }
     }
 }
@@ -252,7 +255,7 @@ mod tests {
     use crate::jog::OrderError;
 
     const NOW: Duration = Duration::ZERO;
-    const X: Heading = Heading {
+    const X: JogDirection = JogDirection {
         axis: Axis::X,
         forward: true,
     };
@@ -261,28 +264,28 @@ mod tests {
         Pendant::new(50.0, ToolState::default(), false)
     }
 
-    fn done(pendant: &mut Pendant, what: What) {
+    fn done(pendant: &mut Pendant, activity: Activity) {
         let outcome = Ok(());
-        pendant.done(&Done { what, outcome });
+        pendant.done(&OrderDone { activity, outcome });
     }
 
     #[test]
     fn steps_have_the_length_that_is_set_and_come_one_after_the_other() {
         let mut pendant = pendant();
         let mut lengths = vec![pendant.step];
-        (0..5).for_each(|_| pendant.longer());
+        (0..5).for_each(|_| pendant.longer_step());
         lengths.push(pendant.step);
-        (0..9).for_each(|_| pendant.shorter());
+        (0..9).for_each(|_| pendant.shorter_step());
         lengths.push(pendant.step);
         assert_eq!(lengths, [5.0, 50.0, 0.1]);
-        let step = Order::Step {
-            heading: X,
+        let step = PendantOrder::Step {
+            direction: X,
             length: 0.1,
             burning: false,
         };
         assert_eq!(pendant.press(X, NOW), Some(step.clone()));
         assert_eq!(pendant.repeat(X, NOW), Some(step));
-        pendant.doing = Some(What::Step(X));
+        pendant.activity = Some(Activity::Step(X));
         assert_eq!(pendant.press(X, NOW), None);
         assert!(pendant.moves(Axis::X) && !pendant.moves(Axis::Y));
     }
@@ -291,49 +294,55 @@ mod tests {
     fn speeds_go_up_and_down_the_list_from_wherever_they_are() {
         let mut pendant = Pendant::new(42.0, ToolState::default(), false);
         let speeds = [pendant.faster(), pendant.slower()];
-        assert_eq!(speeds, [Order::Speed(50.0), Order::Speed(30.0)]);
-        done(&mut pendant, What::Speed(100.0));
-        assert_eq!(pendant.faster(), Order::Speed(100.0));
+        assert_eq!(
+            speeds,
+            [PendantOrder::Speed(50.0), PendantOrder::Speed(30.0)]
+        );
+        done(&mut pendant, Activity::Speed(100.0));
+        assert_eq!(pendant.faster(), PendantOrder::Speed(100.0));
     }
 
     #[test]
     fn what_is_held_ends_with_another_frame_or_mode_and_with_a_refusal() {
-        type Change = fn(&mut Pendant) -> Option<Order>;
+        type Change = fn(&mut Pendant) -> Option<PendantOrder>;
         let changes: [Change; 3] = [
             |pendant| pendant.set_frame(JogFrame::Joints),
             |pendant| pendant.set_mode(JogMode::Step),
-            Pendant::let_go,
+            Pendant::release_all,
         ];
         for change in changes {
             let mut pendant = pendant();
             assert_eq!(pendant.set_mode(JogMode::Hold), None);
-            assert!(matches!(pendant.press(X, NOW), Some(Order::Jog { .. })));
-            assert_eq!(change(&mut pendant), Some(Order::EndJog));
+            assert!(matches!(
+                pendant.press(X, NOW),
+                Some(PendantOrder::Jog { .. })
+            ));
+            assert_eq!(change(&mut pendant), Some(PendantOrder::EndJog));
             assert_eq!(change(&mut pendant), None);
         }
         let mut pendant = pendant();
         pendant.set_mode(JogMode::Hold);
         pendant.press(X, NOW);
-        let (what, outcome) = (What::Jog(X), Err(OrderError::Busy));
-        pendant.done(&Done { what, outcome });
-        assert_eq!(pendant.hold.heading(), None);
+        let (activity, outcome) = (Activity::Jog(X), Err(OrderError::Busy));
+        pendant.done(&OrderDone { activity, outcome });
+        assert_eq!(pendant.hold.direction(), None);
     }
 
     #[test]
     fn tools_are_what_the_arm_has_confirmed() {
         let mut pendant = pendant();
-        let Order::Tool(suction) = pendant.toggle_suction() else {
+        let PendantOrder::Tool(suction) = pendant.toggle_suction() else {
             panic!("no tool");
         };
         assert!(!pendant.tools.suction);
-        done(&mut pendant, What::Tool(suction));
+        done(&mut pendant, Activity::Tool(suction));
         assert!(pendant.tools.suction);
         let mut grips = Vec::new();
         for _ in 0..3 {
-            let Order::Tool(grip) = pendant.next_grip() else {
+            let PendantOrder::Tool(grip) = pendant.next_gripper() else {
                 panic!("no tool");
             };
-            done(&mut pendant, What::Tool(grip));
+            done(&mut pendant, Activity::Tool(grip));
             assert!(!pendant.tools.suction, "one pump is for both");
             grips.push(pendant.tools.gripper);
         }
@@ -343,11 +352,11 @@ mod tests {
     #[test]
     fn a_laser_may_burn_from_its_order_until_the_arm_says_that_it_is_dark() {
         let mut pendant = pendant();
-        let laser = |on| What::Tool(ToolOrder::Laser(on));
+        let laser = |on| Activity::Tool(ToolOrder::Laser(on));
         pendant.laser(true);
         assert!(pendant.may_burn() && !pendant.tools.laser);
         // Another tool's answer says nothing of it.
-        done(&mut pendant, What::Tool(ToolOrder::Suction(true)));
+        done(&mut pendant, Activity::Tool(ToolOrder::Suction(true)));
         assert!(pendant.may_burn() && !pendant.tools.laser);
         done(&mut pendant, laser(true));
         assert!(pendant.tools.laser);
@@ -356,11 +365,11 @@ mod tests {
         done(&mut pendant, laser(false));
         assert!(!pendant.may_burn());
         pendant.laser(true);
-        let (what, outcome) = (laser(true), Err(OrderError::Busy));
-        pendant.done(&Done { what, outcome });
+        let (activity, outcome) = (laser(true), Err(OrderError::Busy));
+        pendant.done(&OrderDone { activity, outcome });
         assert!(!pendant.may_burn(), "refused");
         pendant.laser(true);
-        assert_eq!(pendant.stop(), Order::Stop);
+        assert_eq!(pendant.stop(), PendantOrder::Stop);
         assert!(!pendant.may_burn());
     }
 }

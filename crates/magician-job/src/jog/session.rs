@@ -5,7 +5,8 @@ use std::time::Duration;
 use magician::commands::{DeviceName, DeviceWithL, JogCommonParams, PoseL, PtpCommonParams};
 use magician::{Arm, ErrorKind, Event, Events, Result, StateWatch, Status};
 
-use super::{Done, Hands, Order, Pendant, Ratios, ToolState, What};
+use super::worker::{ArmWorker, SpeedRatios};
+use super::{Activity, OrderDone, Pendant, PendantOrder, ToolState};
 use crate::{Polled, SavedSettings};
 
 /// Readings a second.
@@ -18,7 +19,7 @@ const RAIL: Duration = Duration::from_millis(250);
 #[non_exhaustive]
 pub enum PendantEvent {
     /// An order is done, or was refused.
-    Done(Done),
+    Done(OrderDone),
     /// The arm was read, 20 times a second.
     Status(Status),
     /// Something happened to the arm or its line.
@@ -35,25 +36,25 @@ pub enum PendantEvent {
 ///
 /// use magician::Arm;
 /// use magician_job::SavedSettings;
-/// use magician_job::jog::{Axis, Heading, Order, PendantEvent, PendantSession, What};
+/// use magician_job::jog::{Axis, JogDirection, PendantOrder, PendantEvent, PendantSession, Activity};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
 /// let arm = Arm::connect(&"sim".parse()?).await?;
 /// let (mut session, mut pendant) = PendantSession::open(&arm, &SavedSettings::default()).await?;
-/// let up = Heading { axis: Axis::Z, forward: true };
+/// let up = JogDirection { axis: Axis::Z, forward: true };
 /// if let Some(order) = pendant.press(up, Duration::ZERO) {
 ///     if let Some(refused) = session.order(order) {
 ///         pendant.done(&refused);
 ///     }
-///     pendant.doing = session.doing();
+///     pendant.activity = session.activity();
 /// }
-/// assert_eq!(pendant.doing, Some(What::Step(up)));
-/// while pendant.doing.is_some() {
+/// assert_eq!(pendant.activity, Some(Activity::Step(up)));
+/// while pendant.activity.is_some() {
 ///     if let PendantEvent::Done(done) = session.next().await? {
 ///         pendant.done(&done);
 ///     }
-///     pendant.doing = session.doing();
+///     pendant.activity = session.activity();
 /// }
 /// session.close(&pendant).await?;
 /// # Ok(())
@@ -61,7 +62,7 @@ pub enum PendantEvent {
 /// ```
 pub struct PendantSession {
     arm: Arm,
-    hands: Hands,
+    worker: ArmWorker,
     state: StateWatch,
     events: Events,
     rail: Option<Polled<f32>>,
@@ -74,7 +75,7 @@ impl PendantSession {
     /// As [`Arm::check_dark`]: not while the laser burns; and as [`Arm::get`].
     pub async fn open(arm: &Arm, saved: &SavedSettings) -> Result<(Self, Pendant)> {
         arm.check_dark().await?;
-        let ratios = Ratios {
+        let ratios = SpeedRatios {
             jog: arm.get::<JogCommonParams>().await?,
             moves: arm.get::<PtpCommonParams>().await?,
         };
@@ -82,7 +83,7 @@ impl PendantSession {
         let tools = ToolState::read(arm).await?;
         let pendant = Pendant::new(ratios.jog.velocity_ratio, tools, rail);
         let session = Self {
-            hands: Hands::new(arm, saved.clone(), ratios),
+            worker: ArmWorker::new(arm, saved.clone(), ratios),
             state: arm.state(RATE)?,
             events: arm.events(),
             rail: rail.then(|| rail_position(arm)),
@@ -94,20 +95,20 @@ impl PendantSession {
     /// Begins what is ordered, or says at once why not. What was ordered before and is not done yet gives way only to a stop, and
     /// a jog to another jog; everything else is [`OrderError::Busy`](super::OrderError::Busy) then, but for tools, speeds and
     /// alarms, which are seen to meanwhile, one after the other.
-    pub fn order(&mut self, order: Order) -> Option<Done> {
-        self.hands.order(order)
+    pub fn order(&mut self, order: PendantOrder) -> Option<OrderDone> {
+        self.worker.order(order)
     }
 
     /// What moves the arm by an order.
     #[must_use]
-    pub fn doing(&self) -> Option<What> {
-        self.hands.doing()
+    pub fn activity(&self) -> Option<Activity> {
+        self.worker.activity()
     }
 
     /// The step of the program that the arm is at, from 0, once that is known.
     #[must_use]
     pub fn step(&self) -> Option<usize> {
-        self.hands.step()
+        self.worker.step()
     }
 
     /// Waits for what happens next. Has to be called again and again: orders go on in here. Dropping the future loses nothing.
@@ -117,7 +118,7 @@ impl PendantSession {
     pub async fn next(&mut self) -> Result<PendantEvent> {
         tokio::select! {
             biased;
-            done = self.hands.next() => Ok(PendantEvent::Done(done)),
+            done = self.worker.next() => Ok(PendantEvent::Done(done)),
             status = self.state.changed() => status.map(PendantEvent::Status),
             Some(event) = self.events.next() => Ok(PendantEvent::Arm(event)),
             Some(rail) = next_of(&mut self.rail) => Ok(PendantEvent::Rail(rail)),
@@ -129,7 +130,7 @@ impl PendantSession {
     /// # Errors
     /// When the arm does not confirm that it stands, does not take its settings, or cannot be darkened.
     pub async fn close(self, pendant: &Pendant) -> Result<()> {
-        let finished = self.hands.finish().await;
+        let finished = self.worker.finish().await;
         if pendant.may_burn() {
             self.arm.darken().await?;
         }

@@ -6,14 +6,14 @@ use std::fmt;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum TeachError {
-    /// There are no rows yet.
+    /// There are no steps yet.
     Empty,
-    /// The row leads nowhere: it has no place that could be taught.
-    NoPlace,
+    /// The step leads nowhere: it has no place that could be taught.
+    NoTarget,
     /// An arc stays one: it goes through a point that no other way has.
-    Arc,
-    /// The row is no move to a point, of which there are several ways.
-    NoMove,
+    IsArc,
+    /// The step is no move to a point, of which there are several ways.
+    NotAMove,
     /// The arm moves: a point is where it stands.
     Moving,
     /// The arm does not answer: nobody knows where it is.
@@ -25,9 +25,9 @@ impl fmt::Display for TeachError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Empty => "there are no points yet",
-            Self::NoPlace => "the row has no place",
-            Self::Arc => "an arc has one way only",
-            Self::NoMove => "the row is not a move to a point",
+            Self::NoTarget => "the step has no place",
+            Self::IsArc => "an arc has one way only",
+            Self::NotAMove => "the step is not a move to a point",
             Self::Moving => "the arm moves",
             Self::NoAnswer => "the arm does not answer",
         })

@@ -1,14 +1,14 @@
-//! Programs that a person shows the arm, point by point: what has been taught, with everything that can be undone ([`Lesson`]),
-//! teaching it beside an arm ([`TeachEditor`]), and points that a hand teaches ([`follow`]).
+//! Programs that a person shows the arm, point by point: the program with undo and redo ([`ProgramModel`]),
+//! teaching it beside an arm ([`TeachEditor`]), and points that a hand teaches ([`guided_points`]).
 //!
 //! Where programs are kept, and what all of it looks like, is for the program that people use.
 
 mod editor;
 mod error;
-mod hand;
-mod lesson;
+mod guided;
+mod program;
 
 pub use editor::{Playing, TeachEditor};
 pub use error::TeachError;
-pub use hand::follow;
-pub use lesson::{Lesson, Row};
+pub use guided::guided_points;
+pub use program::{ProgramModel, TeachStep};

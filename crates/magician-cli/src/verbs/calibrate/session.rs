@@ -9,7 +9,7 @@ use super::view;
 use crate::failure::Failure;
 use crate::saved::SavedSettings;
 use crate::terminal::{Seen, Stage};
-use crate::verbs::jog::{Desk, End, Happened, Pad, Tone};
+use crate::verbs::jog::{Console, End, Happened, Pad, Tone};
 
 /// What is nearer was touched twice by mistake, mm and deg.
 const SAME: f64 = 2.0;
@@ -94,26 +94,27 @@ pub(super) async fn run(
     tool: Tool,
     asks: bool,
 ) -> Result<Option<Outcome>, Failure> {
-    let mut desk = Desk::open(arm, saved).await?;
-    desk.seen
+    let mut console = Console::open(arm, saved).await?;
+    console
+        .seen
         .note(format!("the arm counts from the tool {tool}"));
     let mut touched = Touched::new(subject, tool);
     let mut stage = Stage::open(view::draw)?;
     let mut saves = false;
     let end = loop {
         stage.show(Model {
-            seen: desk.seen.clone(),
-            pad: desk.pad.clone(),
+            seen: console.seen.clone(),
+            pad: console.pad.clone(),
             touched: touched.clone(),
         });
-        let end = match desk.next(&mut stage).await? {
-            Happened::Key(key) => match wish(key, &desk.pad) {
+        let end = match console.next(&mut stage).await? {
+            Happened::Key(key) => match wish(key, &console.pad) {
                 Wish::Take if touched.good().is_some() => {
                     saves = true;
                     Some(End::Quit)
                 }
                 Wish::Take => {
-                    take(&mut desk, &mut touched);
+                    take(&mut console, &mut touched);
                     (touched.good().is_some() && !asks).then(|| {
                         saves = true;
                         End::Quit
@@ -124,34 +125,36 @@ pub(super) async fn run(
                     None
                 }
                 Wish::Move => {
-                    let reply = desk.pad.key(key, desk.now());
-                    desk.obey(reply)
+                    let reply = console.pad.key(key, console.now());
+                    console.obey(reply)
                 }
             },
-            other => desk.attend(&other),
+            other => console.attend(&other),
         };
         if let Some(end) = end {
             break end;
         }
     };
     stage.close()?;
-    desk.leave(end).await?;
+    console.leave(end).await?;
     let found = touched.good().cloned();
     Ok(found.map(|found| Outcome { found, saves }))
 }
 
 /// Takes the point where the arm stands.
-fn take(desk: &mut Desk, touched: &mut Touched) {
+fn take(console: &mut Console, touched: &mut Touched) {
     if touched.result.is_some() {
-        desk.pad
+        console
+            .pad
             .say(Tone::Bad, "Backspace takes the last point back");
         return;
     }
-    let Some(status) = desk.seen.arm.status.as_ref() else {
+    let Some(status) = console.seen.arm.status.as_ref() else {
         return;
     };
-    if desk.pad.pendant.doing.is_some() || !desk.seen.arm.stands() {
-        desk.pad
+    if console.pad.pendant.activity.is_some() || !console.seen.arm.stands() {
+        console
+            .pad
             .say(Tone::Bad, "the arm moves: take the point when it stands");
         return;
     }
@@ -164,12 +167,12 @@ fn take(desk: &mut Desk, touched: &mut Touched) {
             "point {} was taken here: bring the tool to the next one",
             nth + 1
         );
-        desk.pad.say(Tone::Bad, text);
+        console.pad.say(Tone::Bad, text);
         return;
     }
     touched.take(touch);
     let nth = touched.touches.len();
-    desk.seen.note(format!("point {nth} taken"));
+    console.seen.note(format!("point {nth} taken"));
 }
 
 /// Enter and Backspace are ours, unless the pad asks or explains something.

@@ -1,7 +1,7 @@
 //! `jog`: a pad for the arm on the terminal, or one checked step.
 
 mod beside;
-mod desk;
+mod console;
 mod pad;
 #[cfg(test)]
 mod tests;
@@ -24,7 +24,7 @@ use crate::saved::SavedSettings;
 use crate::terminal::{self, Stage};
 
 pub(super) use beside::{TIGHT_ROWS, beside, tight};
-pub(super) use desk::{Desk, End, Happened, next_of, title};
+pub(super) use console::{Console, End, Happened, next_of, title};
 pub(super) use pad::{Pad, Reply, Tone};
 #[cfg(test)]
 pub(super) use tests::examples;
@@ -106,26 +106,26 @@ pub(super) fn for_a_person(what: &str, without: &str) -> Result<(), Failure> {
 }
 
 async fn session(arm: &Arm, saved: &SavedSettings) -> Result<commands::Pose, Failure> {
-    let mut desk = Desk::open(arm, saved).await?;
+    let mut console = Console::open(arm, saved).await?;
     let mut stage = Stage::open(view::draw)?;
     let end = loop {
         stage.show(Model {
-            seen: desk.seen.clone(),
-            pad: desk.pad.clone(),
+            seen: console.seen.clone(),
+            pad: console.pad.clone(),
         });
-        let happened = desk.next(&mut stage).await?;
+        let happened = console.next(&mut stage).await?;
         let end = match happened {
             Happened::Key(key) => {
-                let reply = desk.pad.key(key, desk.now());
-                desk.obey(reply)
+                let reply = console.pad.key(key, console.now());
+                console.obey(reply)
             }
-            other => desk.attend(&other),
+            other => console.attend(&other),
         };
         if let Some(end) = end {
             break end;
         }
     };
     stage.close()?;
-    desk.leave(end).await?;
+    console.leave(end).await?;
     Ok(arm.get::<commands::Pose>().await?)
 }

@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use magician_job::jog::{Axis, Done, Heading, JogFrame, JogMode, Order, Pendant, What};
+use magician_job::jog::{
+    Activity, Axis, JogDirection, JogFrame, JogMode, OrderDone, Pendant, PendantOrder,
+};
 use magician_motion::TopView;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
@@ -38,7 +40,7 @@ pub(crate) enum Reply {
     /// Nothing more.
     Nothing,
     /// The arm is to do something.
-    Order(Order),
+    Order(PendantOrder),
     Quit,
     /// Ctrl-C.
     Interrupt,
@@ -47,7 +49,7 @@ pub(crate) enum Reply {
 }
 
 impl Reply {
-    fn of(order: Option<Order>) -> Self {
+    fn of(order: Option<PendantOrder>) -> Self {
         order.map_or(Self::Nothing, Self::Order)
     }
 }
@@ -89,9 +91,9 @@ impl Pad {
                 _ => Reply::Unknown,
             };
         }
-        let heading = self.heading(key.code);
+        let direction = self.direction(key.code);
         if !pressed {
-            return Reply::of(self.pendant.release(heading));
+            return Reply::of(self.pendant.release(direction));
         }
         if key.code == KeyCode::Char(' ') {
             return self.stop();
@@ -104,8 +106,8 @@ impl Pad {
             return self.answer(question, key.code);
         }
         self.message = None;
-        if let Some(heading) = heading {
-            return self.go(heading, key.kind, now);
+        if let Some(direction) = direction {
+            return self.go(direction, key.kind, now);
         }
         self.other(key.code)
     }
@@ -117,30 +119,30 @@ impl Pad {
 
     /// Nobody may be looking any more: what is held ends.
     pub(crate) fn let_go(&mut self) -> Reply {
-        Reply::of(self.pendant.let_go())
+        Reply::of(self.pendant.release_all())
     }
 
     /// Takes note of what came of something.
-    pub(crate) fn done(&mut self, done: &Done) {
+    pub(crate) fn done(&mut self, done: &OrderDone) {
         self.pendant.done(done);
         let failure = match &done.outcome {
-            Ok(()) => return self.well_done(done.what),
+            Ok(()) => return self.well_done(done.activity),
             Err(error) => wording::failure(error).fact().to_owned(),
         };
-        if let What::Jog(heading) | What::Step(heading) = done.what {
-            self.refusal = Some(format!("{heading}: {failure}"));
+        if let Activity::Jog(direction) | Activity::Step(direction) = done.activity {
+            self.refusal = Some(format!("{direction}: {failure}"));
         }
         self.say(Tone::Bad, failure);
     }
 
-    fn well_done(&mut self, what: What) {
+    fn well_done(&mut self, what: Activity) {
         let text = match what {
-            What::Stop => "stopped: the arm stands, the queue is empty",
-            What::Home => "homed",
-            What::ClearAlarms => "alarms cleared",
-            What::Tool(tool) => wording::tool(tool),
-            What::Run => "played",
-            What::Speed(_) | What::Jog(_) | What::Step(_) => return,
+            Activity::Stop => "stopped: the arm stands, the queue is empty",
+            Activity::Home => "homed",
+            Activity::ClearAlarms => "alarms cleared",
+            Activity::Tool(tool) => wording::tool(tool),
+            Activity::Run => "played",
+            Activity::Speed(_) | Activity::Jog(_) | Activity::Step(_) => return,
         };
         self.say(Tone::Plain, text);
     }
@@ -150,8 +152,8 @@ impl Pad {
     }
 
     /// What a key moves, in the frame in force.
-    pub(crate) fn heading(&self, code: KeyCode) -> Option<Heading> {
-        let heading = |axis, forward| Some(Heading { axis, forward });
+    pub(crate) fn direction(&self, code: KeyCode) -> Option<JogDirection> {
+        let direction = |axis, forward| Some(JogDirection { axis, forward });
         let (cartesian, joint) = match code {
             KeyCode::Up | KeyCode::Down | KeyCode::Left | KeyCode::Right => {
                 return self.arrow(code);
@@ -163,13 +165,13 @@ impl Pad {
         };
         let forward = matches!(code, KeyCode::PageUp | KeyCode::Char('w' | 'a' | ']'));
         match self.pendant.frame {
-            JogFrame::Cartesian => heading(cartesian, forward),
-            JogFrame::Joints => heading(joint, forward),
+            JogFrame::Cartesian => direction(cartesian, forward),
+            JogFrame::Joints => direction(joint, forward),
         }
     }
 
     /// An arrow leads where it points, as the arm is seen.
-    fn arrow(&self, code: KeyCode) -> Option<Heading> {
+    fn arrow(&self, code: KeyCode) -> Option<JogDirection> {
         let arrow = match code {
             KeyCode::Up => [0.0, 1.0],
             KeyCode::Down => [0.0, -1.0],
@@ -192,13 +194,13 @@ impl Pad {
                 _ => (Axis::J1, code == KeyCode::Left),
             },
         };
-        Some(Heading { axis, forward })
+        Some(JogDirection { axis, forward })
     }
 
-    fn go(&mut self, heading: Heading, kind: KeyEventKind, now: Duration) -> Reply {
+    fn go(&mut self, direction: JogDirection, kind: KeyEventKind, now: Duration) -> Reply {
         Reply::of(match kind {
-            KeyEventKind::Repeat => self.pendant.repeat(heading, now),
-            _ => self.pendant.press(heading, now),
+            KeyEventKind::Repeat => self.pendant.repeat(direction, now),
+            _ => self.pendant.press(direction, now),
         })
     }
 
@@ -213,7 +215,7 @@ impl Pad {
         match (question, code) {
             (Question::Home, KeyCode::Char('y' | 'Y')) => {
                 self.say(Tone::Plain, "homing; space stops it");
-                Reply::Order(Order::Home)
+                Reply::Order(PendantOrder::Home)
             }
             (Question::Laser, KeyCode::Char('y' | 'Y')) => Reply::Order(self.pendant.laser(true)),
             _ => Reply::Nothing,
@@ -242,14 +244,14 @@ impl Pad {
                 };
                 return Reply::of(self.pendant.set_mode(mode));
             }
-            KeyCode::Char('+' | '=') => self.pendant.longer(),
-            KeyCode::Char('-' | '_') => self.pendant.shorter(),
+            KeyCode::Char('+' | '=') => self.pendant.longer_step(),
+            KeyCode::Char('-' | '_') => self.pendant.shorter_step(),
             KeyCode::Char('.' | '>') => return Reply::Order(self.pendant.faster()),
             KeyCode::Char(',' | '<') => return Reply::Order(self.pendant.slower()),
             KeyCode::Char('h') => self.question = Some(Question::Home),
-            KeyCode::Char('c') => return Reply::Order(Order::ClearAlarms),
+            KeyCode::Char('c') => return Reply::Order(PendantOrder::ClearAlarms),
             KeyCode::Char('p') => return Reply::Order(self.pendant.toggle_suction()),
-            KeyCode::Char('g') => return Reply::Order(self.pendant.next_grip()),
+            KeyCode::Char('g') => return Reply::Order(self.pendant.next_gripper()),
             KeyCode::Char('l') if self.pendant.tools.laser => {
                 return Reply::Order(self.pendant.laser(false));
             }
@@ -266,7 +268,7 @@ mod tests {
 
     use super::*;
 
-    const X: Heading = Heading {
+    const X: JogDirection = JogDirection {
         axis: Axis::X,
         forward: true,
     };
@@ -287,9 +289,9 @@ mod tests {
     fn a_press_is_a_step_of_the_length_that_is_set() {
         let mut pad = pad();
         letter(&mut pad, '+');
-        let step = |heading, length| {
-            Reply::Order(Order::Step {
-                heading,
+        let step = |direction, length| {
+            Reply::Order(PendantOrder::Step {
+                direction,
                 length,
                 burning: false,
             })
@@ -298,13 +300,13 @@ mod tests {
         (0..9).for_each(|_| drop(letter(&mut pad, '-')));
         assert_eq!(press(&mut pad, KeyCode::Up), step(X, 0.1));
         press(&mut pad, KeyCode::Tab);
-        let base = Heading {
+        let base = JogDirection {
             axis: Axis::J1,
             forward: true,
         };
         assert_eq!(press(&mut pad, KeyCode::Left), step(base, 0.1));
         // One after the other.
-        pad.pendant.doing = Some(What::Step(base));
+        pad.pendant.activity = Some(Activity::Step(base));
         assert_eq!(press(&mut pad, KeyCode::Left), Reply::Nothing);
     }
 
@@ -318,16 +320,16 @@ mod tests {
         ];
         let mut pad = pad();
         let told = |pad: &Pad| {
-            [KeyCode::Up, KeyCode::Left].map(|code| pad.heading(code).unwrap().to_string())
+            [KeyCode::Up, KeyCode::Left].map(|code| pad.direction(code).unwrap().to_string())
         };
         assert_eq!(told(&pad), ["x+", "y+"]);
         for seen in [["y+", "x-"], ["x-", "y-"], ["y-", "x+"], ["x+", "y+"]] {
             letter(&mut pad, 'V');
             assert_eq!(told(&pad), seen);
             for (code, arrow) in ARROWS {
-                let heading = pad.heading(code).unwrap();
-                let by = f64::from(heading.signed(1.0));
-                let way = match heading.axis {
+                let direction = pad.direction(code).unwrap();
+                let by = f64::from(direction.signed(1.0));
+                let way = match direction.axis {
                     Axis::X => [by, 0.0],
                     _ => [0.0, by],
                 };
@@ -337,7 +339,7 @@ mod tests {
         // A key that is held leads elsewhere after the turn: it has to be pressed anew.
         letter(&mut pad, 'm');
         press(&mut pad, KeyCode::Up);
-        assert_eq!(letter(&mut pad, 'V'), Reply::Order(Order::EndJog));
+        assert_eq!(letter(&mut pad, 'V'), Reply::Order(PendantOrder::EndJog));
         // Joints are not of the ground.
         press(&mut pad, KeyCode::Tab);
         assert_eq!(told(&pad), ["j2+", "j1+"]);
@@ -359,8 +361,8 @@ mod tests {
         let refused = "joint 2 would be at 91.3 deg, limit 90.0 deg";
         let error = magician::Error::invalid(refused).with_command("SetPTPCmd");
         let outcome = Err(error.into());
-        let what = What::Step(X);
-        pad.done(&Done { what, outcome });
+        let activity = Activity::Step(X);
+        pad.done(&OrderDone { activity, outcome });
         letter(&mut pad, '+');
         let refusal = pad.refusal.as_deref().unwrap();
         assert_eq!(refusal, "x+: joint 2 would be at 91.3 deg, limit 90.0 deg");
@@ -371,18 +373,18 @@ mod tests {
     fn a_held_key_jogs_and_space_stops_everything() {
         let mut pad = pad();
         letter(&mut pad, 'm');
-        let Reply::Order(Order::Jog { heading, .. }) = press(&mut pad, KeyCode::Up) else {
+        let Reply::Order(PendantOrder::Jog { direction, .. }) = press(&mut pad, KeyCode::Up) else {
             panic!("no jog");
         };
-        assert_eq!(heading, X);
-        assert_eq!(letter(&mut pad, ' '), Reply::Order(Order::Stop));
-        assert_eq!(pad.pendant.hold.heading(), None);
+        assert_eq!(direction, X);
+        assert_eq!(letter(&mut pad, ' '), Reply::Order(PendantOrder::Stop));
+        assert_eq!(pad.pendant.hold.direction(), None);
         press(&mut pad, KeyCode::Down);
-        assert_eq!(pad.let_go(), Reply::Order(Order::EndJog));
+        assert_eq!(pad.let_go(), Reply::Order(PendantOrder::EndJog));
         // Whatever is asked or shown.
         for key in ['h', 'l', '?'] {
             letter(&mut pad, key);
-            assert_eq!(letter(&mut pad, ' '), Reply::Order(Order::Stop));
+            assert_eq!(letter(&mut pad, ' '), Reply::Order(PendantOrder::Stop));
             assert!(pad.question.is_none() && pad.help.is_none());
         }
     }
@@ -393,27 +395,27 @@ mod tests {
         assert_eq!(letter(&mut pad, 'h'), Reply::Nothing);
         assert_eq!(letter(&mut pad, 'n'), Reply::Nothing);
         letter(&mut pad, 'h');
-        assert_eq!(letter(&mut pad, 'y'), Reply::Order(Order::Home));
+        assert_eq!(letter(&mut pad, 'y'), Reply::Order(PendantOrder::Home));
         letter(&mut pad, 'l');
         // Arrows are no answer, and move nothing.
         assert_eq!(press(&mut pad, KeyCode::Up), Reply::Nothing);
         letter(&mut pad, 'l');
         assert!(matches!(
             letter(&mut pad, 'y'),
-            Reply::Order(Order::Tool(_))
+            Reply::Order(PendantOrder::Tool(_))
         ));
         assert!(
             !pad.pendant.tools.laser && pad.pendant.may_burn(),
             "the arm has not answered yet"
         );
-        let what = What::Tool(ToolOrder::Laser(true));
+        let activity = Activity::Tool(ToolOrder::Laser(true));
         let outcome = Ok(());
-        pad.done(&Done { what, outcome });
+        pad.done(&OrderDone { activity, outcome });
         assert!(pad.pendant.tools.laser);
         // Off without a question.
         assert!(matches!(
             letter(&mut pad, 'l'),
-            Reply::Order(Order::Tool(_))
+            Reply::Order(PendantOrder::Tool(_))
         ));
     }
 
@@ -424,7 +426,7 @@ mod tests {
         pad.pendant.rail = true;
         assert!(matches!(
             letter(&mut pad, ']'),
-            Reply::Order(Order::Step { heading, .. }) if heading.axis == Axis::L
+            Reply::Order(PendantOrder::Step { direction, .. }) if direction.axis == Axis::L
         ));
     }
 
@@ -432,10 +434,19 @@ mod tests {
     fn speeds_go_up_and_down_the_list_from_wherever_they_are() {
         let mut pad = pad();
         pad.pendant.speed = 42.0;
-        assert_eq!(letter(&mut pad, '.'), Reply::Order(Order::Speed(50.0)));
-        assert_eq!(letter(&mut pad, ','), Reply::Order(Order::Speed(30.0)));
+        assert_eq!(
+            letter(&mut pad, '.'),
+            Reply::Order(PendantOrder::Speed(50.0))
+        );
+        assert_eq!(
+            letter(&mut pad, ','),
+            Reply::Order(PendantOrder::Speed(30.0))
+        );
         pad.pendant.speed = 100.0;
-        assert_eq!(letter(&mut pad, '.'), Reply::Order(Order::Speed(100.0)));
+        assert_eq!(
+            letter(&mut pad, '.'),
+            Reply::Order(PendantOrder::Speed(100.0))
+        );
         let interrupt = KeyEvent::new(KeyCode::Char('c'), KeyModifiers::CONTROL);
         assert_eq!(pad.key(interrupt, Duration::ZERO), Reply::Interrupt);
     }

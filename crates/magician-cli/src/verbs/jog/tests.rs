@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use magician::Link;
-use magician_job::jog::{Axis, Heading, JogFrame, JogMode, Pendant, ToolState, What};
+use magician_job::jog::{Activity, Axis, JogDirection, JogFrame, JogMode, Pendant, ToolState};
 use magician_program::Grip;
 
 use super::pad::{self, Pad, Question};
@@ -13,7 +13,7 @@ use crate::terminal::{Help, Seen, Theme};
 
 fn model() -> Model {
     let mut seen = Seen::new("arm at a port".to_owned(), 32);
-    seen.arm.see(crate::terminal::test::status());
+    seen.arm.observe(crate::terminal::test::status());
     Model {
         seen,
         pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
@@ -73,7 +73,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 model.pad.pendant.tools.laser = true;
                 model.pad.pendant.tools.gripper = Grip::Close;
                 let (axis, forward) = (Axis::J3, false);
-                model.pad.pendant.doing = Some(What::Jog(Heading { axis, forward }));
+                model.pad.pendant.activity = Some(Activity::Jog(JogDirection { axis, forward }));
                 let why = "x+: joint 2 would be at 91.3 deg, limit 90.0 deg: move it the other way";
                 model.pad.refusal = Some(why.to_owned());
                 model.seen.note(why);
@@ -141,7 +141,7 @@ fn what_is_done_and_asked_and_refused() {
     model.pad.pendant.mode = JogMode::Hold;
     model.pad.pendant.tools.laser = true;
     let (axis, forward) = (Axis::J3, false);
-    model.pad.pendant.doing = Some(What::Jog(Heading { axis, forward }));
+    model.pad.pendant.activity = Some(Activity::Jog(JogDirection { axis, forward }));
     model.pad.refusal = Some("x+: x would be at 400.0 mm, limit 282.0 mm".to_owned());
     model.pad.question = Some(Question::Home);
     shows(

@@ -1,6 +1,6 @@
 //! How the pad looks.
 
-use magician_job::jog::{Axis, Heading, JogFrame, JogMode, ToolState, What};
+use magician_job::jog::{Activity, Axis, JogDirection, JogFrame, JogMode, ToolState};
 use magician_program::Grip;
 use ratatui::Frame;
 use ratatui::crossterm::event::KeyCode;
@@ -192,9 +192,9 @@ pub(super) fn key_names(
         (KeyCode::Char('['), "[", "["),
     ];
     [true, false].into_iter().filter_map(move |forward| {
-        let wanted = Some(Heading { axis, forward });
+        let wanted = Some(JogDirection { axis, forward });
         let mut keys = KEYS.into_iter();
-        let found = keys.find(|(code, ..)| pad.heading(*code) == wanted);
+        let found = keys.find(|(code, ..)| pad.direction(*code) == wanted);
         found.map(|(_, name, sign)| (name, sign))
     })
 }
@@ -234,7 +234,7 @@ pub(super) fn pad_lines(seen: &Seen, pad: &Pad, width: u16, theme: Theme) -> Vec
     let roomy = roomy_line(pad, theme);
     let is_roomy = roomy.width() <= usize::from(width);
     let label = |text| is_roomy.then(|| Span::styled(text, theme.dim()));
-    let style = match pad.pendant.doing.is_none() && seen.arm.stands() {
+    let style = match pad.pendant.activity.is_none() && seen.arm.stands() {
         true => theme.dim(),
         false => theme.good(),
     };
@@ -281,7 +281,7 @@ fn roomy_line(pad: &Pad, theme: Theme) -> Line<'static> {
     };
     let way = match pad.pendant.mode {
         JogMode::Step => format!("step {} mm or deg", mm(f64::from(pad.pendant.step))),
-        JogMode::Hold if pad.pendant.hold.tells_releases() => {
+        JogMode::Hold if pad.pendant.hold.reports_releases() => {
             "hold: moves until release".to_owned()
         }
         JogMode::Hold => "hold: moves while held".to_owned(),
@@ -299,12 +299,12 @@ fn roomy_line(pad: &Pad, theme: Theme) -> Line<'static> {
 
 /// What the arm does.
 pub(super) fn doing(seen: &Seen, pad: &Pad) -> String {
-    match pad.pendant.doing {
-        Some(What::Jog(heading)) => format!("jogs {heading}"),
-        Some(What::Step(heading)) => format!("steps {heading}"),
-        Some(What::Stop) => "stops".to_owned(),
-        Some(What::Home) => "homes".to_owned(),
-        Some(What::Run) => "plays".to_owned(),
+    match pad.pendant.activity {
+        Some(Activity::Jog(direction)) => format!("jogs {direction}"),
+        Some(Activity::Step(direction)) => format!("steps {direction}"),
+        Some(Activity::Stop) => "stops".to_owned(),
+        Some(Activity::Home) => "homes".to_owned(),
+        Some(Activity::Run) => "plays".to_owned(),
         _ if seen.arm.stands() => "stands".to_owned(),
         _ if !seen.arm.answers() => "does not answer".to_owned(),
         _ => "moves".to_owned(),

@@ -1,7 +1,7 @@
 //! `teach`: points that a person shows the arm, as a file to play.
 
-mod classroom;
 mod file;
+mod pad;
 mod view;
 mod wording;
 
@@ -12,8 +12,8 @@ use clap::Args;
 use magician::commands::{EndEffectorParams, Pose};
 use magician::{Arm, ToolBias, words};
 use magician_job::Polled;
-use magician_job::jog::{Order, What};
-use magician_job::teach::{Lesson, Row, follow};
+use magician_job::jog::{Activity, PendantOrder};
+use magician_job::teach::{ProgramModel, TeachStep, guided_points};
 use magician_program::{Plan, Tool};
 use serde::Serialize;
 
@@ -22,9 +22,9 @@ use crate::failure::Failure;
 use crate::mounted::tool_of;
 use crate::saved::SavedSettings;
 use crate::terminal::Stage;
-use crate::verbs::jog::{AT_SIGHT, Desk, End, Happened, Reply, Tone, for_a_person, next_of};
-use classroom::{Classroom, Prompt, Turn};
+use crate::verbs::jog::{AT_SIGHT, Console, End, Happened, Reply, Tone, for_a_person, next_of};
 use file::{Rescue, UNNAMED};
+use pad::{Prompt, TeachPad, Turn};
 use view::Model;
 
 #[cfg(test)]
@@ -84,14 +84,14 @@ impl Teach {
 }
 
 struct Session {
-    desk: Desk,
-    room: Classroom,
+    console: Console,
+    teach: TeachPad,
     path: Option<PathBuf>,
     rescue: Rescue,
     /// What was left the last time.
     left: Option<Plan>,
     /// What the rescue file has.
-    kept: Arc<Vec<Row>>,
+    kept: Arc<Vec<TeachStep>>,
     hand: Option<Polled<Pose>>,
     stage: Stage<Model>,
 }
@@ -104,7 +104,7 @@ impl Session {
         tool: Option<ToolBias>,
         known: Option<Plan>,
     ) -> Result<Self, Failure> {
-        let mut desk = Desk::open(arm, saved).await?;
+        let mut console = Console::open(arm, saved).await?;
         let wanted = tool.or(known.as_ref().and_then(|plan| plan.tool.map(Tool::bias)));
         if let Some(bias) = wanted {
             arm.set_any(&words::tool(bias)).await?;
@@ -112,24 +112,26 @@ impl Session {
         let tool = tool_of(&arm.get::<EndEffectorParams>().await?);
         let named = path.as_deref().unwrap_or(Path::new(UNNAMED));
         let mut lesson = match known {
-            Some(plan) => Lesson::of(&plan),
-            None => Lesson::new("", None),
+            Some(plan) => ProgramModel::of(&plan),
+            None => ProgramModel::new("", None),
         };
         lesson.tool = Some(tool);
         lesson.title = title(named);
-        let mut room = Classroom::new(lesson, path.is_some());
-        let hand = follow(arm, saved).await?;
-        room.editor.guided = hand.as_ref().map(|_| true);
+        let mut teach = TeachPad::new(lesson, path.is_some());
+        let hand = guided_points(arm, saved).await?;
+        teach.editor.hand_guiding = hand.as_ref().map(|_| true);
         let rescue = Rescue::beside(named);
         let left = rescue.find();
         if left.is_some() {
-            room.prompt = Some(Prompt::Recover);
+            teach.prompt = Some(Prompt::Recover);
         }
-        desk.seen.note(format!("points are for the tool: {tool}"));
+        console
+            .seen
+            .note(format!("points are for the tool: {tool}"));
         Ok(Self {
-            kept: Arc::clone(room.editor.lesson.rows()),
-            desk,
-            room,
+            kept: Arc::clone(teach.editor.program.steps()),
+            console,
+            teach,
             path,
             rescue,
             left,
@@ -142,29 +144,29 @@ impl Session {
         loop {
             self.follow_program();
             self.stage.show(Model {
-                seen: self.desk.seen.clone(),
-                pad: self.desk.pad.clone(),
-                room: self.room.clone(),
+                seen: self.console.seen.clone(),
+                pad: self.console.pad.clone(),
+                teach: self.teach.clone(),
             });
             let end = tokio::select! {
                 biased;
-                happened = self.desk.next(&mut self.stage) => match happened? {
+                happened = self.console.next(&mut self.stage) => match happened? {
                     Happened::Key(key) => {
-                        let seen = &self.desk.seen;
+                        let seen = &self.console.seen;
                         let status = seen.arm.status.as_ref().filter(|_| seen.arm.answers());
                         let (pose, still) = (status.map(|status| status.pose), seen.arm.stands());
-                        let now = self.desk.now();
-                        let turn = self.room.key(key, &mut self.desk.pad, pose.as_ref(), still, now);
+                        let now = self.console.now();
+                        let turn = self.teach.key(key, &mut self.console.pad, pose.as_ref(), still, now);
                         self.take(turn)
                     }
                     Happened::Pasted(text) => {
-                        self.room.pasted(&text);
+                        self.teach.pasted(&text);
                         None
                     }
-                    other => self.desk.attend(&other),
+                    other => self.console.attend(&other),
                 },
                 Some(pose) = next_of(&mut self.hand) => {
-                    self.room.taught(&mut self.desk.pad, &pose);
+                    self.teach.taught(&mut self.console.pad, &pose);
                     None
                 }
             };
@@ -177,11 +179,11 @@ impl Session {
 
     fn take(&mut self, turn: Turn) -> Option<End> {
         match turn {
-            Turn::Pad(reply) => return self.desk.obey(reply),
+            Turn::Pad(reply) => return self.console.obey(reply),
             Turn::Play(from) => self.play(from),
             Turn::Save => drop(self.save()),
             Turn::SaveAs(name) if Path::new(&name).exists() => {
-                self.room.prompt = Some(Prompt::Replace(name));
+                self.teach.prompt = Some(Prompt::Replace(name));
             }
             Turn::SaveAs(name) | Turn::Replace(name) => {
                 let before = self.path.replace(name.into());
@@ -202,29 +204,29 @@ impl Session {
     }
 
     fn play(&mut self, from: usize) {
-        let (order, playing) = self.room.editor.play(from);
-        let before = self.desk.pad.pendant.doing;
-        self.desk.obey(Reply::Order(order));
+        let (order, playing) = self.teach.editor.play(from);
+        let before = self.console.pad.pendant.activity;
+        self.console.obey(Reply::Order(order));
         // One that plays already goes on, and this one was refused.
-        if before.is_none() && self.desk.pad.pendant.doing == Some(What::Run) {
-            self.room.editor.playing_began(playing);
-            self.desk.pad.say(Tone::Plain, "playing; space stops it");
+        if before.is_none() && self.console.pad.pendant.activity == Some(Activity::Run) {
+            self.teach.editor.playing_began(playing);
+            self.console.pad.say(Tone::Plain, "playing; space stops it");
         }
     }
 
     /// The row that is being played, while something is.
     fn follow_program(&mut self) {
-        let session = &self.desk.session;
-        self.room.editor.follow(session.doing(), session.step());
+        let session = &self.console.session;
+        self.teach.editor.follow(session.activity(), session.step());
     }
 
     fn turn_following(&mut self) {
-        let text = match self.room.editor.toggle_guided() {
+        let text = match self.teach.editor.toggle_hand_guiding() {
             Some(true) => "points are stored when the arm's unlock key is released",
             Some(false) => "the arm's unlock key stores nothing",
             None => "this arm does not report its unlock key",
         };
-        self.desk.pad.say(Tone::Plain, text);
+        self.console.pad.say(Tone::Plain, text);
     }
 
     fn recover(&mut self, wanted: bool) {
@@ -232,33 +234,33 @@ impl Session {
             self.rescue.forget();
             return;
         };
-        if let Some(tip) = self.room.editor.recover(&left) {
-            self.desk.obey(Reply::Order(Order::Tool(tip)));
+        if let Some(tip) = self.teach.editor.recover(&left) {
+            self.console.obey(Reply::Order(PendantOrder::Tool(tip)));
         }
-        self.kept = Arc::clone(self.room.editor.lesson.rows());
+        self.kept = Arc::clone(self.teach.editor.program.steps());
     }
 
     /// Saves the lesson; whether that went well.
     fn save(&mut self) -> bool {
         let Some(path) = self.path.clone() else {
-            self.room.prompt = Some(Prompt::File(UNNAMED.to_owned()));
+            self.teach.prompt = Some(Prompt::File(UNNAMED.to_owned()));
             return false;
         };
-        match file::write(&path, &self.room.editor.lesson.plan(0)) {
+        match file::write(&path, &self.teach.editor.program.plan(0)) {
             Ok(note) => {
                 self.rescue.forget();
                 self.rescue = Rescue::beside(&path);
-                self.room.editor.lesson.title = title(&path);
-                self.room.editor.lesson.mark_saved();
-                self.room.has_file = true;
-                self.kept = Arc::clone(self.room.editor.lesson.rows());
+                self.teach.editor.program.title = title(&path);
+                self.teach.editor.program.mark_saved();
+                self.teach.has_file = true;
+                self.kept = Arc::clone(self.teach.editor.program.steps());
                 let note = note.map_or_else(String::new, |note| format!("; {note}"));
                 let text = format!("saved to {}{note}", path.display());
-                self.desk.pad.say(Tone::Plain, text);
+                self.console.pad.say(Tone::Plain, text);
                 true
             }
             Err(failure) => {
-                self.desk
+                self.console
                     .pad
                     .say(Tone::Bad, format!("not saved: {}", failure.message));
                 false
@@ -272,21 +274,21 @@ impl Session {
         if self.left.is_some() {
             return;
         }
-        if Arc::ptr_eq(&self.kept, self.room.editor.lesson.rows()) {
+        if Arc::ptr_eq(&self.kept, self.teach.editor.program.steps()) {
             return;
         }
-        self.kept = Arc::clone(self.room.editor.lesson.rows());
-        if let Err(error) = self.rescue.keep(&self.room.editor.lesson.plan(0)) {
+        self.kept = Arc::clone(self.teach.editor.program.steps());
+        if let Err(error) = self.rescue.keep(&self.teach.editor.program.plan(0)) {
             let text = format!(
                 "{} cannot be written: {error}",
                 self.rescue.path().display()
             );
-            self.desk.pad.say(Tone::Bad, text);
+            self.console.pad.say(Tone::Bad, text);
         }
     }
 
     async fn leave(self, outcome: Result<End, Failure>) -> Result<Answer, Failure> {
-        let lesson = self.room.editor.lesson;
+        let lesson = self.teach.editor.program;
         let rescue = self.rescue.path().display().to_string();
         let lost = !lesson.is_saved() && self.rescue.find().is_some();
         let told = |failure: Failure| match lost {
@@ -298,11 +300,11 @@ impl Session {
         let closed = self.stage.close();
         let end = outcome.map_err(told)?;
         closed.map_err(told)?;
-        self.desk.leave(end).await.map_err(told)?;
+        self.console.leave(end).await.map_err(told)?;
         Ok(Answer {
             file: self.path.map(|path| path.display().to_string()),
-            rows: lesson.rows().len(),
-            saved: lesson.is_saved() && !lesson.rows().is_empty(),
+            rows: lesson.steps().len(),
+            saved: lesson.is_saved() && !lesson.steps().is_empty(),
         })
     }
 }

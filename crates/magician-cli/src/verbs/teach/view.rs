@@ -1,13 +1,13 @@
 //! How a lesson looks: the list at the left, the arm at the right.
 
-use magician_job::teach::Row;
+use magician_job::teach::TeachStep;
 use magician_program::{Action, Grip, Travel};
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::classroom::Classroom;
+use super::pad::TeachPad;
 use crate::terminal::{Seen, Theme, panel, said, thirds, wrapped};
 use crate::verbs::jog::{MOVES, Pad, beside, foot};
 
@@ -16,7 +16,7 @@ use crate::verbs::jog::{MOVES, Pad, beside, foot};
 pub(super) struct Model {
     pub(super) seen: Seen,
     pub(super) pad: Pad,
-    pub(super) room: Classroom,
+    pub(super) teach: TeachPad,
 }
 
 const KEYS: [(&str, &str); 20] = [
@@ -65,40 +65,40 @@ const ROOMY: u16 = 64;
 
 /// Draws one frame.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
-    let Model { seen, pad, room } = model;
+    let Model { seen, pad, teach } = model;
     let width = frame.area().width;
-    let foot = match &room.prompt {
+    let foot = match &teach.prompt {
         Some(prompt) => said(&prompt.text(), width, theme.note()),
         None => foot(pad, &HINTS, width, theme),
     };
     let [header, middle, footer] = thirds(frame.area(), &foot);
     frame.render_widget(seen.header("teach", header.width, theme), header);
     let left = beside(frame, middle, seen, pad, theme);
-    list(frame, left, room, theme);
+    list(frame, left, teach, theme);
     frame.render_widget(Paragraph::new(foot), footer);
     if let Some(help) = pad.help {
         help.draw(frame, middle, &KEYS, theme);
     }
 }
 
-fn list(frame: &mut Frame<'_>, area: Rect, room: &Classroom, theme: Theme) {
-    let lesson = &room.editor.lesson;
+fn list(frame: &mut Frame<'_>, area: Rect, teach: &TeachPad, theme: Theme) {
+    let lesson = &teach.editor.program;
     let star = if lesson.is_saved() { "" } else { "*" };
     let tool = lesson
         .tool
         .map_or_else(String::new, |tool| format!(", {tool}"));
-    let follows = match room.editor.guided {
+    let follows = match teach.editor.hand_guiding {
         Some(true) => ", by hand too",
         _ => "",
     };
-    let count = lesson.rows().len();
+    let count = lesson.steps().len();
     let block = panel(
         format!("{}{star}: {count} rows{tool}{follows}", lesson.title),
         theme,
     );
     let inner = block.inner(area);
     let width = usize::from(inner.width);
-    let chosen = lesson.rows().get(lesson.selected());
+    let chosen = lesson.steps().get(lesson.selected());
     let chosen = chosen.map_or_else(Vec::new, |row| {
         whole(row, lesson.selected(), width, area.width >= ROOMY)
     });
@@ -108,12 +108,12 @@ fn list(frame: &mut Frame<'_>, area: Rect, room: &Classroom, theme: Theme) {
     let mut lines = Vec::new();
     // The row that is chosen stays in sight, with all that there is to say of it.
     let first = (lesson.selected() + 1).saturating_sub(height.max(1));
-    for (nth, row) in lesson.rows().iter().enumerate().skip(first).take(height) {
+    for (nth, row) in lesson.steps().iter().enumerate().skip(first).take(height) {
         let texts = match nth == lesson.selected() {
             true => chosen.clone(),
             false => vec![numbered(nth, &describe(row, area.width >= ROOMY))],
         };
-        let plays = room.editor.playing() == Some(nth);
+        let plays = teach.editor.playing() == Some(nth);
         let style = match (nth == lesson.selected(), plays) {
             (_, true) => theme.good(),
             (true, _) => theme.bar(),
@@ -131,7 +131,7 @@ fn list(frame: &mut Frame<'_>, area: Rect, room: &Classroom, theme: Theme) {
         let text = format!("    arc through {x:.1} {y:.1} {z:.1} to ...");
         lines.push(Line::styled(text, theme.note()));
     }
-    if lesson.rows().is_empty() && lesson.via().is_none() {
+    if lesson.steps().is_empty() && lesson.via().is_none() {
         for text in [
             "Move the arm with the arrow keys, w s and a d,",
             "or by hand with its unlock key held;",
@@ -148,7 +148,7 @@ fn numbered(nth: usize, text: &str) -> String {
 }
 
 /// A row with its whole name and place, on more lines where one is too narrow.
-fn whole(row: &Row, nth: usize, width: usize, roomy: bool) -> Vec<String> {
+fn whole(row: &TeachStep, nth: usize, width: usize, roomy: bool) -> Vec<String> {
     let kept = if roomy { LONG } else { SHORT };
     let short = numbered(nth, &describe(row, roomy));
     if row.name.chars().count() <= kept && short.chars().count() < width {
@@ -168,14 +168,14 @@ const SHORT: usize = 7;
 const LONG: usize = 16;
 
 /// A row in a line: name, way, place, what is done there.
-fn describe(row: &Row, roomy: bool) -> String {
+fn describe(row: &TeachStep, roomy: bool) -> String {
     let kept = if roomy { LONG } else { SHORT };
     let name: String = row.name.chars().take(kept).collect();
     format!("{name:<kept$} {}", motion(row, roomy))
 }
 
 /// How its place is reached, where it is, what is done there.
-fn motion(row: &Row, roomy: bool) -> String {
+fn motion(row: &TeachStep, roomy: bool) -> String {
     let way = |by: &Travel| match by {
         Travel::Joints => "MOVJ",
         Travel::Line => "MOVL",

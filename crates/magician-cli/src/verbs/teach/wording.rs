@@ -6,9 +6,9 @@ use magician_job::teach::TeachError;
 pub(super) const fn refusal(error: TeachError) -> &'static str {
     match error {
         TeachError::Empty => "there is no point yet: Enter stores where the arm is",
-        TeachError::NoPlace => "this row leads nowhere that could be taught",
-        TeachError::Arc => "an arc stays one; teach it anew to change it",
-        TeachError::NoMove => "this row is no move to a point",
+        TeachError::NoTarget => "this row leads nowhere that could be taught",
+        TeachError::IsArc => "an arc stays one; teach it anew to change it",
+        TeachError::NotAMove => "this row is no move to a point",
         TeachError::Moving => "the arm moves: a point is where it stands",
         TeachError::NoAnswer => "the arm does not answer: nobody knows where it is",
         _ => "this cannot be taught",

@@ -102,7 +102,7 @@ async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
                 Told::Gone => return Err(Failure::interrupted()),
                 Told::Event(_) | Told::Beat => {}
             },
-            status = state.changed() => model.seen.arm.see(status?),
+            status = state.changed() => model.seen.arm.observe(status?),
             Some(event) = events.next() => model.seen.note(event_text(&event)),
             read = around.next() => model.around = read,
             pin = pins.next() => model.note(pin),
@@ -111,7 +111,7 @@ async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
         for line in take_log() {
             model.seen.note(line);
         }
-        model.seen.arm.look(Instant::now());
+        model.seen.arm.tick(Instant::now());
     }
 }
 

@@ -11,7 +11,7 @@ use magician_job::jog::{Pendant, ToolState};
 
 fn model(subject: Subject, touches: &[[f64; 4]]) -> Model {
     let mut seen = Seen::new("sim".to_owned(), 32);
-    seen.arm.see(status());
+    seen.arm.observe(status());
     let mut touched = Touched::new(subject, Tool::Pen);
     for pose in touches {
         touched.take(Touch { pose: *pose });

@@ -1,15 +1,15 @@
 //! What is shown, at every size.
 
-use super::super::classroom::Prompt;
+use super::super::pad::Prompt;
 use super::*;
 use crate::terminal::test::{Example, screen, shows, status};
 use magician_job::jog::{Pendant, ToolState};
-use magician_job::teach::Lesson;
+use magician_job::teach::ProgramModel;
 
 fn model() -> Model {
     let mut seen = Seen::new("arm at a port".to_owned(), 32);
     let status = status();
-    let mut lesson = Lesson::new("pick.playback", None);
+    let mut lesson = ProgramModel::new("pick.playback", None);
     lesson.store(&status.pose);
     lesson.next_suction().unwrap();
     lesson.set_pause(500).unwrap();
@@ -20,11 +20,11 @@ fn model() -> Model {
         r: 0.0,
         joint_angle: [0.0; 4],
     });
-    seen.arm.see(status);
+    seen.arm.observe(status);
     Model {
         seen,
         pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
-        room: Classroom::new(lesson, true),
+        teach: TeachPad::new(lesson, true),
     }
 }
 
@@ -70,7 +70,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "or by hand with its unlock key held;",
                 "Enter stores where it stands.",
             ],
-            |model| model.room = Classroom::new(Lesson::new("new", None), false),
+            |model| model.teach = TeachPad::new(ProgramModel::new("new", None), false),
         ),
         example(
             "teach a row with a long name, among many",
@@ -81,13 +81,13 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
             ],
             |model| {
                 let pose = model.seen.arm.status.as_ref().unwrap().pose;
-                let lesson = &mut model.room.editor.lesson;
+                let lesson = &mut model.teach.editor.program;
                 (0..40).for_each(|_| drop(lesson.store(&pose)));
                 lesson.rename("from the tray at the back").unwrap();
-                lesson.next_grip().unwrap();
+                lesson.next_gripper().unwrap();
                 lesson.next_suction().unwrap();
                 lesson.set_pause(12_500).unwrap();
-                model.room.prompt = Some(Prompt::Leave);
+                model.teach.prompt = Some(Prompt::Leave);
                 model.pad.pendant.tools.laser = true;
             },
         ),
@@ -124,9 +124,9 @@ fn the_list_at_the_left_and_the_arm_at_the_right() {
 #[test]
 fn what_is_asked_stands_in_the_last_line() {
     let mut model = model();
-    model.room.prompt = Some(Prompt::Name("pick".to_owned()));
+    model.teach.prompt = Some(Prompt::Name("pick".to_owned()));
     shows(&picture(&model, 80, 24), &[" name: pick_"]);
-    model.room.prompt = Some(Prompt::Leave);
+    model.teach.prompt = Some(Prompt::Leave);
     shows(&picture(&model, 80, 24), &[" not saved. Save it?"]);
 }
 
@@ -134,7 +134,7 @@ fn what_is_asked_stands_in_the_last_line() {
 fn every_size_has_a_picture() {
     let mut model = model();
     let pose = model.seen.arm.status.as_ref().unwrap().pose;
-    (0..300).for_each(|_| drop(model.room.editor.lesson.store(&pose)));
+    (0..300).for_each(|_| drop(model.teach.editor.program.store(&pose)));
     for width in [1, 2, 5, 10, 29, 50, 80, 119, 120, 300] {
         for height in [1, 2, 3, 5, 10, 21, 24, 60] {
             assert_eq!(picture(&model, width, height).len(), usize::from(height));

@@ -10,8 +10,8 @@ fn model() -> Model {
     second.pose.x += 5.0;
     second.left_space = 16;
     second.at = first.at + std::time::Duration::from_millis(100);
-    seen.arm.see(first);
-    seen.arm.see(second);
+    seen.arm.observe(first);
+    seen.arm.observe(second);
     seen.note("alarm 0x12 is gone");
     let mut model = Model::new(seen);
     model.note(Pin::analog(9, 2048));

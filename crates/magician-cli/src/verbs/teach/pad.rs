@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician_job::teach::{Lesson, TeachEditor, TeachError};
+use magician_job::teach::{ProgramModel, TeachEditor, TeachError};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::file::UNNAMED;
@@ -55,7 +55,7 @@ pub(super) enum Turn {
 
 /// The lesson, and what the keyboard is for.
 #[derive(Clone, Debug)]
-pub(super) struct Classroom {
+pub(super) struct TeachPad {
     pub(super) editor: TeachEditor,
     pub(super) prompt: Option<Prompt>,
     /// Whether the lesson has a file.
@@ -64,8 +64,8 @@ pub(super) struct Classroom {
     stopped: Option<Duration>,
 }
 
-impl Classroom {
-    pub(super) fn new(lesson: Lesson, has_file: bool) -> Self {
+impl TeachPad {
+    pub(super) fn new(lesson: ProgramModel, has_file: bool) -> Self {
         Self {
             editor: TeachEditor::new(lesson),
             prompt: None,
@@ -94,7 +94,7 @@ impl Classroom {
                 _ => Turn::Pad(pad.key(key, now)),
             };
         }
-        let still = still && pad.pendant.doing.is_none();
+        let still = still && pad.pendant.activity.is_none();
         if key.code == KeyCode::Char(' ') && !still {
             self.stopped = Some(now);
             return Turn::Pad(pad.key(key, now));
@@ -103,7 +103,7 @@ impl Classroom {
             pad.message = None;
             return self.answer(prompt, key.code, pad);
         }
-        if pad.heading(key.code).is_some() {
+        if pad.direction(key.code).is_some() {
             return Turn::Pad(pad.key(key, now));
         }
         match key.code {
@@ -113,7 +113,7 @@ impl Classroom {
             }
             // A key that is held stores once.
             KeyCode::Enter | KeyCode::Char(' ') => Turn::Pad(Reply::Nothing),
-            KeyCode::Char('q') if self.editor.lesson.is_saved() => Turn::Leave,
+            KeyCode::Char('q') if self.editor.program.is_saved() => Turn::Leave,
             KeyCode::Char('q') => self.asks(Prompt::Leave),
             _ => self.edit(key, pad, pose, still, now),
         }
@@ -157,8 +157,8 @@ impl Classroom {
         still: bool,
         now: Duration,
     ) -> Turn {
-        let lesson = &mut self.editor.lesson;
-        let row = lesson.rows().get(lesson.selected());
+        let lesson = &mut self.editor.program;
+        let row = lesson.steps().get(lesson.selected());
         match key.code {
             KeyCode::Char('j') => lesson.select(true),
             KeyCode::Char('k') => lesson.select(false),
@@ -180,16 +180,16 @@ impl Classroom {
             KeyCode::Char('x') | KeyCode::Delete => {
                 return told(pad, lesson.delete(), "deleted; u takes it back");
             }
-            KeyCode::Char('t') => return told(pad, lesson.next_way(), ""),
-            KeyCode::Char('G') => return told(pad, lesson.next_grip(), ""),
+            KeyCode::Char('t') => return told(pad, lesson.next_travel(), ""),
+            KeyCode::Char('G') => return told(pad, lesson.next_gripper(), ""),
             KeyCode::Char('S') => return told(pad, lesson.next_suction(), ""),
             KeyCode::Char('u') => {
-                let undone = self.editor.lesson.undo();
+                let undone = self.editor.program.undo();
                 return said(pad, undone, "taken back", "nothing to take back");
             }
             KeyCode::Char('U') => return self.redo(pad),
             KeyCode::Char('r') => {
-                let taught = self.editor.teach_again(pose, still);
+                let taught = self.editor.reteach(pose, still);
                 return told(pad, taught, "this point is now where the arm is");
             }
             KeyCode::Char('v') => {
@@ -197,7 +197,7 @@ impl Classroom {
                 let text = "an arc goes through here: go to its end and press Enter";
                 return told(pad, marked, text);
             }
-            KeyCode::Char('o' | 'O') if lesson.rows().is_empty() => {
+            KeyCode::Char('o' | 'O') if lesson.steps().is_empty() => {
                 pad.say(Tone::Bad, "there is nothing to play")
             }
             KeyCode::Char('o') => return Turn::Play(lesson.selected()),
@@ -210,7 +210,7 @@ impl Classroom {
     }
 
     fn redo(&mut self, pad: &mut Pad) -> Turn {
-        let redone = self.editor.lesson.redo();
+        let redone = self.editor.program.redo();
         said(pad, redone, "made anew", "nothing to make anew")
     }
 
@@ -237,9 +237,11 @@ impl Classroom {
             (Prompt::Recover, KeyCode::Char('n' | 'N')) => Turn::Recover(false),
             (Prompt::Recover, _) => self.asks(Prompt::Recover),
             (_, KeyCode::Esc) => Turn::Pad(Reply::Nothing),
-            (Prompt::Name(text), KeyCode::Enter) => told(pad, self.editor.lesson.rename(&text), ""),
+            (Prompt::Name(text), KeyCode::Enter) => {
+                told(pad, self.editor.program.rename(&text), "")
+            }
             (Prompt::Pause(text), KeyCode::Enter) => match pause(&text) {
-                Ok(pause) => told(pad, self.editor.lesson.set_pause(pause), ""),
+                Ok(pause) => told(pad, self.editor.program.set_pause(pause), ""),
                 Err(text) => {
                     pad.say(Tone::Bad, text);
                     Turn::Pad(Reply::Nothing)
@@ -303,20 +305,20 @@ impl Prompt {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use magician_job::jog::{Order, Pendant, ToolState, What};
+    use magician_job::jog::{Activity, Pendant, PendantOrder, ToolState};
 
-    struct Desk {
-        room: Classroom,
+    struct Console {
+        teach: TeachPad,
         pad: Pad,
         pose: Pose,
         still: bool,
         now: Duration,
     }
 
-    impl Desk {
+    impl Console {
         fn new() -> Self {
             Self {
-                room: Classroom::new(Lesson::new("lesson", None), true),
+                teach: TeachPad::new(ProgramModel::new("lesson", None), true),
                 pad: Pad::new(Pendant::new(50.0, ToolState::default(), false)),
                 pose: Pose {
                     x: 200.0,
@@ -334,9 +336,9 @@ mod tests {
             self.pose.x += 1.0;
             let key = KeyEvent::new(code, KeyModifiers::NONE);
             let Self {
-                room, pad, pose, ..
+                teach, pad, pose, ..
             } = self;
-            room.key(key, pad, Some(pose), self.still, self.now)
+            teach.key(key, pad, Some(pose), self.still, self.now)
         }
 
         fn types(&mut self, text: &str) {
@@ -345,148 +347,150 @@ mod tests {
         }
 
         fn rows(&self) -> usize {
-            self.room.editor.lesson.rows().len()
+            self.teach.editor.program.steps().len()
         }
     }
 
     #[test]
     fn enter_and_space_store_where_the_arm_stands() {
-        let mut desk = Desk::new();
-        desk.press(KeyCode::Enter);
-        desk.press(KeyCode::Char(' '));
-        assert_eq!(desk.rows(), 2);
-        desk.still = false;
-        desk.press(KeyCode::Enter);
-        assert_eq!(desk.rows(), 2);
+        let mut console = Console::new();
+        console.press(KeyCode::Enter);
+        console.press(KeyCode::Char(' '));
+        assert_eq!(console.rows(), 2);
+        console.still = false;
+        console.press(KeyCode::Enter);
+        assert_eq!(console.rows(), 2);
         // While it moves, and for a moment after, space is a stop.
-        let stop = Turn::Pad(Reply::Order(Order::Stop));
-        assert_eq!(desk.press(KeyCode::Char(' ')), stop);
-        desk.still = true;
-        assert_eq!(desk.press(KeyCode::Char(' ')), stop);
-        desk.now = Duration::from_secs(3);
-        desk.press(KeyCode::Char(' '));
-        assert_eq!(desk.rows(), 3);
+        let stop = Turn::Pad(Reply::Order(PendantOrder::Stop));
+        assert_eq!(console.press(KeyCode::Char(' ')), stop);
+        console.still = true;
+        assert_eq!(console.press(KeyCode::Char(' ')), stop);
+        console.now = Duration::from_secs(3);
+        console.press(KeyCode::Char(' '));
+        assert_eq!(console.rows(), 3);
     }
 
     #[test]
     fn nothing_is_stored_of_an_arm_that_is_on_its_way() {
-        let mut desk = Desk::new();
-        desk.press(KeyCode::Enter);
-        let before = desk.room.editor.lesson.rows().clone();
+        let mut console = Console::new();
+        console.press(KeyCode::Enter);
+        let before = console.teach.editor.program.steps().clone();
         // A step was ordered, and no reading has seen it yet.
-        desk.pad.pendant.doing = Some(What::Run);
+        console.pad.pendant.activity = Some(Activity::Run);
         for key in [KeyCode::Enter, KeyCode::Char('r'), KeyCode::Char('v')] {
-            desk.press(key);
-            let (_, said) = desk.pad.message.clone().unwrap();
+            console.press(key);
+            let (_, said) = console.pad.message.clone().unwrap();
             assert!(said.contains("the arm moves"), "{said}");
         }
-        assert_eq!(*desk.room.editor.lesson.rows(), before);
-        assert_eq!(desk.room.editor.lesson.via(), None);
-        desk.pad.pendant.doing = None;
+        assert_eq!(*console.teach.editor.program.steps(), before);
+        assert_eq!(console.teach.editor.program.via(), None);
+        console.pad.pendant.activity = None;
         let key = KeyEvent::new(KeyCode::Enter, KeyModifiers::NONE);
-        desk.room.key(key, &mut desk.pad, None, false, desk.now);
-        let (_, said) = desk.pad.message.clone().unwrap();
+        console
+            .teach
+            .key(key, &mut console.pad, None, false, console.now);
+        let (_, said) = console.pad.message.clone().unwrap();
         assert!(said.contains("does not answer"), "{said}");
-        assert_eq!(desk.rows(), 1);
+        assert_eq!(console.rows(), 1);
     }
 
     #[test]
     fn what_is_pasted_is_a_name_and_never_a_row_of_keys() {
-        let mut desk = Desk::new();
-        desk.press(KeyCode::Enter);
-        desk.room.pasted("hyo\n");
-        assert_eq!(desk.room.prompt, None);
-        desk.types("n");
-        desk.room.pasted(" by hand\n");
-        desk.press(KeyCode::Enter);
-        assert_eq!(desk.room.editor.lesson.rows()[0].name, "P1 by hand");
+        let mut console = Console::new();
+        console.press(KeyCode::Enter);
+        console.teach.pasted("hyo\n");
+        assert_eq!(console.teach.prompt, None);
+        console.types("n");
+        console.teach.pasted(" by hand\n");
+        console.press(KeyCode::Enter);
+        assert_eq!(console.teach.editor.program.steps()[0].name, "P1 by hand");
     }
 
     #[test]
     fn space_stops_a_program_whatever_is_typed() {
-        let mut desk = Desk::new();
-        desk.press(KeyCode::Enter);
-        desk.types("n");
-        desk.pad.pendant.doing = Some(What::Run);
-        let stop = Turn::Pad(Reply::Order(Order::Stop));
-        assert_eq!(desk.press(KeyCode::Char(' ')), stop);
-        desk.pad.pendant.doing = None;
-        desk.now = Duration::from_secs(3);
-        desk.types(" a b");
-        desk.press(KeyCode::Enter);
-        assert_eq!(desk.room.editor.lesson.rows()[0].name, "P1 a b");
+        let mut console = Console::new();
+        console.press(KeyCode::Enter);
+        console.types("n");
+        console.pad.pendant.activity = Some(Activity::Run);
+        let stop = Turn::Pad(Reply::Order(PendantOrder::Stop));
+        assert_eq!(console.press(KeyCode::Char(' ')), stop);
+        console.pad.pendant.activity = None;
+        console.now = Duration::from_secs(3);
+        console.types(" a b");
+        console.press(KeyCode::Enter);
+        assert_eq!(console.teach.editor.program.steps()[0].name, "P1 a b");
     }
 
     #[test]
     fn arrows_move_the_arm_and_letters_edit() {
-        let mut desk = Desk::new();
+        let mut console = Console::new();
         assert!(matches!(
-            desk.press(KeyCode::Up),
-            Turn::Pad(Reply::Order(Order::Step { .. }))
+            console.press(KeyCode::Up),
+            Turn::Pad(Reply::Order(PendantOrder::Step { .. }))
         ));
-        desk.types("\u{20}");
-        desk.types("P");
-        desk.types("1.5");
-        desk.press(KeyCode::Enter);
-        desk.types("SGt");
-        let row = &desk.room.editor.lesson.rows()[0];
+        console.types("\u{20}");
+        console.types("P");
+        console.types("1.5");
+        console.press(KeyCode::Enter);
+        console.types("SGt");
+        let row = &console.teach.editor.program.steps()[0];
         assert_eq!((row.pause, row.suction), (1500, Some(true)));
         assert!(row.gripper.is_some());
-        desk.types("x");
-        assert_eq!(desk.rows(), 0);
-        desk.types("u");
-        assert_eq!(desk.rows(), 1);
-        assert_eq!(desk.press(KeyCode::Char('o')), Turn::Play(0));
-        assert_eq!(desk.press(KeyCode::Char('f')), Turn::Follow);
+        console.types("x");
+        assert_eq!(console.rows(), 0);
+        console.types("u");
+        assert_eq!(console.rows(), 1);
+        assert_eq!(console.press(KeyCode::Char('o')), Turn::Play(0));
+        assert_eq!(console.press(KeyCode::Char('f')), Turn::Follow);
     }
 
     #[test]
     fn what_is_not_saved_is_asked_for() {
-        let mut desk = Desk::new();
+        let mut console = Console::new();
         for key in ['o', 'O'] {
-            assert_eq!(desk.press(KeyCode::Char(key)), Turn::Pad(Reply::Nothing));
+            assert_eq!(console.press(KeyCode::Char(key)), Turn::Pad(Reply::Nothing));
         }
-        assert_eq!(desk.press(KeyCode::Char('q')), Turn::Leave);
-        desk.press(KeyCode::Enter);
-        assert_eq!(desk.press(KeyCode::Char('q')), Turn::Pad(Reply::Nothing));
-        assert_eq!(desk.room.prompt, Some(Prompt::Leave));
-        desk.press(KeyCode::Esc);
-        desk.press(KeyCode::Char('q'));
-        assert_eq!(desk.press(KeyCode::Char('y')), Turn::SaveAndLeave);
-        desk.press(KeyCode::Char('q'));
-        assert_eq!(desk.press(KeyCode::Char('n')), Turn::Leave);
-        desk.room.has_file = false;
-        desk.press(KeyCode::Char('q'));
-        desk.press(KeyCode::Char('y'));
-        (0..UNNAMED.len()).for_each(|_| drop(desk.press(KeyCode::Backspace)));
-        desk.types("a.playback");
+        assert_eq!(console.press(KeyCode::Char('q')), Turn::Leave);
+        console.press(KeyCode::Enter);
+        assert_eq!(console.press(KeyCode::Char('q')), Turn::Pad(Reply::Nothing));
+        assert_eq!(console.teach.prompt, Some(Prompt::Leave));
+        console.press(KeyCode::Esc);
+        console.press(KeyCode::Char('q'));
+        assert_eq!(console.press(KeyCode::Char('y')), Turn::SaveAndLeave);
+        console.press(KeyCode::Char('q'));
+        assert_eq!(console.press(KeyCode::Char('n')), Turn::Leave);
+        console.teach.has_file = false;
+        console.press(KeyCode::Char('q'));
+        console.press(KeyCode::Char('y'));
+        (0..UNNAMED.len()).for_each(|_| drop(console.press(KeyCode::Backspace)));
+        console.types("a.playback");
         let save = Turn::SaveAs("a.playback".to_owned());
-        assert_eq!(desk.press(KeyCode::Enter), save);
+        assert_eq!(console.press(KeyCode::Enter), save);
     }
 
     #[test]
     fn an_arc_goes_through_the_point_that_was_marked() {
-        let mut desk = Desk::new();
-        desk.types("\u{20}v");
-        assert!(desk.room.editor.lesson.via().is_some());
-        desk.press(KeyCode::Enter);
-        let plan = desk.room.editor.lesson.plan(0);
+        let mut console = Console::new();
+        console.types("\u{20}v");
+        assert!(console.teach.editor.program.via().is_some());
+        console.press(KeyCode::Enter);
+        let plan = console.teach.editor.program.plan(0);
         assert!(matches!(
             plan.steps[1].action,
             magician_program::Action::Arc { .. }
         ));
-        desk.types("v");
-        desk.press(KeyCode::Esc);
-        assert!(desk.room.editor.lesson.via().is_none());
+        console.types("v");
+        console.press(KeyCode::Esc);
+        assert!(console.teach.editor.program.via().is_none());
     }
 
     #[test]
     fn a_hand_stores_a_place_once() {
-        let mut desk = Desk::new();
-        let pose = desk.pose;
-        desk.room.editor.guided = Some(true);
-        desk.room.taught(&mut desk.pad, &pose);
-        desk.room.taught(&mut desk.pad, &pose);
-        assert_eq!(desk.rows(), 1);
+        let mut console = Console::new();
+        let pose = console.pose;
+        console.teach.editor.hand_guiding = Some(true);
+        console.teach.taught(&mut console.pad, &pose);
+        console.teach.taught(&mut console.pad, &pose);
+        assert_eq!(console.rows(), 1);
     }
 }

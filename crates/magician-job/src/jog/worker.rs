@@ -13,17 +13,17 @@ use magician::words::{self, Guards};
 use magician::{Arm, Error, ErrorKind, Jog, JogOptions, Owed, Set, ToolBias};
 use magician_program::{Ending, Grip, Plan, Program};
 
-use super::Heading;
+use super::JogDirection;
 use crate::{JobError, JobHandle, JobSpec, NoJournal, SavedSettings, Start};
 
 /// What is to be done.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Order {
+pub enum PendantOrder {
     /// Jog until told otherwise, or until it was not kept up for so long.
     Jog {
         /// Which way.
-        heading: Heading,
-        /// How long it goes on without [`Order::Keep`].
+        direction: JogDirection,
+        /// How long it goes on without [`PendantOrder::Keep`].
         keep: Duration,
     },
     /// Let the jog go on.
@@ -33,7 +33,7 @@ pub enum Order {
     /// A checked move by so much.
     Step {
         /// Which way.
-        heading: Heading,
+        direction: JogDirection,
         /// How far, mm or deg; above 0.
         length: f32,
         /// The laser burns, and that is meant.
@@ -86,11 +86,11 @@ impl ToolOrder {
 
 /// What was being done.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum What {
+pub enum Activity {
     /// A jog, as long as it goes on.
-    Jog(Heading),
+    Jog(JogDirection),
     /// A checked move by a step.
-    Step(Heading),
+    Step(JogDirection),
     /// A stop.
     Stop,
     /// Homing.
@@ -107,9 +107,9 @@ pub enum What {
 
 /// What came of something.
 #[derive(Debug)]
-pub struct Done {
+pub struct OrderDone {
     /// What was ordered.
-    pub what: What,
+    pub activity: Activity,
     /// Whether it was done.
     pub outcome: Result<(), OrderError>,
 }
@@ -151,27 +151,27 @@ type Work = Pin<Box<dyn Future<Output = Worked> + Send>>;
 type Running = Arc<Mutex<Option<JobHandle>>>;
 
 struct Job {
-    what: What,
+    activity: Activity,
     work: Work,
 }
 
 /// The settings that jogs and moves go by, as they were found.
 #[derive(Clone, Copy, Debug)]
-pub struct Ratios {
+pub(super) struct SpeedRatios {
     /// Of jogs.
-    pub jog: JogCommonParams,
+    pub(super) jog: JogCommonParams,
     /// Of moves.
-    pub moves: PtpCommonParams,
+    pub(super) moves: PtpCommonParams,
 }
 
-/// The arm in the hands of a pad.
-pub struct Hands {
+/// The arm at the orders of a pendant.
+pub(super) struct ArmWorker {
     arm: Arm,
     saved: SavedSettings,
-    ratios: Ratios,
+    ratios: SpeedRatios,
     /// Whether the ratios are not those that were found.
     changed: bool,
-    jog: Option<(Heading, Jog)>,
+    jog: Option<(JogDirection, Jog)>,
     /// What moves it.
     moving: Option<Job>,
     /// What is done beside.
@@ -180,10 +180,9 @@ pub struct Hands {
     program: Running,
 }
 
-impl Hands {
+impl ArmWorker {
     /// At this arm; what it changes is restored by `saved`.
-    #[must_use]
-    pub fn new(arm: &Arm, saved: SavedSettings, ratios: Ratios) -> Self {
+    pub(super) fn new(arm: &Arm, saved: SavedSettings, ratios: SpeedRatios) -> Self {
         Self {
             arm: arm.clone(),
             saved,
@@ -197,59 +196,61 @@ impl Hands {
     }
 
     /// What moves the arm, as far as this knows.
-    #[must_use]
-    pub fn doing(&self) -> Option<What> {
-        let jog = self.jog.as_ref().map(|(heading, _)| What::Jog(*heading));
-        self.moving.as_ref().map(|job| job.what).or(jog)
+    pub(super) fn activity(&self) -> Option<Activity> {
+        let jog = self
+            .jog
+            .as_ref()
+            .map(|(direction, _)| Activity::Jog(*direction));
+        self.moving.as_ref().map(|job| job.activity).or(jog)
     }
 
     /// The step of the program that the arm is at, from 0, once that is known.
-    #[must_use]
-    pub fn step(&self) -> Option<usize> {
+    pub(super) fn step(&self) -> Option<usize> {
         let program = lock(&self.program).clone();
         usize::try_from(program?.progress().step).ok()
     }
 
     /// Does what is ordered, or says what came of it at once. What was ordered before and is not done yet gives way only to a
     /// stop, and a jog to another jog.
-    pub fn order(&mut self, order: Order) -> Option<Done> {
+    pub(super) fn order(&mut self, order: PendantOrder) -> Option<OrderDone> {
         match order {
-            Order::Keep => self.keep(),
-            Order::EndJog => {
+            PendantOrder::Keep => self.keep(),
+            PendantOrder::EndJog => {
                 self.end_jog();
                 None
             }
-            Order::Stop => {
+            PendantOrder::Stop => {
                 self.jog = None;
                 // The last that holds it, but for what waits for it and is let go of here: it stops.
                 drop(lock(&self.program).take());
                 // What has not been sent would come after it: a laser that is switched on, say.
-                self.beside.retain(|job| !matches!(job.what, What::Tool(_)));
+                self.beside
+                    .retain(|job| !matches!(job.activity, Activity::Tool(_)));
                 let arm = self.arm.clone();
                 let work = async move { Ok(arm.stop().await.map(|()| None)?) };
-                self.begin(What::Stop, work);
+                self.begin(Activity::Stop, work);
                 None
             }
-            Order::ClearAlarms => {
+            PendantOrder::ClearAlarms => {
                 let arm = self.arm.clone();
                 let work = async move { Ok(arm.clear_alarms().await.map(|()| None)?) };
-                self.beside(What::ClearAlarms, work)
+                self.beside(Activity::ClearAlarms, work)
             }
-            Order::Tool(tool) => {
+            PendantOrder::Tool(tool) => {
                 // Whoever is at the pad has answered that it may burn.
                 let arm = self.arm.allowing_laser();
                 let work = async move { Ok(arm.set_any(&tool.command()).await.map(|()| None)?) };
-                self.beside(What::Tool(tool), work)
+                self.beside(Activity::Tool(tool), work)
             }
-            Order::Speed(percent) => self.speed(percent),
-            Order::Jog { heading, keep } => self.start_jog(heading, keep),
-            Order::Step {
-                heading,
+            PendantOrder::Speed(percent) => self.speed(percent),
+            PendantOrder::Jog { direction, keep } => self.start_jog(direction, keep),
+            PendantOrder::Step {
+                direction,
                 length,
                 burning,
             } => {
-                let what = What::Step(heading);
-                let command = heading.axis.step(heading.signed(length));
+                let activity = Activity::Step(direction);
+                let command = direction.axis.step(direction.signed(length));
                 let guards = Guards::default().laser(!burning);
                 let arm = self.arm.clone();
                 let work = async move {
@@ -258,54 +259,54 @@ impl Hands {
                     arm.perform_with(&[command], guards).await?;
                     Ok(None)
                 };
-                self.begin_if_free(what, work)
+                self.begin_if_free(activity, work)
             }
-            Order::Home => {
+            PendantOrder::Home => {
                 let arm = self.arm.clone();
                 let work = async move { Ok(arm.home().await.map(|()| None)?) };
-                self.begin_if_free(What::Home, work)
+                self.begin_if_free(Activity::Home, work)
             }
-            Order::Run { plan, from } => {
+            PendantOrder::Run { plan, from } => {
                 let program = Arc::clone(&self.program);
                 let work = run(self.arm.clone(), *plan, from, program);
-                self.begin_if_free(What::Run, work)
+                self.begin_if_free(Activity::Run, work)
             }
         }
     }
 
     /// Waits until something is done.
-    pub async fn next(&mut self) -> Done {
-        let (what, outcome) = poll_fn(|context| {
+    pub(super) async fn next(&mut self) -> OrderDone {
+        let (activity, outcome) = poll_fn(|context| {
             if let Some(job) = &mut self.moving
                 && let Poll::Ready(outcome) = job.work.as_mut().poll(context)
             {
-                let what = job.what;
+                let activity = job.activity;
                 self.moving = None;
-                return Poll::Ready((what, outcome));
+                return Poll::Ready((activity, outcome));
             }
             if let Some(job) = self.beside.front_mut()
                 && let Poll::Ready(outcome) = job.work.as_mut().poll(context)
             {
-                let what = job.what;
+                let activity = job.activity;
                 self.beside.pop_front();
-                return Poll::Ready((what, outcome));
+                return Poll::Ready((activity, outcome));
             }
             Poll::Pending
         })
         .await;
         let outcome = outcome.map(|jog| {
-            if let (What::Jog(heading), Some(jog)) = (what, jog) {
-                self.jog = Some((heading, jog));
+            if let (Activity::Jog(direction), Some(jog)) = (activity, jog) {
+                self.jog = Some((direction, jog));
             }
         });
-        Done { what, outcome }
+        OrderDone { activity, outcome }
     }
 
     /// Ends what is under way: what moves is stopped, and settings are given back.
     ///
     /// # Errors
     /// When the arm does not confirm that it stands, and as [`SavedSettings::restore`].
-    pub async fn finish(mut self) -> magician::Result<()> {
+    pub(super) async fn finish(mut self) -> magician::Result<()> {
         self.moving = None;
         self.beside.clear();
         let program = lock(&self.program).take();
@@ -323,9 +324,9 @@ impl Hands {
         self.saved.restore(&self.arm).await
     }
 
-    fn keep(&mut self) -> Option<Done> {
-        let (heading, jog) = self.jog.as_ref()?;
-        let (what, kept) = (What::Jog(*heading), jog.keep());
+    fn keep(&mut self) -> Option<OrderDone> {
+        let (direction, jog) = self.jog.as_ref()?;
+        let (activity, kept) = (Activity::Jog(*direction), jog.keep());
         let error = kept.err()?;
         self.jog = None;
         // That it was kept up too late is how a held key ends that was seen too late.
@@ -333,7 +334,7 @@ impl Hands {
             ErrorKind::Timeout => Ok(()),
             _ => Err(error.into()),
         };
-        Some(Done { what, outcome })
+        Some(OrderDone { activity, outcome })
     }
 
     fn end_jog(&mut self) {
@@ -345,21 +346,21 @@ impl Hands {
 
     /// Whether what moves it is a jog that begins.
     fn jogs(&self) -> bool {
-        (self.moving.as_ref()).is_some_and(|job| matches!(job.what, What::Jog(_)))
+        (self.moving.as_ref()).is_some_and(|job| matches!(job.activity, Activity::Jog(_)))
     }
 
-    fn start_jog(&mut self, heading: Heading, keep: Duration) -> Option<Done> {
+    fn start_jog(&mut self, direction: JogDirection, keep: Duration) -> Option<OrderDone> {
         if self.jogs() {
             self.moving = None;
         }
         let arm = self.arm.clone();
         let options = JogOptions::default().keep(keep);
-        let work = async move { Ok(arm.jog_with(heading.jog(), options).await.map(Some)?) };
+        let work = async move { Ok(arm.jog_with(direction.jog(), options).await.map(Some)?) };
         // The one under way is kept until this one has taken its place: so the arm goes over into it.
-        self.begin_if_free(What::Jog(heading), work)
+        self.begin_if_free(Activity::Jog(direction), work)
     }
 
-    fn speed(&mut self, percent: f32) -> Option<Done> {
+    fn speed(&mut self, percent: f32) -> Option<OrderDone> {
         let first = !std::mem::replace(&mut self.changed, true);
         let mut before = Owed::default();
         before.owe(self.ratios.jog);
@@ -381,35 +382,35 @@ impl Hands {
             arm.set(&moves).await?;
             Ok(None)
         };
-        self.beside(What::Speed(percent), work)
+        self.beside(Activity::Speed(percent), work)
     }
 
     fn begin_if_free(
         &mut self,
-        what: What,
+        activity: Activity,
         work: impl Future<Output = Worked> + Send + 'static,
-    ) -> Option<Done> {
-        let jog_for_jog = matches!(what, What::Jog(_)) || self.jog.is_none();
+    ) -> Option<OrderDone> {
+        let jog_for_jog = matches!(activity, Activity::Jog(_)) || self.jog.is_none();
         if self.moving.is_none() && jog_for_jog {
-            self.begin(what, work);
+            self.begin(activity, work);
             return None;
         }
         let outcome = Err(OrderError::Busy);
-        Some(Done { what, outcome })
+        Some(OrderDone { activity, outcome })
     }
 
-    fn begin(&mut self, what: What, work: impl Future<Output = Worked> + Send + 'static) {
+    fn begin(&mut self, activity: Activity, work: impl Future<Output = Worked> + Send + 'static) {
         let work = Box::pin(work);
-        self.moving = Some(Job { what, work });
+        self.moving = Some(Job { activity, work });
     }
 
     fn beside(
         &mut self,
-        what: What,
+        activity: Activity,
         work: impl Future<Output = Worked> + Send + 'static,
-    ) -> Option<Done> {
+    ) -> Option<OrderDone> {
         let work = Box::pin(work);
-        self.beside.push_back(Job { what, work });
+        self.beside.push_back(Job { activity, work });
         None
     }
 }
@@ -447,20 +448,20 @@ mod tests {
     #[tokio::test]
     async fn nothing_is_switched_on_after_a_stop_that_was_asked_for_later() {
         let arm = Arm::connect(&"sim".parse().unwrap()).await.unwrap();
-        let ratios = Ratios {
+        let ratios = SpeedRatios {
             jog: arm.get::<JogCommonParams>().await.unwrap(),
             moves: arm.get::<PtpCommonParams>().await.unwrap(),
         };
-        let mut hands = Hands::new(&arm, SavedSettings::default(), ratios);
-        let laser = Order::Tool(ToolOrder::Laser(true));
-        assert!(hands.order(laser).is_none());
-        assert!(hands.order(Order::Stop).is_none());
-        assert_eq!(hands.next().await.what, What::Stop);
-        assert!(hands.beside.is_empty());
+        let mut worker = ArmWorker::new(&arm, SavedSettings::default(), ratios);
+        let laser = PendantOrder::Tool(ToolOrder::Laser(true));
+        assert!(worker.order(laser).is_none());
+        assert!(worker.order(PendantOrder::Stop).is_none());
+        assert_eq!(worker.next().await.activity, Activity::Stop);
+        assert!(worker.beside.is_empty());
         // What is asked for after it is done.
         let suction = ToolOrder::Suction(true);
-        assert!(hands.order(Order::Tool(suction)).is_none());
-        assert_eq!(hands.next().await.what, What::Tool(suction));
+        assert!(worker.order(PendantOrder::Tool(suction)).is_none());
+        assert_eq!(worker.next().await.activity, Activity::Tool(suction));
         let laser = arm.get::<EndEffectorLaser>().await.unwrap();
         assert!(!laser.is_on.is_on());
     }

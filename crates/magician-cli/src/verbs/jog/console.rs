@@ -32,7 +32,7 @@ pub(crate) enum Happened {
     Gone,
 }
 
-/// How a program at the desk ends.
+/// How a program at the console ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum End {
     Quit,
@@ -40,7 +40,7 @@ pub(crate) enum End {
     Interrupt,
 }
 
-pub(crate) struct Desk {
+pub(crate) struct Console {
     arm: Arm,
     pub(crate) seen: Seen,
     pub(crate) pad: Pad,
@@ -49,7 +49,7 @@ pub(crate) struct Desk {
     begun: Instant,
 }
 
-impl Desk {
+impl Console {
     /// Reads what a pad has to know.
     pub(crate) async fn open(arm: &Arm, saved: &SavedSettings) -> Result<Self, Failure> {
         let (session, pendant) = PendantSession::open(arm, saved).await?;
@@ -85,7 +85,7 @@ impl Desk {
             self.seen.note(line);
         }
         self.note_motion();
-        self.seen.arm.look(Instant::now());
+        self.seen.arm.tick(Instant::now());
         Ok(happened)
     }
 
@@ -99,7 +99,7 @@ impl Desk {
                 }
                 return Happened::Done;
             }
-            PendantEvent::Status(status) => self.seen.arm.see(status),
+            PendantEvent::Status(status) => self.seen.arm.observe(status),
             PendantEvent::Arm(event) => self.seen.note(event_text(&event)),
             PendantEvent::Rail(rail) => self.seen.arm.rail = Some(rail),
             _ => {}
@@ -109,9 +109,9 @@ impl Desk {
 
     /// Lets the pad know what moves the arm, and the readings that something does.
     fn note_motion(&mut self) {
-        self.pad.pendant.doing = self.session.doing();
-        if self.pad.pendant.doing.is_some() {
-            self.seen.arm.stir();
+        self.pad.pendant.activity = self.session.activity();
+        if self.pad.pendant.activity.is_some() {
+            self.seen.arm.disturb();
         }
     }
 

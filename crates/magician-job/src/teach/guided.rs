@@ -16,7 +16,7 @@ const PERIOD: Duration = Duration::from_millis(100);
 ///
 /// # Errors
 /// When the line is gone, and when the arm does not take the settings.
-pub async fn follow(arm: &Arm, saved: &SavedSettings) -> Result<Option<Polled<Pose>>> {
+pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Polled<Pose>>> {
     let before = async {
         let mode = arm.get::<HhtTrigMode>().await?;
         let enabled = arm.get::<HhtTrigOutputEnabled>().await?;
@@ -39,7 +39,7 @@ pub async fn follow(arm: &Arm, saved: &SavedSettings) -> Result<Option<Polled<Po
     .await?;
     let is_enabled = Flag::ON;
     arm.set(&HhtTrigOutputEnabled { is_enabled }).await?;
-    // What was taught before is nobody's lesson; reading it clears it.
+    // What was taught before belongs to no program; reading it clears it.
     let _ = arm.get::<HhtTrigOutput>().await?;
     let arm = arm.clone();
     Ok(Some(Polled::every(PERIOD, move || {

@@ -1,0 +1,674 @@
+//! A program that is being taught: its steps, and every edit of them, with undo and redo.
+
+use std::sync::Arc;
+
+use magician::commands::Pose;
+use magician_program::{Action, Grip, Origin, Plan, Step, Surface, Tool, Travel};
+
+use super::TeachError;
+
+/// So many edits can be undone.
+const UNDO: usize = 500;
+
+/// A step of a program that is taught: where the arm goes, what its tool does there, how long it stays. In a plan that is up to four
+/// steps.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TeachStep {
+    /// What it is called; empty if it has no name.
+    pub name: String,
+    /// A move as a rule; also anything else that a file may have, which is kept as it is. `None`: where the step before ends.
+    pub motion: Option<Action>,
+    /// What the gripper does there; nothing new without.
+    pub gripper: Option<Grip>,
+    /// Whether the suction cup goes on or off there; nothing new without.
+    pub suction: Option<bool>,
+    /// How long it stays there, ms.
+    pub pause: u32,
+}
+
+impl TeachStep {
+    /// What is done for it, in order.
+    fn actions(&self) -> impl Iterator<Item = Action> + '_ {
+        let pause = (self.pause > 0).then_some(Action::Wait(self.pause));
+        let motion = self.motion.clone();
+        motion
+            .into_iter()
+            .chain(self.gripper.map(Action::Gripper))
+            .chain(self.suction.map(Action::Suction))
+            .chain(pause)
+    }
+
+    /// Takes a step of a plan as a part of this one, if it can be one.
+    fn takes(&mut self, action: &Action) -> bool {
+        let fresh = self.pause == 0;
+        match *action {
+            Action::Gripper(grip) if fresh && self.gripper.is_none() && self.suction.is_none() => {
+                self.gripper = Some(grip);
+            }
+            Action::Suction(on) if fresh && self.suction.is_none() => self.suction = Some(on),
+            Action::Wait(pause) if fresh && pause > 0 => self.pause = pause,
+            _ => return false,
+        }
+        true
+    }
+
+    /// A step that begins with this one of a plan.
+    fn of(action: &Action, name: &str) -> Self {
+        let mut step = Self {
+            name: name.to_owned(),
+            ..Self::default()
+        };
+        if !step.takes(action) {
+            step.motion = Some(action.clone());
+        }
+        step
+    }
+}
+
+/// What undo goes back to.
+#[derive(Clone, Debug, PartialEq)]
+struct Snapshot {
+    steps: Arc<Vec<TeachStep>>,
+    selected: usize,
+}
+
+/// A program that is being taught: steps that can be added, edited, moved and deleted, with undo and redo. Edits are of the selected
+/// step.
+///
+/// ```
+/// use magician::commands::Pose;
+/// use magician_job::teach::ProgramModel;
+/// use magician_program::Travel;
+///
+/// let mut program = ProgramModel::new("pick", None);
+/// for x in [220.0, 240.0] {
+///     program.store(&Pose { x, y: 0.0, z: 40.0, r: 0.0, joint_angle: [0.0, 30.0, 20.0, 0.0] });
+/// }
+/// program.next_suction()?;
+/// program.rename("take")?;
+/// assert!(program.undo());
+/// assert_eq!((program.steps()[1].name.as_str(), program.steps()[1].suction), ("P2", Some(true)));
+/// assert_eq!(program.plan(0).steps.len(), 3);
+/// # Ok::<(), magician_job::teach::TeachError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct ProgramModel {
+    /// What it is called.
+    pub title: String,
+    /// The tool whose tip is at the points.
+    pub tool: Option<Tool>,
+    surface: Option<Surface>,
+    /// Shared with the history and with what is shown: many steps cost no more than few.
+    steps: Arc<Vec<TeachStep>>,
+    /// The selected step; 0 if there is none.
+    selected: usize,
+    /// How new points are reached.
+    by: Travel,
+    /// The point that the arc to the next one goes through.
+    via: Option<[f32; 4]>,
+    undo: Vec<Snapshot>,
+    redo: Vec<Snapshot>,
+    saved: Arc<Vec<TeachStep>>,
+}
+
+impl ProgramModel {
+    /// Nothing is taught yet.
+    #[must_use]
+    pub fn new(title: impl Into<String>, tool: Option<Tool>) -> Self {
+        Self {
+            title: title.into(),
+            tool,
+            surface: None,
+            steps: Arc::default(),
+            selected: 0,
+            by: Travel::Joints,
+            via: None,
+            undo: Vec::new(),
+            redo: Vec::new(),
+            saved: Arc::default(),
+        }
+    }
+
+    /// The program of a plan: every step of the plan is in one of its steps, and [`plan`](Self::plan) gives them back.
+    #[must_use]
+    pub fn of(plan: &Plan) -> Self {
+        let mut steps: Vec<TeachStep> = Vec::new();
+        for planned in &plan.steps {
+            let name = plan.name_of(&planned.origin).unwrap_or_default();
+            let last = steps.last_mut().filter(|step| step.name == name);
+            if !last.is_some_and(|step| step.takes(&planned.action)) {
+                steps.push(TeachStep::of(&planned.action, name));
+            }
+        }
+        let steps = Arc::new(steps);
+        Self {
+            surface: plan.surface,
+            saved: Arc::clone(&steps),
+            steps,
+            ..Self::new(plan.title.clone(), plan.tool)
+        }
+    }
+
+    /// Its steps. The list is shared: as long as nothing changes a clone is the same allocation, so that many steps
+    /// cost no more than few to show and to compare.
+    #[must_use]
+    pub const fn steps(&self) -> &Arc<Vec<TeachStep>> {
+        &self.steps
+    }
+
+    /// The selected step, from 0; 0 if there is none.
+    #[must_use]
+    pub const fn selected(&self) -> usize {
+        self.selected
+    }
+
+    /// The point that the arc to the next one goes through, if one was marked.
+    #[must_use]
+    pub const fn via(&self) -> Option<[f32; 4]> {
+        self.via
+    }
+
+    /// Lets the next point be the end of an arc through where the arm is.
+    pub const fn arc_through(&mut self, pose: &Pose) {
+        self.via = Some(place(pose));
+    }
+
+    /// Lets the next point be reached as ever.
+    pub const fn cancel_arc(&mut self) {
+        self.via = None;
+    }
+
+    /// The plan of the steps from this one on, counted from 0.
+    #[must_use]
+    pub fn plan(&self, from: usize) -> Plan {
+        let mut plan = Plan::new(self.title.clone());
+        plan.tool = self.tool;
+        plan.surface = self.surface;
+        for step in self.steps.iter().skip(from) {
+            let origin = if step.name.is_empty() {
+                Origin::NONE
+            } else {
+                Origin::NONE.named(plan.name(step.name.clone()))
+            };
+            let planned = step.actions().map(|action| Step::new(action, origin));
+            plan.steps.extend(planned);
+        }
+        plan
+    }
+
+    /// The step that a step of [`plan(from)`](Self::plan) belongs to; both are counted from 0.
+    #[must_use]
+    pub fn step_at(&self, from: usize, plan_step: usize) -> Option<usize> {
+        let mut left = plan_step;
+        for (nth, step) in self.steps.iter().enumerate().skip(from) {
+            let planned = step.actions().count();
+            if left < planned {
+                return Some(nth);
+            }
+            left -= planned;
+        }
+        None
+    }
+
+    /// How many steps of the whole plan come before this one.
+    #[must_use]
+    pub fn plan_steps_before(&self, step: usize) -> usize {
+        let steps = self.steps.iter().take(step);
+        steps.map(|step| step.actions().count()).sum()
+    }
+
+    /// Whether a step leads to the same place wherever the arm is, and by a way that does not depend on what was before. The
+    /// first one has nothing before it.
+    #[must_use]
+    pub fn leads_from_anywhere(&self, step: usize) -> bool {
+        let motion = self.steps.get(step).and_then(|step| step.motion.as_ref());
+        let absolute = matches!(
+            motion,
+            Some(Action::Move { .. } | Action::Joints { .. } | Action::Home)
+        );
+        step == 0 || absolute
+    }
+
+    /// Whether the steps are as they were saved.
+    #[must_use]
+    pub fn is_saved(&self) -> bool {
+        Arc::ptr_eq(&self.steps, &self.saved) || self.steps == self.saved
+    }
+
+    /// The steps as they are have been saved.
+    pub fn mark_saved(&mut self) {
+        self.saved = Arc::clone(&self.steps);
+    }
+
+    /// The steps as they are have not been saved, wherever they came from.
+    pub fn mark_unsaved(&mut self) {
+        self.saved = Arc::default();
+    }
+
+    /// Adds where the arm is, after the selected step, and selects it; the name that it got.
+    pub fn store(&mut self, pose: &Pose) -> String {
+        let to = place(pose);
+        let motion = match self.via.take() {
+            Some(via) => Action::Arc { via, to },
+            None => Action::Move { to, by: self.by },
+        };
+        let name = self.fresh_name();
+        self.change(|program| {
+            let step = TeachStep {
+                name: name.clone(),
+                motion: Some(motion),
+                ..TeachStep::default()
+            };
+            let at = (program.selected + 1).min(program.steps.len());
+            program.steps_mut().insert(at, step);
+            program.selected = at;
+        });
+        name
+    }
+
+    /// Whether the selected step leads to this very place.
+    #[must_use]
+    pub fn is_at(&self, pose: &Pose) -> bool {
+        let motion = self
+            .steps
+            .get(self.selected)
+            .and_then(|step| step.motion.as_ref());
+        match motion {
+            Some(Action::Move { to, .. } | Action::Arc { to, .. }) => *to == place(pose),
+            _ => false,
+        }
+    }
+
+    /// Lets the selected step lead to where the arm is.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without steps, [`TeachError::NoTarget`] for one that does not lead to a place.
+    pub fn reteach(&mut self, pose: &Pose) -> Result<(), TeachError> {
+        self.edit(|step| {
+            let here = place(pose);
+            match &mut step.motion {
+                Some(Action::Move { to, .. } | Action::Arc { to, .. }) => *to = here,
+                Some(Action::Joints { to, .. }) => *to = pose.joint_angle,
+                Some(Action::Path { to } | Action::Burn { to, .. }) => {
+                    *to = [pose.x, pose.y, pose.z];
+                }
+                _ => return Err(TeachError::NoTarget),
+            }
+            Ok(())
+        })
+    }
+
+    /// Changes how the selected step is reached: joint by joint, straight, as a jump, and so on. Steps that are added later are reached
+    /// so, too; without steps that is all.
+    ///
+    /// # Errors
+    /// [`TeachError::IsArc`] and [`TeachError::NotAMove`] for steps that have one way only.
+    pub fn next_travel(&mut self) -> Result<(), TeachError> {
+        let turned = |by| match by {
+            Travel::Joints => Travel::Line,
+            Travel::Line => Travel::Jump,
+            Travel::Jump => Travel::Joints,
+        };
+        if self.steps.is_empty() {
+            self.by = turned(self.by);
+            return Ok(());
+        }
+        let mut now = self.by;
+        self.edit(|step| match &mut step.motion {
+            Some(Action::Move { by, .. } | Action::Joints { by, .. }) => {
+                *by = turned(*by);
+                now = *by;
+                Ok(())
+            }
+            Some(Action::Arc { .. }) => Err(TeachError::IsArc),
+            _ => Err(TeachError::NotAMove),
+        })?;
+        self.by = now;
+        Ok(())
+    }
+
+    /// Names the selected step; space around the name is not of it.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without steps.
+    pub fn rename(&mut self, name: &str) -> Result<(), TeachError> {
+        let name = name.trim().to_owned();
+        self.edit(|step| {
+            step.name = name;
+            Ok(())
+        })
+    }
+
+    /// Sets how long the arm stays at the selected step, ms; 0 for no pause.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without steps.
+    pub fn set_pause(&mut self, pause: u32) -> Result<(), TeachError> {
+        self.edit(|step| {
+            step.pause = pause;
+            Ok(())
+        })
+    }
+
+    /// Turns on what the gripper does at the selected step: nothing new, close, open, off.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without steps.
+    pub fn next_gripper(&mut self) -> Result<(), TeachError> {
+        self.edit(|step| {
+            step.gripper = match step.gripper {
+                None => Some(Grip::Close),
+                Some(Grip::Close) => Some(Grip::Open),
+                Some(Grip::Open) => Some(Grip::Off),
+                Some(Grip::Off) => None,
+            };
+            Ok(())
+        })
+    }
+
+    /// Turns on what the suction cup does at the selected step: nothing new, on, off.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without steps.
+    pub fn next_suction(&mut self) -> Result<(), TeachError> {
+        self.edit(|step| {
+            step.suction = match step.suction {
+                None => Some(true),
+                Some(true) => Some(false),
+                Some(false) => None,
+            };
+            Ok(())
+        })
+    }
+
+    /// Deletes the selected step, and selects the next one, or the last.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without steps.
+    pub fn delete(&mut self) -> Result<(), TeachError> {
+        if self.steps.is_empty() {
+            return Err(TeachError::Empty);
+        }
+        self.change(|program| {
+            let selected = program.selected;
+            program.steps_mut().remove(selected);
+            program.selected = program.selected.min(program.steps.len().saturating_sub(1));
+        });
+        Ok(())
+    }
+
+    /// Moves the selected step towards the end, or the beginning.
+    pub fn shift(&mut self, down: bool) {
+        let other = if down {
+            self.selected + 1
+        } else {
+            self.selected.wrapping_sub(1)
+        };
+        if other < self.steps.len() {
+            self.change(|program| {
+                let selected = program.selected;
+                program.steps_mut().swap(selected, other);
+                program.selected = other;
+            });
+        }
+    }
+
+    /// Selects a step, from 0; the last one if there are fewer.
+    pub fn select_at(&mut self, step: usize) {
+        self.selected = step.min(self.steps.len().saturating_sub(1));
+    }
+
+    /// Selects the next step, or the one before.
+    pub fn select(&mut self, down: bool) {
+        let other = if down {
+            self.selected + 1
+        } else {
+            self.selected.saturating_sub(1)
+        };
+        self.selected = other.min(self.steps.len().saturating_sub(1));
+    }
+
+    /// Undoes the last edit; whether there was one. 500 can be undone.
+    pub fn undo(&mut self) -> bool {
+        let Some(before) = self.undo.pop() else {
+            return false;
+        };
+        let now = self.snapshot();
+        self.redo.push(now);
+        self.restore(before);
+        true
+    }
+
+    /// Redoes the edit that was undone last; whether there was one.
+    pub fn redo(&mut self) -> bool {
+        let Some(after) = self.redo.pop() else {
+            return false;
+        };
+        let now = self.snapshot();
+        self.undo.push(now);
+        self.restore(after);
+        true
+    }
+
+    fn edit(
+        &mut self,
+        edit: impl FnOnce(&mut TeachStep) -> Result<(), TeachError>,
+    ) -> Result<(), TeachError> {
+        let mut step = self
+            .steps
+            .get(self.selected)
+            .cloned()
+            .ok_or(TeachError::Empty)?;
+        edit(&mut step)?;
+        self.change(|program| {
+            let selected = program.selected;
+            if let Some(known) = program.steps_mut().get_mut(selected) {
+                *known = step;
+            }
+        });
+        Ok(())
+    }
+
+    fn change(&mut self, change: impl FnOnce(&mut Self)) {
+        let before = self.snapshot();
+        change(self);
+        if before.steps == self.steps {
+            return;
+        }
+        if self.undo.len() == UNDO {
+            self.undo.remove(0);
+        }
+        self.undo.push(before);
+        self.redo.clear();
+    }
+
+    fn steps_mut(&mut self) -> &mut Vec<TeachStep> {
+        Arc::make_mut(&mut self.steps)
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            steps: Arc::clone(&self.steps),
+            selected: self.selected,
+        }
+    }
+
+    fn restore(&mut self, Snapshot { steps, selected }: Snapshot) {
+        self.steps = steps;
+        self.selected = selected;
+    }
+
+    /// A name that no step has.
+    fn fresh_name(&self) -> String {
+        let taken = |name: &str| self.steps.iter().any(|step| step.name == name);
+        let mut names = (self.steps.len() + 1..).map(|number| format!("P{number}"));
+        names.find(|name| !taken(name)).unwrap_or_default()
+    }
+}
+
+const fn place(pose: &Pose) -> [f32; 4] {
+    [pose.x, pose.y, pose.z, pose.r]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use magician_program::formats::playback::Playback;
+
+    fn pose(x: f32) -> Pose {
+        Pose {
+            x,
+            y: 1.0,
+            z: 2.0,
+            r: 3.0,
+            joint_angle: [x, 0.0, 0.0, 0.0],
+        }
+    }
+
+    fn taught(xs: &[f32]) -> ProgramModel {
+        let mut program = ProgramModel::new("lesson", Some(Tool::Suction));
+        xs.iter().for_each(|x| drop(program.store(&pose(*x))));
+        program
+    }
+
+    fn names(program: &ProgramModel) -> Vec<&str> {
+        program
+            .steps
+            .iter()
+            .map(|step| step.name.as_str())
+            .collect()
+    }
+
+    #[test]
+    fn points_come_after_the_one_that_is_chosen() {
+        let mut program = taught(&[200.0, 210.0]);
+        program.select(false);
+        program.store(&pose(205.0));
+        assert_eq!(names(&program), ["P1", "P3", "P2"]);
+        assert_eq!(program.selected, 1);
+        assert!(program.is_at(&pose(205.0)) && !program.is_at(&pose(205.5)));
+        program.shift(true);
+        assert_eq!(
+            (names(&program), program.selected),
+            (vec!["P1", "P2", "P3"], 2)
+        );
+        program.shift(true);
+        assert_eq!(program.selected, 2);
+        program.delete().unwrap();
+        program.delete().unwrap();
+        program.delete().unwrap();
+        assert!(program.delete().is_err() && program.steps.is_empty());
+    }
+
+    #[test]
+    fn every_change_can_be_undone_and_made_anew() {
+        let mut program = taught(&[200.0, 210.0]);
+        let mut states = vec![program.steps.clone()];
+        let changes: [fn(&mut ProgramModel); 8] = [
+            |program| program.rename(" pick ").unwrap(),
+            |program| program.set_pause(500).unwrap(),
+            |program| program.next_suction().unwrap(),
+            |program| program.next_gripper().unwrap(),
+            |program| program.next_travel().unwrap(),
+            |program| program.reteach(&pose(250.0)).unwrap(),
+            |program| program.shift(false),
+            |program| program.delete().unwrap(),
+        ];
+        for change in changes {
+            change(&mut program);
+            states.push(program.steps.clone());
+        }
+        for state in states.iter().rev().skip(1) {
+            assert!(program.undo());
+            assert_eq!(program.steps, *state);
+        }
+        for state in &states[1..] {
+            assert!(program.redo());
+            assert_eq!(program.steps, *state);
+        }
+        assert!(!program.redo());
+        program.undo();
+        program.store(&pose(1.0));
+        assert!(!program.redo(), "another change ends that");
+    }
+
+    #[test]
+    fn an_arc_takes_two_points_and_stays_one() {
+        let mut program = taught(&[200.0]);
+        program.arc_through(&pose(220.0));
+        program.store(&pose(240.0));
+        let motion = program.steps[1].motion.clone();
+        let (via, to) = (place(&pose(220.0)), place(&pose(240.0)));
+        assert_eq!(motion, Some(Action::Arc { via, to }));
+        assert!(program.next_travel().is_err() && program.via.is_none());
+    }
+
+    #[test]
+    fn what_only_leads_on_needs_what_comes_before() {
+        let mut program = taught(&[200.0, 210.0]);
+        program.next_suction().unwrap();
+        program.arc_through(&pose(220.0));
+        program.store(&pose(240.0));
+        let from_anywhere = [0, 1, 2].map(|step| program.leads_from_anywhere(step));
+        assert_eq!(from_anywhere, [true, true, false]);
+        assert_eq!(
+            [0, 1, 2].map(|step| program.plan_steps_before(step)),
+            [0, 1, 3]
+        );
+    }
+
+    #[test]
+    fn a_plan_of_rows_gives_the_same_rows() {
+        let mut program = taught(&[200.0, 210.0, 220.0]);
+        program.next_suction().unwrap();
+        program.set_pause(1250).unwrap();
+        program.select(false);
+        program.rename("").unwrap();
+        program.next_travel().unwrap();
+        let plan = program.plan(0);
+        assert_eq!(plan.steps.len(), 5);
+        let again = ProgramModel::of(&plan);
+        assert_eq!((&again.steps, again.tool), (&program.steps, program.tool));
+        assert!(again.is_saved() && !program.is_saved());
+        let steps = [0, 1, 2, 3, 4, 5].map(|step| program.step_at(0, step));
+        assert_eq!(steps, [Some(0), Some(1), Some(2), Some(2), Some(2), None]);
+        assert_eq!(
+            (program.step_at(1, 0), program.plan(1).steps.len()),
+            (Some(1), 4)
+        );
+    }
+
+    #[test]
+    fn what_a_file_says_otherwise_is_kept() {
+        let mut plan = Plan::new("drawn");
+        let steps = [
+            Action::Wait(0),
+            Action::Suction(true),
+            Action::Gripper(Grip::Open),
+            Action::Home,
+            Action::Wait(5),
+            Action::Wait(6),
+            Action::Path {
+                to: [200.0, 0.0, 0.0],
+            },
+        ];
+        for step in steps {
+            plan.push(step, Origin::NONE);
+        }
+        assert_eq!(ProgramModel::of(&plan).plan(0), plan);
+    }
+
+    #[test]
+    fn a_playback_file_that_is_written_is_taught_as_it_was() {
+        let mut program = taught(&[200.0, 210.0]);
+        program.next_suction().unwrap();
+        program.rename("pick").unwrap();
+        let playback = Playback::from_plan(&program.plan(0)).unwrap();
+        let read = Playback::read(playback.to_xml().as_bytes()).unwrap();
+        let again = ProgramModel::of(&read.to_plan().content);
+        assert_eq!(names(&again), ["P1", "pick"]);
+        let suction: Vec<_> = again.steps.iter().map(|step| step.suction).collect();
+        assert_eq!(suction, [Some(false), Some(true)]);
+        assert_eq!(again.steps[1].motion, program.steps[1].motion);
+    }
+}
