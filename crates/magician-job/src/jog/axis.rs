@@ -1,11 +1,12 @@
 //! What can be jogged: a coordinate, a joint, the rail.
 
+use std::fmt;
 use std::str::FromStr;
 
 use magician::protocol::JogCommand;
 use magician::{Set, words};
 
-/// An axis.
+/// An axis that can be jogged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axis {
     /// Forward, mm.
@@ -28,7 +29,7 @@ pub enum Axis {
     L,
 }
 
-/// An axis and a direction on it.
+/// An axis and a direction on it; as text `x+`, `j3-`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JogDirection {
     /// What moves.
@@ -93,16 +94,29 @@ impl Axis {
     }
 }
 
+/// By its [`name`](Axis::name), in upper or lower case.
 impl FromStr for Axis {
-    type Err = String;
+    type Err = UnknownAxis;
 
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, UnknownAxis> {
         let mut known = Self::ALL.into_iter();
         known
             .find(|axis| axis.name().eq_ignore_ascii_case(text))
-            .ok_or_else(|| "expected x, y, z, r, j1, j2, j3, j4, or l for the rail".to_owned())
+            .ok_or(UnknownAxis)
     }
 }
+
+/// The text is the name of no axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownAxis;
+
+impl fmt::Display for UnknownAxis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("expected x, y, z, r, j1, j2, j3, j4, or l for the rail")
+    }
+}
+
+impl std::error::Error for UnknownAxis {}
 
 impl JogDirection {
     /// What begins to jog that way.
@@ -134,8 +148,8 @@ impl JogDirection {
 }
 
 /// `x+`, `j3-`.
-impl std::fmt::Display for JogDirection {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+impl fmt::Display for JogDirection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sign = if self.forward { '+' } else { '-' };
         write!(f, "{}{sign}", self.axis.name())
     }

@@ -1,24 +1,24 @@
-//! A key that is held, as a dead man's control.
+//! A hold-to-run control: the arm moves only while it is held (a dead man's switch).
 //!
-//! Some terminals tell when a key is released: there the jog goes on from press to release. Most tell presses only, and a held
-//! key as presses again and again, the second half a second after the first. There a press alone jogs for a moment, so that a
-//! tap is a nudge; when it comes again soon it is being held, and the jog goes on from then until no more come. Which kind it is
-//! shows with the first release that is told.
+//! Some controls report when they are released: there the jog goes on from press to release. Others report presses only, and a held
+//! one as presses again and again, the second half a second after the first (keys of most terminals). There a press alone jogs for a
+//! moment, so that a tap is a nudge; when it comes again soon the control is being held, and the jog goes on from then until no more
+//! come. Which kind it is shows with the first release that is reported.
 
 use std::time::Duration;
 
 use super::axis::JogDirection;
 
-/// How long a jog goes on after its key was seen held last.
+/// How long a jog goes on after its control was reported as held last.
 const HELD: Duration = Duration::from_millis(250);
-/// How long the driver lets it go on when it hears nothing from here: a little longer, for when this hangs.
+/// How long the driver lets it go on when it hears nothing from here: a little longer, for when this program hangs.
 const KEEP: Duration = Duration::from_millis(300);
-/// How long a tap jogs, where releases are not told.
+/// How long a tap jogs, where releases are not reported.
 const TAP: Duration = Duration::from_millis(150);
-/// A key that comes again within this time is being held: longer than the longest delay before keys repeat (660 ms under X).
+/// A press that comes again within this time is a hold: longer than the longest delay before keys repeat (660 ms under X).
 const REPEATS: Duration = Duration::from_millis(700);
 
-/// What a key comes to. Times are since some beginning.
+/// What a report of the control comes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HoldAction {
     /// Jog from now on; it ends by itself after `keep` unless kept up.
@@ -36,10 +36,24 @@ pub enum HoldAction {
     Nothing,
 }
 
-/// The key that is held, and what the terminal tells of keys.
+/// The control that is held, and what is known of its kind. Times are since any beginning, the same for all calls.
+///
+/// ```
+/// use std::time::Duration;
+///
+/// use magician_job::jog::{Axis, HoldAction, HoldToRun, JogDirection};
+///
+/// let at = Duration::from_millis;
+/// let up = JogDirection { axis: Axis::Z, forward: true };
+/// let mut hold = HoldToRun::new();
+/// hold.set_reports_releases(true);
+/// assert!(matches!(hold.press(up, at(0)), HoldAction::Begin { .. }));
+/// assert_eq!(hold.tick(at(50)), HoldAction::Keep);
+/// assert_eq!(hold.release(Some(up)), HoldAction::End);
+/// ```
 #[derive(Clone, Debug)]
 pub struct HoldToRun {
-    /// Whether releases are told.
+    /// Whether releases are reported.
     releases: bool,
     held: Option<Held>,
     /// The last press.
@@ -52,8 +66,14 @@ struct Held {
     seen: Duration,
     /// It is a tap as far as is known: it is not kept up.
     tap: bool,
-    /// Repeats were told: if they fail to come, the release was lost.
+    /// Repeats were reported: if they fail to come, the release was lost.
     repeats: bool,
+}
+
+impl Default for HoldToRun {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl HoldToRun {
@@ -72,19 +92,19 @@ impl HoldToRun {
         self.releases = reports;
     }
 
-    /// Whether the terminal is known to tell releases.
+    /// Whether the control is known to report releases.
     #[must_use]
-    pub fn reports_releases(&self) -> bool {
+    pub const fn reports_releases(&self) -> bool {
         self.releases
     }
 
-    /// The way that is being jogged.
+    /// The direction that is held.
     #[must_use]
     pub fn direction(&self) -> Option<JogDirection> {
         self.held.map(|held| held.direction)
     }
 
-    /// A press of a key.
+    /// The control of a direction was pressed.
     pub fn press(&mut self, direction: JogDirection, now: Duration) -> HoldAction {
         let again = self
             .last
@@ -99,7 +119,7 @@ impl HoldToRun {
         }
     }
 
-    /// A repeat that the terminal tells as one: then it tells releases too.
+    /// A repeat that is reported as one: such a control reports releases, too.
     pub fn repeat(&mut self, direction: JogDirection, now: Duration) -> HoldAction {
         self.releases = true;
         let turn = self.press(direction, now);
@@ -109,7 +129,7 @@ impl HoldToRun {
         turn
     }
 
-    /// A release of the key that jogs this way; of another key with `None`.
+    /// The control of this direction was released; with `None` any other one.
     pub fn release(&mut self, direction: Option<JogDirection>) -> HoldAction {
         self.releases = true;
         match self.held {
@@ -118,7 +138,7 @@ impl HoldToRun {
         }
     }
 
-    /// The keyboard is well, and nothing has come of it.
+    /// The control is alive and nothing was reported: to be called several times a second.
     pub fn tick(&mut self, now: Duration) -> HoldAction {
         let Some(held) = self.held else {
             return HoldAction::Nothing;
@@ -129,15 +149,17 @@ impl HoldToRun {
             (false, true) => held.repeats && unseen >= REPEATS,
             (false, false) => unseen >= HELD,
         };
-        match over {
-            true => self.release_all(),
-            // Without releases only the key itself keeps it up.
-            false if self.releases && !held.tap => HoldAction::Keep,
-            false => HoldAction::Nothing,
+        if over {
+            self.release_all()
+        } else if self.releases && !held.tap {
+            HoldAction::Keep
+        } else {
+            // Without releases only further presses keep it up.
+            HoldAction::Nothing
         }
     }
 
-    /// Ends it, whatever the key does.
+    /// Ends it, whatever the control does.
     pub fn release_all(&mut self) -> HoldAction {
         match self.held.take() {
             Some(_) => HoldAction::End,
@@ -216,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_with_releases_jogs_from_press_to_release() {
+    fn a_control_with_releases_jogs_from_press_to_release() {
         let mut hold = plain();
         assert_eq!(hold.release(None), HoldAction::Nothing);
         assert!(hold.reports_releases());

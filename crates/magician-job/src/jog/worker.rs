@@ -1,149 +1,20 @@
-//! What a pad has the arm do: one thing that moves it at a time, and a stop that overtakes it.
+//! The arm at the orders of a pendant: one thing moves it at a time, and a stop overtakes it.
 
 use std::collections::VecDeque;
-use std::fmt;
 use std::future::{Future, poll_fn};
 use std::pin::Pin;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Poll;
 use std::time::Duration;
 
 use magician::commands::{JogCommonParams, PtpCommonParams};
-use magician::words::{self, Guards};
-use magician::{Arm, Error, ErrorKind, Jog, JogOptions, Owed, Set, ToolBias};
-use magician_program::{Ending, Grip, Plan, Program};
+use magician::words::Guards;
+use magician::{Arm, ErrorKind, Jog, JogOptions, Owed};
+use magician_program::{Ending, Plan, Program};
+use tokio::runtime::Handle;
 
-use super::JogDirection;
-use crate::{JobError, JobHandle, JobSpec, NoJournal, SavedSettings, Start};
-
-/// What is to be done.
-#[derive(Clone, Debug, PartialEq)]
-pub enum PendantOrder {
-    /// Jog until told otherwise, or until it was not kept up for so long.
-    Jog {
-        /// Which way.
-        direction: JogDirection,
-        /// How long it goes on without [`PendantOrder::Keep`].
-        keep: Duration,
-    },
-    /// Let the jog go on.
-    Keep,
-    /// End the jog.
-    EndJog,
-    /// A checked move by so much.
-    Step {
-        /// Which way.
-        direction: JogDirection,
-        /// How far, mm or deg; above 0.
-        length: f32,
-        /// The laser burns, and that is meant.
-        burning: bool,
-    },
-    /// Stop whatever moves, now.
-    Stop,
-    /// Home the arm.
-    Home,
-    /// Clear the alarms that stand.
-    ClearAlarms,
-    /// Something of the tools, at once and past the queue.
-    Tool(ToolOrder),
-    /// Share of the set speeds of jogs and moves, percent.
-    Speed(f32),
-    /// A program from one of its steps (from 0) on, checked as a whole first.
-    Run {
-        /// The program.
-        plan: Box<Plan>,
-        /// The step it begins with.
-        from: usize,
-    },
-}
-
-/// What a tool is to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ToolOrder {
-    /// The suction cup goes on or off.
-    Suction(bool),
-    /// The gripper closes, opens, or its pump goes off.
-    Gripper(Grip),
-    /// The laser burns, or is dark. Who orders it has made sure that it may burn.
-    Laser(bool),
-    /// The arm counts from a tip that is so far from its flange, mm.
-    Tip(ToolBias),
-}
-
-impl ToolOrder {
-    fn command(self) -> Set {
-        match self {
-            Self::Suction(on) => words::suction(on),
-            Self::Gripper(Grip::Close) => words::grip(),
-            Self::Gripper(Grip::Open) => words::release(),
-            Self::Gripper(Grip::Off) => words::pump_off(),
-            Self::Laser(on) => words::laser(on),
-            Self::Tip(bias) => words::tool(bias),
-        }
-    }
-}
-
-/// What was being done.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Activity {
-    /// A jog, as long as it goes on.
-    Jog(JogDirection),
-    /// A checked move by a step.
-    Step(JogDirection),
-    /// A stop.
-    Stop,
-    /// Homing.
-    Home,
-    /// Clearing the alarms.
-    ClearAlarms,
-    /// Something of the tools.
-    Tool(ToolOrder),
-    /// Setting the speeds to so many percent.
-    Speed(f32),
-    /// A program.
-    Run,
-}
-
-/// What came of something.
-#[derive(Debug)]
-pub struct OrderDone {
-    /// What was ordered.
-    pub activity: Activity,
-    /// Whether it was done.
-    pub outcome: Result<(), OrderError>,
-}
-
-/// Why an order was not carried out.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub enum OrderError {
-    /// Something else moves the arm: only a stop, and a jog for a jog, does not wait for it.
-    Busy,
-    /// The arm or its line.
-    Arm(Arc<Error>),
-    /// The program did not come to its end.
-    Program(Arc<JobError>),
-}
-
-impl From<Error> for OrderError {
-    fn from(error: Error) -> Self {
-        Self::Arm(Arc::new(error))
-    }
-}
-
-/// For logs: what people read is made by the program that they use.
-impl fmt::Display for OrderError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Busy => f.write_str("the arm is doing something else"),
-            Self::Arm(error) => error.fmt(f),
-            Self::Program(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for OrderError {}
+use super::{Activity, JogDirection, OrderDone, OrderError, PendantOrder};
+use crate::{JobHandle, JobSpec, NoJournal, SavedSettings, Start};
 
 type Worked = Result<Option<Jog>, OrderError>;
 type Work = Pin<Box<dyn Future<Output = Worked> + Send>>;
@@ -178,10 +49,26 @@ pub(super) struct ArmWorker {
     beside: VecDeque<Job>,
     /// The program that runs, or ran last.
     program: Running,
+    /// Where a stop is sent from when this is dropped.
+    runtime: Handle,
+}
+
+/// What is under way stops: a jog by its guard, a program by its handle, a move by a stop of its own.
+impl Drop for ArmWorker {
+    fn drop(&mut self) {
+        if self.jogs() {
+            return;
+        }
+        if self.moving.take().is_some() {
+            let arm = self.arm.clone();
+            // Nobody is there any more who could be told.
+            self.runtime.spawn(async move { arm.stop().await.ok() });
+        }
+    }
 }
 
 impl ArmWorker {
-    /// At this arm; what it changes is restored by `saved`.
+    /// At this arm; what it changes is restored by `saved`. Within a runtime.
     pub(super) fn new(arm: &Arm, saved: SavedSettings, ratios: SpeedRatios) -> Self {
         Self {
             arm: arm.clone(),
@@ -192,6 +79,7 @@ impl ArmWorker {
             moving: None,
             beside: VecDeque::new(),
             program: Running::default(),
+            runtime: Handle::current(),
         }
     }
 
@@ -237,7 +125,7 @@ impl ArmWorker {
                 self.beside(Activity::ClearAlarms, work)
             }
             PendantOrder::Tool(tool) => {
-                // Whoever is at the pad has answered that it may burn.
+                // Who orders it has made sure that it may burn.
                 let arm = self.arm.allowing_laser();
                 let work = async move { Ok(arm.set_any(&tool.command()).await.map(|()| None)?) };
                 self.beside(Activity::Tool(tool), work)
@@ -329,7 +217,7 @@ impl ArmWorker {
         let (activity, kept) = (Activity::Jog(*direction), jog.keep());
         let error = kept.err()?;
         self.jog = None;
-        // That it was kept up too late is how a held key ends that was seen too late.
+        // That it was kept up too late is how a control ends whose hold was reported too late.
         let outcome = match error.kind() {
             ErrorKind::Timeout => Ok(()),
             _ => Err(error.into()),
@@ -435,7 +323,7 @@ async fn run(arm: Arm, plan: Plan, from: usize, program: Running) -> Worked {
     }
 }
 
-fn lock(program: &Running) -> std::sync::MutexGuard<'_, Option<JobHandle>> {
+fn lock(program: &Running) -> MutexGuard<'_, Option<JobHandle>> {
     program.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -443,6 +331,7 @@ fn lock(program: &Running) -> std::sync::MutexGuard<'_, Option<JobHandle>> {
 mod tests {
     use magician::commands::EndEffectorLaser;
 
+    use super::super::ToolOrder;
     use super::*;
 
     #[tokio::test]

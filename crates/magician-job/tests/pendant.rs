@@ -1,0 +1,345 @@
+//! A person moves a virtual arm by a pendant, in virtual time: what is not held stops, and one thing moves at a time.
+
+use std::time::Duration;
+
+use magician::commands::{EndEffectorLaser, JogCommonParams, PtpCommonParams};
+use magician::sim::Controller;
+use magician::{Arm, Options, SimSpeed, VirtualArm};
+use magician_job::SavedSettings;
+use magician_job::jog::{
+    Activity, Axis, JogDirection, JogMode, OrderDone, OrderError, Pendant, PendantEvent,
+    PendantOrder, PendantSession, ToolOrder,
+};
+use magician_job::teach::TeachEditor;
+use magician_program::{Action, Origin, Plan, Travel};
+use tokio::time::{Instant, sleep, timeout};
+
+const RIGHT: JogDirection = JogDirection {
+    axis: Axis::Y,
+    forward: false,
+};
+const LEFT: JogDirection = JogDirection {
+    axis: Axis::Y,
+    forward: true,
+};
+
+fn ms(time: u64) -> Duration {
+    Duration::from_millis(time)
+}
+
+/// An arm at its own speed, and a person at it.
+struct Place {
+    cell: VirtualArm,
+    arm: Arm,
+    session: PendantSession,
+    pendant: Pendant,
+    begun: Instant,
+}
+
+impl Place {
+    async fn new() -> Self {
+        let cell = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
+        let arm = Arm::simulated(cell.clone(), Options::default())
+            .await
+            .expect("a line");
+        let saved = SavedSettings::default();
+        let (session, mut pendant) = PendantSession::open(&arm, &saved).await.expect("read");
+        pendant.hold.set_reports_releases(true);
+        Self {
+            cell,
+            arm,
+            session,
+            pendant,
+            begun: Instant::now(),
+        }
+    }
+
+    fn y(&self) -> f64 {
+        self.cell.state().pose.y
+    }
+
+    fn order(&mut self, order: PendantOrder) -> Option<OrderDone> {
+        let refused = self.session.order(order);
+        if let Some(done) = &refused {
+            self.pendant.done(done);
+        }
+        self.pendant.activity = self.session.activity();
+        refused
+    }
+
+    /// Lets time pass; what was done by then.
+    async fn wait(&mut self, time: Duration) -> Vec<OrderDone> {
+        let until = Instant::now() + time;
+        let mut all = Vec::new();
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            let Ok(event) = timeout(left, self.session.next()).await else {
+                return all;
+            };
+            if let PendantEvent::Done(done) = event.expect("a line") {
+                self.pendant.done(&done);
+                all.push(done);
+            }
+            self.pendant.activity = self.session.activity();
+        }
+    }
+
+    /// Holds the control for a while, with a tick every 50 ms.
+    async fn hold(&mut self, time: Duration) {
+        let until = Instant::now() + time;
+        while Instant::now() < until {
+            if let Some(order) = self.pendant.tick(self.begun.elapsed()) {
+                assert!(self.order(order).is_none());
+            }
+            self.wait(ms(50)).await;
+        }
+    }
+
+    async fn press(&mut self, direction: JogDirection) {
+        let order = self.pendant.press(direction, self.begun.elapsed());
+        let refused = self.order(order.expect("an order"));
+        assert!(refused.is_none(), "{refused:?}");
+    }
+
+    /// It stands by now.
+    async fn stands(&self) -> bool {
+        let before = self.cell.state().pose;
+        sleep(ms(500)).await;
+        self.cell.state().pose == before
+    }
+}
+
+async fn jogging() -> Place {
+    let mut place = Place::new().await;
+    place.pendant.set_mode(JogMode::Hold);
+    place.press(LEFT).await;
+    place.hold(ms(1000)).await;
+    assert_eq!(place.session.activity(), Some(Activity::Jog(LEFT)));
+    assert!(place.y() > 5.0, "{}", place.y());
+    place
+}
+
+fn plan() -> Box<Plan> {
+    let mut plan = Plan::new("to and fro");
+    for y in [60.0, -60.0, 0.0] {
+        let (to, by) = ([220.0, y, 20.0, 0.0], Travel::Line);
+        plan.push(Action::Move { to, by }, Origin::NONE);
+    }
+    Box::new(plan)
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_hold_that_is_not_renewed_stops_the_jog() {
+    let mut place = jogging().await;
+    let before = place.y();
+    // Who holds it hangs: the session is served, the control is not.
+    place.wait(ms(2000)).await;
+    assert!(place.stands().await);
+    // Not 2 s of way: 0.3 s, and braking.
+    let moved = place.y() - before;
+    assert!(moved < before, "{moved} after {before}");
+    // What it is told too late is that the jog is over, which is no failure.
+    let order = place.pendant.tick(place.begun.elapsed());
+    let done = place.order(order.expect("held as far as it knows"));
+    let done = done.expect("it ended");
+    assert_eq!(done.activity, Activity::Jog(LEFT));
+    assert!(done.outcome.is_ok());
+    assert_eq!(place.session.activity(), None);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_jog_stops_when_nobody_serves_its_session() {
+    let place = jogging().await;
+    let before = place.y();
+    sleep(ms(2000)).await;
+    assert!(place.stands().await);
+    assert!(place.y() - before < before);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_release_ends_a_jog() {
+    let mut place = jogging().await;
+    let order = place.pendant.release(Some(LEFT));
+    assert!(place.order(order.expect("held")).is_none());
+    place.wait(ms(500)).await;
+    assert!(place.stands().await);
+    assert_eq!(place.session.activity(), None);
+    // And what follows has its turn.
+    place.pendant.set_mode(JogMode::Step);
+    let before = place.y();
+    place.press(RIGHT).await;
+    place.wait(ms(2000)).await;
+    assert!((before - place.y() - 5.0).abs() < 0.01);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_dropped_session_stops_the_arm() {
+    // Another handle keeps the connection.
+    let place = jogging().await;
+    let Place {
+        cell, arm, session, ..
+    } = place;
+    let before = cell.state().pose.y;
+    drop(session);
+    sleep(ms(1000)).await;
+    let stopped = cell.state().pose;
+    assert!(stopped.y - before < before);
+    sleep(ms(1000)).await;
+    assert_eq!(cell.state().pose, stopped);
+    drop(arm);
+
+    let from = 0;
+    let run = PendantOrder::Run { plan: plan(), from };
+    let step = PendantOrder::Step {
+        direction: LEFT,
+        length: 100.0,
+        burning: false,
+    };
+    for order in [step, run] {
+        let mut place = Place::new().await;
+        let name = format!("{order:?}");
+        assert!(place.order(order).is_none());
+        place.wait(ms(400)).await;
+        assert!(place.session.activity().is_some(), "{name}");
+        let Place {
+            cell, arm, session, ..
+        } = place;
+        drop(session);
+        sleep(ms(1000)).await;
+        let stopped = cell.state().pose;
+        assert!(stopped.y < 55.0, "{name}: {stopped:?}");
+        sleep(ms(2000)).await;
+        assert_eq!(cell.state().pose, stopped, "{name}");
+        assert!(!arm.moving(), "{name}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn one_thing_moves_the_arm_at_a_time() {
+    let mut place = jogging().await;
+    let from = 0;
+    let step = PendantOrder::Step {
+        direction: RIGHT,
+        length: 1.0,
+        burning: false,
+    };
+    let run = PendantOrder::Run { plan: plan(), from };
+    for order in [step.clone(), PendantOrder::Home, run] {
+        let done = place.order(order).expect("refused");
+        assert!(matches!(done.outcome, Err(OrderError::Busy)), "{done:?}");
+        assert_eq!(place.session.activity(), Some(Activity::Jog(LEFT)));
+    }
+    // Tools and speeds are seen to meanwhile, in their order, and the jog goes on.
+    let suction = ToolOrder::Suction(true);
+    assert!(place.order(PendantOrder::Tool(suction)).is_none());
+    assert!(place.order(PendantOrder::Speed(20.0)).is_none());
+    let before = place.y();
+    place.hold(ms(500)).await;
+    assert!(place.y() > before);
+    assert!(place.pendant.tools.suction);
+    assert_eq!(place.pendant.speed, 20.0);
+    // Another direction takes its place.
+    place.press(RIGHT).await;
+    place.hold(ms(300)).await;
+    assert_eq!(place.session.activity(), Some(Activity::Jog(RIGHT)));
+    let before = place.y();
+    place.hold(ms(500)).await;
+    assert!(place.y() < before);
+    // A stop ends it, and what follows has its turn.
+    let stop = place.pendant.stop();
+    assert!(place.order(stop).is_none());
+    assert_eq!(place.session.activity(), Some(Activity::Stop));
+    let done = place.wait(ms(1000)).await;
+    assert!(done.iter().any(|done| done.activity == Activity::Stop));
+    assert!(place.stands().await);
+    assert_eq!(place.session.activity(), None);
+    assert!(place.order(step).is_none());
+    let done = place.wait(ms(2000)).await;
+    let done = done.last().expect("a step");
+    assert!(done.activity == Activity::Step(RIGHT) && done.outcome.is_ok());
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_out_of_reach_is_refused_and_moves_nothing() {
+    let mut place = Place::new().await;
+    let before = place.cell.state().pose;
+    let far = PendantOrder::Step {
+        direction: LEFT,
+        length: 900.0,
+        burning: false,
+    };
+    assert!(place.order(far).is_none());
+    let done = place.wait(ms(500)).await;
+    let Some(Err(OrderError::Arm(error))) = done.into_iter().map(|done| done.outcome).next() else {
+        panic!("not refused");
+    };
+    assert!(error.limit().is_some(), "{error}");
+    assert_eq!(place.cell.state().pose, before);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_program_is_followed_step_by_step() {
+    let mut place = Place::new().await;
+    let from = 1;
+    assert!(
+        place
+            .order(PendantOrder::Run { plan: plan(), from })
+            .is_none()
+    );
+    let mut steps = Vec::new();
+    loop {
+        let done = place.wait(ms(50)).await;
+        if let Some(done) = done.into_iter().next() {
+            assert!(done.activity == Activity::Run && done.outcome.is_ok());
+            break;
+        }
+        steps.extend(place.session.step());
+    }
+    steps.dedup();
+    assert!(steps.contains(&1) && steps.contains(&2), "{steps:?}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_end_of_a_session_leaves_the_arm_as_it_was() {
+    let mut place = Place::new().await;
+    let read = async |arm: &Arm| {
+        let jog = arm.get::<JogCommonParams>().await.expect("read");
+        (jog, arm.get::<PtpCommonParams>().await.expect("read"))
+    };
+    let before = read(&place.arm).await;
+    assert!(place.order(PendantOrder::Speed(5.0)).is_none());
+    let laser = place.pendant.laser(true);
+    assert!(place.order(laser).is_none());
+    place.wait(ms(500)).await;
+    assert!(place.pendant.tools.laser && read(&place.arm).await != before);
+    let Place {
+        arm,
+        session,
+        pendant,
+        ..
+    } = place;
+    session.close(&pendant).await.expect("closed");
+    assert_eq!(read(&arm).await, before);
+    let laser = arm.get::<EndEffectorLaser>().await.expect("read");
+    assert!(!laser.is_on.is_on());
+}
+
+/// A server keeps them in any task.
+#[tokio::test]
+async fn sessions_and_models_go_from_thread_to_thread() {
+    fn is<T: Send + 'static>() {}
+    fn sent<T: Send>(value: T) -> T {
+        value
+    }
+    is::<PendantSession>();
+    is::<Pendant>();
+    is::<TeachEditor>();
+    is::<PendantEvent>();
+    let arm = Arm::connect(&"sim".parse().expect("a target"))
+        .await
+        .expect("an arm");
+    let open = sent(PendantSession::open(&arm, &SavedSettings::default())).await;
+    let (mut session, pendant) = open.expect("read");
+    sent(session.next()).await.expect("an event");
+    sent(session.close(&pendant)).await.expect("closed");
+}
