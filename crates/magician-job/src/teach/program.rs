@@ -561,10 +561,16 @@ mod tests {
     }
 
     #[test]
-    fn every_change_can_be_undone_and_made_anew() {
+    fn every_kind_of_edit_can_be_undone_and_redone() {
         let mut program = taught(&[200.0, 210.0]);
         let mut states = vec![program.steps.clone()];
-        let changes: [fn(&mut ProgramModel); 8] = [
+        let changes: [fn(&mut ProgramModel); 10] = [
+            |program| drop(program.store(&pose(230.0))),
+            |program| {
+                program.arc_through(&pose(240.0));
+                program.store(&pose(245.0));
+                program.select(false);
+            },
             |program| program.rename(" pick ").unwrap(),
             |program| program.set_pause(500).unwrap(),
             |program| program.next_suction().unwrap(),
