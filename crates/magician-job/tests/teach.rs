@@ -1,7 +1,9 @@
 //! Random edits of a program against a simple reference, and undo back to the beginning.
 
+use std::sync::Arc;
+
 use magician::commands::Pose;
-use magician_job::teach::{ProgramModel, TeachStep};
+use magician_job::teach::{ProgramModel, TeachError, TeachStep};
 use magician_program::{Action, Grip, Travel};
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -156,15 +158,19 @@ impl Reference {
     fn apply(&mut self, edit: &Edit) {
         let before = (self.steps.clone(), self.selected);
         match *edit {
-            Edit::Undo => return drop(self.go(true)),
-            Edit::Redo => return drop(self.go(false)),
+            Edit::Undo | Edit::Redo => {
+                self.go(matches!(edit, Edit::Undo));
+                return;
+            }
             Edit::Store(x) => self.store(x),
             Edit::ArcThrough(x) => self.via = Some(place(x)),
             Edit::CancelArc => self.via = None,
-            Edit::Reteach(x) => match self.step().and_then(|step| step.motion.as_mut()) {
-                Some(Action::Move { to, .. } | Action::Arc { to, .. }) => *to = place(x),
-                _ => {}
-            },
+            Edit::Reteach(x) => {
+                let motion = self.step().and_then(|step| step.motion.as_mut());
+                if let Some(Action::Move { to, .. } | Action::Arc { to, .. }) = motion {
+                    *to = place(x);
+                }
+            }
             Edit::NextTravel => self.next_travel(),
             Edit::Rename(name) => {
                 if let Some(step) = self.step() {
@@ -215,26 +221,31 @@ impl Reference {
     }
 }
 
-/// What an edit refuses changes nothing: that is seen in the steps.
-fn apply(program: &mut ProgramModel, edit: &Edit) {
+/// Whether it was refused is seen in the steps: it changed nothing.
+fn apply(program: &mut ProgramModel, edit: &Edit) -> Result<(), TeachError> {
     match *edit {
+        Edit::Reteach(x) => return program.reteach(&pose(x)),
+        Edit::NextTravel => return program.next_travel(),
+        Edit::Rename(name) => return program.rename(name),
+        Edit::SetPause(pause) => return program.set_pause(pause),
+        Edit::NextGripper => return program.next_gripper(),
+        Edit::NextSuction => return program.next_suction(),
+        Edit::Delete => return program.delete(),
         Edit::Store(x) => drop(program.store(&pose(x))),
         Edit::ArcThrough(x) => program.arc_through(&pose(x)),
         Edit::CancelArc => program.cancel_arc(),
-        Edit::Reteach(x) => drop(program.reteach(&pose(x))),
-        Edit::NextTravel => drop(program.next_travel()),
-        Edit::Rename(name) => drop(program.rename(name)),
-        Edit::SetPause(pause) => drop(program.set_pause(pause)),
-        Edit::NextGripper => drop(program.next_gripper()),
-        Edit::NextSuction => drop(program.next_suction()),
-        Edit::Delete => drop(program.delete()),
         Edit::Shift(down) => program.shift(down),
         Edit::Select(down) => program.select(down),
         Edit::SelectAt(at) => program.select_at(at),
-        Edit::Undo => drop(program.undo()),
-        Edit::Redo => drop(program.redo()),
+        Edit::Undo => {
+            program.undo();
+        }
+        Edit::Redo => {
+            program.redo();
+        }
         Edit::MarkSaved => program.mark_saved(),
     }
+    Ok(())
 }
 
 fn same(program: &ProgramModel, reference: &Reference) -> Result<(), TestCaseError> {
@@ -251,7 +262,10 @@ proptest! {
         let mut program = ProgramModel::new("a program", None);
         let mut reference = Reference::default();
         for edit in &edits {
-            apply(&mut program, edit);
+            let before = program.steps().clone();
+            if apply(&mut program, edit).is_err() {
+                prop_assert!(Arc::ptr_eq(&before, program.steps()));
+            }
             reference.apply(edit);
             same(&program, &reference)?;
             // Every step of the plan is found in its step again.

@@ -6,9 +6,12 @@
 mod editor;
 mod error;
 mod guided;
+mod history;
 mod program;
+mod step;
 
 pub use editor::{Playing, TeachEditor};
 pub use error::TeachError;
 pub use guided::guided_points;
-pub use program::{ProgramModel, TeachStep};
+pub use program::ProgramModel;
+pub use step::TeachStep;
