@@ -36,6 +36,12 @@
 //! After a stop or an error the arm is stopped, what is known is kept *before* anything moves, then the pen goes up and the
 //! settings are restored.
 //!
+//! # By hand
+//!
+//! [`jog`] is a teach pendant without its buttons, and the session that carries out its orders; [`teach`] is a program that a person
+//! shows the arm. Both are models: keys, pages and pictures are made over them. [`ObservedState`] is what the readings of an arm
+//! come to: whether it stands, so that a point can be taken of it.
+//!
 //! Errors and outcomes are data. No sentence in this crate tells a person what to type: each program has its own words.
 #![forbid(unsafe_code)]
 
