@@ -46,7 +46,7 @@ pub(crate) struct Core {
     pub(crate) download: Option<Download>,
     pub(crate) run: Run,
     pub(crate) world: World,
-    /// The tool as the world was told last.
+    /// Tool state last reported to the world.
     pub(crate) grip: Grip,
     pub(crate) line: LineState,
     /// When the controller was switched on or reset last.

@@ -110,11 +110,8 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
         Some("svg" | "png") => Ok(Kind::Picture),
         Some("csv") => Ok(Kind::Points),
         _ => {
-            let message = format!(
-                "{}: its end does not say what it is to become",
-                path.display()
-            );
-            Err(Failure::usage(message).hint("ends are .plan.json, .playback, .svg, .png and .csv"))
+            let message = format!("cannot infer the output format from {}", path.display());
+            Err(Failure::usage(message).hint("end it in .plan.json, .playback, .svg, .png or .csv"))
         }
     }
 }

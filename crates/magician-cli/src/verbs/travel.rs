@@ -126,8 +126,8 @@ impl Move {
             Some(end) if (0..3).any(|at| (found[at] - end[at]).abs() > REACHED) => {
                 let [x, y, z] = found;
                 Err(Failure::unexpected(format!(
-                    "the arm stands at x {x:.2} y {y:.2} z {z:.2}, not at its target: somebody or \
-                     something cut the move short"
+                    "the arm stands at x {x:.2} y {y:.2} z {z:.2}, not at its target: the move ended \
+                     early, stopped by another program or by the arm"
                 )))
             }
             _ => Ok(pose),

@@ -18,7 +18,7 @@ impl Report for CpParams {
 }
 
 impl Apply for CpParams {
-    /// For the segments that begin from now on; before speeds that are none the arm comes to rest.
+    /// For the segments that begin from now on; with a speed of 0 the path ends at rest.
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         core.settings.cp = *self;
         core.replan_segment();

@@ -126,7 +126,7 @@ impl Core {
         let Purpose::Segment(segment) = motion.purpose else {
             return;
         };
-        // With speeds that are none the next one would not begin.
+        // With a speed of 0 the next one would not begin.
         let exit = match LookAhead::new(&self.cp_speeds(), &self.model.ceilings) {
             Ok(_) => self.exit_speed(&segment),
             Err(_) => 0.0,

@@ -51,7 +51,7 @@ pub(super) struct Shared {
     lifetime: AtomicU64,
 }
 
-/// What befell the queue without a word from this connection.
+/// Queue changes that this connection did not cause.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Mishap {
     /// The arm was reset; these indices had not finished.
@@ -149,7 +149,8 @@ impl Shared {
         });
     }
 
-    /// What befell the queue, if whoever began after `since` stops has to hear of it, or nobody has.
+    /// The last queue change that this connection did not cause, if a caller that began after `since` stops has to hear of it,
+    /// or nobody has.
     pub(super) fn mishap(&self, since: Option<u64>) -> Option<Mishap> {
         let mut last = held(&self.mishap);
         let befallen = last.as_mut()?;

@@ -23,8 +23,8 @@ pub(super) fn outside_async() -> Result<()> {
 /// The thread that serves a connection while its callers are elsewhere: what must not wait for the next call (a stop from
 /// another thread, the end of a jog that nobody keeps up, a line that comes back) happens there.
 ///
-/// It lasts as long as anything that may wait on it, and then until the farewell is said. Whoever drops the last of that
-/// waits for its end, so that a library can be unloaded after it.
+/// It lasts as long as anything that may wait on it, and then until the shutdown is done. Dropping the last handle waits for
+/// its end, so that a library can be unloaded after it.
 #[derive(Debug)]
 pub(super) struct Server {
     handle: Handle,

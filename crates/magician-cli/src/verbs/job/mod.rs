@@ -98,8 +98,9 @@ impl Job {
         let looks = self.look.is_wanted();
         if looks && (self.way.resume || self.way.picture.is_some() || self.way.record.is_some()) {
             return Err(Failure::usage(
-                "--resume, --picture and --record are of a run, and nothing is run here",
-            ));
+                "--resume, --picture and --record need a run, and this only looks",
+            )
+            .hint("leave out --check, --estimate, --preview and --dry-run"));
         }
         let opened = self.opened()?;
         let place = match self.place(looks, context) {

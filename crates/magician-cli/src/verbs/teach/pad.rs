@@ -185,7 +185,7 @@ impl TeachPad {
             KeyCode::Char('S') => return told(pad, lesson.next_suction(), ""),
             KeyCode::Char('u') => {
                 let undone = self.editor.program.undo();
-                return said(pad, undone, "taken back", "nothing to take back");
+                return said(pad, undone, "undone", "nothing to undo");
             }
             KeyCode::Char('U') => return self.redo(pad),
             KeyCode::Char('r') => {
@@ -211,7 +211,7 @@ impl TeachPad {
 
     fn redo(&mut self, pad: &mut Pad) -> Turn {
         let redone = self.editor.program.redo();
-        said(pad, redone, "made anew", "nothing to make anew")
+        said(pad, redone, "redone", "nothing to redo")
     }
 
     fn asks(&mut self, prompt: Prompt) -> Turn {

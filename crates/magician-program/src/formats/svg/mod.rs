@@ -164,7 +164,7 @@ fn tree(source: &str) -> Result<Tree, Problem> {
     let document = source::parse(source)?;
     Tree::from_xmltree(&document, &options).map_err(|error| {
         let message = match error {
-            usvg::Error::InvalidSize => "its width or height is none".to_owned(),
+            usvg::Error::InvalidSize => "the drawing has no size (width or height is 0)".to_owned(),
             usvg::Error::ParsingFailed(roxmltree::Error::NodesLimitReached) => {
                 "it has more elements, or deeper ones, than can be drawn".to_owned()
             }
