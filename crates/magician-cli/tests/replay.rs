@@ -271,7 +271,7 @@ fn bad_input_is_refused_with_the_reason() {
     fs::write(&path, &whole).expect("written");
     let none = replay(&["--link", "ble:x"], &path);
     assert_eq!(none.status, 3);
-    assert!(none.err.contains("it has `./arm`"), "{}", none.err);
+    assert!(none.err.contains("it has './arm'"), "{}", none.err);
     assert_eq!(replay(&["--ignore", "warmth"], &path).status, 2);
     assert_eq!(
         replay(&["--save", path.to_str().expect("UTF-8")], &path).status,

@@ -132,7 +132,7 @@ fn repetitions(words: &[String]) -> Result<(u32, &[String]), String> {
         None => Ok((1, words)),
         Some(count) if (1..=MOST).contains(&count) && !rest.is_empty() => Ok((count, rest)),
         Some(_) => Err(format!(
-            "`{head}` is 1x to {MOST}x and stands before a step"
+            "'{head}' is 1x to {MOST}x and stands before a step"
         )),
     }
 }
@@ -141,7 +141,7 @@ fn read(all: &[String], sent: Option<&FrameBuf>) -> Result<Action, String> {
     let (verb, rest) = all.split_first().ok_or("a step is missing")?;
     let one = || match rest {
         [word] => Ok(word.as_str()),
-        _ => Err(format!("`{verb}` takes one word")),
+        _ => Err(format!("'{verb}' takes one word")),
     };
     match verb.as_str() {
         "get" => ask(Row::find_readable, Ctrl::GET, rest),
@@ -164,7 +164,7 @@ fn read(all: &[String], sent: Option<&FrameBuf>) -> Result<Action, String> {
         "alarms" => alarms(rest).map(Action::Alarms),
         "happens" => happening(rest).map(Action::Happens),
         _ => Err(format!(
-            "`{}` is no step: get, set, queue, send, frame, reply, answered, silence, wait, at, done, rest, \
+            "'{}' is no step: get, set, queue, send, frame, reply, answered, silence, wait, at, done, rest, \
              finished, alarms and happens are",
             all.join(" ")
         )),
@@ -178,7 +178,7 @@ fn ask(
     rest: &[String],
 ) -> Result<Action, String> {
     let (name, rest) = rest.split_first().ok_or("the command is missing")?;
-    let row = find(name).map_err(|_| format!("no command `{name}` for this"))?;
+    let row = find(name).map_err(|_| format!("no command '{name}' for this"))?;
     let (fields, wanted) = match rest.iter().position(|word| word == "->") {
         Some(at) => (rest.get(..at).unwrap_or_default(), rest.get(at + 1..)),
         None => (rest, None),
@@ -193,7 +193,7 @@ fn ask(
 fn params(layout: &LayoutInfo, fields: &[String]) -> Result<Vec<u8>, String> {
     let pair = |word: &'_ String| -> Result<(String, String), String> {
         let pair = word.split_once('=');
-        let (key, value) = pair.ok_or_else(|| format!("`{word}` is no field: write key=value"))?;
+        let (key, value) = pair.ok_or_else(|| format!("'{word}' is no field: write key=value"))?;
         Ok((key.to_owned(), value.to_owned()))
     };
     let pairs = fields.iter().map(pair).collect::<Result<Vec<_>, _>>()?;
@@ -228,7 +228,7 @@ fn frame(words: &[String]) -> Result<FrameBuf, String> {
         Ok(id) => id,
         Err(_) => {
             Row::find(name)
-                .map_err(|_| format!("no command `{name}`"))?
+                .map_err(|_| format!("no command '{name}'"))?
                 .id
         }
     };
@@ -317,7 +317,7 @@ fn happening(words: &[String]) -> Result<Happening, String> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let number = |text: &str| {
         text.parse::<f64>()
-            .map_err(|_| format!("`{text}` is no number"))
+            .map_err(|_| format!("'{text}' is no number"))
     };
     Ok(match words.as_slice() {
         ["key", "short"] => Happening::Key(Press::Short),
@@ -335,8 +335,8 @@ fn happening(words: &[String]) -> Result<Happening, String> {
         }
         _ => {
             return Err(
-                "what happens is `key short`, `key long`, `unlock press`, `unlock release`, `reset`, \
-                 `alarm CODE`, `slip JOINT DEGREES` or `guide J1 J2 J3 J4`"
+                "what happens is 'key short', 'key long', 'unlock press', 'unlock release', 'reset', \
+                 'alarm CODE', 'slip JOINT DEGREES' or 'guide J1 J2 J3 J4'"
                     .to_owned(),
             );
         }

@@ -144,11 +144,11 @@ impl Case {
         let kept = self.hurts.is_some() || self.inside_only();
         for row in self.orders() {
             if row.dangerous && !kept {
-                return Some(format!("{} is dangerous: say why it `hurts`", row.set_name));
+                return Some(format!("{} is dangerous: say why it 'hurts'", row.set_name));
             }
             if row.effect.moves() && !self.moves {
                 return Some(format!(
-                    "{} moves the arm: say `moves = true`",
+                    "{} moves the arm: say 'moves = true'",
                     row.set_name
                 ));
             }
@@ -266,17 +266,17 @@ impl Suite {
                     let line = line_at(text.span().start);
                     wrong(
                         line,
-                        format!("the world of `{}`: {error}", written.id.get_ref()),
+                        format!("the world of '{}': {error}", written.id.get_ref()),
                     )
                 })?),
             };
             let case = written.case(first, steps, world);
             let known = self.cases.iter().any(|other| other.id == case.id);
             let flaw = match case.chapter() {
-                _ if known => Some(format!("there are two cases `{}`", case.id)),
+                _ if known => Some(format!("there are two cases '{}'", case.id)),
                 _ if case.steps.is_empty() => Some("the case has no steps".to_owned()),
                 other if other != chapter => {
-                    Some(format!("`{}` does not begin with `{chapter}.`", case.id))
+                    Some(format!("'{}' does not begin with '{chapter}.'", case.id))
                 }
                 _ => case.flaw(),
             };
@@ -346,7 +346,7 @@ mod tests {
     fn a_wrong_step_is_told_with_its_line() {
         let (line, message) = error(&case("", "get Pose\n\n# remark\nget Pos"));
         assert_eq!(line, 11);
-        assert!(message.contains("no command `Pos`"), "{message}");
+        assert!(message.contains("no command 'Pos'"), "{message}");
     }
 
     #[test]

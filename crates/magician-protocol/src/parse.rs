@@ -34,14 +34,14 @@ pub enum ParseError<'a> {
 impl fmt::Display for ParseError<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::UnknownField(name) => write!(f, "no field `{name}`"),
-            Self::Missing(field) => write!(f, "`{}` is missing: {}", field.name, Expected(field)),
-            Self::Twice(field) => write!(f, "`{}` is given twice", field.name),
+            Self::UnknownField(name) => write!(f, "no field '{name}'"),
+            Self::Missing(field) => write!(f, "'{}' is missing: {}", field.name, Expected(field)),
+            Self::Twice(field) => write!(f, "'{}' is given twice", field.name),
             Self::Gap { missing, given } => {
-                write!(f, "`{}` needs `{}` too", given.name, missing.name)
+                write!(f, "'{}' needs '{}' too", given.name, missing.name)
             }
             Self::Value { field, text } => {
-                write!(f, "`{}={text}`: expected {}", field.name, Expected(field))
+                write!(f, "'{}={text}': expected {}", field.name, Expected(field))
             }
         }
     }

@@ -256,7 +256,7 @@ macro_rules! commands {
         $( action $action:ident $( named $action_name:literal )? { $($action_body:tt)* } $( forms $action_forms:tt )? )?
     )+) => {
         $(
-            $( layout! { concat!("What a get of `", $vendor, "` carries (", origin!(words $origin), ")."), $query $query_body $($query_forms)? } )?
+            $( layout! { concat!("What a get of ", $vendor, " carries (", origin!(words $origin), ")."), $query $query_body $($query_forms)? } )?
             $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; the answer to a get."), $state $state_body $($state_forms)? } )?
             $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; can be got and set."), $param $param_body $($param_forms)? } )?
             $( layout! { concat!($doc, "\n\nId ", $id, ", ", origin!(words $origin), "; a set."), $action { $($action_body)* } $($action_forms)? } )?

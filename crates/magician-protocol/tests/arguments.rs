@@ -47,19 +47,19 @@ fn what_is_needed_is_asked_for_by_its_name_and_what_it_takes() {
             };
             let error = written(info, &[]).unwrap_err();
             assert!(
-                error.starts_with(&format!("`{}` is missing: ", field.name)),
+                error.starts_with(&format!("'{}' is missing: ", field.name)),
                 "{error}"
             );
         }
     }
     assert_eq!(
         set("PTPCmd", &[]).unwrap_err(),
-        "`ptp_mode` is missing: 0 (JumpXyz), 1 (MovjXyz), 2 (MovlXyz), 3 (JumpAngle), 4 (MovjAngle), 5 (MovlAngle), \
+        "'ptp_mode' is missing: 0 (JumpXyz), 1 (MovjXyz), 2 (MovlXyz), 3 (JumpAngle), 4 (MovjAngle), 5 (MovlAngle), \
          6 (MovjAngleInc), 7 (MovlXyzInc), 8 (MovjXyzInc), 9 (JumpMovlXyz)"
     );
     assert_eq!(
         set("WAITCmd", &[("timeout", "soon")]).unwrap_err(),
-        "`timeout=soon`: expected a whole number from 0 to 4294967295 (ms)"
+        "'timeout=soon': expected a whole number from 0 to 4294967295 (ms)"
     );
 }
 

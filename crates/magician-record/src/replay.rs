@@ -79,7 +79,7 @@ pub enum ReplayError {
         packets: usize,
     },
     /// No link has this name.
-    #[error("the trace has no link `{name}`; it has {known}")]
+    #[error("the trace has no link '{name}'; it has {known}")]
     NoLink {
         /// The name.
         name: String,
@@ -88,7 +88,7 @@ pub enum ReplayError {
     },
     /// The clock went back on one direction of a link.
     #[error(
-        "the trace's packets are out of order: packet {packet} was {by} us before the one before it on link `{link}`"
+        "the trace's packets are out of order: packet {packet} was {by} us before the one before it on link '{link}'"
     )]
     Order {
         /// Number of the packet, from 1.
@@ -107,7 +107,7 @@ pub enum ReplayError {
         days: u64,
     },
     /// Nothing has this name.
-    #[error("`{name}` is neither a command, a COMMAND.FIELD nor a field")]
+    #[error("'{name}' is neither a command, a COMMAND.FIELD nor a field")]
     NoSuchField {
         /// The name.
         name: String,
@@ -212,7 +212,7 @@ impl<'a> Replay<'a> {
             .map(|(number, _)| *number)
             .collect();
         if wanted.is_empty() {
-            let known: Vec<String> = links.iter().map(|(_, name)| format!("`{name}`")).collect();
+            let known: Vec<String> = links.iter().map(|(_, name)| format!("'{name}'")).collect();
             return Err(ReplayError::NoLink {
                 name: name.to_owned(),
                 known: known.join(", "),

@@ -303,7 +303,7 @@ fn one_link_of_several() {
     let wrong = Replay::new(&file).unwrap().only_link("ble").unwrap_err();
     assert_eq!(
         wrong.to_string(),
-        "the trace has no link `ble`; it has `usb`, `wifi`, `wifi`"
+        "the trace has no link 'ble'; it has 'usb', 'wifi', 'wifi'"
     );
 }
 

@@ -228,17 +228,17 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"command":"IODO","values":{"address":3,"level":500}}"#),
             (3, 51, 3),
-            "IODO: `level=500`: expected 0 or 1 (flag)",
+            "IODO: 'level=500': expected 0 or 1 (flag)",
         ),
         (
             step(r#"{"command":"IODO","values":{"address":3}}"#),
             (3, 30, 13),
-            "IODO: `level` is missing: 0 or 1 (flag)",
+            "IODO: 'level' is missing: 0 or 1 (flag)",
         ),
         (
             step(r#"{"command":"IODO","values":{"pin":3}}"#),
             (3, 37, 1),
-            "IODO: no field `pin`",
+            "IODO: no field 'pin'",
         ),
         (
             step(r#"{"path":[1,2,3}"#),

@@ -101,7 +101,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "[[object]]\nname = \"cube\"\nsize = [9, 9, 9]\nat = [10, 0]",
         2,
         8,
-        "another object is called `cube`",
+        "another object is called 'cube'",
     ),
     (
         "[[object]]\nname = \"belt\"\nsize = [9, 9, 9]\nat = [10, 0]",
@@ -167,7 +167,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "[[object]]\nname = \"b\"\nsize = [9, 9, 9]\nat = [10, 0]\non = \"c\"",
         5,
         6,
-        "there is no `c`",
+        "there is no 'c'",
     ),
     (
         "[[object]]\nname = \"b\"\nsize = [9, 9, 9]\nat = [10, 0]\non = \"table\"\nz = 5",
@@ -179,13 +179,13 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "[[object]]\nname = \"b\"\nsize = [9, 9, 9]\nat = [155, 0]",
         4,
         6,
-        "stands in `cube`",
+        "stands in 'cube'",
     ),
     (
         "[[object]]\nname = \"b\"\nsize = [9, 9, 9]\nat = [155, 0]\nz = -51",
         4,
         6,
-        "stands in `cube`",
+        "stands in 'cube'",
     ),
     // Sensors.
     (
@@ -349,7 +349,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "[[fault]]\nkind = \"alarm\"\nat = 1\nalarm = \"Tired\"",
         4,
         9,
-        "`Tired`",
+        "'Tired'",
     ),
     // Arm and tool.
     (

@@ -50,7 +50,7 @@ impl Stage<'_> {
             .find(|side| !(**side > 0.0 && **side <= LONGEST))
         {
             let message = format!(
-                "a side of object `{name}` is {side}, it must be above 0 and at most {LONGEST} mm"
+                "a side of object '{name}' is {side}, it must be above 0 and at most {LONGEST} mm"
             );
             return at.flaw("size", message);
         }
@@ -79,11 +79,11 @@ impl Stage<'_> {
             return at.flaw("name", "an object needs a name");
         }
         if name == "table" || name == "belt" {
-            let message = format!("`{name}` is the {name}'s own name: choose another");
+            let message = format!("'{name}' is the {name}'s own name: choose another");
             return at.flaw("name", message);
         }
         if self.others.iter().any(|other| other.name == name) {
-            let message = format!("another object is called `{name}`: choose another name");
+            let message = format!("another object is called '{name}': choose another name");
             return at.flaw("name", message);
         }
         Ok(name)
@@ -103,7 +103,7 @@ impl Stage<'_> {
                     Some(place) => Ok(On::Object(place)),
                     None => {
                         let message = format!(
-                            "there is no `{name}` above this object: on is \"table\", \"belt\" or the name of an object \
+                            "there is no '{name}' above this object: on is \"table\", \"belt\" or the name of an object \
                              that comes before"
                         );
                         at.flaw("on", message)
@@ -146,14 +146,14 @@ impl Stage<'_> {
         };
         if ground.is_some_and(|ground| !ground.contains([x, y])) {
             let message = format!(
-                "object `{name}` at [{x}, {y}] lies outside {called}: move it, or enlarge {called}"
+                "object '{name}' at [{x}, {y}] lies outside {called}: move it, or enlarge {called}"
             );
             return at.flaw("at", message);
         }
         match self.others.iter().find(|other| intersect(object, other)) {
             None => Ok(()),
             Some(other) => {
-                let message = format!("object `{name}` stands in `{}`: move it", other.name);
+                let message = format!("object '{name}' stands in '{}': move it", other.name);
                 at.flaw("at", message)
             }
         }

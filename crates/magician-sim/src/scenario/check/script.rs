@@ -283,7 +283,7 @@ fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
             Ok(code) if Alarm::with_code(code).is_some() => Ok(code),
             _ => at.flaw(
                 "alarm",
-                format!("there is no alarm {code:#04x}: see `magician alarms`"),
+                format!("there is no alarm {code:#04x}; docs/ALARMS.md lists them"),
             ),
         },
         file::Alarm::Name(name) => {
@@ -294,7 +294,7 @@ fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
                 Some(alarm) => Ok(alarm.code),
                 None => at.flaw(
                     "alarm",
-                    format!("there is no alarm `{name}`: see `magician alarms`"),
+                    format!("there is no alarm '{name}'; docs/ALARMS.md lists them"),
                 ),
             }
         }
