@@ -10,6 +10,7 @@ use miette::{
 };
 
 use crate::output::{Paint, draws_on_stderr, width_of_stderr};
+use crate::voice::Command;
 
 /// So much narrower than the terminal is what is shown of a line.
 const MARGIN: usize = 10;
@@ -43,9 +44,8 @@ fn draw_with(
         message: visible_lines(message).to_string(),
         severity,
         help: problem
-            .help
-            .as_ref()
-            .map(|help| visible_lines(help).to_string()),
+            .advice(&Command)
+            .map(|advice| visible_lines(advice).to_string()),
         label: problem.name.as_ref().map(|name| visible(name).to_string()),
         excerpt,
     };
@@ -183,12 +183,15 @@ fn plain(sign: char) -> char {
 
 #[cfg(test)]
 mod tests {
+    use magician::{Given, Setting};
+
     use super::*;
 
     fn drawn(text: &str, origin: Origin) -> String {
         let problem = Problem::new(origin, "joint 2 would be at 95.0 deg, limit 90.0 deg")
             .named("outline")
-            .help("move it nearer");
+            .help("move it nearer")
+            .remedy((Setting::Scale, Given::Number(0.5)), "would do");
         let style = GraphicalTheme::none();
         draw_with(&problem, Severity::Error, "pen.nc", Some(text), style, 80)
     }
@@ -210,7 +213,7 @@ mod tests {
             "pen.nc:2:4",
             "2 | G1 X400 Y2",
             "outline",
-            "help: move it nearer",
+            "help: move it nearer; --scale 0.5 would do",
         ] {
             assert!(shown.contains(part), "{part}: {shown}");
         }

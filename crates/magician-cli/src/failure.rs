@@ -235,7 +235,9 @@ impl Failure {
             None if self.kind == Kind::Interrupted => writeln!(to, "{message}")?,
             None => writeln!(to, "{} {message}", paint.error("error:"))?,
         }
-        let remedies = self.figures.as_ref().map(|figures| &figures.remedies);
+        // A drawing has them.
+        let figures = self.figures.as_ref().filter(|_| self.drawn.is_none());
+        let remedies = figures.map(|figures| &figures.remedies);
         let remedies = remedies.and_then(|remedies| Command.remedies(remedies));
         for hint in remedies.iter().chain(&self.hint) {
             writeln!(to, "{} {}", paint.dim("hint:"), paint.harmless(hint))?;

@@ -8,7 +8,7 @@ use magician_program::{Content, Format, Problem, ReadOptions, Reading};
 use miette::Severity;
 
 use crate::diagnostics;
-use crate::failure::Failure;
+use crate::failure::{Failure, Figures};
 
 /// The largest file that is read, bytes.
 const LARGEST: u64 = 256 << 20;
@@ -95,7 +95,10 @@ impl Source {
     /// A problem with it, as the user gets it.
     pub(crate) fn failure(&self, problem: &Problem) -> Failure {
         let failure = Failure::invalid(format!("{}: {problem}", self.name));
-        failure.drawn(self.draw(problem, Severity::Error))
+        let figures = Figures::of(&magician::Error::from(problem.clone()));
+        failure
+            .about(figures)
+            .drawn(self.draw(problem, Severity::Error))
     }
 
     /// A problem with it, drawn.

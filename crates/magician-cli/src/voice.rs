@@ -1,6 +1,7 @@
 //! What to do about an error or a note, in the words of the command: verbs and flags.
 
 use magician::{Act, Action, Given, Remedy, Setting, Voice};
+use magician_program::Problem;
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
 
@@ -42,6 +43,14 @@ impl Voice for Command {
             Setting::AllowLaser => "--yes".to_owned(),
             setting => format!("--{}", setting.name().replace('_', "-")),
         }
+    }
+}
+
+/// What is said of a problem or a note, with what to do about it.
+pub(crate) fn advised(text: String, problem: &Problem) -> String {
+    match problem.advice(&Command) {
+        Some(advice) => format!("{text} ({advice})"),
+        None => text,
     }
 }
 
@@ -157,6 +166,32 @@ mod tests {
                 assert!(said.contains(&Command.act(&remedy.act)), "{said}");
             }
         }
+    }
+
+    #[test]
+    fn json_has_names_and_values() {
+        let remedies = [
+            Remedy::new(Action::Home, "homes it"),
+            Remedy::new((Setting::Scale, Given::Number(0.5)), "would do"),
+            Remedy::new((Setting::At, Given::Point(220.0, -5.5)), "would do"),
+            Remedy::new((Setting::Order, Given::Off), "keeps the order of the file"),
+            Remedy::new((Setting::White, Given::Word("draw")), "keeps it"),
+            Remedy::new((Setting::Start, Given::Any("X,Y,Z")), "says it"),
+            Remedy::without(Setting::Raw),
+            Remedy::new(Act::System("sudo rfkill".into()), ""),
+        ];
+        let expected = serde_json::json!([
+            {"action": "home", "effect": "homes it"},
+            {"option": "scale", "value": 0.5, "effect": "would do"},
+            {"option": "at", "value": [220.0, -5.5], "effect": "would do"},
+            {"option": "order", "value": false, "effect": "keeps the order of the file"},
+            {"option": "white", "value": "draw", "effect": "keeps it"},
+            {"option": "start", "effect": "says it"},
+            {"without": "raw"},
+            {"system": "sudo rfkill"},
+        ]);
+        let json = json(&remedies, serde_json::value::Serializer).expect("it has a JSON form");
+        assert_eq!(json, expected);
     }
 
     #[test]

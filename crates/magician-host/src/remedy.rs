@@ -185,12 +185,16 @@ named! {
         Fit = "fit",
         /// The kind of file.
         Format = "format",
+        /// Burn what is white.
+        Invert = "invert",
         /// Run what waits in the queue first.
         Keep = "keep",
         /// How often it is done.
         Loops = "loops",
         /// Draw in the best order.
         Order = "order",
+        /// How far the tool runs up to the lines of an image, mm.
+        Overscan = "overscan",
         /// The Z at which the pen of G-code touches, mm.
         PenZ = "pen_z",
         /// Place G-code.
@@ -209,6 +213,8 @@ named! {
         SMax = "s_max",
         /// How much larger it becomes.
         Scale = "scale",
+        /// From one line of an image to the next, mm.
+        Spacing = "spacing",
         /// The speed, mm/s.
         Speed = "speed",
         /// The speed, percent.
@@ -217,6 +223,10 @@ named! {
         Start = "start",
         /// The height of the work surface, mm.
         Surface = "surface",
+        /// What is dark in an image, 1 to 255.
+        Threshold = "threshold",
+        /// How far a line may be from the curve that it stands for, mm.
+        Tolerance = "tolerance",
         /// The mounted tool.
         Tool = "tool",
         /// Turn it by 90 degrees where that lets it be larger.

@@ -55,6 +55,7 @@ impl From<&Complaint> for Problem {
             code: NoteCode::Problem,
             message: complaint.error.to_string(),
             help: None,
+            remedies: complaint.error.remedies().to_vec(),
             lacks: None,
         }
     }

@@ -1,5 +1,7 @@
+use std::borrow::Cow;
 use std::fmt;
 
+use magician_host::{Act, Remedy, Voice};
 use magician_protocol::{visible, visible_lines};
 
 use crate::Origin;
@@ -15,8 +17,10 @@ pub struct Problem {
     pub code: NoteCode,
     /// What.
     pub message: String,
-    /// What to do about it.
+    /// Advice that names nothing to be done to the arm and no option.
     pub help: Option<String>,
+    /// What to do about it; a door says it in its own words: [`advice`](Self::advice).
+    pub remedies: Vec<Remedy>,
     /// What is missing, where nothing is wrong with the file.
     pub lacks: Option<Lack>,
 }
@@ -98,6 +102,7 @@ impl Problem {
             code: NoteCode::Problem,
             message: message.into(),
             help: None,
+            remedies: Vec::new(),
             lacks: None,
         }
     }
@@ -129,11 +134,41 @@ impl Problem {
         self
     }
 
-    /// With what to do about it.
+    /// With advice that names nothing to be done to the arm and no option: "save it as UTF-8".
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
+    }
+
+    /// With something to do about it, beside what there is already.
+    ///
+    /// ```
+    /// use magician_host::{Given, Setting};
+    /// use magician_program::Problem;
+    ///
+    /// let problem = Problem::of_file("the drawing is 400 by 300 mm")
+    ///     .remedy((Setting::Scale, Given::Number(0.5)), "would do");
+    /// assert_eq!(problem.remedies[0].act.to_string(), "scale 0.5");
+    /// ```
+    #[must_use]
+    pub fn remedy(self, act: impl Into<Act>, effect: impl Into<Cow<'static, str>>) -> Self {
+        self.with(Remedy::new(act, effect))
+    }
+
+    /// With this to do about it, beside what there is already.
+    #[must_use]
+    pub fn with(mut self, remedy: Remedy) -> Self {
+        self.remedies.push(remedy);
+        self
+    }
+
+    /// All that there is to do about it, in the words of a door.
+    #[must_use]
+    pub fn advice(&self, voice: &impl Voice) -> Option<String> {
+        let parts = self.help.iter().cloned();
+        let parts: Vec<String> = parts.chain(voice.remedies(&self.remedies)).collect();
+        (!parts.is_empty()).then(|| parts.join("; "))
     }
 }
 
@@ -162,9 +197,13 @@ impl std::error::Error for Problem {}
 /// As an error of the driver: invalid input.
 impl From<Problem> for magician_host::Error {
     fn from(problem: Problem) -> Self {
-        Self::new(
+        let error = Self::new(
             magician_host::ErrorCode::InvalidProgram,
             problem.to_string(),
-        )
+        );
+        let remedies = problem.remedies.into_iter();
+        remedies.fold(error, |error, remedy| {
+            error.remedy(remedy.act, remedy.effect)
+        })
     }
 }

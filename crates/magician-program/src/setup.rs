@@ -1,7 +1,7 @@
 //! What was in a file becomes a plan for this arm: where it lies, with which tool, how fast.
 
-use magician_host::Set;
 use magician_host::words::{self, Preflight};
+use magician_host::{Action, Given, Set, Setting};
 use magician_motion::{ArmModel, Fence, ToolBias};
 
 use crate::artwork::{Layout, Marking, Misfit, Order, Sheet, rotated};
@@ -210,7 +210,7 @@ impl Setup {
                 "drawn in another order, so that there are {after:.0} mm between its lines instead of {before:.0} mm"
             );
             let note = Problem::of_file(what).coded(NoteCode::Reordered);
-            note.help("--no-order keeps the order of the file")
+            note.remedy((Setting::Order, Given::Off), "keeps the order of the file")
         });
         Ok((Content::Artwork(artwork), note))
     }
@@ -230,7 +230,7 @@ impl Setup {
                 plan.tool = Some(Tool::Suction);
                 let what = "the file does not say which tool it was taught with: it is taken to be the suction cup";
                 let note = Problem::of_file(what).coded(NoteCode::Assumed);
-                notes.push(note.help("--tool NAME says it"));
+                notes.push(note.remedy((Setting::Tool, Given::Any("NAME")), "says it"));
             }
         }
         if plan.surface.is_none() {
@@ -385,10 +385,12 @@ impl Setup {
 
     fn needed_surface(&self) -> Result<Surface, Problem> {
         self.known_surface().ok_or_else(|| {
-            Problem::of_file("nobody has said how high the paper or the wood lies").help(
-                "`magician calibrate` measures it, or --surface Z says it: the z that `magician pose` shows when the \
-                 tool touches it",
-            )
+            Problem::of_file("work surface height unknown")
+                .remedy(Action::CalibrateSurface, "measures it")
+                .remedy(
+                    (Setting::Surface, Given::Any("Z")),
+                    "says it: the z of the pose when the tool touches it",
+                )
         })
     }
 
@@ -537,8 +539,9 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
             shown(taken),
             shown(room)
         );
-        let help = "--width makes it smaller, --fit as small as need be";
-        return Err(Problem::of_file(message).help(help));
+        return Err(Problem::of_file(message)
+            .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
+            .remedy((Setting::Fit, Given::On), "makes it as small as need be"));
     }
     let half = rotated(taken.map(|side| side / 2.0), sheet.rotation);
     let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);

@@ -1,7 +1,7 @@
 //! How drawings are laid before the arm, and what the arm does to draw them.
 
 use magician::words::Preflight;
-use magician::{JointAngles, ToolBias};
+use magician::{Act, Given, JointAngles, Setting, ToolBias};
 use magician_motion::{
     ArmModel, ArmState, Ceilings, Geometry, Move, MoveKind, Planner, Pose, Target,
 };
@@ -140,11 +140,13 @@ fn what_does_not_fit_is_refused_with_both_sizes() {
             .starts_with("the drawing is 210 by 297 mm, at most "),
         "{problem}"
     );
-    let help = problem.help.unwrap();
-    assert!(
-        help.contains("--fit") && help.contains("--scale 0."),
-        "{help}"
-    );
+    let [fit, smaller] = &problem.remedies[..] else {
+        panic!("{problem:?}")
+    };
+    assert_eq!(fit.act, Act::Give(Setting::Fit, Given::On));
+    let Act::Give(Setting::Scale, Given::Number(scale)) = smaller.act else {
+        panic!("{smaller:?}")
+    };
     let layout = Layout {
         fit: true,
         ..Layout::on(PAPER)
@@ -153,14 +155,6 @@ fn what_does_not_fit_is_refused_with_both_sizes() {
     assert!((0.3..1.0).contains(&placed.scale), "{}", placed.scale);
     let report = check(&placed.plan(&Marking::pen()), &homed());
     assert!(report.is_good(), "{:?}", report.complaints.first());
-    let scale = help
-        .split("--scale ")
-        .nth(1)
-        .unwrap()
-        .split(' ')
-        .next()
-        .unwrap();
-    let scale: f64 = scale.parse().unwrap();
     let layout = Layout {
         scale,
         ..Layout::on(PAPER)

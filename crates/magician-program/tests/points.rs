@@ -168,7 +168,7 @@ fn strokes_of_a_text() {
 #[test]
 fn a_refusal_says_where_and_why() {
     for (text, hints) in [
-        ("X,Y,Z\n200,0,x\n", ["line 2, column 7", "`x`"]),
+        ("X,Y,Z\n200,0,x\n", ["line 2, column 7", "'x'"]),
         ("X,Y,Z\n200,0,nan\n", ["line 2, column 7", "number"]),
         ("X,Y,Z\n200,0,1e39\n", ["line 2, column 7", "number"]),
         ("X,Y,Z\n200,0\n", ["line 2", "has no z"]),
@@ -176,8 +176,8 @@ fn a_refusal_says_where_and_why() {
         ("X,Y,R\n200,0,0\n", ["line 1", "no column is called Z"]),
         ("X,Y,Z,X\n", ["line 1, column 7", "another column"]),
         ("X,Y,Z,Pause\n1,2,3,-1\n", ["line 2, column 7", "between 0"]),
-        ("X,Y,Z,Mode\n1,2,3,FLY\n", ["line 2, column 7", "`FLY`"]),
-        ("X,Y,Z,Gripper\n1,2,3,9\n", ["line 2, column 7", "`9`"]),
+        ("X,Y,Z,Mode\n1,2,3,FLY\n", ["line 2, column 7", "'FLY'"]),
+        ("X,Y,Z,Gripper\n1,2,3,9\n", ["line 2, column 7", "'9'"]),
         ("X,Y,Z,Gripper,Suction\n1,2,3,1,1\n", ["line 2", "one tool"]),
         ("X,Y,Z\n", ["no points", ""]),
         ("", ["no points", ""]),
@@ -193,7 +193,7 @@ fn a_refusal_says_where_and_why() {
             "{\"row0\": {\"MotionStyle\": \"ARC\", \"X\": 1, \"Y\": 2, \"Z\": 3}}",
             ["line 1", "no end"],
         ),
-        ("{\"rows\": {\"point\": {}}}", ["line 1", "`point`"]),
+        ("{\"rows\": {\"point\": {}}}", ["line 1", "'point'"]),
         ("{\"row0\": ", ["line 1", "JSON"]),
     ] {
         let said = refused(text);

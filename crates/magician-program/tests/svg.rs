@@ -736,7 +736,7 @@ fn lines_beyond_the_page_are_cut_off_if_that_is_wanted() {
         ["what lies beyond the page (100.0 by 100.0 mm) is cut off: 2 lines"]
     );
     let (_, notes) = reading(&text);
-    assert_eq!(notes[0].help.as_deref(), Some("--clip-page cuts it off"));
+    assert_eq!(notes[0].remedies[0].act.to_string(), "clip_page");
     let pageless =
         r#"<svg xmlns="http://www.w3.org/2000/svg"><path d="M1 1h5" stroke="black"/></svg>"#;
     let (_, notes) = reading_with(pageless, &options).unwrap();

@@ -26,8 +26,6 @@ mod run;
 mod runtime;
 mod values;
 mod voice;
-#[allow(dead_code)]
-mod wording;
 
 use pyo3::prelude::*;
 

@@ -25,6 +25,12 @@ impl Voice for Python {
     }
 
     fn give(&self, setting: Setting, given: &Given) -> String {
+        // A call each, and no argument.
+        match setting {
+            Setting::Loops => return "`plan.repeated(times)`".to_owned(),
+            Setting::SpeedRatio => return "`arm.speed(percent)`".to_owned(),
+            _ => {}
+        }
         let value = match given {
             Given::On => "True".to_owned(),
             Given::Off => "False".to_owned(),
@@ -34,7 +40,7 @@ impl Voice for Python {
             Given::Any(name) if name.contains(',') => {
                 format!("({})", name.to_lowercase().replace(',', ", "))
             }
-            Given::Any(name) => name.to_lowercase(),
+            Given::Any(name) => name.to_lowercase().replace('/', "_per_"),
             _ => String::new(),
         };
         format!("{}={value}", self.setting(setting))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import math
+import re
 from collections.abc import Callable
 from decimal import Decimal
 from pathlib import Path
@@ -15,6 +17,7 @@ from magician.errors import InvalidInputError
 
 ROWS = [(200.0, 0.0, 0.0), (220.0, 10.0, 0.0)]
 HUGE = 10**400
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture
@@ -239,3 +242,14 @@ def test_truth_values_texts_and_functions(arm: Arm, sample: Path) -> None:
         words.with_rail(words.home(), 5)  # type: ignore[arg-type]
     with pytest.raises(InvalidInputError, match=r"asked with values: GetIoDi\(...\)"):
         anything.get(commands.GetIoDi)
+
+
+def test_every_option_that_a_remedy_names_is_an_argument_or_a_call() -> None:
+    """What to do about an error is said with these names (``voice.rs``)."""
+    source = ROOT / "crates" / "magician-host" / "src" / "remedy.rs"
+    options = source.read_text(encoding="utf-8").split("    Setting {", 1)[1].split("\n    }", 1)[0]
+    names = set(re.findall(r'^ +[A-Z]\w+ = "(\w+)",$', options, re.MULTILINE))
+    takers = (magician.load, Arm, Arm.run)
+    taken = {name for taker in takers for name in inspect.signature(taker).parameters}
+    calls = {"loops": Plan.repeated, "speed_ratio": Arm.speed}
+    assert len(names) > 20 and names - taken == set(calls)

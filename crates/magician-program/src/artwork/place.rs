@@ -1,5 +1,6 @@
 //! How a drawing lies before the arm.
 
+use magician_host::{Given, Setting};
 use serde::{Deserialize, Serialize};
 
 use super::{Artwork, Marking, Stroke};
@@ -340,9 +341,8 @@ impl<'a> Placer<'a> {
     /// Why it does not fit, and what would.
     fn misfit(&self, most: Option<f64>, [near, far]: [f64; 2]) -> Misfit {
         let turned = self.turned_by_90();
-        let elsewhere = self
-            .elsewhere()
-            .map(|[x, y]| format!("--at {x},{y} would do"));
+        let elsewhere = self.elsewhere();
+        let at = |[x, y]: [f64; 2]| (Setting::At, Given::Point(x, y));
         let size = |scale: f64| {
             let [width, height] = self.size.map(|side| scale * side);
             format!("{width:.0} by {height:.0} mm")
@@ -358,10 +358,12 @@ impl<'a> Placer<'a> {
                 (None, None) => format!("the drawing is {own}; {reached}"),
             };
             let would_fit = turned.map(|scale| WouldFit::new(scale, self.layout.rotate + 90.0));
+            let problem = Problem::of_file(message);
             return Misfit {
-                problem: Problem::of_file(message).help(
-                    elsewhere.unwrap_or("place it elsewhere, with --at X,Y for one".to_owned()),
-                ),
+                problem: match elsewhere {
+                    Some(place) => problem.remedy(at(place), "would do"),
+                    None => problem.remedy((Setting::At, Given::Any("X,Y")), "places it elsewhere"),
+                },
                 would_fit: would_fit.filter(WouldFit::is_any),
             };
         };
@@ -372,17 +374,21 @@ impl<'a> Placer<'a> {
         };
         let message = format!("the drawing is {own}, {}", place.replace("{}", &size(most)));
         let mut would_fit = WouldFit::new(most, self.layout.rotate);
-        let mut help = format!("--fit shrinks it, --scale {} would do", would_fit.scale);
-        if let Some(elsewhere) = elsewhere {
-            help += &format!(", {elsewhere} in this size");
+        let scale = (Setting::Scale, Given::Number(would_fit.scale));
+        let mut problem = Problem::new(self.worst(), message)
+            .remedy((Setting::Fit, Given::On), "shrinks it")
+            .remedy(scale, "would do");
+        if let Some(place) = elsewhere {
+            problem = problem.remedy(at(place), "would do in this size");
         }
         if let Some(other) = turned.filter(|other| *other > most * 1.001) {
             let rotate = self.layout.rotate + 90.0;
             would_fit = WouldFit::new(other, rotate);
-            help += &format!(", --rotate {rotate} leaves it more room");
+            let turn = (Setting::Rotate, Given::Number(rotate));
+            problem = problem.remedy(turn, "leaves it more room");
         }
         Misfit {
-            problem: Problem::new(self.worst(), message).help(help),
+            problem,
             would_fit: Some(would_fit).filter(WouldFit::is_any),
         }
     }

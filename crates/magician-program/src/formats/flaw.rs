@@ -1,5 +1,7 @@
 use std::ops::Range;
 
+use magician_host::Remedy;
+
 use crate::{Lack, Origin, Problem};
 
 /// What cannot be read or followed in a program, by its bytes.
@@ -8,6 +10,7 @@ pub(super) struct Flaw {
     pub(super) range: Range<usize>,
     pub(super) message: String,
     pub(super) help: Option<&'static str>,
+    pub(super) remedies: Vec<Remedy>,
     pub(super) lacks: Option<Lack>,
 }
 
@@ -17,16 +20,16 @@ impl Flaw {
             range,
             message: message.into(),
             help: None,
+            remedies: Vec::new(),
             lacks: None,
         }
     }
 
     /// At the place that its bytes have in the file.
     pub(super) fn into_problem(self, origin: Origin) -> Problem {
-        let problem = Problem::new(origin, self.message).lacking(self.lacks);
-        match self.help {
-            Some(help) => problem.help(help),
-            None => problem,
-        }
+        let mut problem = Problem::new(origin, self.message).lacking(self.lacks);
+        problem.help = self.help.map(str::to_owned);
+        problem.remedies = self.remedies;
+        problem
     }
 }

@@ -205,7 +205,7 @@ impl FromStr for Format {
         };
         Self::ALL.into_iter().find(is_meant).ok_or_else(|| {
             let names = Self::ALL.map(Self::name).join(", ");
-            format!("there is no format `{}`; there are {names}", text.trim())
+            format!("there is no format '{}'; there are {names}", text.trim())
         })
     }
 }

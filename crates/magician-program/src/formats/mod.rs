@@ -29,6 +29,8 @@ mod xml;
 
 pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 
+use magician_host::{Remedy, Setting};
+
 use crate::raster::Raster;
 use crate::{Artwork, NoteCode, Plan, Problem};
 use std::str::FromStr;
@@ -104,7 +106,7 @@ impl FromStr for White {
         match text {
             "skip" => Ok(Self::Skip),
             "draw" => Ok(Self::Draw),
-            other => Err(format!("white is `skip` or `draw`, not `{other}`")),
+            other => Err(format!("white is 'skip' or 'draw', not '{other}'")),
         }
     }
 }
@@ -168,7 +170,7 @@ fn only_recordings(resample: Option<f64>) -> Result<(), Problem> {
         Some(_) => Err(Problem::of_file(
             "only a recording can be resampled: a CSV file with t, x, y, z, or an MCAP file with /pose",
         )
-        .help("leave out --resample")),
+        .with(Remedy::without(Setting::Resample))),
     }
 }
 

@@ -25,20 +25,22 @@ impl Notes {
     }
 
     /// As [`add`](Self::add), with what to do about it.
-    pub(super) fn add_with_help(
+    pub(super) fn add_with(
         &mut self,
         code: NoteCode,
         origin: Origin,
         message: &str,
-        help: &str,
+        advised: impl FnOnce(Problem) -> Problem,
     ) {
-        self.add(code, origin, message);
-        if let Some((problem, 1)) = self.find(message) {
-            problem.help = Some(help.to_owned());
+        if self.find(message).is_none() && self.found.len() < MOST_KINDS {
+            let problem = Problem::new(origin, message).coded(code);
+            self.found.push((advised(problem), 1));
+        } else {
+            self.add(code, origin, message);
         }
     }
 
-    pub(super) fn find(&mut self, message: &str) -> Option<&mut (Problem, u64)> {
+    fn find(&mut self, message: &str) -> Option<&mut (Problem, u64)> {
         let mut found = self.found.iter_mut();
         found.find(|(problem, _)| problem.message == message)
     }

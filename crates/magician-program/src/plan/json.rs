@@ -63,7 +63,7 @@ impl<'t> Json<'t> {
             Cow::Borrowed(key) => key,
             Cow::Owned(_) => member.value,
         };
-        self.problem(place, format!("`{}` means nothing here", member.key))
+        self.problem(place, format!("'{}' means nothing here", member.key))
             .help(format!("what does: {known}"))
     }
 
@@ -128,7 +128,7 @@ impl<'t> Json<'t> {
             .map_err(|error| self.syntax(value, &error))?;
         for (at, member) in members.iter().enumerate() {
             if members.iter().take(at).any(|other| other.key == member.key) {
-                return Err(self.problem(member.value, format!("`{}` is here twice", member.key)));
+                return Err(self.problem(member.value, format!("'{}' is here twice", member.key)));
             }
         }
         Ok(members)

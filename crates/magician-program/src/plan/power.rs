@@ -1,7 +1,7 @@
 //! The powers of a plan's burns: in proportion to speed (M4), and as a person wants them.
 
 use magician_host::words::PathLaws;
-use magician_host::{Law, Set};
+use magician_host::{Given, Law, Set, Setting};
 
 use super::{Action, Plan, Step};
 use crate::{NoteCode, Power, Problem, Reading};
@@ -97,8 +97,8 @@ impl Plan {
                     "step {} switches the laser on, which is full power: it cannot burn with {power} %",
                     at + 1
                 );
-                let problem =
-                    Problem::new(step.origin, message).help("--power 100 runs it as it is");
+                let problem = Problem::new(step.origin, message)
+                    .remedy((Setting::Power, Given::Number(100.0)), "runs it as it is");
                 let name = step.origin.name_index().and_then(|at| names.get(at));
                 return Err(match name {
                     Some(name) => problem.named(name),

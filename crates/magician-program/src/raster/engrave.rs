@@ -1,5 +1,7 @@
 //! How an image is engraved.
 
+use magician_host::{Given, Setting};
+
 use super::scan::{Rates, Scan};
 use super::tone::{Powers, levels};
 use super::{Grid, Raster, Tone, resample};
@@ -152,7 +154,11 @@ impl Engrave {
         }
         best.as_ref().and_then(Grid::of_frame).ok_or_else(|| {
             Problem::of_file("there is not enough room to run up to the image")
-                .help("engrave it slower, or with less overscan")
+                .remedy((Setting::Speed, Given::Any("MM/S")), "engraves it slower")
+                .remedy(
+                    (Setting::Overscan, Given::Any("MM")),
+                    "says how far it runs up",
+                )
         })
     }
 
@@ -201,7 +207,8 @@ impl Raster {
         if cells.iter().all(|level| *level == 0) {
             return Err(
                 Problem::of_file("there is nothing to burn: all of it is white")
-                    .help("invert it, or choose another threshold"),
+                    .remedy((Setting::Invert, Given::On), "burns what is white")
+                    .remedy((Setting::Threshold, Given::Any("N")), "says what is dark"),
             );
         }
 
@@ -233,7 +240,8 @@ fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Problem> {
         return Err(Problem::of_file(format!(
             "{columns} by {rows} cells of {spacing} mm for {width:.1} mm by {height:.1} mm are more than {most}"
         ))
-        .help("make it smaller, or the line spacing wider"));
+        .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
+        .remedy((Setting::Spacing, Given::Any("MM")), "lays its lines farther apart"));
     }
     Ok(counts)
 }

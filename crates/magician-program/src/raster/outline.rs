@@ -1,5 +1,7 @@
 //! The outlines of what is dark in an image.
 
+use magician_host::{Given, Setting};
+
 use super::{Raster, Size, resample::resample};
 use crate::simplify::simplified;
 use crate::{Artwork, Origin, Problem, Stroke};
@@ -80,7 +82,10 @@ impl Raster {
         }
         if strokes.is_empty() {
             let why = format!("nothing in the image is darker than {}", trace.level);
-            return Err(Problem::of_file(why).help("choose a higher threshold"));
+            return Err(Problem::of_file(why).remedy(
+                (Setting::Threshold, Given::Any("N")),
+                "finds more if it is higher",
+            ));
         }
         Ok(Artwork {
             title: self.title.clone(),

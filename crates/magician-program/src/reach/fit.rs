@@ -1,5 +1,7 @@
 //! Where a drawing fits.
 
+use magician_host::{Given, Setting};
+
 use super::{Fit, Placement, Reach, hull};
 use crate::Problem;
 use crate::artwork::distance;
@@ -80,9 +82,15 @@ impl Reach {
             scale * height,
         );
         let percent = 100.0 * scale;
-        let help =
-            format!("`--fit` scales it to {percent:.0} %; `--rotate 90` may leave it larger");
-        Problem::of_file(message).help(help)
+        Problem::of_file(message)
+            .remedy(
+                (Setting::Fit, Given::On),
+                format!("scales it to {percent:.0} %"),
+            )
+            .remedy(
+                (Setting::Rotate, Given::Number(90.0)),
+                "may leave it larger",
+            )
     }
 }
 

@@ -1,7 +1,7 @@
 //! What is made to fit: as large as it can be, turned where that helps, and never refused by the check.
 
-use magician_host::JointAngles;
 use magician_host::words::{Guards, Preflight};
+use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
 use serde::Serialize;
 
@@ -251,7 +251,7 @@ fn fitted_note(share: f64, turned: f64) -> Option<Problem> {
     let done: Vec<String> = smaller.into_iter().chain(turned).collect();
     let note = Problem::of_file(done.join(", ")).coded(NoteCode::Placed);
     let note = match turns {
-        true => note.help("--no-turn leaves it as it lies"),
+        true => note.remedy((Setting::Turn, Given::Off), "leaves it as it lies"),
         false => note,
     };
     (!done.is_empty()).then_some(note)

@@ -1,5 +1,7 @@
 //! What a program in its own coordinates draws or burns.
 
+use magician_host::{Given, Setting};
+
 use crate::artwork::{circle_through, distance};
 use crate::{Action, Artwork, Plan, Problem, Stroke};
 
@@ -30,7 +32,9 @@ impl Marks {
         let Some(lowest) = lowest(true).or(lowest(false)) else {
             let message =
                 "nothing is drawn or burnt in it: it has no size and no middle to be placed by";
-            return Err(Problem::of_file(message).help("--raw runs it as it stands"));
+            return Err(
+                Problem::of_file(message).remedy((Setting::Raw, Given::On), "runs it as it stands")
+            );
         };
         let touch = pen_z.unwrap_or(lowest);
         // Where all lines only come down to it, as in reliefs and arcs through Z, they are what it draws.
@@ -59,7 +63,10 @@ impl Marks {
             let message = format!(
                 "nothing is drawn at Z {touch} or below: the lowest Z at which it draws is {lowest}"
             );
-            return Err(Problem::of_file(message).help("--pen-z Z says at which Z its pen touches"));
+            return Err(Problem::of_file(message).remedy(
+                (Setting::PenZ, Given::Any("Z")),
+                "says at which Z its pen touches",
+            ));
         }
         let artwork = Artwork {
             title: plan.title.clone(),

@@ -2,6 +2,8 @@
 
 mod guide;
 
+use magician_host::{Given, Remedy, Setting};
+
 use super::marks::Marks;
 use super::{Laid, Setup, fitted, middle, rotated};
 use crate::artwork::{Layout, Marking, Sheet};
@@ -52,24 +54,26 @@ impl Setup {
 
     /// What was said of a frame that this file does not have.
     pub(super) fn check_frame(&self, gcode: bool, drawing: bool) -> Result<(), Problem> {
-        let refused = |what: &str, help: &str| Err(Problem::of_file(what).help(help));
-        if self.placing.frame == Frame::Arm && drawing {
-            return refused(
-                "a drawing or an image has no coordinates of the arm that it could be left at",
-                "leave out --raw: --at X,Y says where its middle goes",
-            );
+        let placing = &self.placing;
+        let raw = Remedy::without(Setting::Raw);
+        if placing.frame == Frame::Arm && drawing {
+            let what =
+                "a drawing or an image has no coordinates of the arm that it could be left at";
+            let problem = Problem::of_file(what).with(raw);
+            let at = (Setting::At, Given::Any("X,Y"));
+            return Err(problem.remedy(at, "says where its middle goes"));
         }
-        if self.placing.frame == Frame::Arm && self.says_where() {
-            return refused(
-                "coordinates that are the arm's as they stand are not placed",
-                "leave out --raw, or --at, --fit and --surface",
-            );
+        if placing.frame == Frame::Arm && self.says_where() {
+            let what = "coordinates that are the arm's as they stand are not placed";
+            return Err(Problem::of_file(what).with(raw));
         }
-        if self.placing.pen_z.is_some() && !(gcode && self.places()) {
-            return refused(
-                "a Z of touching was said, and it is of placed G-code, which this is not",
-                "--place places G-code; leave out --pen-z for anything else",
-            );
+        if placing.pen_z.is_some() && !(gcode && self.places()) {
+            let what = "a Z of touching was said, and it is of placed G-code, which this is not";
+            let mut problem = Problem::of_file(what);
+            if gcode {
+                problem = problem.remedy((Setting::Place, Given::On), "places G-code");
+            }
+            return Err(problem.with(Remedy::without(Setting::PenZ)));
         }
         Ok(())
     }
@@ -91,8 +95,17 @@ impl Setup {
             marks.touch,
             surface.at(placed.middle),
         );
-        let help = "--raw takes its coordinates as the arm's, --pen-z says another Z of touching";
-        notes.push(Problem::of_file(what).coded(NoteCode::Placed).help(help));
+        let note = Problem::of_file(what)
+            .coded(NoteCode::Placed)
+            .remedy(
+                (Setting::Raw, Given::On),
+                "takes its coordinates as the arm's",
+            )
+            .remedy(
+                (Setting::PenZ, Given::Any("Z")),
+                "says another Z of touching",
+            );
+        notes.push(note);
         let course = Course {
             mirror: layout.mirror,
             rotate: layout.rotate,
@@ -157,8 +170,9 @@ impl Setup {
         }
         let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
         let message = format!("it draws {}, and the sheet is {}", shown(size), shown(room));
-        let help = "--fit shrinks it to the sheet, --at X,Y places it without one";
-        Err(Problem::of_file(message).help(help))
+        Err(Problem::of_file(message)
+            .remedy((Setting::Fit, Given::On), "shrinks it to the sheet")
+            .remedy((Setting::At, Given::Any("X,Y")), "places it without one"))
     }
 
     /// A plan in coordinates of the arm that is placed all the same: to the middle of the sheet, or to where there is room.

@@ -1,7 +1,7 @@
 //! How what a person says becomes a plan.
 
-use magician_host::JointAngles;
 use magician_host::words::Preflight;
+use magician_host::{Act, JointAngles};
 
 use super::*;
 use crate::{Action, Origin, Stroke, Travel, check};
@@ -85,7 +85,10 @@ fn a_drawing_needs_a_surface_and_takes_the_one_that_is_nearest() {
     let refused = setup
         .plan(Format::Svg, Content::Artwork(line()))
         .expect_err("no surface");
-    assert!(refused.help.is_some_and(|help| help.contains("calibrate")));
+    assert_eq!(
+        refused.remedies[0].act,
+        Act::Do(magician_host::Action::CalibrateSurface)
+    );
     let height = |setup: &Setup| {
         let made = setup
             .plan(Format::Svg, Content::Artwork(line()))

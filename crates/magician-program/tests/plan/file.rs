@@ -148,17 +148,17 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"path":[1,2]}"#),
             (3, 11, 5),
-            "`path` takes 3 numbers, x, y, z, and these are 2",
+            "'path' takes 3 numbers, x, y, z, and these are 2",
         ),
         (
             step(r#"{"path":[1,"two",3]}"#),
             (3, 14, 5),
-            "`path` takes a number, and this is \"two\"",
+            "'path' takes a number, and this is \"two\"",
         ),
         (
             step(r#"{"path":[1,1e39,3]}"#),
             (3, 14, 4),
-            "`path` takes a number, and this is 1e39",
+            "'path' takes a number, and this is 1e39",
         ),
         (
             step(r#"{"move":[1,2,3,4],"by":"foot"}"#),
@@ -173,12 +173,12 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"wait":-1}"#),
             (3, 11, 2),
-            "`wait` takes seconds, 0 to 4294967.295 in whole ms, and this is -1",
+            "'wait' takes seconds, 0 to 4294967.295 in whole ms, and this is -1",
         ),
         (
             step(r#"{"wait":0.0005}"#),
             (3, 11, 6),
-            "`wait` takes seconds, 0 to 4294967.295 in whole ms, and this is 0.0005",
+            "'wait' takes seconds, 0 to 4294967.295 in whole ms, and this is 0.0005",
         ),
         (
             step(r#"{"suction":1}"#),
@@ -193,22 +193,22 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"home":true,"wait":1}"#),
             (3, 3, 22),
-            "`home` and `wait` in one step",
+            "'home' and 'wait' in one step",
         ),
         (
             step(r#"{"home":true,"home":true}"#),
             (3, 23, 4),
-            "`home` is here twice",
+            "'home' is here twice",
         ),
         (
             step(r#"{"home":true,"fast":true}"#),
             (3, 17, 4),
-            "`fast` means nothing here",
+            "'fast' means nothing here",
         ),
         (
             step(r#"{"burn":[1,2,3]}"#),
             (3, 11, 7),
-            "`burn` needs `power` beside it",
+            "'burn' needs 'power' beside it",
         ),
         (
             step(r#"{"command":"Dance"}"#),
@@ -218,7 +218,7 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"command":"DeviceName"}"#),
             (3, 14, 12),
-            "`DeviceName` cannot be queued, so it cannot be a step",
+            "'DeviceName' cannot be queued, so it cannot be a step",
         ),
         (
             step(r#"{"command":"IODO","values":{"address":3,"level":[5,[1]]}}"#),

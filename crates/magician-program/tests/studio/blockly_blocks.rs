@@ -320,7 +320,7 @@ fn pins_motors_and_sensors_are_driven() {
     assert_eq!(
         notes,
         [
-            "SetLostStepParams cannot be queued: it is left out; send `magician set SetLostStepParams value=3` before"
+            "SetLostStepParams cannot be queued: it is left out; send it by itself before, with the value 3"
         ]
     );
     let (actions, _) = one(
@@ -424,7 +424,7 @@ fn every_known_block_is_followed_or_refused_by_name() {
                 magician_program::read(Format::Blockly, &workspace(&blocks), &Default::default());
             let problem = problem.unwrap_err();
             assert!(
-                problem.message.starts_with(&format!("`{kind}` {why}")),
+                problem.message.starts_with(&format!("'{kind}' {why}")),
                 "{problem}"
             );
             assert_eq!(problem.name.as_deref(), Some(kind));

@@ -19,7 +19,7 @@ fn whole(file: &[u8]) -> String {
 fn another_file_is_no_workspace() {
     assert_eq!(
         whole(b"<root/>"),
-        "line 1, column 1: this is no Blockly workspace: its outermost element is `root`"
+        "line 1, column 1: this is no Blockly workspace: its outermost element is 'root'"
     );
     assert_eq!(
         whole(b"<xml></xml>"),
@@ -94,15 +94,15 @@ fn numbers_that_are_none_are_refused() {
     assert!(sum("MULTIPLY", 1e300, 1e300).ends_with("what it computes is no number"));
     assert!(
         sum("SHIFT", 1.0, 1.0)
-            .ends_with("math_arithmetic has an operator that is not known: `SHIFT`")
+            .ends_with("math_arithmetic has an operator that is not known: 'SHIFT'")
     );
     let number_of = |text: &str| refusal(&wait(&block("math_number", &field("NUM", text))));
-    assert!(number_of("NaN").ends_with("NUM of math_number is `NaN`, which is no number"));
-    assert!(number_of("").ends_with("NUM of math_number is ``, which is no number"));
+    assert!(number_of("NaN").ends_with("NUM of math_number is 'NaN', which is no number"));
+    assert!(number_of("").ends_with("NUM of math_number is '', which is no number"));
     let words = block("text", &field("TEXT", "soon"));
     assert!(
         refusal(&wait(&words))
-            .ends_with("(dobot_delaytime): time of dobot_delaytime is `soon`, no number")
+            .ends_with("(dobot_delaytime): time of dobot_delaytime is 'soon', no number")
     );
     let far = block("dobot_goto", &number("xBias", 1e200));
     assert!(
@@ -118,7 +118,7 @@ fn numbers_that_are_none_are_refused() {
 fn what_is_not_known_when_the_plan_is_made_is_refused() {
     let get = block("variables_get", &field("VAR", "height"));
     assert!(
-        refusal(&wait(&get)).ends_with("(variables_get): the variable `height` has no value yet")
+        refusal(&wait(&get)).ends_with("(variables_get): the variable 'height' has no value yet")
     );
     let x = block("dobot_get_current_coordinate", &field("value", "1"));
     let home = block("dobot_home", "");
@@ -173,7 +173,7 @@ fn choices_that_the_studio_does_not_have_are_refused() {
         &[("io", "0"), ("speed", "2e6")],
         "a motor is to go at 2000000 pulses/s, at most 1000000 can be",
     );
-    is("", &[], "`` names no kind of block");
+    is("", &[], "'' names no kind of block");
 }
 
 proptest! {

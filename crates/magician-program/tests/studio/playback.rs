@@ -215,7 +215,7 @@ fn order_space_and_strange_items_do_not_matter() {
     assert_eq!(
         notes,
         [
-            "line 12, column 3: `Loops` is not known: it is kept and not played",
+            "line 12, column 3: 'Loops' is not known: it is kept and not played",
             "rows have what is not known (item_13, joints): it is kept and not played",
         ]
     );

@@ -25,11 +25,11 @@ const POSE: &str = "<item_2>1</item_2><item_3>2</item_3><item_4>3</item_4><item_
 fn another_file_is_told_from_a_playback_file() {
     assert_eq!(
         whole("<svg/>"),
-        "line 1, column 1: this is no playback file of DobotStudio: its outermost element is `svg` [this looks like a drawing: call it `.svg`]"
+        "line 1, column 1: this is no playback file of DobotStudio: its outermost element is 'svg' [this looks like a drawing: call it '.svg']"
     );
     assert_eq!(
         whole("<xml><block/></xml>"),
-        "line 1, column 1: this is no playback file of DobotStudio: its outermost element is `xml` [this looks like a DobotBlockly workspace: call it `.blockly`]"
+        "line 1, column 1: this is no playback file of DobotStudio: its outermost element is 'xml' [this looks like a DobotBlockly workspace: call it '.blockly']"
     );
     assert_eq!(
         whole("<root><a/></root>"),
@@ -73,7 +73,7 @@ fn a_row_must_say_where_and_how() {
         ),
         (
             "<item_0>1</item_0><item_2>12,5</item_2>".to_owned(),
-            "line 2, column 33 (row0): item_2 (X) is `12,5`, which is no number [numbers are written with a decimal point]",
+            "line 2, column 33 (row0): item_2 (X) is '12,5', which is no number [numbers are written with a decimal point]",
         ),
         (
             "<item_0>1</item_0><item_2>NaN</item_2>".to_owned(),

@@ -109,7 +109,7 @@ fn what_a_file_has_no_place_for_is_noted_or_refused() {
     assert_eq!(
         notes,
         [
-            "the file cannot say that its points are for the tool `pen`",
+            "the file cannot say that its points are for the tool 'pen'",
             "the speeds are left out: a playback file does not have them",
             "the heights of jumps are left out: a playback file does not have them",
         ]

@@ -5,16 +5,16 @@ use magician_program::artwork::Sheet;
 use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Content, Format, Frame, Lack, Placing, Plan, Power, Prepared, Problem, ReadOptions, Reading,
-    Setup, Surface, Work, read,
+    Content, Format, Frame, Placing, Plan, Power, Prepared, Problem, ReadOptions, Reading, Setup,
+    Surface, Work, read,
 };
 use pyo3::prelude::*;
 
 use super::{PyPlan, Source, surface, tool};
-use crate::{errors, wording};
+use crate::errors;
 
 /// What is to be said where nobody has said how high the paper lies.
-pub(crate) const SURFACE_ARGUMENT: &str = "nobody has said how high the paper or the wood lies: give load() surface=Z, the z of the arm's pose when its tool \
+pub(crate) const SURFACE_ARGUMENT: &str = "work surface height unknown: give load() surface=Z, the z of the arm's pose when its tool \
      touches it; nothing was sent";
 
 /// How a file is to be done; what is left open is as the file says, or usual.
@@ -206,8 +206,7 @@ impl PyPlan {
         let options = wanted.options(title, &setup).map_err(refused)?;
         let placed = format == Format::Gcode && setup.places();
         let made = py.detach(|| made(format, bytes, &options, &setup));
-        let (made, taught) =
-            made.map_err(|problem| super::raise(py, Some(name), &said(problem)))?;
+        let (made, taught) = made.map_err(|problem| super::raise(py, Some(name), &problem))?;
         let source = Source {
             name: Some(name.to_owned()),
             format: Some(format.name().to_owned()),
@@ -258,16 +257,4 @@ fn made(
     let mut made = setup.plan(format, content)?.fitting()?;
     made.notes.splice(0..0, notes);
     Ok((made, taught))
-}
-
-/// A problem that speaks of arguments.
-fn said(mut problem: Problem) -> Problem {
-    problem.message = wording::arguments(&problem.message);
-    problem.help = match problem.lacks == Some(Lack::Start) {
-        true => {
-            Some("give start=(x, y, z), where the tool stands when the program begins".to_owned())
-        }
-        false => problem.help.as_deref().map(wording::arguments),
-    };
-    problem
 }

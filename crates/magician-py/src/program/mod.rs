@@ -17,7 +17,7 @@ pub(crate) use check::{Start, findings, numbers, refusal};
 pub(crate) use load::SURFACE_ARGUMENT;
 pub(crate) use points::floats;
 
-use crate::{errors, values, wording};
+use crate::{errors, values, voice};
 
 /// A plan, and what is known of where it came from.
 #[pyclass(frozen, name = "Plan", module = "magician._magician")]
@@ -90,7 +90,7 @@ impl Source {
                 length,
                 ..
             } = note.origin;
-            let (name, help) = (note.name.clone(), note.help.clone());
+            let (name, help) = (note.name.clone(), note.advice(&voice::Python));
             let code = note.code.name().to_owned();
             (line, column, length, name, note.message.clone(), help, code)
         };
@@ -123,6 +123,7 @@ impl Source {
             name,
             message,
             help,
+            remedies: Vec::new(),
             lacks: None,
         };
         Self {
@@ -160,15 +161,11 @@ impl PyPlan {
 
 /// The exception for a problem with a file or a plan.
 pub(crate) fn raise(py: Python<'_>, name: Option<&str>, problem: &Problem) -> PyErr {
-    let mut text = match name {
-        Some(name) => format!("{name}: {problem}"),
-        None => problem.to_string(),
-    };
-    if let Some(help) = &problem.help {
-        text.push_str("; ");
-        text.push_str(help);
-    }
-    errors::raise(py, &Error::invalid(text))
+    let name = name.map(|name| format!("{name}: ")).unwrap_or_default();
+    let help = problem.help.iter().map(|help| format!("; {help}"));
+    let text = format!("{name}{problem}{}", help.collect::<String>());
+    let error = Error::from(problem.clone());
+    errors::raise(py, &error.retold(text))
 }
 
 /// A tool by its name or its bias.
@@ -269,7 +266,7 @@ impl PyPlan {
         let notes = self.source.notes.iter();
         let parts = notes.map(|note| {
             let (line, column) = (note.origin.line, note.origin.column);
-            let help = note.help.as_deref().map(wording::arguments);
+            let help = note.advice(&voice::Python);
             (
                 line,
                 column,

@@ -28,6 +28,7 @@ use crate::context::Context;
 use crate::failure::Failure;
 use crate::mounted::{tool_of, usual_tool};
 use crate::saved::Access;
+use crate::voice::Command;
 
 #[cfg(test)]
 pub(super) use view::tests::examples;
@@ -189,9 +190,10 @@ struct Nothing {
 
 /// What points cannot be.
 fn wrong(problem: Problem) -> Failure {
+    let advice = problem.advice(&Command);
     let failure = Failure::invalid(problem.message);
-    match problem.help {
-        Some(help) => failure.hint(help),
+    match advice {
+        Some(advice) => failure.hint(advice),
         None => failure,
     }
 }

@@ -14,6 +14,7 @@ use super::sketch::sketch;
 use super::subject::{Found, Subject};
 use crate::terminal::{Theme, panel, thirds, wrapped};
 use crate::verbs::jog::{MOVES, beside, foot};
+use crate::voice::Command;
 
 const KEYS: [(&str, &str); 12] = [
     (
@@ -150,8 +151,8 @@ fn outcome(
         }
         Err(problem) => {
             lines.extend(said(&problem.message, theme.bad()));
-            let help = problem.help.iter();
-            lines.extend(help.flat_map(|help| said(help, Style::new())));
+            let advice = problem.advice(&Command).into_iter();
+            lines.extend(advice.flat_map(|advice| said(&advice, Style::new())));
             lines.extend(said("Backspace takes the last point back.", theme.note()));
         }
     }

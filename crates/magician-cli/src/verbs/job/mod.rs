@@ -17,7 +17,7 @@ use std::path::Path;
 use magician::sim::Controller;
 use magician::sim::world::PictureOptions;
 use magician::words::Preflight;
-use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, burns};
+use magician::{JointAngles, Options, Remedy, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
@@ -37,6 +37,7 @@ use crate::permission::Asks;
 use crate::saved::Access;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
+use crate::voice;
 
 /// As many notes are shown.
 const NOTES: usize = 10;
@@ -418,17 +419,9 @@ pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
 }
 
 fn line_of(source: &Source, note: &Problem) -> String {
-    let text = with_help(format!("{}: {note}", source.name), note);
+    let text = voice::advised(format!("{}: {note}", source.name), note);
     let paint = Paint::for_stderr();
     format!("{} {}", paint.note("note:"), visible_lines(&text))
-}
-
-/// What is said of a note, with what to do about it.
-fn with_help(text: String, note: &Problem) -> String {
-    match &note.help {
-        Some(help) => format!("{text} ({help})"),
-        None => text,
-    }
 }
 
 /// A note as JSON has it.
@@ -440,6 +433,8 @@ pub(crate) struct Note {
     line: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     element: Option<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "voice::json")]
+    remedies: Vec<Remedy>,
 }
 
 impl Note {
@@ -447,9 +442,10 @@ impl Note {
     pub(crate) fn all<'p>(notes: impl IntoIterator<Item = &'p Problem>) -> Vec<Self> {
         let told = |note: &Problem| Self {
             code: note.code.name(),
-            text: with_help(note.message.clone(), note),
+            text: voice::advised(note.message.clone(), note),
             line: Some(note.origin.line).filter(|line| *line > 0),
             element: note.name.clone(),
+            remedies: note.remedies.clone(),
         };
         notes.into_iter().map(told).collect()
     }

@@ -275,8 +275,10 @@ pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut
         false => Kind::Driver(kind),
     };
     let about = first.map(|complaint| Figures::of(&complaint.error));
+    let mut about = about.unwrap_or_default();
+    about.remedies = (problems.first()).map_or_else(Vec::new, |problem| problem.remedies.clone());
     let failure = Failure::new(kind, message)
-        .about(about.unwrap_or_default())
+        .about(about)
         .drawn(drawn.join("\n"));
     match way_out {
         Some(way_out) => failure.hint(way_out),

@@ -64,7 +64,7 @@ impl Machine<'_> {
                 let number = value.number().filter(|number| number.is_finite());
                 return number.ok_or_else(|| {
                     let said = value.said();
-                    block.problem(format!("{name} of {} is `{said}`, no number", block.kind))
+                    block.problem(format!("{name} of {} is '{said}', no number", block.kind))
                 });
             }
             if let Some(text) = block.field(name) {
@@ -85,7 +85,7 @@ impl Machine<'_> {
         value.number().ok_or_else(|| {
             let said = value.said();
             block.problem(format!(
-                "{} is to compute with `{said}`, no number",
+                "{} is to compute with '{said}', no number",
                 block.kind
             ))
         })
@@ -99,7 +99,7 @@ impl Machine<'_> {
         let operator = block.field("OP").unwrap_or_default();
         let unknown = || {
             let message = format!(
-                "{} has an operator that is not known: `{operator}`",
+                "{} has an operator that is not known: '{operator}'",
                 block.kind
             );
             block.problem(message)
@@ -142,7 +142,7 @@ impl Machine<'_> {
                 let b = self.value(block, "B", depth)?.unwrap_or(zero);
                 let cannot = || {
                     let (a, b) = (a.said(), b.said());
-                    block.problem(format!("{operator} cannot compare `{a}` with `{b}`"))
+                    block.problem(format!("{operator} cannot compare '{a}' with '{b}'"))
                 };
                 return compare(operator, &a, &b)
                     .ok_or_else(cannot)
@@ -173,7 +173,7 @@ impl Machine<'_> {
         let all = match operator {
             "AND" => true,
             "OR" => false,
-            _ => return Err(block.problem(format!("`{operator}` is neither AND nor OR"))),
+            _ => return Err(block.problem(format!("'{operator}' is neither AND nor OR"))),
         };
         let (a, b) = (block.input("A"), block.input("B"));
         if a.is_none() && b.is_none() {
@@ -190,7 +190,7 @@ impl Machine<'_> {
 fn field_number(block: &Block, name: &str, text: &str) -> Result<f64, Problem> {
     let number = text.trim().parse::<f64>().ok();
     number.filter(|number| number.is_finite()).ok_or_else(|| {
-        let message = format!("{name} of {} is `{text}`, which is no number", block.kind);
+        let message = format!("{name} of {} is '{text}', which is no number", block.kind);
         block.problem(message)
     })
 }

@@ -2,6 +2,8 @@
 
 use std::collections::{HashMap, HashSet};
 
+use magician_host::{Given, Setting};
+
 use super::course::Course;
 use super::tree::{Block, Tree};
 use super::value::Value;
@@ -98,9 +100,10 @@ impl<'t> Machine<'t> {
         self.steps += 1;
         if self.steps > MOST_STEPS {
             let message = format!("the program has not ended after {MOST_STEPS} blocks");
-            let help =
-                "give its loops an end; to have it all again and again, run it with `--loops`";
-            return Err(block.problem(message).help(help));
+            return Err(block
+                .problem(message)
+                .help("give its loops an end")
+                .remedy((Setting::Loops, Given::Any("N")), "repeats all of it"));
         }
         Ok(())
     }
@@ -227,7 +230,7 @@ impl<'t> Machine<'t> {
         self.variables
             .get(&name)
             .cloned()
-            .ok_or_else(|| block.problem(format!("the variable `{name}` has no value yet")))
+            .ok_or_else(|| block.problem(format!("the variable '{name}' has no value yet")))
     }
 }
 

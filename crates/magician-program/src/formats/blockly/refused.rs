@@ -62,7 +62,7 @@ pub(super) fn problem(block: &Block) -> Problem {
     let (why, help) = match reason(kind) {
         Some(Reason::Reading) => (
             "asks the arm while it runs, and a plan is made before anything moves",
-            Some("a program of its own can ask: see the `magician` library, or the Python package"),
+            Some("a program of its own can ask: see the Rust library or the Python package"),
         ),
         Some(Reason::Clock) => (
             "gives something else each time, and a plan is made once, before anything moves",
@@ -76,7 +76,7 @@ pub(super) fn problem(block: &Block) -> Problem {
         None if kind.is_empty() => ("names no kind of block", None),
         None => ("is a block that is not known here", None),
     };
-    let problem = block.problem(format!("`{kind}` {why}"));
+    let problem = block.problem(format!("'{kind}' {why}"));
     match help {
         Some(help) => problem.help(help),
         None => problem,

@@ -77,7 +77,7 @@ impl<'t> Machine<'t> {
             let message = format!(
                 "it asks for {what}, which is not known when the plan is made: no block before it says where the arm is"
             );
-            let help = "select the end effector and go to coordinates first; `dobot_home` leads to a point that the arm keeps";
+            let help = "select the end effector and go to coordinates first; 'dobot_home' leads to a point that the arm keeps";
             block.problem(message).help(help)
         })
     }
@@ -138,7 +138,7 @@ impl Call<'_, '_> {
         let message = format!(
             "{what}, which is not known when the plan is made: no block before it says where the arm is"
         );
-        let help = "go to coordinates or joint angles first; `dobot_home` leads to a point that the arm keeps";
+        let help = "go to coordinates or joint angles first; 'dobot_home' leads to a point that the arm keeps";
         self.block.problem(message).help(help)
     }
 

@@ -218,7 +218,7 @@ impl Call<'_, '_> {
         let value = self.single(&["threshold"], 0.5)?;
         let name = Set::from(LostStepParams { value }).row().set_name;
         let what = format!(
-            "{name} cannot be queued: it is left out; send `magician set {name} value={value}` before"
+            "{name} cannot be queued: it is left out; send it by itself before, with the value {value}"
         );
         self.note("threshold", &what);
         Ok(())

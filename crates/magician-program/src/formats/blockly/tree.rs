@@ -88,8 +88,8 @@ impl Tree {
             let name = root.tag_name().name();
             let place = start_of(root, text, &lines);
             let message =
-                format!("this is no Blockly workspace: its outermost element is `{name}`");
-            return Err(Problem::new(place, message).help("that of a workspace is `xml`"));
+                format!("this is no Blockly workspace: its outermost element is '{name}'");
+            return Err(Problem::new(place, message).help("that of a workspace is 'xml'"));
         }
         let mut tree = Self::default();
         let mut open: Vec<_> = blocks_in(root).map(|node| (node, Hook::Top)).collect();

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use kurbo::{Affine, Point};
+use magician_host::{Given, Setting};
 
 use super::drawing::{Drawing, Hidden};
 use super::entity;
@@ -94,9 +95,10 @@ impl<'p> Canvas<'p> {
             let why = "the drawing does not say what its unit is: it is taken as mm";
             notes.insert(
                 0,
-                Problem::of_file(why)
-                    .coded(NoteCode::Assumed)
-                    .help("--scale makes it what it should be"),
+                Problem::of_file(why).coded(NoteCode::Assumed).remedy(
+                    (Setting::Scale, Given::Any("FACTOR")),
+                    "makes it what it should be",
+                ),
             );
         }
         if let Some((count, origin)) = self.flattened {
@@ -241,7 +243,10 @@ impl<'p> Canvas<'p> {
         self.points += points.len();
         if self.points > MOST_POINTS {
             let why = format!("the drawing has more than {MOST_POINTS} points");
-            return Err(Problem::new(record.origin, why).help("a wider tolerance needs fewer"));
+            let tolerance = (Setting::Tolerance, Given::Any("MM"));
+            return Err(
+                Problem::new(record.origin, why).remedy(tolerance, "needs fewer if it is wider")
+            );
         }
         if points.is_empty() {
             return Ok(());

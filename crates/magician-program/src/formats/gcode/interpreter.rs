@@ -1,6 +1,8 @@
 //! The lines of a program in the order in which they are carried out: RS-274's parameters, O-words and subprograms (M98), with
 //! bounded work.
 
+use magician_host::{Given, Setting};
+
 use super::Notes;
 use super::block::Block;
 use super::modes::Modes;
@@ -245,10 +247,11 @@ impl<'p, 't> Interpreter<'p, 't> {
             _ => {
                 self.ended = true;
                 let message = "M99 would begin the program again: it ends there";
-                let help = "--loops says how often it is done";
                 let origin = line.origin(&block.range);
                 self.notes
-                    .add_with_help(NoteCode::Assumed, origin, message, help);
+                    .add_with(NoteCode::Assumed, origin, message, |note| {
+                        note.remedy((Setting::Loops, Given::Any("N")), "repeats it")
+                    });
             }
         }
     }

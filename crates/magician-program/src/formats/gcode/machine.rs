@@ -1,5 +1,7 @@
 //! What the lines of a program have set by now, and what each of them does.
 
+use magician_host::{Given, Setting};
+
 use super::GcodeOptions;
 use super::Line;
 use super::Notes;
@@ -10,11 +12,11 @@ use super::cycle::Cycle;
 use super::emit::Emitter;
 use super::interpreter::Stepped;
 use super::offsets::Offsets;
+use super::power::s_max;
 use super::servo::Servo;
-use super::start::START_HELP;
 use super::survey::{Kind, Survey};
 use crate::formats::flaw::Flaw;
-use crate::{Lack, NoteCode, Origin, Plan, Problem};
+use crate::{NoteCode, Origin, Plan, Problem};
 
 /// The motion that a line without a code of its own repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,24 +85,19 @@ impl<'o> Machine<'o> {
             range = full.s;
             if never && !survey.fan_lights() {
                 let message = "the program never says S: it burns with full power";
-                notes.add_with_help(
-                    NoteCode::Power,
-                    Origin::NONE,
-                    message,
-                    "--power P makes full power P percent",
-                );
+                notes.add_with(NoteCode::Power, Origin::NONE, message, |note| {
+                    let percent = (Setting::Power, Given::Any("PERCENT"));
+                    note.remedy(percent, "says how much full power is")
+                });
             }
         }
         if let Some((sign, origin)) = survey.mill.sign().filter(|_| kind == Kind::Mill) {
             let message = format!(
                 "this is taken for a mill's program ({sign}): its S is a spindle's, and nothing burns"
             );
-            notes.add_with_help(
-                NoteCode::Power,
-                origin,
-                &message,
-                "--dialect laser burns with it",
-            );
+            notes.add_with(NoteCode::Power, origin, &message, |note| {
+                note.remedy((Setting::Dialect, Given::Word("laser")), "burns with it")
+            });
         }
         let down = if lifts {
             survey.angles.down()?
@@ -191,7 +188,7 @@ impl<'o> Machine<'o> {
             let help = "end the program here, and run the rest as another one";
             let message = "a pause (M0, M1) is left out: the arm goes on";
             self.notes
-                .add_with_help(NoteCode::LeftOut, origin, message, help);
+                .add_with(NoteCode::LeftOut, origin, message, |note| note.help(help));
         }
         Ok(())
     }
@@ -258,7 +255,7 @@ impl<'o> Machine<'o> {
         }
         if power > self.range {
             let message = format!("S{power} is above full power, which is S{}", self.range);
-            return Err(Flaw::new(range, message).help("--s-max N says which S is full power"));
+            return Err(Flaw::new(range, message).with(s_max()));
         }
         Ok(())
     }
@@ -277,8 +274,10 @@ impl<'o> Machine<'o> {
     fn turn_servo(&mut self, angle: f64, block: &Block, origin: Origin) -> Result<(), Flaw> {
         if self.options.surface.is_none() {
             let message = "a servo moves the pen, and it is not known how high the surface is";
-            let help = "say how high the surface is, as z of the arm";
-            return Err(Flaw::new(block.range.clone(), message).help(help));
+            return Err(Flaw::new(block.range.clone(), message).remedy(
+                (Setting::Surface, Given::Any("Z")),
+                "says it, as z of the arm",
+            ));
         }
         self.pen_is_down = self.down.contains(&angle);
         self.move_pen(origin);
@@ -326,8 +325,7 @@ impl<'o> Machine<'o> {
     pub(super) fn finish(mut self) -> Result<(Plan, Vec<Problem>), Problem> {
         if let Some(origin) = self.begin.waiting {
             let message = "the program moves and never says to which X and Y";
-            let problem = Problem::new(origin, message).help(START_HELP);
-            return Err(problem.lacking(Some(Lack::Start)));
+            return Err(Problem::new(origin, message).without_start());
         }
         self.lower();
         self.out.laser_off(Origin::NONE);

@@ -51,10 +51,12 @@ mod survey;
 
 use std::ops::Range;
 
+use magician_host::{Act, Remedy};
+
 use super::notes::Notes;
 use super::text::text_of;
 use super::{Arcs, Content, Dialect, GcodeOptions, ReadOptions, Reading};
-use crate::{Lack, NoteCode, Origin, Problem};
+use crate::{NoteCode, Origin, Problem};
 
 use crate::formats::flaw::Flaw;
 use block::Block;
@@ -134,8 +136,12 @@ impl Flaw {
         self
     }
 
-    pub(super) fn lacks(mut self, lack: Lack) -> Self {
-        self.lacks = Some(lack);
+    pub(super) fn remedy(self, act: impl Into<Act>, effect: &'static str) -> Self {
+        self.with(Remedy::new(act, effect))
+    }
+
+    pub(super) fn with(mut self, remedy: Remedy) -> Self {
+        self.remedies.push(remedy);
         self
     }
 }

@@ -1,5 +1,7 @@
 //! Where the lines of a program lead.
 
+use magician_host::{Action, Given};
+
 use super::arc::{Arc, Ends, Plane, Round};
 use super::begin::Begin;
 use super::block::{Block, Code};
@@ -7,9 +9,8 @@ use super::emit::Work;
 use super::machine::{Machine, Mode};
 use super::offsets::Setting;
 use super::settings::FASTEST;
-use super::start::START_HELP;
 use crate::formats::flaw::Flaw;
-use crate::{Lack, NoteCode, Origin};
+use crate::{NoteCode, Origin};
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
 const G92_UNKNOWN: &str =
@@ -69,9 +70,10 @@ impl Machine<'_> {
             return;
         }
         let message = format!("homing ({code}) is left out: the arm stays where it is");
-        let help = "home the arm before the program";
         self.notes
-            .add_with_help(NoteCode::LeftOut, origin, &message, help);
+            .add_with(NoteCode::LeftOut, origin, &message, |note| {
+                note.remedy(Action::Home, "homes it before the program")
+            });
         if self.options.placed && (block.number(b'Z').is_some() || !block.has_any(&AXES)) {
             self.rise(origin);
         }
@@ -81,8 +83,12 @@ impl Machine<'_> {
     fn machine_place(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
         if self.mode != Mode::Travel {
             let message = "G53 works at the machine's own coordinates, and where those are is not known of a program that is placed";
-            let help = "write it in the program's own coordinates, or run it with --raw";
-            return Err(Flaw::new(block.range.clone(), message).help(help));
+            return Err(Flaw::new(block.range.clone(), message)
+                .help("write it in the program's own coordinates")
+                .remedy(
+                    (magician_host::Setting::Raw, Given::On),
+                    "takes its coordinates as the arm's",
+                ));
         }
         let message = "the machine's own coordinates (G53) are left out where the program is placed: Z goes as high as the program says";
         self.notes.add(NoteCode::LeftOut, origin, message);
@@ -180,7 +186,7 @@ impl Machine<'_> {
                 let message =
                     format!("{letter} counts from where the arm stands, which is not known");
                 let flaw = Flaw::new(block.range_of(AXES[axis]), message);
-                return Err(flaw.help(START_HELP).lacks(Lack::Start));
+                return Err(flaw.without_start());
             };
             if place.abs() > FARTHEST {
                 let message = format!("{} would be at {place:.0} mm", char::from(letter));
@@ -322,7 +328,5 @@ fn turns(block: &Block) -> Result<u32, Flaw> {
 
 fn unknown_start(block: &Block) -> Flaw {
     let message = "this begins where the arm stands, and it is not known where";
-    Flaw::new(block.range.clone(), message)
-        .help(START_HELP)
-        .lacks(Lack::Start)
+    Flaw::new(block.range.clone(), message).without_start()
 }

@@ -1,5 +1,7 @@
 //! Which S is a laser's full power. A guess errs on the dark side: the greater it is, the weaker an S burns.
 
+use magician_host::{Given, Remedy, Setting};
+
 use super::Line;
 use super::Notes;
 use super::block::Block;
@@ -101,7 +103,7 @@ impl Powers {
                 true => of(s, Rule::Said),
                 false => {
                     let message = format!("full power is said to be S{s}, it must be above 0");
-                    Err(Problem::of_file(message).help("--s-max N says which S is full power"))
+                    Err(Problem::of_file(message).with(s_max()))
                 }
             };
         }
@@ -118,12 +120,10 @@ impl Powers {
         match self.beyond {
             None => of(USUAL, Rule::Usual),
             Some((s, origin)) => {
-                let message = format!(
-                    "S{s} is above 1000, and nothing says which S is full power: say it with --s-max"
-                );
+                let message = format!("S{s} is above 1000, and nothing says which S is full power");
                 let help =
                     "it is the S at which the laser is at its strongest, $30 of its controller";
-                Err(Problem::new(origin, message).help(help))
+                Err(Problem::new(origin, message).help(help).with(s_max()))
             }
         }
     }
@@ -133,6 +133,7 @@ impl Full {
     /// Tells which rule was used.
     pub(super) fn note(&self, notes: &mut Notes) {
         let Self { s, rule } = *self;
+        let says = |note: Problem| note.with(s_max());
         match rule {
             Rule::Said => notes.add(
                 NoteCode::Power,
@@ -155,23 +156,27 @@ impl Full {
                 } = cut;
                 let message =
                     format!("full power is S{s}, by LightBurn's comments: {percent} % is S{at}");
-                notes.add_with_help(NoteCode::Power, origin, &message, SAY);
+                notes.add_with(NoteCode::Power, origin, &message, says);
             }
             Rule::Fan => {
                 let message = format!("full power is S{s}, that of a fan: M106 switches the laser");
-                notes.add_with_help(NoteCode::Power, Origin::NONE, &message, SAY);
+                notes.add_with(NoteCode::Power, Origin::NONE, &message, says);
             }
             Rule::Usual => {
                 let message = format!(
                     "full power is taken to be S{s}: the file does not say it, and no S is above that"
                 );
-                notes.add_with_help(NoteCode::Power, Origin::NONE, &message, SAY);
+                notes.add_with(NoteCode::Power, Origin::NONE, &message, says);
             }
         }
     }
 }
 
-const SAY: &str = "--s-max N says which S is full power";
+/// What to do where the S of full power is not known, or not the one that the file says.
+pub(super) fn s_max() -> Remedy {
+    let given = (Setting::SMax, Given::Any("N"));
+    Remedy::new(given, "says which S is full power")
+}
 
 /// The number of a setting of the controller, anywhere in a line.
 pub(super) fn setting(text: &str, name: &str) -> Option<f64> {

@@ -1,5 +1,6 @@
 //! What a line sets: the motion that follows, units, distances, speed.
 
+use magician_host::Given;
 use magician_motion::ArmModel;
 
 use super::arc::Plane;
@@ -116,7 +117,7 @@ impl Machine<'_> {
             );
             let help = "set it with G10 L2 in the file, or run the parts one by one";
             self.notes
-                .add_with_help(NoteCode::Assumed, origin, &message, help);
+                .add_with(NoteCode::Assumed, origin, &message, |note| note.help(help));
         }
     }
 
@@ -163,12 +164,13 @@ impl Machine<'_> {
         if self.laser && self.feed.is_none() {
             let speed = self.options.laser_speed;
             let message = format!("the program burns before it says F: it begins at {speed} mm/s");
-            self.notes.add_with_help(
-                NoteCode::Speed,
-                origin,
-                &message,
-                "--speed MM/S says another speed",
-            );
+            self.notes
+                .add_with(NoteCode::Speed, origin, &message, |note| {
+                    note.remedy(
+                        (magician_host::Setting::Speed, Given::Any("MM/S")),
+                        "says another speed",
+                    )
+                });
             self.feed = Some(speed);
         }
         self.feed

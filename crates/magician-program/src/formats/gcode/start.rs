@@ -1,10 +1,16 @@
 //! Where the tool is when the program begins, and what is said where that is not known.
 
+use magician_host::{Given, Remedy, Setting};
+
 use super::{GcodeOptions, Notes};
-use crate::{Lack, NoteCode, Origin};
+use crate::formats::flaw::Flaw;
+use crate::{Lack, NoteCode, Origin, Problem};
 
 /// What to do where it is not known where the arm stands.
-pub(super) const START_HELP: &str = "say where the arm stands when the program begins";
+fn start() -> Remedy {
+    let given = (Setting::Start, Given::Any("X,Y,Z"));
+    Remedy::new(given, "says where the tool stands when the program begins")
+}
 
 impl GcodeOptions {
     /// Where the tool is when the program begins, as far as that is known.
@@ -19,9 +25,21 @@ impl GcodeOptions {
 impl Notes {
     /// Adds a note of what would be otherwise if it were known where the arm stands.
     pub(super) fn add_without_start(&mut self, origin: Origin, message: &str) {
-        self.add_with_help(NoteCode::Assumed, origin, message, START_HELP);
-        if let Some((problem, _)) = self.find(message) {
-            problem.lacks = Some(Lack::Start);
-        }
+        self.add_with(NoteCode::Assumed, origin, message, Problem::without_start);
+    }
+}
+
+impl Problem {
+    /// It is wrong only where nobody knows where the arm stands.
+    pub(super) fn without_start(self) -> Self {
+        self.with(start()).lacking(Some(Lack::Start))
+    }
+}
+
+impl Flaw {
+    /// It is wrong only where nobody knows where the arm stands.
+    pub(super) fn without_start(mut self) -> Self {
+        self.lacks = Some(Lack::Start);
+        self.with(start())
     }
 }

@@ -1,5 +1,7 @@
 //! What the plot's numbers mean on the sheet, and what of the sheet is drawn on.
 
+use magician_host::{Given, Setting};
+
 use super::lexer::Instruction;
 use super::plotter::Plotter;
 use crate::formats::flaw::Flaw;
@@ -39,9 +41,12 @@ impl Plotter<'_> {
                 "SC without IP scales to the plotter's own frame: taken as that of A4, {width:.0} by {height:.0} mm"
             );
             let origin = self.lines.origin(instruction.range.clone());
-            let help = "IP before SC says it, --width and --scale make it another size";
             self.notes
-                .add_with_help(NoteCode::Assumed, origin, &message, help);
+                .add_with(NoteCode::Assumed, origin, &message, |note| {
+                    let note = note.help("IP before SC says it");
+                    let note = note.remedy((Setting::Width, Given::Any("MM")), "says its width");
+                    note.remedy((Setting::Scale, Given::Any("FACTOR")), "scales it")
+                });
         }
         Ok(())
     }

@@ -58,6 +58,6 @@ impl Plotter<'_> {
         );
         let help = "write the plot with its text as lines to have it drawn";
         self.notes
-            .add_with_help(NoteCode::LeftOut, first, &message, help);
+            .add_with(NoteCode::LeftOut, first, &message, |note| note.help(help));
     }
 }

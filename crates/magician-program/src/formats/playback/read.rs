@@ -117,11 +117,11 @@ impl File<'_> {
     fn stranger(&self, root: Node<'_, '_>) -> Problem {
         let name = root.tag_name().name();
         let help = match name {
-            "xml" => "this looks like a DobotBlockly workspace: call it `.blockly`",
-            "svg" => "this looks like a drawing: call it `.svg`",
-            _ => "the outermost element of a playback file is `root`",
+            "xml" => "this looks like a DobotBlockly workspace: call it '.blockly'",
+            "svg" => "this looks like a drawing: call it '.svg'",
+            _ => "the outermost element of a playback file is 'root'",
         };
-        let message = format!("{NO_PLAYBACK}: its outermost element is `{name}`");
+        let message = format!("{NO_PLAYBACK}: its outermost element is '{name}'");
         Problem::new(self.start_of(root), message).help(help)
     }
 
@@ -143,7 +143,7 @@ impl File<'_> {
                 playback.dobot_type = Some(kind);
             }
             _ => {
-                let note = format!("`{name}` is not known: it is kept and not played");
+                let note = format!("'{name}' is not known: it is kept and not played");
                 let note = Problem::new(self.start_of(node), note);
                 playback.notes.push(note.coded(NoteCode::LeftOut));
                 playback.others.extend(self.source(node));
@@ -287,7 +287,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         };
         let meaning = meaning(number);
         let value = text.parse::<f64>().map_err(|_| {
-            let problem = format!("item_{number} ({meaning}) is `{text}`, which is no number");
+            let problem = format!("item_{number} ({meaning}) is '{text}', which is no number");
             let problem = self.wrong(item, problem);
             match text.contains(',') {
                 true => problem.help("numbers are written with a decimal point"),

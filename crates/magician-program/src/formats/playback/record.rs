@@ -1,5 +1,7 @@
 //! A plan as a playback file.
 
+use magician_host::{Given, Setting};
+
 use super::row::{numbered, setting};
 use super::write::can_be_said;
 use super::{Playback, Point, Row, Way};
@@ -77,9 +79,10 @@ impl<'p> Recorder<'p> {
             (_, None) => {}
             (told, tool) if told == tool => {}
             (_, Some(tool)) => {
-                let note = format!("the file cannot say that its points are for the tool `{tool}`");
+                let note = format!("the file cannot say that its points are for the tool '{tool}'");
+                let tool = (Setting::Tool, Given::Any("NAME"));
                 self.notes
-                    .push(Problem::of_file(note).help("say so when it is played"));
+                    .push(Problem::of_file(note).remedy(tool, "says so when it is played"));
             }
         }
     }

@@ -23,12 +23,12 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, P
         }) {
             return Err(Problem::new(
                 origin,
-                format!("there is another column `{}`", cell.trim()),
+                format!("there is another column '{}'", cell.trim()),
             ));
         }
         if field.is_none() {
             let note = format!(
-                "nobody knows what the column `{}` says: it is left out",
+                "nobody knows what the column '{}' says: it is left out",
                 cell.trim()
             );
             notes.push(Problem::new(origin, note).coded(NoteCode::LeftOut));

@@ -26,7 +26,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
         match number_of(&key) {
             Some(number) => rows.push((number, value)),
             None => {
-                let note = format!("`{key}` is not known: it is left out");
+                let note = format!("'{key}' is not known: it is left out");
                 notes.push(json.problem(value, note).coded(NoteCode::LeftOut));
             }
         }
@@ -35,7 +35,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
     if let Some(within) = within {
         json.members(within, |key, value| {
             let number = number_of(&key).ok_or_else(|| {
-                let message = format!("the rows are called row0, row1 and so on, not `{key}`");
+                let message = format!("the rows are called row0, row1 and so on, not '{key}'");
                 json.problem(value, message)
             })?;
             rows.push((number, value));
@@ -63,7 +63,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
         for member in json.object(value)? {
             let Some(field) = Field::named(&member.key) else {
                 if strangers.insert(member.key.to_string()) {
-                    let note = format!("`{}` is not known: it is left out", member.key);
+                    let note = format!("'{}' is not known: it is left out", member.key);
                     notes.push(json.problem(member.value, note).coded(NoteCode::LeftOut));
                 }
                 continue;

@@ -60,5 +60,5 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
 /// That something is no number.
 fn no_number(origin: Origin, what: &str, found: &str) -> Problem {
     let found: String = found.chars().take(30).collect();
-    Problem::new(origin, format!("{what} is a number, and this is `{found}`"))
+    Problem::new(origin, format!("{what} is a number, and this is '{found}'"))
 }

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use magician_host::{Given, Setting};
+
 use super::recording::Seen;
 use crate::formats::content::points::{Field, number};
 use crate::{Action, Grip, NoteCode, Origin, Plan, Problem, Reading, Tool, Travel};
@@ -88,7 +90,7 @@ impl Row {
                         let help = "0 is off, 1 open, 2 closed";
                         return Err(Problem::new(
                             origin,
-                            format!("the gripper does not know `{}`", short(text)),
+                            format!("the gripper does not know '{}'", short(text)),
                         )
                         .help(help));
                     }
@@ -99,7 +101,7 @@ impl Row {
                     "0" | "0.0" | "off" | "false" => false,
                     "1" | "1.0" | "on" | "true" => true,
                     _ => {
-                        let message = format!("the suction cup does not know `{}`", short(text));
+                        let message = format!("the suction cup does not know '{}'", short(text));
                         return Err(Problem::new(origin, message).help("0 is off, 1 on"));
                     }
                 });
@@ -192,7 +194,7 @@ fn style(text: &str, origin: Origin) -> Result<Style, Problem> {
         "arc" | "3" | "4" => Style::Arc,
         "path" | "cp" => Style::Path,
         _ => {
-            let message = format!("nobody knows the motion style `{}`", short(text));
+            let message = format!("nobody knows the motion style '{}'", short(text));
             return Err(Problem::new(origin, message).help("MOVJ, MOVL, JUMP and ARC are known"));
         }
     })
@@ -260,9 +262,14 @@ pub(super) fn plan(
     }
     if fields.contains(&Field::Speed) {
         let what = "velocity and acceleration are not taken: where such files were seen they held the pauses of a playback";
-        notes.push(Problem::of_file(what).coded(NoteCode::LeftOut).help(
-            "`--speed-ratio` says how fast; a pause is taken from a column `Pause`, in seconds",
-        ));
+        let note = Problem::of_file(what)
+            .coded(NoteCode::LeftOut)
+            .help("a pause is taken from a column 'Pause', in seconds")
+            .remedy(
+                (Setting::SpeedRatio, Given::Any("PERCENT")),
+                "says how fast",
+            );
+        notes.push(note);
     }
     Ok(Reading {
         content: plan,

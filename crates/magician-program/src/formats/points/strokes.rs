@@ -29,7 +29,7 @@ pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
         }
         let Some(corner) = numbers(line) else {
             let found: String = line.chars().take(30).collect();
-            let message = format!("a line of strokes is x,y,z in mm, and this is `{found}`");
+            let message = format!("a line of strokes is x,y,z in mm, and this is '{found}'");
             let problem = Problem::new(places.origin(range), message);
             return Err(problem.help("an empty line is between two strokes"));
         };

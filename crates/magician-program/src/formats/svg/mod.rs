@@ -22,6 +22,7 @@ mod walk;
 mod white;
 
 use kurbo::Affine;
+use magician_host::{Given, Setting};
 use usvg::{ImageHrefResolver, Options, Tree};
 
 use self::notes::Notes;
@@ -144,7 +145,7 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
         if !stroke.points.iter().all(within) {
             let remark = "a line leaves the page, and is drawn there too";
             let note = Problem::new(stroke.origin, remark).coded(NoteCode::Assumed);
-            notes.add(note.help("--clip-page cuts it off"));
+            notes.add(note.remedy((Setting::ClipPage, Given::On), "cuts it off"));
         }
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use kurbo::{Affine, BezPath};
+use magician_host::{Given, Setting};
 use usvg::{Group, Node, Paint, Path, Stroke as Outline, Transform};
 
 use super::area::encloses;
@@ -302,8 +303,10 @@ impl<'a> Walk<'a> {
             self.corners += points.len();
             if self.corners > MOST_CORNERS {
                 let message = format!("the drawing has more than {MOST_CORNERS} corners");
-                let help = "a larger tolerance makes fewer corners";
-                return Err(Problem::of_file(message).help(help));
+                let tolerance = (Setting::Tolerance, Given::Any("MM"));
+                return Err(
+                    Problem::of_file(message).remedy(tolerance, "needs fewer if it is wider")
+                );
             }
         }
         Ok(())

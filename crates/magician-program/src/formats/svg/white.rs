@@ -1,6 +1,7 @@
 //! White on white is not seen, so it is not drawn; white on something darker is.
 
 use kurbo::{Affine, Rect, Shape as _};
+use magician_host::{Given, Setting};
 use usvg::{Color, Group, Node, Paint, Path};
 
 use super::clip::{Region, Shape};
@@ -120,7 +121,8 @@ impl Walk<'_> {
         };
         let remark = format!("white on white is left out: it would not be seen{times}");
         let note = element.problem(remark).coded(NoteCode::LeftOut);
-        self.notes.add(note.help("--white draw keeps it"));
+        self.notes
+            .add(note.remedy((Setting::White, Given::Word("draw")), "keeps it"));
     }
 }
 

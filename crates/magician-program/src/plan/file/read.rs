@@ -42,7 +42,7 @@ pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Problem> {
     }
     let steps = steps.ok_or_else(|| {
         Problem::of_file("there are no steps")
-            .help("a plan has `\"steps\":[`, one on each line, `]`")
+            .help("a plan has '\"steps\":[', one on each line, ']'")
     })?;
     let mut reader = StepReader {
         json: &json,
@@ -119,7 +119,7 @@ fn surface(json: &Json<'_>, value: &str) -> Result<Option<Surface>, Problem> {
     }
     match height {
         Some(height) => Ok(Some(Surface { height, slope })),
-        None => Err(json.problem(value, "the surface has no `height`")),
+        None => Err(json.problem(value, "the surface has no 'height'")),
     }
 }
 
@@ -130,7 +130,7 @@ fn float<T: FromStr + Into<f64> + Copy>(
     value: &str,
 ) -> Result<T, Problem> {
     let wrong = || {
-        let message = format!("`{key}` takes a number, and this is {}", shortened(value));
+        let message = format!("'{key}' takes a number, and this is {}", shortened(value));
         json.problem(value, message)
     };
     let named = matches!(value, "\"NaN\"" | "\"inf\"" | "\"-inf\"");
@@ -157,7 +157,7 @@ where
     T: FromStr + Into<f64> + Copy + Default,
 {
     let wrong = |found: &dyn Display| {
-        let message = format!("`{key}` takes {N} numbers, {what}, and {found}");
+        let message = format!("'{key}' takes {N} numbers, {what}, and {found}");
         json.problem(value, message)
     };
     if !value.starts_with('[') {
@@ -215,7 +215,7 @@ impl<'t> StepReader<'_, 't> {
 
     fn place(&self, value: &str) -> Result<[u32; 3], Problem> {
         let mut place = Vec::new();
-        let what = "a whole number; `at` is [line, column, length]";
+        let what = "a whole number; 'at' is [line, column, length]";
         self.json.each(value, |item| {
             place.push(self.json.number(item, what)?);
             Ok(())
@@ -223,7 +223,7 @@ impl<'t> StepReader<'_, 't> {
         let count = place.len();
         place.try_into().map_err(|_| {
             let message =
-                format!("`at` takes 3 whole numbers, line, column, length, and has {count}");
+                format!("'at' takes 3 whole numbers, line, column, length, and has {count}");
             self.json.problem(value, message)
         })
     }
@@ -231,7 +231,7 @@ impl<'t> StepReader<'_, 't> {
     /// One more than the name's index.
     fn name(&mut self, value: &str) -> Result<u32, Problem> {
         if !value.starts_with('"') {
-            return self.json.number(value, "a name, or its number in `names`");
+            return self.json.number(value, "a name, or its number in 'names'");
         }
         let name = self.json.string(value)?;
         let index = match self.names.get(&*name) {
@@ -256,7 +256,7 @@ impl<'t> StepReader<'_, 't> {
                 .help(format!("a step is one of {}", Action::NAMES.join(", "))));
         };
         if let Some(second) = second {
-            let message = format!("`{}` and `{}` in one step", first.key, second.key);
+            let message = format!("'{}' and '{}' in one step", first.key, second.key);
             return Err(json.problem(step, message).help("make two steps of them"));
         }
         let at = members
@@ -311,7 +311,7 @@ impl<'t> StepReader<'_, 't> {
                 true => Action::Home,
                 false => {
                     return Err(
-                        json.problem(value, "`home` takes true; leave the step out instead")
+                        json.problem(value, "'home' takes true; leave the step out instead")
                     );
                 }
             },
@@ -343,7 +343,7 @@ impl<'t> Rest<'_, 't> {
     }
 
     fn needed(&mut self, key: &str) -> Result<&'t str, Problem> {
-        let message = format!("`{}` needs `{key}` beside it", self.key);
+        let message = format!("'{}' needs '{key}' beside it", self.key);
         let problem = self.json.problem(self.value, message);
         self.take(key).ok_or(problem)
     }
@@ -377,7 +377,7 @@ fn wait(json: &Json<'_>, value: &str) -> Result<u32, Problem> {
     // Negated, so that NaN is refused as well.
     if !((0.0..=f64::from(u32::MAX)).contains(&whole) && (milliseconds - whole).abs() < 1e-4) {
         let message = format!(
-            "`wait` takes seconds, 0 to 4294967.295 in whole ms, and this is {}",
+            "'wait' takes seconds, 0 to 4294967.295 in whole ms, and this is {}",
             shortened(value)
         );
         return Err(json.problem(value, message));
@@ -391,10 +391,10 @@ fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, 
     let row = Row::find_writable(&called).map_err(|_| {
         let message = format!("there is no command {} to set", shortened(name));
         json.problem(name, message)
-            .help("`magician commands` lists them")
+            .remedy(magician_host::Action::ListCommands, "lists them")
     })?;
     let layout = row.set.filter(|_| row.queueable).ok_or_else(|| {
-        let message = format!("`{}` cannot be queued, so it cannot be a step", row.name);
+        let message = format!("'{}' cannot be queued, so it cannot be a step", row.name);
         json.problem(name, message)
     })?;
     let members = values.map_or(Ok(Vec::new()), |values| json.object(values))?;
@@ -468,6 +468,6 @@ fn output(json: &Json<'_>, value: &str) -> Result<String, Problem> {
     }
     match (ratio, address, level) {
         (Some(ratio), Some(address), Some(level)) => Ok(format!("{ratio}:{address}:{level}")),
-        _ => Err(json.problem(value, "an output has `ratio`, `address` and `level`")),
+        _ => Err(json.problem(value, "an output has 'ratio', 'address' and 'level'")),
     }
 }
