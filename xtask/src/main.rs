@@ -14,6 +14,8 @@ mod plan_schema;
 mod programs;
 mod protocol;
 mod python;
+#[cfg(test)]
+mod sentences;
 mod soak;
 
 use std::path::Path;

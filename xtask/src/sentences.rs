@@ -1,0 +1,217 @@
+//! Sentences below the doors name no flag and no verb of the command and have no backticks: what to do is data
+//! (`magician_host::Remedy`), and each door says it in its own words.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
+
+/// The crates below the doors.
+const CRATES: [&str; 9] = [
+    "magician-protocol",
+    "magician-motion",
+    "magician-host",
+    "magician-sim",
+    "magician-record",
+    "magician",
+    "magician-program",
+    "magician-job",
+    "magician-conform",
+];
+
+/// What begins a line for the operating system's shell (`Act::System`): its flags are of other programs.
+const OF_THE_SYSTEM: [&str; 2] = ["sudo ", "printf "];
+
+/// Attributes whose texts nobody sees who runs the software.
+const FOR_PROGRAMMERS: [&str; 7] = [
+    "doc",
+    "cfg_attr",
+    "allow",
+    "expect",
+    "warn",
+    "deprecated",
+    "must_use",
+];
+
+/// The strings of a source, and the modules in other files that are there for tests only.
+#[derive(Default)]
+struct Strings {
+    /// With their lines.
+    found: Vec<(usize, String)>,
+    tests: Vec<String>,
+}
+
+impl Strings {
+    fn of(source: &str) -> Self {
+        let tokens = TokenStream::from_str(source).expect("it is Rust");
+        let mut strings = Self::default();
+        strings.collect(tokens);
+        strings
+    }
+
+    fn collect(&mut self, tokens: TokenStream) {
+        let mut tokens = tokens.into_iter().peekable();
+        while let Some(token) = tokens.next() {
+            match token {
+                TokenTree::Punct(sign) if sign.as_char() == '#' => {
+                    tokens.next_if(|next| is_sign(next, '!'));
+                    let attribute = tokens.next_if(|next| is_group(next, Delimiter::Bracket));
+                    let Some(TokenTree::Group(attribute)) = attribute else {
+                        continue;
+                    };
+                    let text = attribute.stream().to_string();
+                    let name: String = text.chars().take_while(|c| is_of_word(*c)).collect();
+                    if text.replace(' ', "") == "cfg(test)" {
+                        self.skip_item(&mut tokens);
+                    } else if !FOR_PROGRAMMERS.contains(&name.as_str()) {
+                        self.collect(attribute.stream());
+                    }
+                }
+                TokenTree::Group(group) => self.collect(group.stream()),
+                TokenTree::Literal(literal) => {
+                    let text = literal.to_string();
+                    if text.starts_with(['"', 'r']) {
+                        self.found.push((literal.span().start().line, text));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn skip_item(&mut self, tokens: &mut impl Iterator<Item = TokenTree>) {
+        let mut last = String::new();
+        for token in tokens {
+            if is_sign(&token, ';') {
+                self.tests.push(last);
+                return;
+            }
+            if is_group(&token, Delimiter::Brace) {
+                return;
+            }
+            last = token.to_string();
+        }
+    }
+}
+
+fn is_sign(token: &TokenTree, wanted: char) -> bool {
+    matches!(token, TokenTree::Punct(sign) if sign.as_char() == wanted)
+}
+
+fn is_group(token: &TokenTree, wanted: Delimiter) -> bool {
+    matches!(token, TokenTree::Group(group) if group.delimiter() == wanted)
+}
+
+fn is_of_word(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}
+
+/// Whether a string has the words of one door.
+fn is_of_a_door(text: &str) -> bool {
+    let follows = |mark: &str| {
+        text.match_indices(mark).any(|(at, _)| {
+            let before = text[..at].chars().next_back();
+            let after = text[at + mark.len()..].chars().next();
+            !before.is_some_and(|c| is_of_word(c) || "-/".contains(c))
+                && after.is_some_and(|c| c.is_ascii_lowercase())
+        })
+    };
+    let words = text.trim_start_matches(['r', '#', '"']);
+    let for_system = OF_THE_SYSTEM.iter().any(|first| words.starts_with(first));
+    text.contains('`') || !for_system && (follows("--") || follows("magician "))
+}
+
+/// Every source of a crate that is not for tests only.
+fn sources(directory: &Path, found: &mut Vec<PathBuf>) {
+    let mut paths: Vec<PathBuf> = (fs::read_dir(directory).expect("a directory"))
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    paths.sort();
+    for path in paths {
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|end| end == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// Where the submodules of a file are.
+fn home(path: &Path) -> PathBuf {
+    match path.file_name().and_then(|name| name.to_str()) {
+        Some("mod.rs" | "lib.rs") => path.with_file_name(""),
+        _ => path.with_extension(""),
+    }
+}
+
+/// What a crate says in the words of one door: `file:line: text`.
+fn said_by(name: &str) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let directory = root.join("crates").join(name).join("src");
+    let mut paths = Vec::new();
+    sources(&directory, &mut paths);
+    assert!(!paths.is_empty(), "{name} has sources");
+    let read: Vec<(PathBuf, Strings)> = (paths.into_iter())
+        .map(|path| {
+            let source = fs::read_to_string(&path).expect("a source");
+            (path, Strings::of(&source))
+        })
+        .collect();
+    let tests: Vec<PathBuf> = (read.iter())
+        .flat_map(|(path, strings)| strings.tests.iter().map(|name| home(path).join(name)))
+        .collect();
+    let for_tests =
+        |path: &Path| (tests.iter()).any(|test| path.with_extension("").starts_with(test));
+    let read = read.iter().filter(|(path, _)| !for_tests(path));
+    read.flat_map(|(path, strings)| {
+        let place = path.strip_prefix(&root).expect("under the root");
+        let said = strings.found.iter().filter(|(_, text)| is_of_a_door(text));
+        said.map(|(line, text)| format!("{}:{line}: {text}", place.display()))
+    })
+    .collect()
+}
+
+#[test]
+fn no_sentence_below_the_doors_is_of_one_of_them() {
+    let said: Vec<String> = CRATES.into_iter().flat_map(said_by).collect();
+    assert!(said.is_empty(), "{}", said.join("\n"));
+}
+
+#[test]
+fn words_of_a_door_are_found_where_people_read_them() {
+    let source = r##"
+        //! With `code`.
+        /// `--flag` in a comment, in a `macro` too.
+        #[doc = concat!("`", "x")]
+        #[error("`{name}` is no name")]
+        #[must_use = "`this`"]
+        struct Wrong;
+        fn say() {
+            let quiet = ["-", "a -- b", "x--y", "magician_host", "the magician", "/magician pose", "'x'", "sudo x --now"];
+            let sign = '`';
+            let loud = format!("'`", "{x} \
+                pass --s-max", "--fit shrinks it", r#"run magician home"#, "(--raw)");
+        }
+        #[cfg(test)]
+        mod more;
+        #[cfg(test)]
+        mod tests { const LOUD: &str = "`magician stop`"; }
+        named! { /// `x`
+            A = "`a`", }
+    "##;
+    let Strings { found, tests } = Strings::of(source);
+    let said = found.iter().filter(|(_, text)| is_of_a_door(text));
+    let said: Vec<(usize, &str)> = said.map(|(line, text)| (*line, text.as_str())).collect();
+    let texts = [
+        (5, "\"`{name}` is no name\""),
+        (11, "\"'`\""),
+        (11, "\"{x} \\\n                pass --s-max\""),
+        (12, "\"--fit shrinks it\""),
+        (12, "r#\"run magician home\"#"),
+        (12, "\"(--raw)\""),
+        (19, "\"`a`\""),
+    ];
+    assert_eq!(said, texts);
+    assert_eq!(tests, ["more"]);
+}
