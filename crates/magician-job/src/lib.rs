@@ -12,7 +12,7 @@
 //!
 //! # #[tokio::main(flavor = "current_thread")]
 //! # async fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let arm = Arm::connect(&"sim".parse()?).await?;
+//! let arm = Arm::connect("sim").await?;
 //! let mut plan = Plan::new("to and fro");
 //! for y in [0.0, 40.0] {
 //!     plan.push(Action::Move { to: [220.0, y, 20.0, 0.0], by: Travel::Line }, Origin::NONE);

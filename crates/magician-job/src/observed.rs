@@ -61,7 +61,7 @@ impl Speeds {
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
-/// let arm = Arm::connect(&"sim".parse()?).await?;
+/// let arm = Arm::connect("sim").await?;
 /// let (mut state, mut observed) = (arm.state(50.0)?, ObservedState::default());
 /// let pose = loop {
 ///     observed.observe(state.changed().await?);
@@ -202,7 +202,7 @@ mod tests {
     }
 
     async fn status() -> Status {
-        let arm = Arm::connect(&"sim".parse().unwrap()).await.unwrap();
+        let arm = Arm::connect("sim").await.unwrap();
         arm.state(20.0).unwrap().changed().await.unwrap()
     }
 

@@ -335,9 +335,7 @@ async fn sessions_and_models_go_from_thread_to_thread() {
     is::<Pendant>();
     is::<TeachEditor>();
     is::<PendantEvent>();
-    let arm = Arm::connect(&"sim".parse().expect("a target"))
-        .await
-        .expect("an arm");
+    let arm = Arm::connect("sim").await.expect("an arm");
     let open = sent(PendantSession::open(&arm, &SavedSettings::default())).await;
     let (mut session, pendant) = open.expect("read");
     sent(session.next()).await.expect("an event");

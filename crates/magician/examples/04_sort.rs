@@ -124,7 +124,7 @@ fn inspect(cell: &VirtualArm) {
 fn main() -> Result<(), Box<dyn Error>> {
     let port = std::env::args().nth(1).unwrap_or_else(|| "sim".into());
     if port != "sim" {
-        let sorted = sort(&Arm::connect(&port.parse()?)?)?;
+        let sorted = sort(&Arm::connect(port)?)?;
         println!("{} cubes sorted", sorted.len());
         return Ok(());
     }

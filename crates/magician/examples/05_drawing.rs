@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let segments = args().nth(2).map_or(Ok(1000), |text| text.parse())?;
     let window = args().nth(3).map_or(Ok(1), |text| text.parse())?;
 
-    let arm = Arm::connect_with(&port.parse()?, Options::default().window(window))?;
+    let arm = Arm::connect_with(port, Options::default().window(window))?;
     let before = arm.get::<CpParams>()?;
     arm.set(&CpParams {
         plan_acc: 1000.0,

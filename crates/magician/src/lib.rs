@@ -18,7 +18,7 @@
 //! use magician::{blocking::Arm, words};
 //!
 //! # fn main() -> magician::Result<()> {
-//! let arm = Arm::connect(&"sim".parse()?)?; // or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
+//! let arm = Arm::connect("sim")?; // or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
 //! arm.home()?;
 //! arm.perform(&[
 //!     words::tool_named("suction")?,
@@ -75,7 +75,7 @@ pub use magician_protocol::{
 pub use magician_sim as sim;
 pub use ports::{Port, Usb, ports};
 pub use raw::{LineOptions, RawLine};
-pub use target::{SimSpeed, Target};
+pub use target::{IntoTarget, SimSpeed, Target};
 #[cfg(feature = "trace")]
 pub use transport::Tracer;
 #[cfg(feature = "sim")]

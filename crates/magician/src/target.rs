@@ -54,6 +54,53 @@ pub enum Target {
     Ble(String),
 }
 
+/// What says where an arm is: a [`Target`], or its text.
+///
+/// ```
+/// use magician::{IntoTarget, Target};
+///
+/// assert_eq!("com3".into_target()?, Target::Serial("COM3".into()));
+/// assert!("nowhere".into_target().is_err());
+/// # Ok::<(), magician::Error>(())
+/// ```
+pub trait IntoTarget {
+    /// The target.
+    ///
+    /// # Errors
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a text that names no port.
+    fn into_target(self) -> Result<Target>;
+}
+
+impl IntoTarget for Target {
+    fn into_target(self) -> Result<Target> {
+        Ok(self)
+    }
+}
+
+impl IntoTarget for &Target {
+    fn into_target(self) -> Result<Target> {
+        Ok(self.clone())
+    }
+}
+
+impl IntoTarget for &str {
+    fn into_target(self) -> Result<Target> {
+        self.parse()
+    }
+}
+
+impl IntoTarget for &String {
+    fn into_target(self) -> Result<Target> {
+        self.parse()
+    }
+}
+
+impl IntoTarget for String {
+    fn into_target(self) -> Result<Target> {
+        self.parse()
+    }
+}
+
 /// How fast the clock of a virtual arm runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SimSpeed {

@@ -150,8 +150,7 @@ pub(crate) fn status() -> magician::Status {
         let runtime = tokio::runtime::Builder::new_current_thread();
         let runtime = { runtime }.enable_all().build().unwrap();
         runtime.block_on(async {
-            let target = "sim".parse().unwrap();
-            let arm = magician::Arm::connect(&target).await.unwrap();
+            let arm = magician::Arm::connect("sim").await.unwrap();
             arm.state(100.0).unwrap().changed().await.unwrap()
         })
     });

@@ -40,7 +40,7 @@ pub enum PendantEvent {
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
-/// let arm = Arm::connect(&"sim".parse()?).await?;
+/// let arm = Arm::connect("sim").await?;
 /// let (mut session, mut pendant) = PendantSession::open(&arm, &SavedSettings::default()).await?;
 /// let up = JogDirection { axis: Axis::Z, forward: true };
 /// if let Some(order) = pendant.press(up, Duration::ZERO) {

@@ -336,7 +336,7 @@ mod tests {
 
     #[tokio::test]
     async fn nothing_is_switched_on_after_a_stop_that_was_asked_for_later() {
-        let arm = Arm::connect(&"sim".parse().unwrap()).await.unwrap();
+        let arm = Arm::connect("sim").await.unwrap();
         let ratios = SpeedRatios {
             jog: arm.get::<JogCommonParams>().await.unwrap(),
             moves: arm.get::<PtpCommonParams>().await.unwrap(),

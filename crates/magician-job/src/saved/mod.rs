@@ -25,7 +25,7 @@ use self::ledger::{Entry, Ledger, Left};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
-/// # let arm = Arm::connect(&"sim".parse()?).await?;
+/// # let arm = Arm::connect("sim").await?;
 /// let saved = SavedSettings::default();
 /// saved.save(&arm, arm.get::<PtpCommonParams>().await?).await;
 /// arm.set_any(&words::speed(80.0, 80.0)).await?;

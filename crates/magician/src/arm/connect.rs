@@ -14,7 +14,7 @@ use super::events::KEPT;
 use super::{Arm, Inner, Link, Options, Shared};
 use crate::connection::{Settings, Stats};
 use crate::transport::{self, Line, Stream};
-use crate::{Error, ErrorCode, ErrorKind, Result, Target};
+use crate::{Error, ErrorCode, ErrorKind, IntoTarget, Result, Target};
 
 /// Connecting and leaving.
 impl Arm {
@@ -24,7 +24,7 @@ impl Arm {
     /// [`ErrorKind::Port`] when the port is not there, not allowed or in use, [`ErrorKind::Timeout`]
     /// when nothing answers, [`ErrorKind::Unexpected`] when something else does,
     /// [`ErrorKind::Unsupported`] for Bluetooth in a build without it.
-    pub async fn connect(target: &Target) -> Result<Self> {
+    pub async fn connect(target: impl IntoTarget) -> Result<Self> {
         Self::connect_with(target, Options::default()).await
     }
 
@@ -32,10 +32,11 @@ impl Arm {
     ///
     /// # Errors
     /// As [`connect`](Self::connect); [`ErrorKind::InvalidInput`] for faults that cannot be done to this target.
-    pub async fn connect_with(target: &Target, options: Options) -> Result<Self> {
+    pub async fn connect_with(target: impl IntoTarget, options: Options) -> Result<Self> {
+        let target = target.into_target()?;
         // The line to an arm in this process does not break by itself.
         let breaks = !matches!(target, Target::Sim(_)) || options.unplugs();
-        Self::go(transport::Way::to(target), breaks, options).await
+        Self::go(transport::Way::to(&target), breaks, options).await
     }
 
     /// Goes a way, with the faults and the trace of the options on it, and again when a line that may break broke.

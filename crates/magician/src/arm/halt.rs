@@ -64,7 +64,7 @@ impl Shared {
 /// use magician::blocking::Arm;
 ///
 /// # fn main() -> magician::Result<()> {
-/// let arm = Arm::connect(&"sim".parse()?)?;
+/// let arm = Arm::connect("sim")?;
 /// let stopper = arm.stopper();
 /// std::thread::spawn(move || stopper.stop_blocking()).join().expect("no panic")?;
 /// assert!(!arm.moving());

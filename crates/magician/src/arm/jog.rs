@@ -142,7 +142,7 @@ impl Life {
 ///
 /// # fn main() -> magician::Result<()> {
 /// # let button_is_pressed = || true;
-/// let arm = Arm::connect(&"/dev/ttyUSB0".parse()?)?;
+/// let arm = Arm::connect("/dev/ttyUSB0")?;
 /// let jog = arm.jog(words::jog_joint(JogCommand::Axis1Plus))?;
 /// while button_is_pressed() {
 ///     jog.keep()?;

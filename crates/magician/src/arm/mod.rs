@@ -10,6 +10,7 @@ mod jog;
 mod known;
 mod laser;
 mod link;
+mod moves;
 mod options;
 mod owed;
 mod perform;
@@ -68,7 +69,7 @@ pub use watch::Progress;
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
-/// let arm = Arm::connect(&"sim".parse()?).await?;
+/// let arm = Arm::connect("sim").await?;
 /// arm.set(&PtpCommonParams { velocity_ratio: 80.0, acceleration_ratio: 80.0 }).await?;
 /// arm.perform(&[words::move_to(200.0, 50.0, 20.0, 0.0)]).await?;
 /// let pose: Pose = arm.get().await?;

@@ -19,7 +19,7 @@ use crate::words::{Preflight, Readings};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
-/// # let arm = Arm::connect(&"sim".parse()?).await?;
+/// # let arm = Arm::connect("sim").await?;
 /// let program = [words::speed(80.0, 80.0), words::line_to(220.0, 0.0, 50.0, 0.0)];
 /// let mut owed = Owed::read(&arm, &program).await?;
 /// let ran = arm.perform(&program).await;

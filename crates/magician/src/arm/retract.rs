@@ -34,7 +34,7 @@ impl Arm {
     ///
     /// # #[tokio::main(flavor = "current_thread")]
     /// # async fn main() -> magician::Result<()> {
-    /// # let arm = Arm::connect(&"sim".parse()?).await?;
+    /// # let arm = Arm::connect("sim").await?;
     /// arm.perform(&[words::line_to(220.0, 0.0, -40.0, 0.0)]).await?;
     /// let lifted = arm.lift(10.0).await?;
     /// assert_eq!((lifted.by, lifted.pose.z), (10.0, -30.0));

@@ -158,7 +158,7 @@ impl Watches {
 /// ```
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
-/// let arm = magician::Arm::connect(&"sim".parse()?).await?;
+/// let arm = magician::Arm::connect("sim").await?;
 /// let mut state = arm.state(20.0)?;
 /// let seen = state.changed().await?;
 /// assert_eq!(seen.left_space, 32);

@@ -4,7 +4,7 @@
 //! use magician::{blocking, words};
 //!
 //! # fn main() -> magician::Result<()> {
-//! let arm = blocking::Arm::connect(&"sim".parse()?)?;
+//! let arm = blocking::Arm::connect("sim")?;
 //! arm.perform(&[words::move_to(220.0, 0.0, 50.0, 0.0)])?;
 //! assert_eq!(arm.get::<magician::commands::Pose>()?.x, 220.0);
 //! # Ok(())
@@ -25,7 +25,7 @@ use magician_protocol::{AlarmSet, Ctrl, FrameBuf, NoArgs, Queueable, Readable, S
 use crate::connection::Stats;
 use crate::words::{Guards, Preflight};
 use crate::{
-    Lifted, Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper, Target,
+    IntoTarget, Lifted, Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper,
 };
 use owner::Owner;
 pub use run::Run;
@@ -47,7 +47,7 @@ impl Arm {
     ///
     /// # Errors
     /// As there, and when it is called inside an async runtime.
-    pub fn connect(target: &Target) -> Result<Self> {
+    pub fn connect(target: impl IntoTarget) -> Result<Self> {
         Self::connect_with(target, Options::default())
     }
 
@@ -55,8 +55,8 @@ impl Arm {
     ///
     /// # Errors
     /// As [`connect`](Self::connect).
-    pub fn connect_with(target: &Target, options: Options) -> Result<Self> {
-        let target = target.clone();
+    pub fn connect_with(target: impl IntoTarget, options: Options) -> Result<Self> {
+        let target = target.into_target()?;
         Self::connecting(async move { crate::Arm::connect_with(&target, options).await })
     }
 
@@ -271,6 +271,12 @@ macro_rules! same {
 }
 
 same! {
+    pose() -> Pose;
+    move_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
+    line_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
+    jump_to(x: f32, y: f32, z: f32, r: f32) -> Ran;
+    digital_input(address: u8) -> bool;
+    wait_for_input(address: u8, high: bool) -> Ran;
     enqueue_set(command: &Set) -> QueueIndex;
     wait(index: QueueIndex) -> ();
     wait_still() -> ();

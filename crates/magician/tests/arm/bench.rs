@@ -23,7 +23,7 @@ pub(crate) async fn real_time() -> Arm {
 }
 
 pub(crate) async fn fast() -> Arm {
-    Arm::connect(&"sim".parse().unwrap()).await.unwrap()
+    Arm::connect("sim").await.unwrap()
 }
 
 /// A stream to a virtual arm that the test can look into while the handle is gone.

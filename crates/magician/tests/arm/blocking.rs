@@ -29,7 +29,7 @@ async fn the_blocking_handle_refuses_to_block_a_runtime() {
 
 #[test]
 fn the_blocking_handle_works_from_several_threads() {
-    let arm = magician::blocking::Arm::connect(&"sim".parse().unwrap()).unwrap();
+    let arm = magician::blocking::Arm::connect("sim").unwrap();
     std::thread::scope(|scope| {
         for _ in 0..4 {
             scope.spawn(|| {

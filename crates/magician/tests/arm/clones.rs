@@ -126,7 +126,7 @@ async fn a_stopper_keeps_nothing_alive() {
 
 #[test]
 fn blocking_calls_are_stopped_from_another_thread() {
-    let arm = magician::blocking::Arm::connect(&"sim:1".parse().unwrap()).unwrap();
+    let arm = magician::blocking::Arm::connect("sim:1").unwrap();
     let stopper = arm.stopper();
     let (begun, began) = std::sync::mpsc::channel();
     let other = arm.clone();

@@ -16,7 +16,7 @@ async fn faults_are_put_on_the_line_of_an_arm() {
     let error = Arm::simulated(VirtualArm::default(), silent).await;
     assert_eq!(error.unwrap_err().kind(), ErrorKind::Timeout);
     let silent = with("drop=1,only=replies");
-    let error = Arm::connect_with(&"sim".parse().unwrap(), silent).await;
+    let error = Arm::connect_with("sim", silent).await;
     assert_eq!(error.unwrap_err().kind(), ErrorKind::Timeout);
 }
 

@@ -249,7 +249,7 @@ async fn every_call_returns_by_its_deadline_on_a_line_that_takes_no_bytes() {
 
 #[test]
 fn a_blocking_jog() {
-    let arm = magician::blocking::Arm::connect(&"sim:1".parse().unwrap()).unwrap();
+    let arm = magician::blocking::Arm::connect("sim:1").unwrap();
     // A computer that holds this thread up for longer than a jog lasts by itself begins another one.
     let jog = loop {
         let jog = arm.jog(turn()).unwrap();

@@ -88,8 +88,6 @@ async fn a_jog_on_a_line_that_broke_is_given_up_at_once() {
 #[cfg(not(feature = "ble"))]
 #[tokio::test]
 async fn bluetooth_is_a_matter_of_the_build() {
-    let error = Arm::connect(&"ble:Dobot".parse().unwrap())
-        .await
-        .unwrap_err();
+    let error = Arm::connect("ble:Dobot").await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unsupported);
 }

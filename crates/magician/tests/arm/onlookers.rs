@@ -250,7 +250,7 @@ async fn moving_errs_towards_yes_and_ends() {
 
 #[test]
 fn blocking_onlookers() {
-    let arm = magician::blocking::Arm::connect(&"sim".parse().unwrap()).unwrap();
+    let arm = magician::blocking::Arm::connect("sim").unwrap();
     let events = arm.events();
     let mut watch = arm.state(200.0).unwrap();
     let seen = watch.next().unwrap();

@@ -178,7 +178,7 @@ fn a_host_that_refuses_is_named() {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap();
     drop(listener);
-    let error = blocking::Arm::connect(&format!("tcp:{address}").parse().unwrap()).unwrap_err();
+    let error = blocking::Arm::connect(format!("tcp:{address}")).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Port);
     assert!(error.to_string().contains("127.0.0.1"), "{error}");
 }

@@ -86,7 +86,7 @@ async fn a_tcp_peer_that_says_nothing_does_not_hold_anybody() {
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
     let target = format!("tcp:{}", listener.local_addr().unwrap());
     let options = Options::default().timeout(Duration::from_millis(300));
-    let error = Arm::connect_with(&target.parse().unwrap(), options).await;
+    let error = Arm::connect_with(target, options).await;
     assert_eq!(error.unwrap_err().kind(), ErrorKind::Timeout);
 }
 

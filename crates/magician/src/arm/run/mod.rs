@@ -37,7 +37,7 @@ use plan::{Light, Planned};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
-/// # let arm = Arm::connect(&"sim".parse()?).await?;
+/// # let arm = Arm::connect("sim").await?;
 /// let square = [(200.0, 0.0), (200.0, 40.0), (240.0, 40.0), (240.0, 0.0)];
 /// let path = square.map(|(x, y)| words::path_to(x, y, 0.0));
 /// let mut run = arm.begin(path, RunOptions::default());
