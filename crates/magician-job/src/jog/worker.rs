@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use magician::commands::{JogCommonParams, PtpCommonParams};
 use magician::words::Guards;
-use magician::{Arm, ErrorKind, Jog, JogOptions, Owed};
+use magician::{Arm, ErrorCode, Jog, JogOptions, Owed};
 use magician_program::{Ending, Plan, Program};
 use tokio::runtime::Handle;
 
@@ -218,8 +218,8 @@ impl ArmWorker {
         let error = kept.err()?;
         self.jog = None;
         // That it was kept up too late is how a control ends whose hold was reported too late.
-        let outcome = match error.kind() {
-            ErrorKind::Timeout => Ok(()),
+        let outcome = match error.code() {
+            ErrorCode::NotKept => Ok(()),
             _ => Err(error.into()),
         };
         Some(OrderDone { activity, outcome })
