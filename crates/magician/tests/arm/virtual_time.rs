@@ -392,10 +392,7 @@ async fn single_moves(arm: &Arm, count: u16) {
 
 #[tokio::test(start_paused = true)]
 async fn an_arm_at_full_speed_takes_none_of_the_walls_time_for_a_run() {
-    let target = "sim".parse().unwrap();
-    let arm = Arm::connect_with(&target, Options::default())
-        .await
-        .unwrap();
+    let arm = Arm::connect_with("sim", Options::default()).await.unwrap();
     arm.clear_alarms().await.unwrap();
     let begun = Instant::now();
     single_moves(&arm, 100).await;
