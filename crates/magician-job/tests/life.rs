@@ -95,6 +95,30 @@ async fn a_job_tells_what_it_does() {
     assert_eq!(job.events().next().await, None, "it is over");
 }
 
+/// Who wants it to go on, and then to pause again, gets both, in this order.
+#[tokio::test(start_paused = true)]
+async fn a_pause_that_is_asked_for_while_it_goes_on_is_not_lost() {
+    let program = program(Kind::Lines, 1);
+    for ahead in [true, false] {
+        let (cell, arm) = place(&program).await;
+        let job = start(&arm, &program);
+        if !ahead {
+            sleep(secs(4.0)).await;
+        }
+        job.pause(PERSON).await.expect("it runs");
+        let drawn = ink(&cell).1;
+        let (resumed, again) = (job.resume(), job.pause(PERSON));
+        resumed.await.expect("it goes on");
+        again.await.expect("it is paused");
+        assert!(paused(&job));
+        sleep(secs(5.0)).await;
+        assert_eq!(ink(&cell).1, drawn);
+        job.resume().await.expect("it goes on");
+        let done = job.outcome().await.expect("done");
+        assert_eq!(Some(done.steps), program.steps());
+    }
+}
+
 #[tokio::test(start_paused = true)]
 async fn pauses_and_stops_are_defined_at_every_moment() {
     let program = program(Kind::Lines, 1);

@@ -1,10 +1,12 @@
-//! Ctrl-C, a wish of the system to end, and a terminal that is closed, as something to wait for.
+//! Ctrl-C, a wish of the system to end or to suspend, and a terminal that is closed, as something to wait for.
 
+mod control;
 #[cfg(unix)]
 mod unix;
 #[cfg(windows)]
 mod windows;
 
+pub(crate) use control::{Control, JobControl};
 #[cfg(unix)]
 pub(crate) use unix::Signals;
 #[cfg(windows)]

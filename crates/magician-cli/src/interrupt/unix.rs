@@ -7,13 +7,16 @@ use tokio::signal::unix::{self, SignalKind, signal};
 
 use super::Signal;
 
+/// The number of SIGHUP.
+const HANGUP: i32 = 1;
+
 /// Whether SIGHUP was ignored when this program began; once it is caught the system does not tell any more.
 static IGNORED: OnceLock<bool> = OnceLock::new();
 
 /// What Linux says of it: `nohup` starts a program so.
 fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status");
-    let told = status.ok().and_then(|status| ignores_hangup(&status));
+    let told = status.ok().and_then(|status| ignores(&status, HANGUP));
     // Where nothing tells, whoever has no terminal on any of the three was started to outlive it.
     let terminals = [
         io::stdin().is_terminal(),
@@ -23,13 +26,20 @@ fn hangup_is_ignored() -> bool {
     told.unwrap_or(!terminals.contains(&true))
 }
 
-/// Whether signal 1 is in the mask of those that are ignored.
-fn ignores_hangup(status: &str) -> Option<bool> {
+/// Whether this program was told by its parent to ignore a signal; what nobody tells of is not.
+pub(super) fn is_ignored(signal: i32) -> bool {
+    let status = fs::read_to_string("/proc/self/status");
+    let told = status.ok().and_then(|status| ignores(&status, signal));
+    told.unwrap_or(false)
+}
+
+/// Whether a signal is in the mask of those that are ignored.
+fn ignores(status: &str, signal: i32) -> Option<bool> {
     let mask = status
         .lines()
         .find_map(|line| line.strip_prefix("SigIgn:"))?;
     let mask = u64::from_str_radix(mask.trim(), 16).ok()?;
-    Some(mask & 1 == 1)
+    Some(mask >> (signal - 1) & 1 == 1)
 }
 
 /// The signals, caught from the moment of [`listen`](Self::listen).
@@ -76,8 +86,9 @@ mod tests {
     fn the_mask_of_ignored_signals_tells_of_nohup() {
         let status =
             |mask: &str| format!("Name:\tmagician\nSigBlk:\t0\nSigIgn:\t{mask}\nSigCgt:\t1\n");
-        assert_eq!(ignores_hangup(&status("0000000000001001")), Some(true));
-        assert_eq!(ignores_hangup(&status("0000000000001000")), Some(false));
-        assert_eq!(ignores_hangup("Name:\tmagician\n"), None);
+        assert_eq!(ignores(&status("0000000000001001"), HANGUP), Some(true));
+        assert_eq!(ignores(&status("0000000000001000"), HANGUP), Some(false));
+        assert_eq!(ignores(&status("0000000000001000"), 13), Some(true));
+        assert_eq!(ignores("Name:\tmagician\n", HANGUP), None);
     }
 }

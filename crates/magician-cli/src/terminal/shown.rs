@@ -11,6 +11,7 @@ use magician::ErrorKind;
 
 use super::screen;
 use crate::failure::{Failure, Kind};
+use crate::interrupt::{Control, JobControl};
 
 /// How long a terminal has to take the last frame before it is left as it is.
 const PATIENCE: Duration = Duration::from_secs(1);
@@ -76,32 +77,17 @@ impl Drop for Shown {
 
 /// The wish of a shell or the system to suspend this program, which is heard and not followed: the shell would take the terminal's
 /// mode, and an arm that was jogging would jog on with nobody to end it.
-pub(crate) struct Suspends {
-    #[cfg(unix)]
-    signal: tokio::signal::unix::Signal,
-}
+pub(crate) struct Suspends(JobControl);
 
 impl Suspends {
     /// Begins to hear it; must be called within a runtime.
     pub(crate) fn listen() -> io::Result<Self> {
-        #[cfg(unix)]
-        {
-            use tokio::signal::unix::{SignalKind, signal};
-            let kind = SignalKind::from_raw(rustix::process::Signal::TSTP.as_raw());
-            let signal = signal(kind)?;
-            Ok(Self { signal })
-        }
-        #[cfg(not(unix))]
-        Ok(Self {})
+        JobControl::listen().map(Self)
     }
 
     /// Waits for the next one.
     pub(crate) async fn next(&mut self) {
-        #[cfg(unix)]
-        if self.signal.recv().await.is_some() {
-            return;
-        }
-        pending().await
+        while self.0.next().await != Control::Suspend {}
     }
 }
 

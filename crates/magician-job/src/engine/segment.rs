@@ -57,6 +57,11 @@ impl Work {
         self.shared
             .reach(self.progress(rest.from(), segment, Duration::ZERO));
         self.shared.enter(JobState::Running);
+        if inbox.wants_pause() {
+            // Asked for while the job was about to begin, or to go on: nothing goes out before it.
+            self.shared.enter(JobState::Pausing);
+            return (Ran::default(), End::Paused);
+        }
         let commands = rest.commands().inspect(|_| self.track().pulls(rest.lead()));
         let options = RunOptions::default().keep(segment.keep);
         let run = self.arm.begin(commands, options);
