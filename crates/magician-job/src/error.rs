@@ -207,6 +207,33 @@ impl fmt::Display for PauseError {
 
 impl std::error::Error for PauseError {}
 
+/// Why a job goes on as fast as before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum SpeedError {
+    /// A speed is 10 to 100 percent.
+    Range,
+    /// It burns: at another speed the same power burns deeper, or not as deep.
+    Burns,
+    /// All its steps are done, or it is being stopped.
+    Ending,
+    /// It is over.
+    Ended,
+}
+
+impl fmt::Display for SpeedError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Range => "a speed is 10 to 100 percent",
+            Self::Burns => "the job burns: its power is right for its speed only",
+            Self::Ending => "the job is ending",
+            Self::Ended => "the job is over",
+        })
+    }
+}
+
+impl std::error::Error for SpeedError {}
+
 /// Why a job that is paused stays so.
 #[derive(Clone, Debug)]
 #[non_exhaustive]

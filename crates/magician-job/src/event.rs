@@ -131,6 +131,8 @@ pub enum JobEvent {
     Starts(StartsAt),
     /// It waits.
     Waits(Waits),
+    /// What is not sent yet has this share of its speed, percent.
+    Speed(u8),
 }
 
 /// The events of a job, from [`JobHandle::events`](crate::JobHandle::events).

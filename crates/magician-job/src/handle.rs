@@ -5,11 +5,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 
-use crate::error::{JobOutcome, PauseError, ResumeError};
+use crate::error::{JobOutcome, PauseError, ResumeError, SpeedError};
 use crate::event::{JobEvent, JobEvents, JobProgress, JobState, PauseReason};
 
 /// As many events wait for who is late.
 const EVENTS: usize = 256;
+
+/// The speed of a job as its program says it, percent, and the least.
+pub(crate) const FULL: u8 = 100;
+const SLOWEST: u8 = 10;
 
 /// What somebody wants of a job.
 #[derive(Debug)]
@@ -25,6 +29,9 @@ pub(crate) struct Shared {
     state: watch::Sender<JobState>,
     progress: watch::Sender<JobProgress>,
     outcome: watch::Sender<Option<JobOutcome>>,
+    /// What is wanted of what is not sent yet, percent.
+    pub(crate) pace: watch::Sender<u8>,
+    burns: bool,
     events: broadcast::Sender<JobEvent>,
     /// What has been told before anybody asked for it.
     first: Mutex<Option<broadcast::Receiver<JobEvent>>>,
@@ -94,6 +101,7 @@ impl JobHandle {
     pub(crate) fn new(
         name: String,
         origin: String,
+        burns: bool,
     ) -> (Self, Arc<Shared>, mpsc::UnboundedReceiver<Request>) {
         let (requests, inbox) = mpsc::unbounded_channel();
         let (events, first) = broadcast::channel(EVENTS);
@@ -101,6 +109,8 @@ impl JobHandle {
             state: watch::Sender::new(JobState::Checking),
             progress: watch::Sender::new(JobProgress::default()),
             outcome: watch::Sender::new(None),
+            pace: watch::Sender::new(FULL),
+            burns,
             events,
             first: Mutex::new(Some(first)),
             finished: Arc::default(),
@@ -196,6 +206,42 @@ impl JobHandle {
             }
             answer.await.unwrap_or(Err(ResumeError::NotPaused))
         }
+    }
+
+    /// Whether it may light a laser. Such a job is resumed when a person asks for it, and never by a program of its own accord.
+    #[must_use]
+    pub fn burns(&self) -> bool {
+        self.0.shared.burns
+    }
+
+    /// How fast it goes what is not sent yet, in percent of what the program says: 100 at first.
+    #[must_use]
+    pub fn speed(&self) -> u8 {
+        *self.0.shared.pace.borrow()
+    }
+
+    /// Has it go faster or slower from here on: what is not sent yet, also behind a pause, has this share of its speed, 10 to 100
+    /// percent. What the arm has already keeps the speed that it was sent with. A job that is resumed in another process goes at
+    /// 100 percent.
+    ///
+    /// # Errors
+    /// [`SpeedError`]; nothing changes then.
+    pub fn set_speed(&self, percent: u8) -> Result<(), SpeedError> {
+        let shared = &self.0.shared;
+        if !(SLOWEST..=FULL).contains(&percent) {
+            return Err(SpeedError::Range);
+        }
+        match shared.state() {
+            JobState::Ended => return Err(SpeedError::Ended),
+            JobState::Ending | JobState::Stopping => return Err(SpeedError::Ending),
+            // The power of what burns belongs to its speed.
+            _ if shared.burns => return Err(SpeedError::Burns),
+            _ => {}
+        }
+        if shared.pace.send_replace(percent) != percent {
+            shared.tell(JobEvent::Speed(percent));
+        }
+        Ok(())
     }
 
     /// Stops it: the arm stops at once, the laser is off, what is known is kept, the pen goes up and the settings are restored.

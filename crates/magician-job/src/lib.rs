@@ -60,7 +60,9 @@ mod spec;
 pub mod teach;
 
 pub use engine::Job;
-pub use error::{Fault, JobError, JobOutcome, Left, PauseError, PenLift, ResumeError, Stood};
+pub use error::{
+    Fault, JobError, JobOutcome, Left, PauseError, PenLift, ResumeError, SpeedError, Stood,
+};
 pub use event::{
     Done, End, JobEvent, JobEvents, JobProgress, JobState, PauseReason, StartsAt, Waits,
 };

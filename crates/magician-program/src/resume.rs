@@ -23,6 +23,10 @@ pub struct Tally {
     pairs: VecDeque<(u64, u64)>,
     /// The index that the arm had finished last when it was at rest, before the first command.
     rest: Option<u64>,
+    /// Commands that are none of the plan's, by how many the arm had taken with each.
+    inserted: VecDeque<u64>,
+    /// Those of them that are remembered no more.
+    forgotten: u64,
 }
 
 /// At least and at most so many steps.
@@ -44,6 +48,8 @@ impl Tally {
             mixed,
             pairs: VecDeque::new(),
             rest: None,
+            inserted: VecDeque::new(),
+            forgotten: 0,
         }
     }
 
@@ -52,6 +58,31 @@ impl Tally {
     pub fn from_rest(mut self, index: Option<u64>) -> Self {
         self.rest = index;
         self
+    }
+
+    /// The command with this number, from 1, is none of the plan's: it is counted for no step. To be said before the arm takes it,
+    /// and in order.
+    pub fn insert(&mut self, command: u64) {
+        if self.inserted.len() >= REMEMBERED {
+            self.inserted.pop_front();
+            self.forgotten += 1;
+        }
+        self.inserted.push_back(command);
+    }
+
+    /// Whether the arm has finished all that was inserted, when it has finished this index.
+    #[must_use]
+    pub fn has_passed_inserted(&self, current: u64) -> bool {
+        let last = self.inserted.back();
+        last.is_none_or(|last| self.taken(current).least >= *last)
+    }
+
+    /// So many commands without those that were inserted.
+    fn of_plan(&self, commands: u64) -> u64 {
+        let later = self.inserted.iter().rev();
+        let later = later.take_while(|inserted| **inserted > commands).count() as u64;
+        let earlier = self.forgotten + self.inserted.len() as u64 - later;
+        commands.saturating_sub(earlier)
     }
 
     /// The arm has taken so many commands, the last of them under this index.
@@ -94,6 +125,15 @@ impl Tally {
 
     /// The same in commands, with those before the first step.
     pub(crate) fn commands(&self, current: u64) -> Span {
+        let Span { least, most } = self.taken(current);
+        Span {
+            least: self.of_plan(least),
+            most: self.of_plan(most),
+        }
+    }
+
+    /// The same with those that were inserted.
+    fn taken(&self, current: u64) -> Span {
         let before = self.pairs.iter().rev().find(|(index, _)| *index <= current);
         let after = self.pairs.iter().find(|(index, _)| *index > current);
         let (mut least, mut most) = (0, u64::MAX);
@@ -139,7 +179,7 @@ impl Tally {
     #[must_use]
     pub fn last(&self) -> Option<(u64, u64)> {
         let (index, commands) = self.pairs.back()?;
-        Some((*index, commands.saturating_sub(self.lead)))
+        Some((*index, self.of_plan(*commands).saturating_sub(self.lead)))
     }
 }
 
@@ -365,6 +405,29 @@ mod tests {
         assert_eq!(tally.finished(3), Span { least: 3, most: 5 });
         assert_eq!(tally.finished(7), Span { least: 6, most: 7 });
         assert_eq!(tally.finished(10), exactly(9));
+    }
+
+    #[test]
+    fn what_was_inserted_is_counted_for_no_step() {
+        let mut tally = Tally::new(1, false);
+        tally.note(3, 103);
+        for command in [4, 5] {
+            tally.insert(command);
+        }
+        assert!(!tally.has_passed_inserted(104));
+        tally.note(8, 108);
+        let finished = [101, 102, 103, 104, 105, 106, 108].map(|index| tally.finished(index));
+        assert_eq!(finished, [0, 1, 2, 2, 2, 3, 5].map(exactly));
+        assert_eq!(tally.last(), Some((108, 5)));
+        assert!(tally.has_passed_inserted(105) && !tally.has_passed_inserted(104));
+        // The oldest are remembered as a number.
+        let mut tally = Tally::new(0, false);
+        let many = 3 * REMEMBERED as u64;
+        for command in 1..=many {
+            tally.insert(command);
+        }
+        tally.note(many + 10, many + 10);
+        assert_eq!(tally.finished(many + 4), exactly(4));
     }
 
     #[test]

@@ -60,6 +60,8 @@ impl Work {
             return;
         };
         error.pose = Some(stood.pose);
+        // An arm that does not take them says so at the lift, or when all settings are restored.
+        let _ = timeout(AFTERMATH, self.leaves_pace(&self.arm)).await;
         error.lift = match paused {
             Some((_, lift)) => lift,
             None => match timeout(LIFT, self.lift(&stood)).await {
@@ -125,6 +127,7 @@ impl Work {
             self.keep(uncertain, stood.as_ref());
             failed.left = self.left();
             if let Some(stood) = stood.filter(|_| kind.lifts()) {
+                let _ = timeout(AFTERMATH, self.leaves_pace(&self.arm)).await;
                 failed.lift = self.lift(&stood).await;
             }
         }

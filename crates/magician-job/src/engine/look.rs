@@ -231,7 +231,7 @@ fn checked(
 
 /// Computes beside the tasks of the runtime, where there are threads.
 #[cfg(not(target_family = "wasm"))]
-async fn beside<T: Send + 'static>(
+pub(super) async fn beside<T: Send + 'static>(
     compute: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Error> {
     let computed = tokio::task::spawn_blocking(compute).await;
@@ -239,7 +239,7 @@ async fn beside<T: Send + 'static>(
 }
 
 #[cfg(target_family = "wasm")]
-async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, Error> {
+pub(super) async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, Error> {
     tokio::task::yield_now().await;
     Ok(compute())
 }

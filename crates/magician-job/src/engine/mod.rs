@@ -3,6 +3,7 @@
 mod after;
 mod inbox;
 mod look;
+mod pace;
 mod pause;
 mod segment;
 mod track;
@@ -14,6 +15,7 @@ use magician::{Arm, Error, ErrorCode, Owed, Ran, RunOptions};
 use tokio::time::Instant;
 
 use self::inbox::{Inbox, Stopped};
+use self::pace::Pace;
 use self::segment::Segment;
 use self::track::Track;
 use crate::error::{Fault, JobError, PauseError};
@@ -36,13 +38,14 @@ impl Job {
     /// # Panics
     /// Outside of a tokio runtime.
     pub fn start(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> JobHandle {
-        let (handle, shared, requests) = JobHandle::new(spec.name.clone(), spec.origin.clone());
         let lasting = spec.lasting.unwrap_or_else(|| !arm.is_virtual());
         let burns = spec
             .program
             .plan()
             .commands()
             .any(|command| arm.burns(&command));
+        let (handle, shared, requests) =
+            JobHandle::new(spec.name.clone(), spec.origin.clone(), burns);
         let work = Work {
             stops: arm.stops(),
             passes_over: spec.passes_over || spec.program.plan().burns() || !arm.keeps_order(),
@@ -50,6 +53,7 @@ impl Job {
             lasting,
             arm: arm.clone(),
             track: Mutex::new(Track::new(Box::new(journal), &spec, lasting)),
+            pace: Mutex::default(),
             spec,
             shared: Arc::clone(&shared),
         };
@@ -85,6 +89,7 @@ struct Work {
     spec: JobSpec,
     shared: Arc<Shared>,
     track: Mutex<Track>,
+    pace: Mutex<Pace>,
     /// Stops of the arm before it began: those are not its own.
     stops: u64,
     /// Whether indices may be passed over: the driver may put commands of its own between those of the program, and a line
@@ -119,6 +124,7 @@ impl Work {
         } else {
             found
         };
+        *self.pace() = Pace::new(found.rest.changes());
         let before = async {
             if let Some(saved) = &self.spec.saved {
                 let owed = Owed::read(&self.arm, found.rest.changes()).await?;
@@ -171,6 +177,7 @@ impl Work {
         let ends = async {
             let seconds = begun.seconds(arm).await?;
             self.track().remove();
+            self.leaves_pace(arm).await?;
             let end = self.ends(arm).await?;
             if let Some(saved) = &self.spec.saved {
                 saved.restore(arm).await?;
@@ -228,6 +235,10 @@ impl Work {
 
     fn track(&self) -> MutexGuard<'_, Track> {
         self.track.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn pace(&self) -> MutexGuard<'_, Pace> {
+        self.pace.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// All steps, if there is an end.

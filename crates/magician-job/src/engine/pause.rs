@@ -85,6 +85,7 @@ impl Work {
         }
         // From here on a stop finds a job of which all is known.
         let rise = async {
+            self.leaves_pace(&self.arm).await?;
             let lift = self.lift(&stood).await;
             let clock = self.arm.get::<DeviceTime>().await?.g_systick;
             let was_reset = self.arm.alarms().await?.contains(Alarm::ResetOccurred);

@@ -7,7 +7,8 @@ use magician::{Error, ErrorKind, Progress, Ran, RunOptions};
 use magician_program::{Rest, Timetable};
 use tokio::time::{Instant, timeout};
 
-use super::inbox::{Inbox, Wish};
+use super::inbox::{Inbox, Stopped, Wish};
+use super::pace::Paced;
 use super::{Begun, Work};
 use crate::event::{JobEvent, JobProgress, JobState};
 
@@ -54,6 +55,11 @@ impl Work {
     /// Runs it to its end, or to what ends it before; what it has run until then.
     pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (Ran, End) {
         let rest = &segment.rest;
+        match inbox.unless_stopped(self.begins_paced(segment)).await {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return (Ran::default(), End::Failed(error)),
+            Err(Stopped) => return (Ran::default(), End::Stopped),
+        }
         self.shared
             .reach(self.progress(rest.from(), segment, Duration::ZERO));
         self.shared.enter(JobState::Running);
@@ -62,8 +68,14 @@ impl Work {
             self.shared.enter(JobState::Pausing);
             return (Ran::default(), End::Paused);
         }
-        let commands = rest.commands().inspect(|_| self.track().pulls(rest.lead()));
-        let options = RunOptions::default().keep(segment.keep);
+        let commands = Paced {
+            work: self,
+            commands: rest.commands().peekable(),
+            lead: rest.lead(),
+        };
+        // Of what burns the speed stays as it is.
+        let lead = Some(RunOptions::default().horizon).filter(|_| !self.burns);
+        let options = RunOptions::default().keep(segment.keep).lead(lead);
         let run = self.arm.begin(commands, options);
         let run = run.along(rest.start().clone());
         let mut run = run.unless_stopped_since(segment.stops);
@@ -72,6 +84,7 @@ impl Work {
             let wish = tokio::select! {
                 biased;
                 wish = inbox.wish() => Ok(wish),
+                never = self.follow_pace(segment) => match never {},
                 ran = &mut finish => Err(ran),
             };
             match wish {
@@ -136,7 +149,8 @@ impl Work {
             .tally
             .last()
             .map(|(index, steps)| (index, from + steps));
-        track.reached(finished, index, segment.begun.clock_at_least());
+        let clock = segment.begun.clock_at_least();
+        track.reached(finished, index, clock, progress.current.0);
         let now = self.progress(finished, segment, progress.silent);
         self.shared.reach(now);
         if track.told.is_none_or(|told| told.elapsed() >= TELL) {
@@ -152,9 +166,9 @@ impl Work {
             step,
             steps: self.steps(),
             round: (step / round).saturating_add(1).min(rounds.max(1)),
-            left: segment
-                .timetable
-                .left(step.saturating_sub(segment.rest.from())),
+            left: self
+                .pace()
+                .left(&segment.timetable, step.saturating_sub(segment.rest.from())),
             silent,
         }
     }

@@ -27,6 +27,10 @@ pub(super) struct Track {
     pub(super) tally: Tally,
     /// Commands taken from the program since it began, or went on.
     pub(super) pulled: u64,
+    /// Those of them that are none of the program's.
+    inserted: u64,
+    /// Whether indices may be passed over, or stand for what is none of the program's, all along.
+    passes_over: bool,
     /// What is run.
     pub(super) rest: Option<Rest>,
     /// How far the pen goes up when the job is stopped now, mm.
@@ -47,6 +51,8 @@ impl Track {
             open: false,
             tally: Tally::default(),
             pulled: 0,
+            inserted: 0,
+            passes_over: false,
             rest: None,
             lift: None,
             left: None,
@@ -57,7 +63,7 @@ impl Track {
     /// The journal is of this arm.
     pub(super) fn is_of(&mut self, key: &JournalKey, passes_over: bool) {
         self.journal.open(key);
-        self.mark.mixed = passes_over;
+        (self.mark.mixed, self.passes_over) = (passes_over, passes_over);
     }
 
     /// The job begins, or goes on, behind so many steps, at that place within the next if there is one, when the arm's clock
@@ -77,7 +83,8 @@ impl Track {
         (mark.clock, mark.rest) = (clock, rests_at);
         (mark.index, mark.ended) = (None, None);
         self.tally = Tally::new(rest.lead(), passes_over).from_rest(rests_at);
-        (self.pulled, self.open) = (0, true);
+        (self.pulled, self.inserted, self.open) = (0, 0, true);
+        self.mark.mixed = passes_over;
         self.rest = Some(rest.clone());
     }
 
@@ -92,10 +99,26 @@ impl Track {
         steps.min(self.mark.steps.unwrap_or(u64::MAX))
     }
 
+    /// Steps since it began, or went on, that have been taken from the program.
+    pub(super) fn steps_pulled(&self, lead: u64) -> u64 {
+        self.pulled.saturating_sub(self.inserted + lead)
+    }
+
+    /// A command is about to go out that is none of the program's. While the arm has not finished it an index may stand for it.
+    pub(super) fn inserts(&mut self) {
+        self.pulled += 1;
+        self.inserted += 1;
+        self.tally.insert(self.pulled);
+        if !self.mark.mixed {
+            self.mark.mixed = true;
+            self.write_if_lasting();
+        }
+    }
+
     /// The next command is about to go out.
     pub(super) fn pulls(&mut self, lead: u64) {
         self.pulled += 1;
-        let steps = self.from() + self.pulled.saturating_sub(lead);
+        let steps = self.from() + self.steps_pulled(lead);
         if steps > self.mark.handed {
             let most = self.mark.steps.unwrap_or(u64::MAX);
             self.mark.handed = steps.saturating_add(AHEAD).min(most);
@@ -104,7 +127,16 @@ impl Track {
     }
 
     /// How far it is.
-    pub(super) fn reached(&mut self, finished: u64, index: Option<(u64, u64)>, clock: u32) {
+    pub(super) fn reached(
+        &mut self,
+        finished: u64,
+        index: Option<(u64, u64)>,
+        clock: u32,
+        current: u64,
+    ) {
+        if self.mark.mixed && !self.passes_over {
+            self.mark.mixed = !self.tally.has_passed_inserted(current);
+        }
         let mark = &mut self.mark;
         mark.clock = clock;
         if mark.finished == finished && mark.index == index {

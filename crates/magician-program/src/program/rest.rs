@@ -211,6 +211,33 @@ impl Rest {
         Timetable::new(all, lead, first, round)
     }
 
+    /// The [`timetable`](Self::timetable) where every command is changed before it is sent, and these are sent before the first.
+    #[must_use]
+    pub fn timetable_with(
+        &self,
+        unchanged: &Timetable,
+        before: &[Set],
+        mut change: impl FnMut(Set) -> Set,
+    ) -> Timetable {
+        if unchanged.left(0).is_none() {
+            return Timetable::default();
+        }
+        let mut course = self.start.clone().guards(Guards::NONE);
+        let sooner = sums(&mut course, before.iter().copied());
+        let first = sums(&mut course, self.first_commands().map(&mut change));
+        let (mut round, mut rounds) = (Vec::new(), 0);
+        if let Some(follow @ 1..) = self.follow {
+            let steps = self.whole.steps.iter();
+            let commands = steps.map(|step| change(step.action.command()));
+            (round, rounds) = (sums(&mut course, commands), follow);
+        }
+        let last = |sums: &[f64]| sums.last().copied().unwrap_or_default();
+        let all = last(&sooner) + last(&first) + rounds as f64 * last(&round);
+        let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
+        let all = Duration::try_from_secs_f64(all).unwrap_or(Duration::MAX);
+        Timetable::new(all, lead, first, round)
+    }
+
     /// Where a run goes on that ended like this and left the arm there: the steps that are finished, and the place within the
     /// next, if it goes on from within. It does not where the step that was cut short leads nowhere straight, or the arm
     /// stands beside its line.
@@ -435,6 +462,27 @@ pub(super) mod tests {
         }
         let forever = rest(None, 0);
         assert_eq!(forever.timetable(&forever.check()).left(1), None);
+    }
+
+    #[test]
+    fn what_is_left_of_slower_commands_is_known_as_well() {
+        for (rounds, from) in [(1, 0), (3, 4)] {
+            let rest = rest(Some(rounds), from);
+            let table = rest.timetable(&rest.check());
+            let same = rest.timetable_with(&table, &[], |command| command);
+            let slow = words::speed(5.0, 50.0);
+            let slower = rest.timetable_with(&table, &[slow], |command| command);
+            for done in 0..=3 * rounds - from {
+                let left = |table: &Timetable| table.left(done).expect("known").as_secs_f64();
+                assert!((left(&same) - left(&table)).abs() < 1e-6, "{done}");
+                let moves = done + 1 < 3 * rounds - from;
+                assert_eq!(left(&slower) > left(&same) + 0.5, moves, "{done}");
+            }
+        }
+        let forever = rest(None, 0);
+        let table = forever.timetable(&forever.check());
+        let table = forever.timetable_with(&table, &[], |command| command);
+        assert_eq!(table.left(1), None);
     }
 
     #[test]

@@ -63,6 +63,10 @@ impl<C: Iterator<Item = Set>> Run<C> {
         // From here on nothing is waited for: whoever goes away has handed it over, or not.
         let clears = arm.inner.shared.clears();
         let cleared = std::mem::replace(&mut self.clears, clears) != clears;
+        if self.leftover.is_some() {
+            // What is given back is handed on once more, and was counted before.
+            self.options.lead = None;
+        }
         let stream = match self.leftover.take() {
             Some(leftover) if cleared => Stream::resume(leftover.cleared(), settings),
             Some(leftover) => Stream::resume(leftover, settings),
@@ -104,7 +108,9 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let mut looked = begun;
         let (mut burst, mut handed) = (1, begun);
         let mut look = pin!(sleep_until(begun + pause));
+        let mut news = reached.clone();
         loop {
+            let held = self.is_far_ahead(&mut news);
             tokio::select! {
                 biased;
                 end = &mut ending => return end.map_err(|_| Error::closed()),
@@ -134,13 +140,30 @@ impl<C: Iterator<Item = Set>> Run<C> {
                     pause = (pause * 2).min(longest);
                     look.as_mut().reset(Instant::now() + pause);
                 }
-                () = fed(feed, burst, || self.next()) => {
+                // One that is gone has ended the program, and says so.
+                Ok(()) = news.changed(), if held => {}
+                () = fed(feed, burst, || self.hands(reached)), if !held => {
                     let now = Instant::now();
                     let each = now.duration_since(std::mem::replace(&mut handed, now)) / burst;
                     burst = if each < QUICK { BURST } else { 1 };
                 }
             }
         }
+    }
+
+    /// Whether what is handed on and not taken by the arm lasts long enough for now.
+    fn is_far_ahead(&mut self, reached: &mut cell::Receiver<Reached>) -> bool {
+        let accepted = reached.borrow_and_update().accepted;
+        let long = |lead| self.ahead.is_long(accepted, lead);
+        self.options.lead.is_some_and(long)
+    }
+
+    /// The next command, if it is to be handed on now.
+    fn hands(&mut self, reached: &cell::Receiver<Reached>) -> Hands {
+        if self.is_far_ahead(&mut reached.clone()) {
+            return Hands::Later;
+        }
+        self.next().map_or(Hands::Nothing, Hands::Item)
     }
 
     /// A look for what holds the queue: by what was put into it, and before that, when it has no room for a long time.
@@ -186,6 +209,15 @@ impl<C: Iterator<Item = Set>> Run<C> {
     }
 }
 
+/// What is handed on next.
+enum Hands {
+    Item(Item),
+    /// Enough is on its way for now.
+    Later,
+    /// There is no more.
+    Nothing,
+}
+
 /// What came of a look.
 enum Look {
     Seen(Option<Progress>),
@@ -216,11 +248,7 @@ async fn told(
 
 /// Hands the next commands on when there is room for so many; without more it closes the feed. None is taken that
 /// cannot be handed on.
-async fn fed(
-    feed: &mut Option<mpsc::Sender<Item>>,
-    burst: u32,
-    mut next: impl FnMut() -> Option<Item>,
-) {
+async fn fed(feed: &mut Option<mpsc::Sender<Item>>, burst: u32, mut next: impl FnMut() -> Hands) {
     let Some(sender) = feed else {
         return std::future::pending().await;
     };
@@ -229,10 +257,17 @@ async fn fed(
         Ok(permits) => {
             let begun = Instant::now();
             // Whoever takes time to say what comes next does not keep the thread from everything else.
-            let in_time = permits.take_while(|_| begun.elapsed() < THINKS);
-            in_time
-                .map(|permit| next().map(|item| permit.send(item)))
-                .any(|sent| sent.is_none())
+            let mut in_time = permits.take_while(|_| begun.elapsed() < THINKS);
+            loop {
+                let Some(permit) = in_time.next() else {
+                    break false;
+                };
+                match next() {
+                    Hands::Item(item) => permit.send(item),
+                    Hands::Later => break false,
+                    Hands::Nothing => break true,
+                }
+            }
         }
         Err(_) => true,
     };

@@ -19,7 +19,7 @@ use crate::stream::Leftover;
 use crate::words::{self, Guards, Preflight};
 use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 pub use options::{Ran, RunOptions};
-use plan::{Light, Planned};
+use plan::{Ahead, Light, Planned};
 
 /// A program on its way through the arm's queue, from [`Arm::begin`].
 ///
@@ -71,6 +71,8 @@ pub struct Run<C> {
     look: Option<QueueLook>,
     /// How long its commands take by the check, us.
     lasts: Micros,
+    /// What was handed on since it was handed over.
+    ahead: Ahead,
     /// Stops of before, where whoever began it looked at the arm first.
     stops: Option<u64>,
     ran: Ran,
@@ -142,6 +144,7 @@ impl Arm {
             begun: None,
             look: None,
             lasts: 0,
+            ahead: Ahead::default(),
             stops: None,
             ran: Ran::default(),
             total,

@@ -20,6 +20,9 @@ pub struct RunOptions {
     /// [`Progress::silent`](crate::Progress::silent) tells. What became of a command is found out when the arm answers again,
     /// and nothing is sent twice. Thirty seconds at first.
     pub patience: Duration,
+    /// Takes commands from the caller only while those that the arm has not taken last less than this, but for a few, so that
+    /// what comes later can still be chosen. Without it, the default, as many are taken as there is room for: some hundred.
+    pub lead: Option<Duration>,
 }
 
 impl Default for RunOptions {
@@ -30,6 +33,7 @@ impl Default for RunOptions {
             laser_horizon: Duration::from_secs(1),
             trust_pose: false,
             patience: Duration::from_secs(30),
+            lead: None,
         }
     }
 }
@@ -67,6 +71,13 @@ impl RunOptions {
     #[must_use]
     pub fn patience(mut self, patience: Duration) -> Self {
         self.patience = patience;
+        self
+    }
+
+    /// Sets [`lead`](Self::lead).
+    #[must_use]
+    pub fn lead(mut self, lead: impl Into<Option<Duration>>) -> Self {
+        self.lead = lead.into();
         self
     }
 }

@@ -1,5 +1,6 @@
 //! What a run knows of its commands before it sends them.
 
+use std::collections::VecDeque;
 use std::time::Duration;
 
 use magician_motion::Fence;
@@ -20,6 +21,8 @@ use magician_host::raises_laser_pin;
 const ALWAYS: usize = 2;
 /// So many are looked at beforehand, to read only what they depend on.
 const AHEAD: usize = 32;
+/// So many are always handed on before the arm has taken them: a line carries several at a time.
+const A_FEW: usize = 4;
 
 /// What a run has done with the laser.
 #[derive(Clone, Copy, Debug, Default)]
@@ -42,6 +45,34 @@ impl Light {
     /// Whether the laser is to be off now.
     pub(super) fn goes_out(self) -> bool {
         self.burnt && !self.left_on
+    }
+}
+
+/// Commands that were handed on and that the arm has not taken.
+#[derive(Debug, Default)]
+pub(super) struct Ahead {
+    times: VecDeque<Micros>,
+    /// All that were handed on.
+    handed: u64,
+}
+
+impl Ahead {
+    fn note(&mut self, time: Micros) {
+        self.handed += 1;
+        self.times.push_back(time);
+    }
+
+    /// Whether they last so long, and are more than a few, when the arm has taken so many.
+    pub(super) fn is_long(&mut self, taken: u64, lead: Duration) -> bool {
+        let left = usize::try_from(self.handed.saturating_sub(taken)).unwrap_or(usize::MAX);
+        while self.times.len() > left {
+            self.times.pop_front();
+        }
+        let lasts = self
+            .times
+            .iter()
+            .fold(0, |sum: Micros, time| sum.saturating_add(*time));
+        self.times.len() >= A_FEW && lasts >= micros(lead)
     }
 }
 
@@ -179,14 +210,18 @@ impl<C: Iterator<Item = Set>> Run<C> {
             return None;
         }
         self.light.note(&command, self.arm.burns(&command));
-        match planned {
-            Planned::Item(item) => Some(item),
+        let item = match planned {
+            Planned::Item(item) => item,
             Planned::Fresh(command) => {
                 let item = item(self.course.as_mut(), command);
                 self.lasts = self.lasts.saturating_add(item.time);
-                Some(item)
+                item
             }
+        };
+        if self.options.lead.is_some() {
+            self.ahead.note(item.time);
         }
+        Some(item)
     }
 }
 
