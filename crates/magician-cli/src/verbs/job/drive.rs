@@ -7,19 +7,20 @@ use std::time::Duration;
 
 use magician::{Arm, ErrorKind};
 use magician_job::{
-    FileJournal, Job, JobEvent, JobEvents, JobHandle, JobOutcome, JobSpec, JobState, PauseReason,
-    ResumeError, Start, StartsAt, Waits,
+    FileJournal, Job, JobEvent, JobEvents, JobHandle, JobOutcome, JobSpec, JobState, PauseError,
+    PauseReason, ResumeError, SpeedError, Start, StartsAt, Waits,
 };
 use serde::Serialize;
 use tokio::time::timeout;
 
 use super::Made;
 use super::input::{Input, Typed};
+use super::suspend::{Act, Suspension};
 use super::tell::Teller;
 use super::wording::Wording;
 use crate::context::{Ended, FAREWELL};
 use crate::failure::{Failure, Kind};
-use crate::interrupt::{Signal, Signals};
+use crate::interrupt::{Control, JobControl, Signal, Signals};
 use crate::output::{Output, Paint};
 use crate::progress::attended;
 use crate::recording::{Clock, Options, Recorder};
@@ -68,7 +69,10 @@ struct Stops {
 /// What comes next.
 enum Next {
     Signal(Signal),
+    Control(Control),
     Typed(Typed),
+    /// What came of the pause that a suspension begins with.
+    Paused(Result<(), PauseError>),
     /// What came of the wish to go on.
     Resumed(Result<(), ResumeError>),
     Event(JobEvent),
@@ -78,6 +82,12 @@ enum Next {
 }
 
 type Resuming = Pin<Box<dyn Future<Output = Result<(), ResumeError>>>>;
+type Pausing = Pin<Box<dyn Future<Output = Result<(), PauseError>>>>;
+
+/// Between two speeds that keys choose, percent, and the least and the most of them.
+const SPEEDS: u8 = 10;
+const SLOWEST: u8 = 10;
+const FASTEST: u8 = 100;
 
 /// What an object says of a line that was not obeyed.
 const RESUME: &str = "{\"do\":\"resume\"}";
@@ -108,6 +118,12 @@ struct UnderWay<'a> {
     events: JobEvents,
     signals: &'a mut Signals,
     input: Input,
+    control: JobControl,
+    suspension: Suspension,
+    /// Whether it is to be suspended as soon as it is checked.
+    suspends: bool,
+    /// What becomes of the pause that a suspension begins with.
+    pausing: Option<Pausing>,
     /// What becomes of the wish to go on.
     resuming: Option<Resuming>,
     stops: Stops,
@@ -142,13 +158,19 @@ impl Drive<'_> {
         out: &mut Output,
         saved: &SavedSettings,
         signals: &mut Signals,
-        input: Input,
+        mut input: Input,
     ) -> Result<Done, Ended> {
+        let control = JobControl::listen()?;
+        input.listen();
         let job = Job::start(arm, self.spec(saved), FileJournal::new());
         let mut run = UnderWay {
             events: job.events(),
             signals,
             input,
+            control,
+            suspension: Suspension::new(job.burns()),
+            suspends: false,
+            pausing: None,
             resuming: None,
             stops: Stops::default(),
             waits: None,
@@ -243,13 +265,17 @@ impl Drive<'_> {
                         return None;
                     }
                 }
-                Next::Typed(typed) => {
-                    if let Some(line) = run.obeys(typed) {
-                        // Nobody who reads is no reason to stop.
+                Next::Control(control) => run.suspends = control == Control::Suspend,
+                Next::Typed(typed) => match run.obeys(typed) {
+                    Obeyed::Yes => {}
+                    // Nobody who reads is no reason to stop.
+                    Obeyed::Ignored(line) => {
                         let _ = out.event(&Ignored::of(&line)).and_then(|()| out.flush());
                     }
-                }
+                    Obeyed::Refused(error) => super::say(&as_fast_as_before(error)),
+                },
                 Next::Resumed(_) => run.resuming = None,
+                Next::Paused(_) => run.pausing = None,
                 Next::Unrecorded(_) | Next::Over => return None,
             }
         }
@@ -284,6 +310,9 @@ impl Drive<'_> {
         if let (true, JobState::Paused { reason, part }) = (paused, state) {
             teller.paused(reason, part);
         }
+        if std::mem::take(&mut run.suspends) {
+            run.hears_control(Control::Suspend, teller);
+        }
         loop {
             match run.next(recorder.as_mut()).await {
                 Next::Event(JobEvent::Progress(progress)) => {
@@ -299,10 +328,17 @@ impl Drive<'_> {
                     JobState::Running if std::mem::take(&mut paused) => teller.resumed(),
                     _ => {}
                 },
-                Next::Typed(typed) => {
-                    if let Some(line) = run.obeys(typed) {
-                        teller.object(&Ignored::of(&line));
-                    }
+                Next::Event(JobEvent::Speed(percent)) => teller.speed(percent),
+                Next::Typed(typed) => match run.obeys(typed) {
+                    Obeyed::Yes => {}
+                    Obeyed::Ignored(line) => teller.object(&Ignored::of(&line)),
+                    Obeyed::Refused(error) => teller.say(&as_fast_as_before(error)),
+                },
+                Next::Control(control) => run.hears_control(control, teller),
+                Next::Paused(paused) => {
+                    run.pausing = None;
+                    let act = run.suspension.paused(paused);
+                    run.acts(act, teller);
                 }
                 Next::Resumed(resumed) => {
                     run.resuming = None;
@@ -377,9 +413,17 @@ impl UnderWay<'_> {
             events,
             signals,
             input,
+            control,
+            pausing,
             resuming,
             ..
         } = self;
+        let paused = async {
+            match pausing {
+                Some(wish) => wish.await,
+                None => std::future::pending().await,
+            }
+        };
         let resumed = async {
             match resuming {
                 Some(wish) => wish.await,
@@ -396,9 +440,12 @@ impl UnderWay<'_> {
             tokio::select! {
                 biased;
                 signal = signals.next() => Next::Signal(signal),
+                control = control.next() => Next::Control(control),
                 typed = input.next() => Next::Typed(typed),
                 resumed = resumed => Next::Resumed(resumed),
                 event = events.next() => event.map_or(Next::Over, Next::Event),
+                // Behind the events: what is told of the pause is told before this program stops.
+                paused = paused => Next::Paused(paused),
                 failure = unrecorded => Next::Unrecorded(failure),
             }
         };
@@ -408,24 +455,90 @@ impl UnderWay<'_> {
         }
     }
 
-    /// Does what was typed; a line that means nothing is handed back.
-    fn obeys(&mut self, typed: Typed) -> Option<String> {
-        let pauses = matches!(
-            self.job.state(),
-            JobState::Paused { .. } | JobState::Pausing
-        );
+    fn is_paused(&self) -> bool {
+        let state = self.job.state();
+        matches!(state, JobState::Paused { .. } | JobState::Pausing)
+    }
+
+    /// Does what was typed, if it means something.
+    fn obeys(&mut self, typed: Typed) -> Obeyed {
         match typed {
-            Typed::Line(line) => return Some(line),
-            Typed::Toggle if !pauses => drop(self.job.pause(PauseReason::Person)),
-            Typed::Pause => drop(self.job.pause(PauseReason::Person)),
-            Typed::Toggle | Typed::Resume => self.resuming = Some(Box::pin(self.job.resume())),
+            Typed::Line(line) => return Obeyed::Ignored(line),
+            Typed::Toggle if !self.is_paused() => self.pauses(),
+            Typed::Pause => self.pauses(),
+            Typed::Toggle | Typed::Resume => self.resumes(),
             // Keys repeat themselves: only a signal stops what a stop has begun to do.
             Typed::Stop if self.stops.asked => {}
             Typed::Stop => {
                 self.stop(Signal::Interrupt);
             }
+            Typed::Faster | Typed::Slower => {
+                let now = self.job.speed();
+                let next = if typed == Typed::Faster {
+                    now.saturating_add(SPEEDS).min(FASTEST)
+                } else {
+                    now.saturating_sub(SPEEDS).max(SLOWEST)
+                };
+                if let Err(error) = self.job.set_speed(next) {
+                    return Obeyed::Refused(error);
+                }
+            }
         }
-        None
+        Obeyed::Yes
+    }
+
+    fn pauses(&mut self) {
+        self.suspension.holds(true);
+        drop(self.job.pause(PauseReason::Person));
+    }
+
+    fn resumes(&mut self) {
+        self.suspension.holds(false);
+        self.resuming = Some(Box::pin(self.job.resume()));
+    }
+
+    /// Job control wants something.
+    fn hears_control(&mut self, control: Control, teller: &Teller<'_>) {
+        let act = self.suspension.hears(control, self.is_paused());
+        self.acts(act, teller);
+    }
+
+    /// Does what a suspension needs next.
+    fn acts(&mut self, act: Act, teller: &Teller<'_>) {
+        match act {
+            Act::Nothing => {}
+            Act::Pause => self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person))),
+            Act::Stop => {
+                let mut goes_on = false;
+                teller.suspended(|| {
+                    self.input.release();
+                    goes_on = self.control.take() == Some(Control::Continue);
+                    if !goes_on {
+                        JobControl::stop_process();
+                    }
+                });
+                if goes_on {
+                    self.hears_control(Control::Continue, teller);
+                }
+            }
+            Act::GoOn => {
+                self.input.listen();
+                self.resumes();
+            }
+            Act::Stay { dark } => {
+                self.input.listen();
+                if dark {
+                    teller.say(
+                        "the job burns: it stays paused, with the laser off, until you press p",
+                    );
+                }
+            }
+            Act::Ends => {
+                if self.job.state() != JobState::Ended {
+                    teller.say("the job is ending: it is not suspended any more");
+                }
+            }
+        }
     }
 
     fn hears(&mut self, event: &JobEvent) {
@@ -457,6 +570,20 @@ impl UnderWay<'_> {
             outcome = timeout(FAREWELL, self.job.outcome()) => outcome.ok(),
         }
     }
+}
+
+/// What came of what was typed.
+enum Obeyed {
+    Yes,
+    /// It is a line that means nothing.
+    Ignored(String),
+    /// It goes on as fast as before.
+    Refused(SpeedError),
+}
+
+/// Why a job is no faster and no slower.
+fn as_fast_as_before(error: SpeedError) -> String {
+    format!("the speed stays as it is: {error}")
 }
 
 /// A recording has ended before the work.

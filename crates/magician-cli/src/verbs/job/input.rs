@@ -1,6 +1,6 @@
 //! What a person types while a job runs: keys at a terminal, lines of JSON elsewhere.
 
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, IsTerminal, Read};
 use std::path::Path;
 use std::thread;
 
@@ -8,7 +8,12 @@ use serde::Deserialize;
 use tokio::sync::mpsc;
 
 use super::Job;
+use super::keys::Keys;
+#[cfg(unix)]
+use super::keys::is_in_front;
 use crate::context::Context;
+#[cfg(unix)]
+use crate::terminal::FRAME;
 
 /// No line of ours is as long.
 const LONGEST: u64 = 1 << 16;
@@ -21,15 +26,28 @@ pub(super) enum Typed {
     Pause,
     Resume,
     Stop,
+    Faster,
+    Slower,
     /// A line that means nothing.
     Line(String),
 }
 
+/// Who listens for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Source {
+    /// Nobody: stdin is the file.
+    Nowhere,
+    Lines,
+    Keys,
+}
+
 /// Where it comes from.
 pub(super) struct Input {
+    source: Source,
     typed: mpsc::UnboundedReceiver<Typed>,
-    #[cfg(unix)]
-    _keys: Option<keys::Keys>,
+    to: mpsc::UnboundedSender<Typed>,
+    keys: Option<Keys>,
+    reads: bool,
 }
 
 /// A line of JSON that is obeyed.
@@ -49,32 +67,51 @@ enum Order {
 }
 
 impl Job {
-    /// Begins to listen, if somebody can be there: not where stdin is the file.
+    /// What can be listened to: stdin, where it is not the file.
     pub(super) fn input(&self, context: &Context) -> Input {
-        let (sender, typed) = mpsc::unbounded_channel();
-        let is_file = self.file.file == Path::new("-");
-        let json = context.global.json;
-        if json && !is_file && !context.in_shell && is_ours() {
-            // It ends with the process: nothing wakes who reads a line.
-            let read = move || lines(io::stdin(), &sender);
-            let _ = thread::Builder::new().name("stdin".to_owned()).spawn(read);
-            return Input {
-                typed,
-                #[cfg(unix)]
-                _keys: None,
-            };
-        }
+        let source = if self.file.file == Path::new("-") {
+            Source::Nowhere
+        } else if !context.global.json {
+            Source::Keys
+        } else if context.in_shell {
+            Source::Nowhere
+        } else {
+            Source::Lines
+        };
+        let (to, typed) = mpsc::unbounded_channel();
         Input {
+            source,
             typed,
-            #[cfg(unix)]
-            _keys: (!json && !is_file)
-                .then(|| keys::Keys::listen(sender))
-                .flatten(),
+            to,
+            keys: None,
+            reads: false,
         }
     }
 }
 
 impl Input {
+    /// Listens from now on, if somebody can be there.
+    pub(super) fn listen(&mut self) {
+        let to = self.to.clone();
+        match self.source {
+            Source::Nowhere => {}
+            Source::Keys if self.keys.is_some() => {}
+            Source::Keys => self.keys = Keys::listen(to),
+            Source::Lines if self.reads => {}
+            Source::Lines => {
+                self.reads = true;
+                // It ends with the process: nothing wakes who reads a line.
+                let read = move || lines(InFront(io::stdin()), &to);
+                let _ = thread::Builder::new().name("stdin".to_owned()).spawn(read);
+            }
+        }
+    }
+
+    /// Gives the terminal back until it listens again.
+    pub(super) fn release(&mut self) {
+        self.keys = None;
+    }
+
     /// The next input; pending for ever without a terminal or a pipe.
     pub(super) async fn next(&mut self) -> Typed {
         match self.typed.recv().await {
@@ -82,6 +119,39 @@ impl Input {
             None => std::future::pending().await,
         }
     }
+}
+
+/// stdin; if that is a terminal, while this program is in front: who reads a terminal in the background is stopped by the system.
+struct InFront(io::Stdin);
+
+impl Read for InFront {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        if self.0.is_terminal() {
+            wait_in_front(&self.0)?;
+        }
+        self.0.read(into)
+    }
+}
+
+#[cfg(unix)]
+fn wait_in_front(stdin: &io::Stdin) -> io::Result<()> {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    let patience = Timespec::try_from(FRAME).map_err(io::Error::other)?;
+    loop {
+        let told = poll(&mut [PollFd::new(stdin, PollFlags::IN)], Some(&patience));
+        match told {
+            Ok(1..) if is_in_front() => return Ok(()),
+            // There is something for who is in front.
+            Ok(1..) => thread::sleep(FRAME),
+            Ok(0) | Err(rustix::io::Errno::INTR) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+}
+
+#[cfg(not(unix))]
+const fn wait_in_front(_: &io::Stdin) -> io::Result<()> {
+    Ok(())
 }
 
 /// Reads lines to their end.
@@ -105,104 +175,6 @@ fn meaning(text: String) -> Typed {
             Order::Stop => Typed::Stop,
         },
         Err(_) => Typed::Line(text),
-    }
-}
-
-/// Whether stdin may be read: who reads a terminal in the background is stopped by the system.
-fn is_ours() -> bool {
-    #[cfg(unix)]
-    {
-        use std::io::IsTerminal;
-        !io::stdin().is_terminal() || keys::in_front()
-    }
-    #[cfg(not(unix))]
-    true
-}
-
-/// Keys, one by one. Ctrl-C stays a signal.
-#[cfg(unix)]
-mod keys {
-    use std::io::{self, IsTerminal};
-    use std::sync::Arc;
-    use std::sync::atomic::{AtomicBool, Ordering};
-    use std::thread;
-
-    use rustix::event::{PollFd, PollFlags, Timespec, poll};
-    use rustix::process::getpgrp;
-    use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcgetpgrp, tcsetattr};
-    use tokio::sync::mpsc;
-
-    use super::Typed;
-
-    /// How often it is looked whether anybody listens still.
-    const LOOKS: Timespec = Timespec {
-        tv_sec: 0,
-        tv_nsec: 100_000_000,
-    };
-
-    /// While it lasts, keys are heard as they are pressed; then the terminal is as it was.
-    pub(super) struct Keys {
-        before: Termios,
-        over: Arc<AtomicBool>,
-    }
-
-    /// Whether this program has the terminal. One that does not control it is not stopped for reading it.
-    pub(super) fn in_front() -> bool {
-        tcgetpgrp(io::stdin()).map_or(true, |group| group == getpgrp())
-    }
-
-    impl Keys {
-        pub(super) fn listen(to: mpsc::UnboundedSender<Typed>) -> Option<Self> {
-            let terminal = io::stdin().is_terminal() && io::stderr().is_terminal();
-            if !terminal || !in_front() {
-                return None;
-            }
-            let before = tcgetattr(io::stdin()).ok()?;
-            let mut keys = before.clone();
-            keys.local_modes &= !(LocalModes::ICANON | LocalModes::ECHO);
-            tcsetattr(io::stdin(), OptionalActions::Now, &keys).ok()?;
-            let over = Arc::new(AtomicBool::new(false));
-            let keys = Self {
-                before,
-                over: Arc::clone(&over),
-            };
-            let read = thread::Builder::new().name("keys".to_owned());
-            read.spawn(move || listen(&over, &to)).ok()?;
-            Some(keys)
-        }
-    }
-
-    impl Drop for Keys {
-        fn drop(&mut self) {
-            self.over.store(true, Ordering::SeqCst);
-            let _ = tcsetattr(io::stdin(), OptionalActions::Now, &self.before);
-        }
-    }
-
-    fn listen(over: &AtomicBool, to: &mpsc::UnboundedSender<Typed>) {
-        let stdin = io::stdin();
-        while !over.load(Ordering::SeqCst) {
-            let mut wait = [PollFd::new(&stdin, PollFlags::IN)];
-            match poll(&mut wait, Some(&LOOKS)) {
-                Ok(0) | Err(rustix::io::Errno::INTR) => continue,
-                Ok(_) => {}
-                Err(_) => return,
-            }
-            let mut keys = [0; 16];
-            let Ok(count @ 1..) = rustix::io::read(&stdin, &mut keys) else {
-                return;
-            };
-            for key in keys.iter().take(count) {
-                let typed = match key {
-                    b'p' | b'P' => Typed::Toggle,
-                    b' ' | b's' | b'S' => Typed::Stop,
-                    _ => continue,
-                };
-                if to.send(typed).is_err() {
-                    return;
-                }
-            }
-        }
     }
 }
 

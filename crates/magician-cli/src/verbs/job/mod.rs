@@ -2,11 +2,13 @@
 
 mod drive;
 mod input;
+mod keys;
 pub(crate) mod options;
 mod reading;
 mod report;
 mod setting;
 mod show;
+mod suspend;
 mod tell;
 mod unusual;
 mod wording;

@@ -27,6 +27,8 @@ pub(super) struct Teller<'o> {
     told: Cell<Instant>,
     begun: Instant,
     steps: Option<u64>,
+    /// How fast it goes, percent.
+    speed: Cell<u8>,
 }
 
 #[derive(Serialize)]
@@ -57,6 +59,34 @@ impl<'o> Teller<'o> {
             told: Cell::new(Instant::now()),
             begun: Instant::now(),
             steps,
+            speed: Cell::new(100),
+        }
+    }
+
+    /// `2:10 left, at 50 %`.
+    fn left(&self, left: Option<Duration>) -> Option<String> {
+        let left = left.map(|left| format!("{} left", clock(left)));
+        let speed = Some(self.speed.get()).filter(|speed| *speed != 100);
+        let speed = speed.map(|speed| format!("at {speed} %"));
+        let said: Vec<String> = [left, speed].into_iter().flatten().collect();
+        (!said.is_empty()).then(|| said.join(", "))
+    }
+
+    /// It goes on at this speed, percent.
+    pub(super) fn speed(&self, percent: u8) {
+        self.object(&json!({"event": "speed", "percent": percent}));
+        self.speed.set(percent);
+        match &self.bar {
+            Some(_) => {}
+            None => self.say(&format!("speed {percent} %")),
+        }
+    }
+
+    /// Does this while the terminal is as it was.
+    pub(super) fn suspended(&self, work: impl FnOnce()) {
+        match &self.bar {
+            Some(bar) => bar.suspend(work),
+            None => work(),
         }
     }
 
@@ -66,7 +96,7 @@ impl<'o> Teller<'o> {
         if let Some(bar) = &self.bar {
             if self.begun.elapsed() >= PATIENCE {
                 bar.set_position(step);
-                let left = || left.map(|left| format!("{} left", clock(left)));
+                let left = || self.left(left);
                 bar.set_message(waits(silent).or_else(left).unwrap_or_default());
                 bar.tick();
             }
@@ -95,7 +125,7 @@ impl<'o> Teller<'o> {
             (Some(steps), Some(share)) => format!(" of {steps}, {:.0} %", share * 100.0),
             _ => String::new(),
         };
-        let left = || left.map(|left| format!("{} left", clock(left)));
+        let left = || self.left(left);
         let more = waits(silent).or_else(left);
         let more = more.map(|more| format!(", {more}")).unwrap_or_default();
         let _ = writeln!(io::stderr(), "step {step}{of}{more}");

@@ -1,0 +1,212 @@
+//! Keys at a terminal while a job runs. They are read as the pads read them, on every system; the terminal stays in the mode in
+//! which Ctrl-C and Ctrl-Z are signals, and is only told not to wait for ends of lines and not to show what is typed.
+
+use std::io::{self, IsTerminal};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+
+use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use tokio::sync::mpsc;
+
+use super::input::Typed;
+use crate::terminal::{FRAME, Keyboard, Waited};
+
+/// While it lasts, keys are heard as they are pressed; then the terminal is as it was.
+pub(super) struct Keys {
+    over: Arc<AtomicBool>,
+    reads: Option<JoinHandle<()>>,
+}
+
+impl Keys {
+    /// Begins to hear them, if this program has a terminal. One in the background hears them when it is in front.
+    pub(super) fn listen(to: mpsc::UnboundedSender<Typed>) -> Option<Self> {
+        if !io::stdin().is_terminal() || !io::stderr().is_terminal() {
+            return None;
+        }
+        let over = Arc::new(AtomicBool::new(false));
+        let told = Arc::clone(&over);
+        let mode = Some(())
+            .filter(|()| is_in_front())
+            .and_then(|()| Mode::take());
+        let read = thread::Builder::new().name("keys".to_owned());
+        let reads = read.spawn(move || listen(&told, &to, mode)).ok()?;
+        Some(Self {
+            over,
+            reads: Some(reads),
+        })
+    }
+}
+
+impl Drop for Keys {
+    fn drop(&mut self) {
+        self.over.store(true, Ordering::SeqCst);
+        // A moment: what waits for keys looks often whether it is over. A panic there has said all.
+        let _ = self.reads.take().map(JoinHandle::join);
+    }
+}
+
+fn listen(over: &AtomicBool, to: &mpsc::UnboundedSender<Typed>, mut mode: Option<Mode>) {
+    let Ok(keyboard) = Keyboard::find() else {
+        return;
+    };
+    while !over.load(Ordering::SeqCst) {
+        // Who reads a terminal in the background is stopped by the system.
+        if !is_in_front() {
+            thread::sleep(FRAME);
+            continue;
+        }
+        if mode.is_none() {
+            mode = Mode::take();
+            if mode.is_none() {
+                return;
+            }
+        }
+        let typed = match keyboard.wait(FRAME) {
+            Ok(Waited::Came(event)) => meaning(&event),
+            Ok(Waited::Nothing) => None,
+            Ok(Waited::Gone) | Err(_) => return,
+        };
+        if typed.is_some_and(|typed| to.send(typed).is_err()) {
+            return;
+        }
+    }
+}
+
+/// What a key means for a job.
+pub(super) fn meaning(event: &Event) -> Option<Typed> {
+    let Event::Key(KeyEvent {
+        code,
+        modifiers,
+        kind,
+        ..
+    }) = event
+    else {
+        return None;
+    };
+    // Shift is in the sign. A key that is held must not pause and go on in turn.
+    let plain = modifiers.difference(KeyModifiers::SHIFT).is_empty();
+    match (code, kind) {
+        (_, KeyEventKind::Release) => None,
+        _ if !plain => None,
+        (KeyCode::Char('+'), _) => Some(Typed::Faster),
+        (KeyCode::Char('-'), _) => Some(Typed::Slower),
+        (_, KeyEventKind::Repeat) => None,
+        (KeyCode::Char('p' | 'P'), _) => Some(Typed::Toggle),
+        (KeyCode::Char(' ' | 's' | 'S'), _) => Some(Typed::Stop),
+        _ => None,
+    }
+}
+
+#[cfg(unix)]
+use unix::Mode;
+#[cfg(unix)]
+pub(super) use unix::is_in_front;
+
+#[cfg(unix)]
+mod unix {
+    use std::io;
+
+    use rustix::process::getpgrp;
+    use rustix::termios::{LocalModes, OptionalActions, Termios, tcgetattr, tcgetpgrp, tcsetattr};
+
+    /// Whether this program has the terminal. One that does not control it is not stopped for reading it.
+    pub(in super::super) fn is_in_front() -> bool {
+        tcgetpgrp(io::stdin()).map_or(true, |group| group == getpgrp())
+    }
+
+    /// The terminal's mode while keys are read; the library's own takes Ctrl-C for a key.
+    pub(super) struct Mode(Termios);
+
+    impl Mode {
+        pub(super) fn take() -> Option<Self> {
+            let before = tcgetattr(io::stdin()).ok()?;
+            let mut keys = before.clone();
+            keys.local_modes &= !(LocalModes::ICANON | LocalModes::ECHO);
+            tcsetattr(io::stdin(), OptionalActions::Now, &keys).ok()?;
+            Some(Self(before))
+        }
+    }
+
+    impl Drop for Mode {
+        fn drop(&mut self) {
+            if is_in_front() {
+                let _ = tcsetattr(io::stdin(), OptionalActions::Now, &self.0);
+            }
+        }
+    }
+}
+
+/// A console gives its events in any mode, and shows none that are read so.
+#[cfg(not(unix))]
+struct Mode;
+
+#[cfg(not(unix))]
+impl Mode {
+    const fn take() -> Option<Self> {
+        Some(Self)
+    }
+}
+
+#[cfg(not(unix))]
+const fn is_in_front() -> bool {
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn key(code: KeyCode, modifiers: KeyModifiers, kind: KeyEventKind) -> Option<Typed> {
+        meaning(&Event::Key(KeyEvent::new_with_kind(code, modifiers, kind)))
+    }
+
+    #[test]
+    fn a_key_means_the_same_with_shift_and_nothing_when_it_is_let_go() {
+        let [none, shift] = [KeyModifiers::NONE, KeyModifiers::SHIFT];
+        let press = |code, modifiers| key(code, modifiers, KeyEventKind::Press);
+        for (sign, typed) in [
+            ('p', Typed::Toggle),
+            ('P', Typed::Toggle),
+            (' ', Typed::Stop),
+            ('s', Typed::Stop),
+            ('S', Typed::Stop),
+            ('+', Typed::Faster),
+            ('-', Typed::Slower),
+        ] {
+            let code = KeyCode::Char(sign);
+            assert_eq!(press(code, none), Some(typed.clone()), "{sign}");
+            assert_eq!(press(code, shift), Some(typed), "{sign}");
+            assert_eq!(press(code, KeyModifiers::ALT), None, "{sign}");
+            assert_eq!(key(code, none, KeyEventKind::Release), None, "{sign}");
+        }
+    }
+
+    #[test]
+    fn a_key_that_is_held_changes_the_speed_and_toggles_nothing() {
+        let held = |sign| {
+            key(
+                KeyCode::Char(sign),
+                KeyModifiers::NONE,
+                KeyEventKind::Repeat,
+            )
+        };
+        assert_eq!(held('+'), Some(Typed::Faster));
+        assert_eq!(held('p'), None);
+        assert_eq!(held(' '), None);
+    }
+
+    /// Their sequences have letters in them that mean something alone.
+    #[test]
+    fn other_keys_mean_nothing() {
+        for code in [
+            KeyCode::F(1),
+            KeyCode::F(4),
+            KeyCode::Up,
+            KeyCode::Esc,
+            KeyCode::Char('x'),
+        ] {
+            assert_eq!(key(code, KeyModifiers::NONE, KeyEventKind::Press), None);
+        }
+    }
+}

@@ -1,0 +1,171 @@
+//! Ctrl-Z while a job runs: the arm pauses before the command stops, and nothing burns again by itself.
+#![cfg(target_os = "linux")]
+
+mod magician;
+
+use std::fs;
+use std::process::Child;
+use std::time::{Duration, Instant};
+
+use magician::drawing::{PAPER, Place, last};
+use magician::terminal::Terminal;
+use rustix::process::{Pid, Signal, kill_process};
+use rustix::termios::{LocalModes, tcgetattr};
+
+fn tell(child: &Child, signal: Signal) {
+    let pid = Pid::from_child(child);
+    kill_process(pid, signal).expect("it is there");
+}
+
+/// What the system says that a process does: `T` is stopped.
+fn state(child: &Child) -> char {
+    let stat = fs::read_to_string(format!("/proc/{}/stat", child.id())).expect("it is there");
+    let (_, rest) = stat.rsplit_once(") ").expect("a name");
+    rest.chars().next().expect("a state")
+}
+
+fn until_stopped(child: &Child) {
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while state(child) != 'T' {
+        assert!(Instant::now() < deadline, "it is not stopped");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Whether the terminal is as it was: lines, and signs that are shown.
+fn is_as_it_was(terminal: &Terminal) -> bool {
+    let modes = tcgetattr(&terminal.line).expect("a terminal").local_modes;
+    modes.contains(LocalModes::ICANON | LocalModes::ECHO)
+}
+
+fn draws(place: &Place) -> Terminal {
+    let mut terminal = Terminal::running(place.draw(&[]));
+    terminal.until_seen("step 3/");
+    terminal
+}
+
+/// Nothing of it waits in the arm.
+fn is_at_rest(place: &Place) {
+    assert_eq!(place.number("queue", "left_space"), 32.0);
+}
+
+fn pen_is_up(place: &Place) -> bool {
+    place.number("pose", "z") > PAPER + 9.0
+}
+
+fn laser_is_on(place: &Place) -> bool {
+    last(&place.run(&["info"]))["laser"]
+        .as_bool()
+        .expect("known")
+}
+
+#[test]
+fn a_job_pauses_before_it_is_stopped_and_goes_on_when_it_is_continued() {
+    let place = Place::homed("5");
+    let mut terminal = draws(&place);
+    assert!(!is_as_it_was(&terminal));
+    for _ in 0..2 {
+        tell(&terminal.child, Signal::TSTP);
+        // Another on the way changes nothing.
+        terminal.until_seen("pausing");
+        tell(&terminal.child, Signal::TSTP);
+        until_stopped(&terminal.child);
+        assert!(is_as_it_was(&terminal));
+        is_at_rest(&place);
+        assert!(pen_is_up(&place));
+        terminal.until_seen("paused: p goes on");
+        tell(&terminal.child, Signal::CONT);
+        terminal.until_seen("left");
+        assert!(!is_as_it_was(&terminal));
+    }
+    terminal.types("p");
+    terminal.until_seen("paused: p goes on, space stops");
+    terminal.types(" ");
+    terminal.until_seen("interrupted:");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    assert!(is_as_it_was(&terminal));
+}
+
+#[test]
+fn a_job_that_a_person_has_paused_stays_paused() {
+    let place = Place::homed("5");
+    let mut terminal = draws(&place);
+    terminal.types("p");
+    terminal.until_seen("paused: p goes on");
+    tell(&terminal.child, Signal::TSTP);
+    until_stopped(&terminal.child);
+    tell(&terminal.child, Signal::CONT);
+    terminal.until_seen("paused: p goes on");
+    is_at_rest(&place);
+    terminal.types("p");
+    terminal.until_seen("left");
+    terminal.types("s");
+    terminal.until_seen("interrupted:");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+}
+
+/// A line that burns, slowly.
+const BURNS: &str = "G21\nG90\nM4 S0\nG0 X10 Y0\nG1 X70 Y0 S500 F200\nG1 X10 Y20 S500 F200\nM5\n";
+
+#[test]
+fn a_job_that_burns_is_not_lit_again_by_itself() {
+    let place = Place::homed("5");
+    place.write("burn.gcode", BURNS);
+    let burn = ["engrave", "burn.gcode", "--surface", "-50", "--yes"];
+    let mut terminal = Terminal::running(place.command(&burn));
+    terminal.until_seen("left");
+    // Its power is right for its speed only.
+    terminal.types("-");
+    terminal.until_seen("the speed stays as it is: the job burns");
+    tell(&terminal.child, Signal::TSTP);
+    until_stopped(&terminal.child);
+    is_at_rest(&place);
+    tell(&terminal.child, Signal::CONT);
+    terminal.until_seen("the job burns: it stays paused, with the laser off, until you press p");
+    is_at_rest(&place);
+    assert!(!laser_is_on(&place));
+    // Nor by a second going on.
+    tell(&terminal.child, Signal::TSTP);
+    until_stopped(&terminal.child);
+    tell(&terminal.child, Signal::CONT);
+    terminal.until_seen("paused: p goes on");
+    is_at_rest(&place);
+    terminal.types("p");
+    terminal.until_seen("left");
+    terminal.types("s");
+    terminal.until_seen("interrupted:");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+}
+
+#[test]
+fn keys_make_a_drawing_slower_and_faster() {
+    let place = Place::homed("5");
+    let mut terminal = draws(&place);
+    terminal.types("---");
+    terminal.until_seen("left, at 70 %");
+    terminal.types("+");
+    terminal.until_seen("left, at 80 %");
+    // F1 and F4 have letters in their sequences that mean something alone.
+    terminal.types("\x1bOP\x1bOS++");
+    terminal.until_seen("left");
+    terminal.types("-");
+    terminal.until_seen("left, at 90 %");
+    terminal.types("s");
+    terminal.until_seen("interrupted:");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+}
+
+/// What is no job is stopped as the system does it: the signal is not caught.
+#[test]
+fn other_verbs_leave_it_to_the_system() {
+    let place = Place::homed("5");
+    let mut terminal = Terminal::running(place.command(&["sim", "--tcp", "127.0.0.1:0"]));
+    terminal.until("tcp");
+    let status = format!("/proc/{}/status", terminal.child.id());
+    let status = fs::read_to_string(status).expect("it is there");
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    let caught = u64::from_str_radix(caught.expect("a mask").trim(), 16).expect("a mask");
+    let bit = |signal: Signal| caught >> (signal.as_raw() - 1) & 1;
+    assert_eq!((bit(Signal::TSTP), bit(Signal::CONT)), (0, 0));
+    assert_eq!(bit(Signal::INT), 1, "{caught:x}");
+}
