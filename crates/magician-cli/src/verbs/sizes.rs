@@ -14,6 +14,7 @@ fn all() -> Vec<Example> {
         super::watch::examples(),
         super::calibrate::examples(),
         super::sim::examples(),
+        super::job::examples(),
     ];
     parts.into_iter().flatten().collect()
 }

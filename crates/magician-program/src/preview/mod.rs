@@ -17,6 +17,7 @@ mod png;
 mod section;
 mod side;
 mod snapshot;
+mod strokes;
 mod svg;
 mod symbols;
 mod track;
@@ -36,6 +37,7 @@ pub(crate) use png::options as svg_options;
 pub use png::{PictureError, fitting, to_png};
 pub use section::section;
 pub use snapshot::{Snapshot, Standing};
+pub use strokes::Stroke;
 use svg::Svg;
 use trip::Trip;
 

@@ -69,12 +69,7 @@ impl Trip {
         side: Option<bool>,
     ) -> Self {
         let mut walk = Walk::from(plan, report, start, side);
-        if let Some(command) = plan.preamble() {
-            walk.set(&command);
-        }
-        for (nth, step) in plan.steps.iter().enumerate() {
-            walk.step(nth, &step.action, plan.name_of(&step.origin));
-        }
+        walk.through(plan);
         walk.finish(plan.steps.len())
     }
 }

@@ -6,6 +6,7 @@ use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
 
 use super::marks::{Mark, MarkKind};
+use super::strokes::Stroke;
 use super::track::Track;
 use super::trip::{Layer, Leaves, MOST_COMPLAINTS, Trip};
 use super::work::Work;
@@ -47,6 +48,10 @@ pub(super) struct Walk {
     awaited: Vec<usize>,
     /// Whether it has come to a first place of its own: the way there leaves nothing.
     begun: bool,
+    /// The step under way.
+    nth: usize,
+    /// What is left, step by step, if that is wanted.
+    strokes: Option<Vec<Stroke>>,
 }
 
 impl Walk {
@@ -80,11 +85,30 @@ impl Walk {
             lit: false,
             awaited,
             begun: false,
+            nth: 0,
+            strokes: None,
         };
         if let Some(arm) = start.arm() {
             walk.stand(arm);
         }
         walk
+    }
+
+    /// The lines that are left, each with its step.
+    pub(super) fn strokes(mut self, plan: &Plan) -> Vec<Stroke> {
+        self.strokes = Some(Vec::new());
+        self.through(plan);
+        self.strokes.unwrap_or_default()
+    }
+
+    /// Takes all steps.
+    pub(super) fn through(&mut self, plan: &Plan) {
+        if let Some(command) = plan.preamble() {
+            self.set(&command);
+        }
+        for (nth, step) in plan.steps.iter().enumerate() {
+            self.step(nth, &step.action, plan.name_of(&step.origin));
+        }
     }
 
     fn stand(&mut self, arm: &ArmState) {
@@ -99,7 +123,8 @@ impl Walk {
     }
 
     /// Takes a step.
-    pub(super) fn step(&mut self, nth: usize, action: &Action, name: Option<&str>) {
+    fn step(&mut self, nth: usize, action: &Action, name: Option<&str>) {
+        self.nth = nth;
         match *action {
             Action::Path { to } => self.path(to.map(f64::from), None),
             Action::Burn { to, power } => self.path(to.map(f64::from), Some(power.into())),
@@ -160,7 +185,7 @@ impl Walk {
     }
 
     /// A setting that ways after it depend on.
-    pub(super) fn set(&mut self, command: &Set) {
+    fn set(&mut self, command: &Set) {
         let moves_the_tip = matches!(command, Set::EndEffectorParams(_));
         let before = self.state().filter(|_| moves_the_tip);
         // What is wrong with it is in the report.
@@ -315,6 +340,9 @@ impl Walk {
         let squares: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
         match leaves {
             Leaves::Ink | Leaves::Burn(_) => {
+                if let Some(strokes) = &mut self.strokes {
+                    Stroke::add(strokes, self.nth, flat(from), flat(to));
+                }
                 trip.drawn += squares.sqrt();
                 for [x, y] in [flat(from), flat(to)] {
                     let [low, high] = trip.bounds.get_or_insert([[x, y]; 2]);

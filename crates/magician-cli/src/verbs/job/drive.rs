@@ -1,28 +1,26 @@
 //! A job that is run, as a person at a terminal and who reads its output sees it.
 
 use std::path::Path;
-use std::pin::Pin;
 use std::sync::Arc;
 use std::time::Duration;
 
 use magician::{Arm, ErrorKind};
 use magician_job::{
-    FileJournal, Job, JobEvent, JobEvents, JobHandle, JobOutcome, JobSpec, JobState, PauseError,
-    PauseReason, ResumeError, SpeedError, Start, StartsAt, Waits,
+    FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, PauseReason, ResumeError,
+    SpeedError, Start, StartsAt,
 };
 use serde::Serialize;
-use tokio::time::timeout;
 
 use super::Made;
-use super::input::{Input, Typed};
-use super::suspend::{Act, Suspension};
+use super::input::Input;
 use super::tell::Teller;
+use super::tui::Screen;
+use super::under_way::{Next, Obeyed, UnderWay};
 use super::wording::Wording;
-use crate::context::{Ended, FAREWELL};
+use crate::context::Ended;
 use crate::failure::{Failure, Kind};
-use crate::interrupt::{Control, JobControl, Signal, Signals};
+use crate::interrupt::{Control, JobControl, Signals};
 use crate::output::{Output, Paint};
-use crate::progress::attended;
 use crate::recording::{Clock, Options, Recorder};
 use crate::saved::SavedSettings;
 
@@ -43,6 +41,9 @@ pub(super) struct Drive<'a> {
     pub(super) refuses_unhomed: bool,
     pub(super) record: Option<&'a Path>,
     pub(super) json: bool,
+    /// Whether it has the whole terminal, and what it is called there.
+    pub(super) tui: bool,
+    pub(super) verb: &'static str,
     /// Whether the arm outlives this program.
     pub(super) lasting: bool,
     /// How fast the arm's clock runs, if that is known.
@@ -56,38 +57,6 @@ pub(super) struct Done {
     /// Why the recording that was asked for is not whole.
     pub(super) unrecorded: Option<Failure>,
 }
-
-/// What a person has asked for.
-#[derive(Debug, Default)]
-struct Stops {
-    /// Whether a first stop was said.
-    asked: bool,
-    /// Whether the system wants this program to end.
-    terminates: bool,
-}
-
-/// What comes next.
-enum Next {
-    Signal(Signal),
-    Control(Control),
-    Typed(Typed),
-    /// What came of the pause that a suspension begins with.
-    Paused(Result<(), PauseError>),
-    /// What came of the wish to go on.
-    Resumed(Result<(), ResumeError>),
-    Event(JobEvent),
-    /// The recording cannot go on.
-    Unrecorded(Failure),
-    Over,
-}
-
-type Resuming = Pin<Box<dyn Future<Output = Result<(), ResumeError>>>>;
-type Pausing = Pin<Box<dyn Future<Output = Result<(), PauseError>>>>;
-
-/// Between two speeds that keys choose, percent, and the least and the most of them.
-const SPEEDS: u8 = 10;
-const SLOWEST: u8 = 10;
-const FASTEST: u8 = 100;
 
 /// What an object says of a line that was not obeyed.
 const RESUME: &str = "{\"do\":\"resume\"}";
@@ -110,26 +79,6 @@ impl<'a> Ignored<'a> {
             message: None,
         }
     }
-}
-
-/// A job that is under way.
-struct UnderWay<'a> {
-    job: JobHandle,
-    events: JobEvents,
-    signals: &'a mut Signals,
-    input: Input,
-    control: JobControl,
-    suspension: Suspension,
-    /// Whether it is to be suspended as soon as it is checked.
-    suspends: bool,
-    /// What becomes of the pause that a suspension begins with.
-    pausing: Option<Pausing>,
-    /// What becomes of the wish to go on.
-    resuming: Option<Resuming>,
-    stops: Stops,
-    /// What is waited for, if that may take a while.
-    waits: Option<&'static str>,
-    json: bool,
 }
 
 impl Drive<'_> {
@@ -163,20 +112,7 @@ impl Drive<'_> {
         let control = JobControl::listen()?;
         input.listen();
         let job = Job::start(arm, self.spec(saved), FileJournal::new());
-        let mut run = UnderWay {
-            events: job.events(),
-            signals,
-            input,
-            control,
-            suspension: Suspension::new(job.burns()),
-            suspends: false,
-            pausing: None,
-            resuming: None,
-            stops: Stops::default(),
-            waits: None,
-            json: self.json,
-            job,
-        };
+        let mut run = UnderWay::of(job, signals, control, input, self.json);
         let (mut recorder, mut unrecorded) = (None, None);
         if self.record.is_some() {
             // What is recorded begins before the arm moves, and after all is checked.
@@ -203,7 +139,18 @@ impl Drive<'_> {
                 return Err(self.wording().resume(&error).into());
             }
         }
-        let teller = Teller::new(out, self.json, self.made.program.steps());
+        if self.tui && run.job.state() != JobState::Ended {
+            match Screen::open(arm, self).await {
+                Ok(screen) => run.screen = Some(screen),
+                Err(failure) => {
+                    run.job.stop();
+                    let _ = run.job.outcome().await;
+                    return Err(failure.into());
+                }
+            }
+        }
+        let screen = run.screen.as_ref().map(Screen::model);
+        let teller = Teller::new(out, self.json, self.made.program.steps(), screen);
         if let Some(from @ 1..) = from {
             teller.say(&format!(
                 "beginning at step {}{}",
@@ -216,6 +163,10 @@ impl Drive<'_> {
         }
         let ended = self.attend(&mut run, &teller, &mut recorder).await;
         drop(teller);
+        if let Some(screen) = run.screen.take() {
+            // A terminal that takes nothing more is no failure of the work.
+            let _ = screen.close();
+        }
         if let Some(recorder) = recorder {
             unrecorded = unrecorded.or(recorder.finish().await.err());
         }
@@ -326,6 +277,8 @@ impl Drive<'_> {
                         teller.paused(reason, part);
                     }
                     JobState::Running if std::mem::take(&mut paused) => teller.resumed(),
+                    JobState::Stopping => teller.ends(true),
+                    JobState::Ending => teller.ends(false),
                     _ => {}
                 },
                 Next::Event(JobEvent::Speed(percent)) => teller.speed(percent),
@@ -405,180 +358,6 @@ struct Attended {
     /// None if unknown: the second stop does not wait for it.
     outcome: Option<JobOutcome>,
     unrecorded: Option<Failure>,
-}
-
-impl UnderWay<'_> {
-    async fn next(&mut self, recorder: Option<&mut Recorder>) -> Next {
-        let Self {
-            events,
-            signals,
-            input,
-            control,
-            pausing,
-            resuming,
-            ..
-        } = self;
-        let paused = async {
-            match pausing {
-                Some(wish) => wish.await,
-                None => std::future::pending().await,
-            }
-        };
-        let resumed = async {
-            match resuming {
-                Some(wish) => wish.await,
-                None => std::future::pending().await,
-            }
-        };
-        let unrecorded = async {
-            match recorder {
-                Some(recorder) => recorder.failed().await,
-                None => std::future::pending().await,
-            }
-        };
-        let next = async {
-            tokio::select! {
-                biased;
-                signal = signals.next() => Next::Signal(signal),
-                control = control.next() => Next::Control(control),
-                typed = input.next() => Next::Typed(typed),
-                resumed = resumed => Next::Resumed(resumed),
-                event = events.next() => event.map_or(Next::Over, Next::Event),
-                // Behind the events: what is told of the pause is told before this program stops.
-                paused = paused => Next::Paused(paused),
-                failure = unrecorded => Next::Unrecorded(failure),
-            }
-        };
-        match self.waits {
-            Some(what) => attended(self.json, what, next).await,
-            None => next.await,
-        }
-    }
-
-    fn is_paused(&self) -> bool {
-        let state = self.job.state();
-        matches!(state, JobState::Paused { .. } | JobState::Pausing)
-    }
-
-    /// Does what was typed, if it means something.
-    fn obeys(&mut self, typed: Typed) -> Obeyed {
-        match typed {
-            Typed::Line(line) => return Obeyed::Ignored(line),
-            Typed::Toggle if !self.is_paused() => self.pauses(),
-            Typed::Pause => self.pauses(),
-            Typed::Toggle | Typed::Resume => self.resumes(),
-            // Keys repeat themselves: only a signal stops what a stop has begun to do.
-            Typed::Stop if self.stops.asked => {}
-            Typed::Stop => {
-                self.stop(Signal::Interrupt);
-            }
-            Typed::Faster | Typed::Slower => {
-                let now = self.job.speed();
-                let next = if typed == Typed::Faster {
-                    now.saturating_add(SPEEDS).min(FASTEST)
-                } else {
-                    now.saturating_sub(SPEEDS).max(SLOWEST)
-                };
-                if let Err(error) = self.job.set_speed(next) {
-                    return Obeyed::Refused(error);
-                }
-            }
-        }
-        Obeyed::Yes
-    }
-
-    fn pauses(&mut self) {
-        self.suspension.holds(true);
-        drop(self.job.pause(PauseReason::Person));
-    }
-
-    fn resumes(&mut self) {
-        self.suspension.holds(false);
-        self.resuming = Some(Box::pin(self.job.resume()));
-    }
-
-    /// Job control wants something.
-    fn hears_control(&mut self, control: Control, teller: &Teller<'_>) {
-        let act = self.suspension.hears(control, self.is_paused());
-        self.acts(act, teller);
-    }
-
-    /// Does what a suspension needs next.
-    fn acts(&mut self, act: Act, teller: &Teller<'_>) {
-        match act {
-            Act::Nothing => {}
-            Act::Pause => self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person))),
-            Act::Stop => {
-                let mut goes_on = false;
-                teller.suspended(|| {
-                    self.input.release();
-                    goes_on = self.control.take() == Some(Control::Continue);
-                    if !goes_on {
-                        JobControl::stop_process();
-                    }
-                });
-                if goes_on {
-                    self.hears_control(Control::Continue, teller);
-                }
-            }
-            Act::GoOn => {
-                self.input.listen();
-                self.resumes();
-            }
-            Act::Stay { dark } => {
-                self.input.listen();
-                if dark {
-                    teller.say(
-                        "the job burns: it stays paused, with the laser off, until you press p",
-                    );
-                }
-            }
-            Act::Ends => {
-                if self.job.state() != JobState::Ended {
-                    teller.say("the job is ending: it is not suspended any more");
-                }
-            }
-        }
-    }
-
-    fn hears(&mut self, event: &JobEvent) {
-        match event {
-            JobEvent::Waits(Waits::Queue) => {
-                self.waits = Some("waiting for what the arm still has")
-            }
-            JobEvent::Waits(Waits::Line) => {
-                self.waits = Some("the line broke: waiting for it, to switch the laser off");
-            }
-            JobEvent::Waits(_) => self.waits = None,
-            _ => {}
-        }
-    }
-
-    /// Stops it; whether that was asked for before.
-    fn stop(&mut self, signal: Signal) -> bool {
-        self.stops.terminates |= signal == Signal::Terminate;
-        self.waits = Some("stopping");
-        self.job.stop();
-        std::mem::replace(&mut self.stops.asked, true)
-    }
-
-    /// After the second stop nothing more is moved. A further signal does not wait for that.
-    async fn stopped_again(&mut self) -> Option<JobOutcome> {
-        tokio::select! {
-            biased;
-            _ = self.signals.next() => None,
-            outcome = timeout(FAREWELL, self.job.outcome()) => outcome.ok(),
-        }
-    }
-}
-
-/// What came of what was typed.
-enum Obeyed {
-    Yes,
-    /// It is a line that means nothing.
-    Ignored(String),
-    /// It goes on as fast as before.
-    Refused(SpeedError),
 }
 
 /// Why a job is no faster and no slower.

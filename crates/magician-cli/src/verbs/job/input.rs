@@ -35,7 +35,7 @@ pub(super) enum Typed {
 /// Who listens for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Source {
-    /// Nobody: stdin is the file.
+    /// Nobody: stdin is the file, or the screen has the keys.
     Nowhere,
     Lines,
     Keys,
@@ -69,7 +69,7 @@ enum Order {
 impl Job {
     /// What can be listened to: stdin, where it is not the file.
     pub(super) fn input(&self, context: &Context) -> Input {
-        let source = if self.file.file == Path::new("-") {
+        let source = if self.file.file == Path::new("-") || self.way.tui {
             Source::Nowhere
         } else if !context.global.json {
             Source::Keys

@@ -149,7 +149,7 @@ impl Mode {
 }
 
 #[cfg(not(unix))]
-const fn is_in_front() -> bool {
+pub(super) const fn is_in_front() -> bool {
     true
 }
 

@@ -10,6 +10,8 @@ mod setting;
 mod show;
 mod suspend;
 mod tell;
+mod tui;
+mod under_way;
 mod unusual;
 mod wording;
 
@@ -38,8 +40,12 @@ use crate::output::Paint;
 use crate::permission::Asks;
 use crate::saved::Access;
 use crate::source::Source;
+use crate::terminal;
 use crate::verbs::sim::picture::Picture;
 use crate::voice;
+
+#[cfg(test)]
+pub(super) use tui::examples;
 
 /// As many notes are shown.
 const NOTES: usize = 10;
@@ -105,6 +111,9 @@ impl Job {
             )
             .hint("leave out --check, --estimate, --preview and --dry-run"));
         }
+        if self.way.tui {
+            self.check_terminal(looks, context)?;
+        }
         let opened = self.opened()?;
         let place = match self.place(looks, context) {
             Ok(place) => place,
@@ -136,6 +145,35 @@ impl Job {
             Where::Arm if looks => look.show(made.start_here(context)?, context),
             Where::Stage(speed) => self.run_on_stage(&made, speed, picture, context),
             Where::Arm => self.run_on_arm(&made, context),
+        }
+    }
+
+    /// Whether the whole terminal can be had.
+    fn check_terminal(&self, looks: bool, context: &Context) -> Result<(), Failure> {
+        let refused = if looks {
+            Some("--tui is of a run, and nothing is run here")
+        } else if context.global.json {
+            Some("--tui is for people: it has no --json")
+        } else if context.in_shell {
+            Some("--tui needs the whole terminal, which the shell has")
+        } else if self.file.file == Path::new("-") {
+            Some("--tui needs the keyboard, and stdin is the file")
+        } else {
+            None
+        };
+        match refused {
+            Some(message) => Err(Failure::usage(message).hint("leave out --tui")),
+            None => terminal::check("--tui", "without --tui it runs anywhere"),
+        }
+    }
+
+    /// What it is called on the whole terminal.
+    fn verb(&self, made: &Made) -> &'static str {
+        match self.work {
+            Work::Draw(_) => "draw",
+            Work::Engrave(_) => "engrave",
+            Work::Usual if made.format == Format::Playback => "play",
+            Work::Usual => "run",
         }
     }
 
@@ -345,6 +383,8 @@ impl Job {
             refuses_unhomed: real && made.needs_homed_arm && !way.unhomed,
             record: way.record.as_deref(),
             json: context.global.json,
+            tui: way.tui,
+            verb: self.verb(made),
             lasting: pace.is_none(),
             pace,
         }

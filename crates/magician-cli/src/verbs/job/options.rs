@@ -163,6 +163,9 @@ pub(crate) struct Way {
     /// Draw or engrave with an arm that was not homed since it was switched on: it may go to the wrong place
     #[arg(long)]
     pub(super) unhomed: bool,
+    /// Take the whole terminal while it runs: the sheet as it fills up, the time left, the queue, the line
+    #[arg(long)]
+    pub(super) tui: bool,
     /// Leave the pen down at the end, and when it is stopped, instead of lifting it
     #[arg(long, conflicts_with = "park")]
     pub(super) stay: bool,

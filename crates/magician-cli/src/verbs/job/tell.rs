@@ -9,6 +9,7 @@ use magician_job::{JobProgress, PauseReason};
 use serde::Serialize;
 use serde_json::json;
 
+use super::tui::Shared;
 use crate::output::{Output, draws_on_stderr, obeys, tell};
 
 /// Between two lines where there is no bar.
@@ -24,6 +25,8 @@ pub(super) struct Teller<'o> {
     out: RefCell<&'o mut Output>,
     json: bool,
     bar: Option<ProgressBar>,
+    /// Where a job has the whole terminal, what is shown there.
+    screen: Option<Shared>,
     told: Cell<Instant>,
     begun: Instant,
     steps: Option<u64>,
@@ -50,12 +53,18 @@ struct Object {
 }
 
 impl<'o> Teller<'o> {
-    pub(super) fn new(out: &'o mut Output, json: bool, steps: Option<u64>) -> Self {
-        let live = !json && obeys(&io::stderr());
+    pub(super) fn new(
+        out: &'o mut Output,
+        json: bool,
+        steps: Option<u64>,
+        screen: Option<Shared>,
+    ) -> Self {
+        let live = !json && screen.is_none() && obeys(&io::stderr());
         Self {
             out: RefCell::new(out),
             json,
             bar: live.then(|| bar(steps)),
+            screen,
             told: Cell::new(Instant::now()),
             begun: Instant::now(),
             steps,
@@ -93,6 +102,12 @@ impl<'o> Teller<'o> {
     /// It is so far, and the rest takes so long.
     pub(super) fn at(&self, progress: &JobProgress, left: Option<Duration>) {
         let JobProgress { step, silent, .. } = *progress;
+        if let Some(screen) = &self.screen {
+            let mut model = screen.borrow_mut();
+            (model.step, model.round) = (step, progress.round);
+            model.left = waits(silent).or_else(|| self.left(left));
+            return;
+        }
         if let Some(bar) = &self.bar {
             if self.begun.elapsed() >= PATIENCE {
                 bar.set_position(step);
@@ -139,8 +154,21 @@ impl<'o> Teller<'o> {
         }
     }
 
+    /// It is being stopped, or its end has come.
+    pub(super) fn ends(&self, stopped: bool) {
+        self.does(if stopped { "stopping" } else { "ending" });
+    }
+
+    /// What it does, on the whole terminal.
+    fn does(&self, what: &'static str) {
+        if let Some(screen) = &self.screen {
+            screen.borrow_mut().doing = what;
+        }
+    }
+
     /// A pause is on its way.
     pub(super) fn pausing(&self) {
+        self.does("pausing ...");
         if let Some(bar) = &self.bar {
             bar.set_message("pausing ...");
             bar.tick();
@@ -151,6 +179,7 @@ impl<'o> Teller<'o> {
     pub(super) fn paused(&self, reason: PauseReason, part: Option<u64>) {
         let reason = reason.name();
         self.object(&json!({"event": "paused", "part": part, "reason": reason}));
+        self.does("paused: p goes on");
         match &self.bar {
             Some(bar) => {
                 bar.set_message("paused: p goes on, space stops");
@@ -163,6 +192,7 @@ impl<'o> Teller<'o> {
     /// It goes on.
     pub(super) fn resumed(&self) {
         self.object(&json!({"event": "resumed"}));
+        self.does("running");
         match &self.bar {
             Some(bar) => bar.set_message(""),
             None => self.say("going on"),
@@ -172,6 +202,10 @@ impl<'o> Teller<'o> {
     /// Says something on a line of its own, to people.
     pub(super) fn say(&self, text: &str) {
         if self.json {
+            return;
+        }
+        if let Some(screen) = &self.screen {
+            screen.borrow_mut().note(text);
             return;
         }
         match &self.bar {

@@ -17,13 +17,13 @@ const AROUND: Duration = Duration::from_millis(500);
 
 /// What is not in the arm's state.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Around {
-    pub(super) tools: ToolState,
-    pub(super) stats: Stats,
+pub(in crate::verbs) struct Around {
+    pub(in crate::verbs) tools: ToolState,
+    pub(in crate::verbs) stats: Stats,
 }
 
 /// Reads tools and counts again and again.
-pub(super) fn around(arm: &Arm) -> Polled<Around> {
+pub(in crate::verbs) fn around(arm: &Arm) -> Polled<Around> {
     let arm = arm.clone();
     Polled::every(AROUND, move || {
         let arm = arm.clone();

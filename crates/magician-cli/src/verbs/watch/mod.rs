@@ -22,8 +22,10 @@ use crate::verbs::pose::rate;
 use line::State;
 use view::Model;
 
+pub(super) use look::{Around, around};
 #[cfg(test)]
 pub(super) use view::tests::examples;
+pub(super) use view::{alarms_and_log, queue_panel};
 
 /// Watch the arm live: pose, queue, pins, alarms, tools, speeds, line
 #[derive(Args, Debug)]

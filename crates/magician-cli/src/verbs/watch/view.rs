@@ -97,7 +97,7 @@ fn narrow(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [pins_area, rest] = columns.areas(third);
     pose(frame, pose_area, model, theme);
     joint_bars(frame, joints, &model.seen, theme);
-    queue(frame, queue_area, model, true, theme);
+    queue_panel(frame, queue_area, &model.seen, model.around, true, theme);
     speeds(frame, speeds_area, model, theme);
     lamps(frame, pins_area, model, theme);
     let [alarms, log] = Layout::vertical([Constraint::Length(5), Constraint::Fill(1)]).areas(rest);
@@ -117,16 +117,26 @@ fn small(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [queue_area, pins_area] = columns.areas(second);
     tight(frame, place, pose_title(model), &model.seen, None, theme);
     speeds(frame, speeds_area, model, theme);
-    queue(frame, queue_area, model, true, theme);
+    queue_panel(frame, queue_area, &model.seen, model.around, true, theme);
     lamps(frame, pins_area, model, theme);
+    alarms_and_log(frame, rest, &model.seen, theme);
+}
+
+/// Alarms and log in one panel.
+pub(in crate::verbs) fn alarms_and_log(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    seen: &Seen,
+    theme: Theme,
+) {
     let block = panel("alarms, log", theme);
-    let inner = block.inner(rest);
+    let inner = block.inner(area);
     let alarms = inner.height.saturating_sub(1).max(1);
-    let mut lines = model.seen.alarm_lines(inner.width, alarms, theme);
+    let mut lines = seen.alarm_lines(inner.width, alarms, theme);
     let left = usize::from(inner.height).saturating_sub(lines.len());
     let left = u16::try_from(left).unwrap_or_default();
-    lines.extend(model.seen.log_lines(inner.width, left, theme));
-    frame.render_widget(Paragraph::new(lines).block(block), rest);
+    lines.extend(seen.log_lines(inner.width, left, theme));
+    frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
 fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
@@ -144,7 +154,7 @@ fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
     let [queue_area, speeds_area] = columns.areas(second);
     pose(frame, pose_area, model, theme);
     joint_bars(frame, joints, &model.seen, theme);
-    queue(frame, queue_area, model, false, theme);
+    queue_panel(frame, queue_area, &model.seen, model.around, false, theme);
     speeds(frame, speeds_area, model, theme);
     alarm_panel(frame, alarms, &model.seen, theme);
     log_panel(frame, log, &model.seen, theme);
@@ -152,7 +162,7 @@ fn wide(frame: &mut Frame<'_>, area: Rect, model: &Model, theme: Theme) {
         Layout::vertical([Constraint::Length(u16::from(PINS) + 2), Constraint::Fill(1)])
             .areas(right);
     list(frame, pins, model, theme);
-    let text = Paragraph::new(line_lines(model)).block(panel("line", theme));
+    let text = Paragraph::new(line_lines(model.around)).block(panel("line", theme));
     frame.render_widget(text, line);
 }
 
@@ -185,12 +195,20 @@ fn pose_title(model: &Model) -> &'static str {
     }
 }
 
-fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, with_line: bool, theme: Theme) {
+/// The queue, what the tools do, and, if wanted, what went over the line.
+pub(in crate::verbs) fn queue_panel(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    seen: &Seen,
+    around: Around,
+    with_line: bool,
+    theme: Theme,
+) {
     let block = panel("queue and tools", theme);
     let width = usize::from(block.inner(area).width);
     let mut lines = Vec::new();
-    if let Some(status) = &model.seen.arm.status {
-        let places = model.seen.places.max(1);
+    if let Some(status) = &seen.arm.status {
+        let places = seen.places.max(1);
         let taken = places.saturating_sub(status.left_space);
         let figures = format!(" {taken}/{places}, done {}", status.current.0);
         let bar = width.saturating_sub(figures.len());
@@ -201,20 +219,16 @@ fn queue(frame: &mut Frame<'_>, area: Rect, model: &Model, with_line: bool, them
             Span::raw(figures),
         ]));
     }
-    lines.extend(tool_lines(
-        model.around.tools,
-        block.inner(area).width,
-        theme,
-    ));
+    lines.extend(tool_lines(around.tools, block.inner(area).width, theme));
     if with_line {
-        lines.extend(line_lines(model));
+        lines.extend(line_lines(around));
     }
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 
 /// What went over the line, and how well.
-fn line_lines(model: &Model) -> Vec<Line<'static>> {
-    let stats = model.around.stats;
+fn line_lines(around: Around) -> Vec<Line<'static>> {
+    let stats = around.stats;
     vec![
         Line::from(format!("sent {}, again {}", stats.sent, stats.resent)),
         Line::from(format!("late {}, noise {}", stats.late, stats.noise)),

@@ -1,0 +1,187 @@
+//! A job on the whole terminal: the sheet as it fills up, how long is left, the queue, the line, and the keys.
+
+mod sheet;
+mod view;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::time::Instant;
+
+use magician::{Arm, Events, StateWatch};
+use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use tokio::time::sleep;
+
+use self::sheet::Sheet;
+use super::drive::Drive;
+use super::input::Typed;
+use super::keys::{self, is_in_front};
+use super::show;
+use crate::failure::Failure;
+use crate::interrupt::{Control, Signal};
+use crate::terminal::{FRAME, Polled, Seen, Stage, Told, event_text, take_log};
+use crate::verbs::jog::title;
+use crate::verbs::watch::{Around, around};
+pub(super) use view::Model;
+#[cfg(test)]
+pub(in crate::verbs) use view::tests::examples;
+
+/// Readings a second.
+const RATE: f64 = 10.0;
+
+/// What is shown, told by those who know it.
+pub(super) type Shared = Rc<RefCell<Model>>;
+
+/// The terminal while a job has it.
+pub(super) struct Screen {
+    /// None while it is given back.
+    stage: Option<Stage<Model>>,
+    /// Whether it is to be taken as soon as this program is in front.
+    wanted: bool,
+    model: Shared,
+    state: StateWatch,
+    around: Polled<Around>,
+    events: Events,
+}
+
+/// What a person wants.
+pub(super) enum Wants {
+    Typed(Typed),
+    Signal(Signal),
+    Control(Control),
+}
+
+impl Screen {
+    pub(super) async fn open(arm: &Arm, drive: &Drive<'_>) -> Result<Self, Failure> {
+        let (_, places) = arm.stats().await?;
+        let seen = Seen::new(title(arm).await?, places).reading(RATE);
+        let made = drive.made;
+        let program = &made.program;
+        let start = arm.preflight_for(&program.kinds()).await?;
+        let outline = made.setup.sheet.and_then(|sheet| show::corners(&sheet));
+        let sheet = Sheet::of(program, &start, &outline.unwrap_or_default());
+        let model = Model {
+            verb: drive.verb,
+            seen,
+            around: Around::default(),
+            sheet: Arc::new(sheet),
+            doing: "running",
+            step: 0,
+            steps: program.steps(),
+            round: 1,
+            rounds: program.rounds(),
+            left: None,
+            help: None,
+        };
+        Ok(Self {
+            stage: Some(Stage::open(view::draw)?),
+            wanted: true,
+            model: Rc::new(RefCell::new(model)),
+            state: arm.state(RATE)?,
+            around: around(arm),
+            events: arm.events(),
+        })
+    }
+
+    pub(super) fn model(&self) -> Shared {
+        Rc::clone(&self.model)
+    }
+
+    /// Gives the terminal back until it is taken again.
+    pub(super) fn release(&mut self) {
+        self.stage = None;
+        self.wanted = false;
+    }
+
+    /// Takes it again, as soon as it is this program's.
+    pub(super) fn take(&mut self) {
+        self.wanted = true;
+    }
+
+    /// Gives it back for good.
+    pub(super) fn close(self) -> Result<(), Failure> {
+        self.stage.map_or(Ok(()), Stage::close)
+    }
+
+    /// Shows what is new until a person wants something.
+    pub(super) async fn next(&mut self) -> Wants {
+        loop {
+            if self.stage.is_none() && self.wanted && is_in_front() {
+                // A terminal that cannot be drawn on is left alone: the job goes on without.
+                self.stage = Stage::open(view::draw).ok();
+                self.wanted = self.stage.is_some();
+            }
+            {
+                let mut model = self.model.borrow_mut();
+                for line in take_log() {
+                    model.seen.note(line);
+                }
+                model.seen.look(Instant::now());
+                if let Some(stage) = &self.stage {
+                    stage.show(model.clone());
+                }
+            }
+            let told = async {
+                match &mut self.stage {
+                    Some(stage) => stage.next().await,
+                    None => {
+                        sleep(FRAME).await;
+                        Told::Beat
+                    }
+                }
+            };
+            tokio::select! {
+                biased;
+                told = told => match told {
+                    Told::Event(Event::Key(key)) => {
+                        if let Some(wants) = press(key, &mut self.model.borrow_mut()) {
+                            return wants;
+                        }
+                    }
+                    // Nobody can be heard any more.
+                    Told::Gone => {
+                        self.release();
+                        return Wants::Signal(Signal::Terminate);
+                    }
+                    Told::Event(_) | Told::Beat => {}
+                },
+                status = self.state.changed() => match status {
+                    Ok(status) => self.model.borrow_mut().seen.see(status),
+                    // The job hears of that too.
+                    Err(_) => sleep(FRAME).await,
+                },
+                Some(event) = self.events.next() => {
+                    self.model.borrow_mut().seen.note(event_text(&event));
+                }
+                read = self.around.next() => self.model.borrow_mut().around = read,
+            }
+        }
+    }
+}
+
+/// What a key comes to.
+fn press(key: KeyEvent, model: &mut Model) -> Option<Wants> {
+    if key.kind == KeyEventKind::Release {
+        return None;
+    }
+    if key.modifiers.contains(KeyModifiers::CONTROL) {
+        return match key.code {
+            KeyCode::Char('c') => Some(Wants::Signal(Signal::Interrupt)),
+            KeyCode::Char('z') if cfg!(unix) => Some(Wants::Control(Control::Suspend)),
+            _ => None,
+        };
+    }
+    // Space and `s` stop whatever is shown.
+    let typed = keys::meaning(&Event::Key(key));
+    if let Some(shown) = model.help {
+        model.help = shown.after(key.code);
+        return typed
+            .filter(|typed| *typed == Typed::Stop)
+            .map(Wants::Typed);
+    }
+    if matches!(key.code, KeyCode::Char('?') | KeyCode::F(1)) {
+        model.help = Some(crate::terminal::Help::default());
+        return None;
+    }
+    typed.map(Wants::Typed)
+}

@@ -1,0 +1,297 @@
+//! A job that is under way: all that can happen to it next, and what a person wants of it.
+
+use std::pin::Pin;
+
+use magician_job::{
+    JobEvent, JobEvents, JobHandle, JobOutcome, JobState, PauseError, PauseReason, ResumeError,
+    SpeedError, Waits,
+};
+use tokio::time::timeout;
+
+use super::input::{Input, Typed};
+use super::suspend::{Act, Suspension};
+use super::tell::Teller;
+use super::tui::{Screen, Wants};
+use crate::context::FAREWELL;
+use crate::failure::Failure;
+use crate::interrupt::{Control, JobControl, Signal, Signals};
+use crate::progress::attended;
+use crate::recording::Recorder;
+
+/// What a person has asked for.
+#[derive(Debug, Default)]
+pub(super) struct Stops {
+    /// Whether a first stop was said.
+    pub(super) asked: bool,
+    /// Whether the system wants this program to end.
+    pub(super) terminates: bool,
+}
+
+/// What comes next.
+pub(super) enum Next {
+    Signal(Signal),
+    Control(Control),
+    Typed(Typed),
+    /// What came of the pause that a suspension begins with.
+    Paused(Result<(), PauseError>),
+    /// What came of the wish to go on.
+    Resumed(Result<(), ResumeError>),
+    Event(JobEvent),
+    /// The recording cannot go on.
+    Unrecorded(Failure),
+    Over,
+}
+
+type Resuming = Pin<Box<dyn Future<Output = Result<(), ResumeError>>>>;
+type Pausing = Pin<Box<dyn Future<Output = Result<(), PauseError>>>>;
+
+/// Between two speeds that keys choose, percent, and the least and the most of them.
+const SPEEDS: u8 = 10;
+const SLOWEST: u8 = 10;
+const FASTEST: u8 = 100;
+
+/// A job that is under way.
+pub(super) struct UnderWay<'a> {
+    pub(super) job: JobHandle,
+    pub(super) events: JobEvents,
+    pub(super) signals: &'a mut Signals,
+    pub(super) input: Input,
+    control: JobControl,
+    pub(super) suspension: Suspension,
+    /// Whether it is to be suspended as soon as it is checked.
+    pub(super) suspends: bool,
+    /// What becomes of the pause that a suspension begins with.
+    pub(super) pausing: Option<Pausing>,
+    /// What becomes of the wish to go on.
+    pub(super) resuming: Option<Resuming>,
+    pub(super) stops: Stops,
+    /// The whole terminal, if it has it.
+    pub(super) screen: Option<Screen>,
+    /// What is waited for, if that may take a while.
+    waits: Option<&'static str>,
+    json: bool,
+}
+
+impl<'a> UnderWay<'a> {
+    pub(super) fn of(
+        job: JobHandle,
+        signals: &'a mut Signals,
+        control: JobControl,
+        input: Input,
+        json: bool,
+    ) -> Self {
+        Self {
+            events: job.events(),
+            signals,
+            input,
+            control,
+            suspension: Suspension::new(job.burns()),
+            suspends: false,
+            pausing: None,
+            resuming: None,
+            stops: Stops::default(),
+            screen: None,
+            waits: None,
+            json,
+            job,
+        }
+    }
+}
+
+impl UnderWay<'_> {
+    pub(super) async fn next(&mut self, recorder: Option<&mut Recorder>) -> Next {
+        let whole = self.screen.is_some();
+        let Self {
+            events,
+            signals,
+            input,
+            control,
+            screen,
+            pausing,
+            resuming,
+            ..
+        } = self;
+        let paused = async {
+            match pausing {
+                Some(wish) => wish.await,
+                None => std::future::pending().await,
+            }
+        };
+        let resumed = async {
+            match resuming {
+                Some(wish) => wish.await,
+                None => std::future::pending().await,
+            }
+        };
+        let wants = async {
+            match screen {
+                Some(screen) => screen.next().await,
+                None => std::future::pending().await,
+            }
+        };
+        let unrecorded = async {
+            match recorder {
+                Some(recorder) => recorder.failed().await,
+                None => std::future::pending().await,
+            }
+        };
+        let next = async {
+            tokio::select! {
+                biased;
+                signal = signals.next() => Next::Signal(signal),
+                control = control.next() => Next::Control(control),
+                typed = input.next() => Next::Typed(typed),
+                wants = wants => match wants {
+                    Wants::Typed(typed) => Next::Typed(typed),
+                    Wants::Signal(signal) => Next::Signal(signal),
+                    Wants::Control(control) => Next::Control(control),
+                },
+                resumed = resumed => Next::Resumed(resumed),
+                event = events.next() => event.map_or(Next::Over, Next::Event),
+                // Behind the events: what is told of the pause is told before this program stops.
+                paused = paused => Next::Paused(paused),
+                failure = unrecorded => Next::Unrecorded(failure),
+            }
+        };
+        match self.waits {
+            Some(what) if !whole => attended(self.json, what, next).await,
+            _ => next.await,
+        }
+    }
+
+    fn is_paused(&self) -> bool {
+        let state = self.job.state();
+        matches!(state, JobState::Paused { .. } | JobState::Pausing)
+    }
+
+    /// Does what was typed, if it means something.
+    pub(super) fn obeys(&mut self, typed: Typed) -> Obeyed {
+        match typed {
+            Typed::Line(line) => return Obeyed::Ignored(line),
+            Typed::Toggle if !self.is_paused() => self.pauses(),
+            Typed::Pause => self.pauses(),
+            Typed::Toggle | Typed::Resume => self.resumes(),
+            // Keys repeat themselves: only a signal stops what a stop has begun to do.
+            Typed::Stop if self.stops.asked => {}
+            Typed::Stop => {
+                self.stop(Signal::Interrupt);
+            }
+            Typed::Faster | Typed::Slower => {
+                let now = self.job.speed();
+                let next = if typed == Typed::Faster {
+                    now.saturating_add(SPEEDS).min(FASTEST)
+                } else {
+                    now.saturating_sub(SPEEDS).max(SLOWEST)
+                };
+                if let Err(error) = self.job.set_speed(next) {
+                    return Obeyed::Refused(error);
+                }
+            }
+        }
+        Obeyed::Yes
+    }
+
+    /// Takes the terminal again.
+    fn listens(&mut self) {
+        self.input.listen();
+        if let Some(screen) = &mut self.screen {
+            screen.take();
+        }
+    }
+
+    fn pauses(&mut self) {
+        self.suspension.holds(true);
+        drop(self.job.pause(PauseReason::Person));
+    }
+
+    fn resumes(&mut self) {
+        self.suspension.holds(false);
+        self.resuming = Some(Box::pin(self.job.resume()));
+    }
+
+    /// Job control wants something.
+    pub(super) fn hears_control(&mut self, control: Control, teller: &Teller<'_>) {
+        let act = self.suspension.hears(control, self.is_paused());
+        self.acts(act, teller);
+    }
+
+    /// Does what a suspension needs next.
+    pub(super) fn acts(&mut self, act: Act, teller: &Teller<'_>) {
+        match act {
+            Act::Nothing => {}
+            Act::Pause => self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person))),
+            Act::Stop => {
+                let mut goes_on = false;
+                teller.suspended(|| {
+                    self.input.release();
+                    if let Some(screen) = &mut self.screen {
+                        screen.release();
+                    }
+                    goes_on = self.control.take() == Some(Control::Continue);
+                    if !goes_on {
+                        JobControl::stop_process();
+                    }
+                });
+                if goes_on {
+                    self.hears_control(Control::Continue, teller);
+                }
+            }
+            Act::GoOn => {
+                self.listens();
+                self.resumes();
+            }
+            Act::Stay { dark } => {
+                self.listens();
+                if dark {
+                    teller.say(
+                        "the job burns: it stays paused, with the laser off, until you press p",
+                    );
+                }
+            }
+            Act::Ends => {
+                if self.job.state() != JobState::Ended {
+                    teller.say("the job is ending: it is not suspended any more");
+                }
+            }
+        }
+    }
+
+    pub(super) fn hears(&mut self, event: &JobEvent) {
+        match event {
+            JobEvent::Waits(Waits::Queue) => {
+                self.waits = Some("waiting for what the arm still has")
+            }
+            JobEvent::Waits(Waits::Line) => {
+                self.waits = Some("the line broke: waiting for it, to switch the laser off");
+            }
+            JobEvent::Waits(_) => self.waits = None,
+            _ => {}
+        }
+    }
+
+    /// Stops it; whether that was asked for before.
+    pub(super) fn stop(&mut self, signal: Signal) -> bool {
+        self.stops.terminates |= signal == Signal::Terminate;
+        self.waits = Some("stopping");
+        self.job.stop();
+        std::mem::replace(&mut self.stops.asked, true)
+    }
+
+    /// After the second stop nothing more is moved. A further signal does not wait for that.
+    pub(super) async fn stopped_again(&mut self) -> Option<JobOutcome> {
+        tokio::select! {
+            biased;
+            _ = self.signals.next() => None,
+            outcome = timeout(FAREWELL, self.job.outcome()) => outcome.ok(),
+        }
+    }
+}
+
+/// What came of what was typed.
+pub(super) enum Obeyed {
+    Yes,
+    /// It is a line that means nothing.
+    Ignored(String),
+    /// It goes on as fast as before.
+    Refused(SpeedError),
+}

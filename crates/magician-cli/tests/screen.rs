@@ -1,0 +1,95 @@
+//! A job on the whole terminal.
+#![cfg(target_os = "linux")]
+
+mod magician;
+
+use std::process::Stdio;
+
+use magician::drawing::{PAPER, Place};
+use magician::run;
+use magician::terminal::Terminal;
+use rustix::process::{Pid, Signal, kill_process};
+use rustix::termios::{LocalModes, tcgetattr};
+
+fn is_as_it_was(terminal: &Terminal) -> bool {
+    let modes = tcgetattr(&terminal.line).expect("a terminal").local_modes;
+    modes.contains(LocalModes::ICANON | LocalModes::ECHO | LocalModes::ISIG)
+}
+
+#[test]
+fn a_job_has_the_whole_terminal_obeys_the_same_keys_and_gives_it_back() {
+    let place = Place::homed("5");
+    let mut terminal = Terminal::running(place.draw(&["--tui"]));
+    terminal.until_drawn("magician draw |");
+    terminal.until_drawn("sheet");
+    assert!(!is_as_it_was(&terminal));
+    terminal.types("-");
+    terminal.until_drawn("left, at 90 %");
+    terminal.types("p");
+    terminal.until_drawn("paused: p goes on");
+    assert!(place.number("pose", "z") > PAPER + 9.0);
+    terminal.types("p");
+    terminal.until_drawn("running");
+    terminal.types("s");
+    terminal.until_seen("interrupted: the pen is up by");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    assert!(is_as_it_was(&terminal));
+}
+
+#[test]
+fn ctrl_z_gives_the_terminal_back_and_takes_it_again() {
+    let place = Place::homed("5");
+    let mut terminal = Terminal::running(place.draw(&["--tui"]));
+    terminal.until_drawn("sheet");
+    terminal.types("\x1a");
+    // The screen as it was before.
+    terminal.until("\x1b[?1049l");
+    let stat = format!("/proc/{}/stat", terminal.child.id());
+    while !std::fs::read_to_string(&stat)
+        .expect("it is there")
+        .contains(") T ")
+    {
+        std::thread::yield_now();
+    }
+    assert!(is_as_it_was(&terminal));
+    let pid = Pid::from_child(&terminal.child);
+    kill_process(pid, Signal::CONT).expect("it is there");
+    terminal.until("\x1b[?1049h");
+    terminal.until_drawn("running");
+    terminal.types("\x03");
+    terminal.until_seen("interrupted: the pen is up by");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    assert!(is_as_it_was(&terminal));
+}
+
+#[test]
+fn it_ends_with_the_usual_result() {
+    let place = Place::homed("50");
+    let mut terminal = Terminal::running(place.draw(&["--tui"]));
+    terminal.until_drawn("sheet");
+    terminal.until("\x1b[?1049l");
+    terminal.until_seen("steps");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(0));
+    assert!(is_as_it_was(&terminal));
+}
+
+#[test]
+fn the_whole_terminal_is_refused_where_there_is_none() {
+    let place = Place::homed("50");
+    let refused = |more: &[&str], why: &str| {
+        let mut command = place.draw(&[&["--tui"], more].concat());
+        let output = command.stdin(Stdio::null()).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(said.contains(why), "{said}");
+    };
+    refused(&[], "draws on stderr, which is no terminal");
+    refused(&["--json"], "it has no --json");
+    refused(&["--check"], "nothing is run here");
+    let shell = magician::run_with(
+        &["--port", "sim", "shell"],
+        b"run nothing.svg --tui\nexit\n",
+    );
+    assert!(shell.err.contains("the shell has"), "{shell:?}");
+    assert_eq!(run(&["run", "-", "--tui"]).status, 2);
+}
