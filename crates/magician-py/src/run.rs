@@ -6,7 +6,8 @@ use std::time::Duration;
 use magician::{Action, Error, ErrorCode};
 use magician_job::{
     Done, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JournalError,
-    NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings, Start as StartsWhere,
+    NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings, SpeedError,
+    Start as StartsWhere,
 };
 use magician_program::{Ending, Program};
 use pyo3::prelude::*;
@@ -204,6 +205,23 @@ impl Job {
     fn stop(&self, py: Python<'_>) -> PyResult<()> {
         self.inner.get(py)?.handle.stop();
         Ok(())
+    }
+
+    /// Has what is not sent yet go at this share of its speed, percent.
+    fn set_speed(&self, py: Python<'_>, percent: u8) -> PyResult<()> {
+        let set = self.inner.get(py)?.handle.set_speed(percent);
+        set.or_else(|error| {
+            let kind = match error {
+                SpeedError::Ending | SpeedError::Ended => ErrorKind::Closed,
+                _ => ErrorKind::InvalidInput,
+            };
+            Err(errors::raise(py, &Error::new(kind, error.to_string())))
+        })
+    }
+
+    /// The share of its speed at which what is not sent yet goes, percent.
+    fn speed(&self, py: Python<'_>) -> PyResult<u8> {
+        Ok(self.inner.get(py)?.handle.speed())
     }
 
     /// What it does at present.

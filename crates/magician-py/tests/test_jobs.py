@@ -5,7 +5,7 @@ import threading
 
 import magician
 import pytest
-from magician import Arm, Plan, aio, errors, words
+from magician import Arm, Plan, aio, commands, errors, words
 
 BACK_AND_FORTH = [(220, 40 * (nth % 2), 20) for nth in range(60)]
 
@@ -43,6 +43,24 @@ def test_a_job_is_paused_and_goes_on(slow: Arm) -> None:
     assert job.state == "ended"
     with pytest.raises(errors.ClosedError):
         job.pause()
+
+
+def test_a_job_is_made_slower_for_what_is_not_sent(slow: Arm) -> None:
+    job = slow.start(back_and_forth())
+    assert job.speed == 100
+    job.set_speed(50)
+    assert job.speed == 50
+    for wrong in (9, 101):
+        with pytest.raises(errors.InvalidInputError, match="percent"):
+            job.set_speed(wrong)
+    reach(job, 1, slow)
+    assert slow.get(commands.PTPCommonParams).velocity_ratio == 25
+    job.stop()
+    with pytest.raises(errors.ClosedError, match="stopped"):
+        job.wait()
+    assert slow.get(commands.PTPCommonParams).velocity_ratio == 50
+    with pytest.raises(errors.ClosedError):
+        job.set_speed(60)
 
 
 def test_a_job_that_nobody_refers_to_is_stopped(slow: Arm) -> None:

@@ -19,7 +19,8 @@ Examples:
   magician run part.gcode --port sim --picture out.png
   magician run part.gcode --resume                 go on after Ctrl-C or a pulled cable
 
-While it runs at a terminal, p pauses and goes on, space and s stop as Ctrl-C does.
+While it runs at a terminal, p pauses and goes on, space and s stop as Ctrl-C does, + and - change the speed, and Ctrl-Z \
+pauses it before this program is suspended. --tui shows the sheet as it fills up.
 
 Everything is checked before the first byte is sent. Drawings are drawn with the pen (`magician draw` has more to say of \
 them), images engraved (`magician engrave`). What burns needs --yes on a real arm.")]

@@ -45,7 +45,7 @@ impl Stroke {
     pub(super) fn add(strokes: &mut Vec<Self>, step: usize, from: [f64; 2], to: [f64; 2]) {
         if let Some(last) = strokes.last_mut()
             && last.to == from
-            && (last.to[0] - last.from[0]).hypot(last.to[1] - last.from[1]) < SHORTEST
+            && libm::hypot(last.to[0] - last.from[0], last.to[1] - last.from[1]) < SHORTEST
         {
             (last.step, last.to) = (step, to);
             return;

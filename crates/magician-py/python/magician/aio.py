@@ -1121,6 +1121,22 @@ class Job(Bound):
         """
         await until(self._job.resume())
 
+    @property
+    def speed(self) -> int:
+        """How fast it goes what is not sent yet, in percent of what the plan says: 100 at first."""
+        return self._job.speed()
+
+    def set_speed(self, percent: int) -> None:
+        """Has it go faster or slower from here on: what is not sent yet, also after a pause, goes at this share of its speed.
+
+        What the arm has already keeps the speed that it was sent with.
+
+        :param percent: 10 to 100.
+        :raises InvalidInputError: The job burns: its power is right for its speed only.
+        :raises ClosedError: It is ending, or over.
+        """
+        self._job.set_speed(int(number("percent", percent, least=10, most=100, unit="%")))
+
     def stop(self) -> None:
         """Stops it, and returns: the arm stops, the laser goes off, the pen goes up; :meth:`wait` tells the end.
         A second stop ends that, and moves nothing.

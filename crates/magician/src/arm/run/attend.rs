@@ -159,11 +159,11 @@ impl<C: Iterator<Item = Set>> Run<C> {
     }
 
     /// The next command, if it is to be handed on now.
-    fn hands(&mut self, reached: &cell::Receiver<Reached>) -> Hands {
+    fn hands(&mut self, reached: &cell::Receiver<Reached>) -> std::result::Result<Item, Nothing> {
         if self.is_far_ahead(&mut reached.clone()) {
-            return Hands::Later;
+            return Err(Nothing::Yet);
         }
-        self.next().map_or(Hands::Nothing, Hands::Item)
+        self.next().ok_or(Nothing::More)
     }
 
     /// A look for what holds the queue: by what was put into it, and before that, when it has no room for a long time.
@@ -209,13 +209,12 @@ impl<C: Iterator<Item = Set>> Run<C> {
     }
 }
 
-/// What is handed on next.
-enum Hands {
-    Item(Item),
+/// Why no command is handed on.
+enum Nothing {
     /// Enough is on its way for now.
-    Later,
-    /// There is no more.
-    Nothing,
+    Yet,
+    /// There are no more.
+    More,
 }
 
 /// What came of a look.
@@ -248,7 +247,11 @@ async fn told(
 
 /// Hands the next commands on when there is room for so many; without more it closes the feed. None is taken that
 /// cannot be handed on.
-async fn fed(feed: &mut Option<mpsc::Sender<Item>>, burst: u32, mut next: impl FnMut() -> Hands) {
+async fn fed(
+    feed: &mut Option<mpsc::Sender<Item>>,
+    burst: u32,
+    mut next: impl FnMut() -> std::result::Result<Item, Nothing>,
+) {
     let Some(sender) = feed else {
         return std::future::pending().await;
     };
@@ -263,9 +266,9 @@ async fn fed(feed: &mut Option<mpsc::Sender<Item>>, burst: u32, mut next: impl F
                     break false;
                 };
                 match next() {
-                    Hands::Item(item) => permit.send(item),
-                    Hands::Later => break false,
-                    Hands::Nothing => break true,
+                    Ok(item) => permit.send(item),
+                    Err(Nothing::Yet) => break false,
+                    Err(Nothing::More) => break true,
                 }
             }
         }

@@ -23,6 +23,8 @@ const ALWAYS: usize = 2;
 const AHEAD: usize = 32;
 /// So many are always handed on before the arm has taken them: a line carries several at a time.
 const A_FEW: usize = 4;
+/// What takes longer, or nobody knows how long, counts as an hour.
+const UNKNOWN: Micros = 3_600_000_000;
 
 /// What a run has done with the laser.
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,13 +54,17 @@ impl Light {
 #[derive(Debug, Default)]
 pub(super) struct Ahead {
     times: VecDeque<Micros>,
+    /// Their sum.
+    lasts: Micros,
     /// All that were handed on.
     handed: u64,
 }
 
 impl Ahead {
     fn note(&mut self, time: Micros) {
+        let time = time.min(UNKNOWN);
         self.handed += 1;
+        self.lasts += time;
         self.times.push_back(time);
     }
 
@@ -66,13 +72,9 @@ impl Ahead {
     pub(super) fn is_long(&mut self, taken: u64, lead: Duration) -> bool {
         let left = usize::try_from(self.handed.saturating_sub(taken)).unwrap_or(usize::MAX);
         while self.times.len() > left {
-            self.times.pop_front();
+            self.lasts -= self.times.pop_front().unwrap_or_default();
         }
-        let lasts = self
-            .times
-            .iter()
-            .fold(0, |sum: Micros, time| sum.saturating_add(*time));
-        self.times.len() >= A_FEW && lasts >= micros(lead)
+        self.times.len() >= A_FEW && self.lasts >= micros(lead)
     }
 }
 
