@@ -105,7 +105,7 @@ fn a_job_that_a_person_has_paused_stays_paused() {
 }
 
 /// A line that burns, slowly.
-const BURNS: &str = "G21\nG90\nM4 S0\nG0 X10 Y0\nG1 X70 Y0 S500 F200\nG1 X10 Y20 S500 F200\nM5\n";
+const BURNS: &str = "G21\nG90\nM3 S0\nG0 X10 Y0\nG1 X70 Y0 S500 F200\nG1 X10 Y20 S500 F200\nM5\n";
 
 #[test]
 fn a_job_that_burns_is_not_lit_again_by_itself() {

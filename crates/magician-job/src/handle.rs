@@ -23,6 +23,15 @@ pub(crate) enum Request {
     Stop,
 }
 
+/// What is known of a job from its beginning.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fixed {
+    /// Whether it may light a laser.
+    pub(crate) burns: bool,
+    /// Whether something that it burns has its power for one speed only.
+    pub(crate) needs_speed: bool,
+}
+
 /// What the engine and all handles share.
 #[derive(Debug)]
 pub(crate) struct Shared {
@@ -31,7 +40,7 @@ pub(crate) struct Shared {
     outcome: watch::Sender<Option<JobOutcome>>,
     /// What is wanted of what is not sent yet, percent.
     pub(crate) pace: watch::Sender<u8>,
-    burns: bool,
+    fixed: Fixed,
     events: broadcast::Sender<JobEvent>,
     /// What has been told before anybody asked for it.
     first: Mutex<Option<broadcast::Receiver<JobEvent>>>,
@@ -101,7 +110,7 @@ impl JobHandle {
     pub(crate) fn new(
         name: String,
         origin: String,
-        burns: bool,
+        fixed: Fixed,
     ) -> (Self, Arc<Shared>, mpsc::UnboundedReceiver<Request>) {
         let (requests, inbox) = mpsc::unbounded_channel();
         let (events, first) = broadcast::channel(EVENTS);
@@ -110,7 +119,7 @@ impl JobHandle {
             progress: watch::Sender::new(JobProgress::default()),
             outcome: watch::Sender::new(None),
             pace: watch::Sender::new(FULL),
-            burns,
+            fixed,
             events,
             first: Mutex::new(Some(first)),
             finished: Arc::default(),
@@ -211,7 +220,7 @@ impl JobHandle {
     /// Whether it may light a laser. Such a job is resumed when a person asks for it, and never by a program of its own accord.
     #[must_use]
     pub fn burns(&self) -> bool {
-        self.0.shared.burns
+        self.0.shared.fixed.burns
     }
 
     /// How fast it goes what is not sent yet, in percent of what the program says: 100 at first.
@@ -224,6 +233,10 @@ impl JobHandle {
     /// percent. What the arm has already keeps the speed that it was sent with. A job that is resumed in another process goes at
     /// 100 percent.
     ///
+    /// A job that burns goes at another speed only if all that it burns has its power in proportion to speed
+    /// ([`Step::follows_speed`](magician_program::plan::Step)): its power follows, so that it burns nowhere deeper than at full
+    /// speed. The change comes on a way with the laser off that is long enough to slow down and speed up on.
+    ///
     /// # Errors
     /// [`SpeedError`]; nothing changes then.
     pub fn set_speed(&self, percent: u8) -> Result<(), SpeedError> {
@@ -234,8 +247,7 @@ impl JobHandle {
         match shared.state() {
             JobState::Ended => return Err(SpeedError::Ended),
             JobState::Ending | JobState::Stopping => return Err(SpeedError::Ending),
-            // The power of what burns belongs to its speed.
-            _ if shared.burns => return Err(SpeedError::Burns),
+            _ if shared.fixed.needs_speed => return Err(SpeedError::Burns),
             _ => {}
         }
         if shared.pace.send_replace(percent) != percent {

@@ -257,3 +257,78 @@ async fn settings_between_the_steps_are_no_steps_for_the_journal() {
     job.stop();
     let _ = job.outcome().await;
 }
+
+/// Lines that are burnt in proportion to speed, with ways between them on which the laser is off.
+fn proportional() -> Plan {
+    let mut plan = Plan::new("M4");
+    plan.tool = Some(Tool::Laser);
+    plan.push(Action::from(words::path_speed(20.0, 100.0)), Origin::NONE);
+    let to = [200.0, -60.0, 40.0, 0.0];
+    let by = Travel::Line;
+    plan.push(Action::Move { to, by }, Origin::NONE);
+    for nth in 0..6_u8 {
+        let y = f32::from(nth) * 15.0 - 60.0;
+        let x = if nth.is_multiple_of(2) { 250.0 } else { 200.0 };
+        for (to, power) in [([x, y, 40.0], 60.0), ([x, y + 15.0, 40.0], 0.0)] {
+            plan.push(Action::Burn { to, power }, Origin::NONE);
+            plan.steps.last_mut().expect("a step").feed = Some(20.0);
+        }
+    }
+    plan.powered_by_speed().content
+}
+
+/// What was burnt into each mm of each line, percent times seconds, and how long it took.
+async fn dose(
+    change: impl Fn(&JobHandle, f64),
+) -> (std::collections::BTreeMap<(i64, i64), f64>, f64) {
+    const TICK: Duration = Duration::from_millis(2);
+    let program = Program::new(proportional(), Some(1));
+    let (cell, arm) = place(&program).await;
+    let job = Job::start(&arm.allowing_laser(), JobSpec::new(program), NoJournal);
+    let mut dose = std::collections::BTreeMap::new();
+    let began = cell.state().now;
+    while job.state() != JobState::Ended {
+        let state = cell.state();
+        change(&job, (state.now - began) as f64 / 1e6);
+        if state.laser_power > 0.0 {
+            let bin = |at: f64, size: f64| (at / size).round() as i64;
+            let place = (bin(state.pose.y, 15.0), bin(state.pose.x, 1.0));
+            *dose.entry(place).or_insert(0.0) += state.laser_power * TICK.as_secs_f64();
+        }
+        sleep(TICK).await;
+    }
+    let done = job.outcome().await.expect("done");
+    (dose, done.seconds)
+}
+
+/// Nowhere deeper: neither where the speed changes nor at corners and ends.
+#[tokio::test(start_paused = true)]
+async fn what_burns_in_proportion_to_speed_is_slower_with_less_power() {
+    let (full, usual) = dose(|_, _| {}).await;
+    let set = |job: &JobHandle, speed| {
+        if job.state() == JobState::Running && job.speed() != speed {
+            job.set_speed(speed).expect("its power follows");
+        }
+    };
+    for (from, speed) in [(0.0, 50), (0.0, 20), (6.0, 50), (9.0, 10)] {
+        let (slower, seconds) = dose(|job, at| {
+            if at >= from {
+                set(job, speed);
+            }
+        })
+        .await;
+        assert!(seconds > 1.3 * usual, "{speed}: {seconds} {usual}");
+        let (mut weak, mut all) = (0, 0);
+        for (place, dose) in &full {
+            let burnt = slower.get(place).copied().unwrap_or(0.0);
+            all += 1;
+            weak += u32::from(burnt < 0.8 * dose);
+            assert!(
+                burnt <= 1.05 * dose + 0.15,
+                "{from} {speed} {place:?}: {burnt} {dose}"
+            );
+        }
+        assert!(weak * 5 < all, "{from} {speed}: {weak} of {all} are weak");
+        assert!(slower.keys().all(|place| full.contains_key(place)));
+    }
+}

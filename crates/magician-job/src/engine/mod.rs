@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use magician::commands::{DeviceTime, Pose};
 use magician::{Arm, Error, ErrorCode, Owed, Ran, RunOptions};
+use magician_program::Action;
 use tokio::time::Instant;
 
 use self::inbox::{Inbox, Stopped};
@@ -20,7 +21,7 @@ use self::segment::Segment;
 use self::track::Track;
 use crate::error::{Fault, JobError, PauseError};
 use crate::event::{Done, End, JobState};
-use crate::handle::{JobHandle, Shared};
+use crate::handle::{Fixed, JobHandle, Shared};
 use crate::journal::Journal;
 use crate::spec::{JobSpec, Start};
 
@@ -44,12 +45,20 @@ impl Job {
             .plan()
             .commands()
             .any(|command| arm.burns(&command));
+        // What burns at a power of its own needs its speed; so does a laser that is no path's.
+        let steps = spec.program.plan().steps.iter();
+        let needs_speed = burns && { steps }.any(|step| {
+            let follows = step.follows_speed && matches!(step.action, Action::Burn { .. });
+            !follows && arm.burns(&step.action.command())
+        });
+        let fixed = Fixed { burns, needs_speed };
         let (handle, shared, requests) =
-            JobHandle::new(spec.name.clone(), spec.origin.clone(), burns);
+            JobHandle::new(spec.name.clone(), spec.origin.clone(), fixed);
         let work = Work {
             stops: arm.stops(),
             passes_over: spec.passes_over || spec.program.plan().burns() || !arm.keeps_order(),
             burns,
+            needs_speed,
             lasting,
             arm: arm.clone(),
             track: Mutex::new(Track::new(Box::new(journal), &spec, lasting)),
@@ -97,6 +106,8 @@ struct Work {
     passes_over: bool,
     /// Whether it may light a laser.
     burns: bool,
+    /// Whether something that it burns has its power for one speed only.
+    needs_speed: bool,
     lasting: bool,
 }
 

@@ -8,9 +8,10 @@ use std::iter::Peekable;
 use std::mem::{Discriminant, discriminant};
 use std::time::Duration;
 
-use magician::commands::{ArcParams, CpParams, PtpCommonParams};
+use magician::commands::{ArcParams, CpLeCmd, CpParams, PtpCommonParams};
 use magician::{Arm, Error, Owed, Set, words};
 use magician_program::Timetable;
+use magician_protocol::{CpMode, Effect, PtpMode};
 
 use super::Work;
 use super::look::beside;
@@ -18,6 +19,8 @@ use super::segment::Segment;
 use crate::event::JobEvent;
 use crate::handle::FULL;
 
+/// A way that is cut is so much longer than speeding up and slowing down takes at full speed.
+const ROOM: f64 = 1.1;
 /// A ratio below it is none (1.10.4).
 const LEAST_RATIO: f32 = 1.0;
 
@@ -74,8 +77,9 @@ impl Speeds {
     }
 }
 
-/// A command at this pace. What speeds up and slows down takes as much longer as what goes evenly: accelerations have the square
-/// of the share. Those of paths have the share itself, because corners are as fast as they allow (model section 8).
+/// A command at this pace. A power that follows the speed has the share. What speeds up and slows down takes as much longer as what goes evenly: accelerations have the square
+/// of the share. Those of paths have the share itself, because corners are as fast as they allow (model section 8):
+/// so a path is at no place slower than its share, and what burns at the same share of its power burns nowhere deeper.
 fn paced(command: Set, percent: u8) -> Set {
     if percent == FULL {
         return command;
@@ -105,6 +109,11 @@ fn paced(command: Set, percent: u8) -> Set {
             }
             .into()
         }
+        Set::CpLeCmd(line) => CpLeCmd {
+            velocity_or_power: line.velocity_or_power * share,
+            ..line
+        }
+        .into(),
         Set::ArcParams(arcs) => ArcParams {
             xyz_velocity: arcs.xyz_velocity * share,
             r_velocity: arcs.r_velocity * share,
@@ -141,17 +150,12 @@ impl Pace {
     }
 
     /// The settings of what is wanted, if the arm has not been told them; to be called between two commands of the program.
-    fn turns(&mut self, step: u64) {
-        if self.wanted == self.told {
-            return;
-        }
+    /// `before` goes out before them.
+    fn turns(&mut self, step: u64, before: Option<Set>) {
         self.told = self.wanted;
         let percent = self.told;
-        self.next = self
-            .full
-            .settings()
-            .map(|set| paced(set, percent))
-            .collect();
+        let settings = self.full.settings().map(|set| paced(set, percent));
+        self.next = before.into_iter().chain(settings).collect();
         self.tables
             .extend(self.table.clone().map(|table| (step, table)));
     }
@@ -168,24 +172,87 @@ pub(super) struct Paced<'w, I: Iterator<Item = Set>> {
     pub(super) work: &'w Work,
     pub(super) commands: Peekable<I>,
     pub(super) lead: u64,
+    /// Where the last command ends, if it says so.
+    pub(super) end: Option<[f32; 3]>,
+    /// Whether the last command was a segment of a path.
+    pub(super) on_path: bool,
+}
+
+impl<I: Iterator<Item = Set>> Paced<'_, I> {
+    /// What goes out before the settings: nothing where they can go out at once, none if they have to wait.
+    ///
+    /// A path comes to rest at a setting. What burns is not to do that with a power that was made for more speed, so a way with
+    /// the laser off is cut in its middle, if it is long enough for what comes before and behind it to be as fast as without.
+    fn seam(&mut self, full: &Speeds) -> Option<Option<Set>> {
+        let next = self.commands.peek()?;
+        if !self.work.burns || !self.on_path {
+            return Some(None);
+        }
+        let Set::CpLeCmd(line) = next else {
+            // Before all else that moves a path comes to rest anyway.
+            return (!matches!(next, Set::CpCmd(_))).then_some(None);
+        };
+        let (from, paths) = (self.end?, full.paths?);
+        let to = [line.x, line.y, line.z];
+        let off = [0, 1, 2].map(|axis| f64::from(to[axis] - from[axis]));
+        let long = off.iter().map(|off| off * off).sum::<f64>().sqrt();
+        let speed = f64::from(paths.junction_vel);
+        let least = ROOM * speed * speed / f64::from(paths.plan_acc);
+        let is_dark = line.velocity_or_power == 0.0 && line.cp_mode == CpMode::Absolute;
+        let fits = is_dark && !paths.real_time_track.is_on() && long >= least;
+        let [x, y, z] = [0, 1, 2].map(|axis| f32::midpoint(from[axis], to[axis]));
+        let half = CpLeCmd { x, y, z, ..*line };
+        fits.then(|| Some(half.into()))
+    }
+
+    fn notes(&mut self, command: &Set) {
+        self.on_path = matches!(command, Set::CpCmd(_) | Set::CpLeCmd(_));
+        // Settings leave it where it is.
+        if let Some(end) = end_of(command) {
+            self.end = end;
+        }
+    }
+}
+
+/// Where a command leads, if it says so; none if it leads nowhere.
+fn end_of(command: &Set) -> Option<Option<[f32; 3]>> {
+    match command {
+        Set::CpLeCmd(line) if line.cp_mode == CpMode::Absolute => {
+            Some(Some([line.x, line.y, line.z]))
+        }
+        Set::PtpCmd(to) if matches!(to.ptp_mode, PtpMode::MovlXyz | PtpMode::MovjXyz) => {
+            Some(Some([to.x, to.y, to.z]))
+        }
+        other if other.row().effect == Effect::Setting => None,
+        _ => Some(None),
+    }
 }
 
 impl<I: Iterator<Item = Set>> Iterator for Paced<'_, I> {
     type Item = Set;
 
     fn next(&mut self) -> Option<Set> {
+        let full = {
+            let pace = self.work.pace();
+            (pace.next.is_empty() && pace.wanted != pace.told).then_some(pace.full)
+        };
+        let seam = full.and_then(|full| self.seam(&full));
         let mut track = self.work.track();
         let mut pace = self.work.pace();
-        if pace.next.is_empty() && self.commands.peek().is_some() {
-            pace.turns(track.steps_pulled(self.lead));
+        if let Some(half) = seam {
+            pace.turns(track.steps_pulled(self.lead), half);
         }
         if let Some(setting) = pace.next.pop_front() {
             track.inserts();
+            drop((pace, track));
+            self.notes(&setting);
             return Some(setting);
         }
+        drop((pace, track));
         let command = self.commands.next()?;
-        track.pulls(self.lead);
-        Some(pace.passes(command))
+        self.notes(&command);
+        self.work.track().pulls(self.lead);
+        Some(self.work.pace().passes(command))
     }
 }
 

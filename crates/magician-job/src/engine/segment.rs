@@ -72,9 +72,11 @@ impl Work {
             work: self,
             commands: rest.commands().peekable(),
             lead: rest.lead(),
+            end: None,
+            on_path: false,
         };
-        // Of what burns the speed stays as it is.
-        let lead = Some(RunOptions::default().horizon).filter(|_| !self.burns);
+        // Only of what keeps its speed it is no matter how much is handed on.
+        let lead = Some(RunOptions::default().horizon).filter(|_| !self.needs_speed);
         let options = RunOptions::default().keep(segment.keep).lead(lead);
         let run = self.arm.begin(commands, options);
         let run = run.along(rest.start().clone());

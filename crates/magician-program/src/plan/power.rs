@@ -49,6 +49,7 @@ impl Plan {
                 // What has no way burns nothing.
                 let speed = law.map_or(0.0, |law| law.length() / law.duration());
                 *power = (f64::from(*power) * (speed / f64::from(feed)).min(1.0)) as f32;
+                step.follows_speed = true;
             }
         }
         Reading {
@@ -277,6 +278,8 @@ mod tests {
         let laws = plan.path_laws();
         for (step, law) in plan.steps.iter().zip(&laws) {
             assert!(step.feed.is_none());
+            let lit = matches!(step.action, Action::Burn { power, .. } if power > 0.0);
+            assert!(step.follows_speed || !lit);
             let (Action::Burn { power, .. }, Some(law)) = (&step.action, law) else {
                 continue;
             };

@@ -16,6 +16,8 @@ pub struct Step {
     /// Of a burn whose power is to be in proportion to speed (M4): the speed at which it has the power that it says, mm/s.
     /// [`Plan::powered_by_speed`](super::Plan::powered_by_speed) makes the proportion, and leaves none.
     pub feed: Option<f32>,
+    /// Whether its power was made in proportion to speed: at a lower speed it burns as deep with a lower power.
+    pub follows_speed: bool,
 }
 
 impl Step {
@@ -26,6 +28,7 @@ impl Step {
             action: action.into(),
             origin,
             feed: None,
+            follows_speed: false,
         }
     }
 }

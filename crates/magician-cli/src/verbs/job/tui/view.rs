@@ -48,7 +48,7 @@ pub(super) const KEYS: [(&str, &str); 7] = [
     ),
     (
         "+ -",
-        "faster and slower by 10 percent, for what is not sent yet; not while it burns",
+        "faster and slower by 10 percent, for what is not sent yet",
     ),
     ("Ctrl-C", "stop"),
     ("Ctrl-Z", "pause, and give the terminal back until `fg`"),
