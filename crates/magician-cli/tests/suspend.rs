@@ -104,6 +104,34 @@ fn a_job_that_a_person_has_paused_stays_paused() {
     assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
 }
 
+#[test]
+fn what_cannot_go_on_stays_paused_and_says_why() {
+    let place = Place::homed("5");
+    let mut terminal = draws(&place);
+    tell(&terminal.child, Signal::TSTP);
+    until_stopped(&terminal.child);
+    // Somebody leads the arm into an alarm meanwhile.
+    let far = [
+        "enqueue",
+        "PTPCmd",
+        "ptp_mode=2",
+        "x=900",
+        "y=0",
+        "z=0",
+        "r=0",
+        "--start",
+    ];
+    place.run(&far);
+    tell(&terminal.child, Signal::CONT);
+    terminal.until_seen("it stays paused: the arm is held by");
+    assert!(place.run(&["alarms", "--clear"]).status.success());
+    terminal.types("p");
+    terminal.until_seen("left");
+    terminal.types("s");
+    terminal.until_seen("interrupted:");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+}
+
 /// A line that burns, slowly.
 const BURNS: &str = "G21\nG90\nM3 S0\nG0 X10 Y0\nG1 X70 Y0 S500 F200\nG1 X10 Y20 S500 F200\nM5\n";
 

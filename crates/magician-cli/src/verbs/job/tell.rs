@@ -9,6 +9,7 @@ use magician_job::{JobProgress, PauseReason};
 use serde::Serialize;
 use serde_json::json;
 
+use super::keys::is_in_front;
 use super::tui::Shared;
 use crate::output::{Output, draws_on_stderr, obeys, tell};
 
@@ -81,13 +82,17 @@ impl<'o> Teller<'o> {
         (!said.is_empty()).then(|| said.join(", "))
     }
 
+    /// The bar, while this program has the terminal: one that goes on in the background leaves the line to the shell.
+    fn bar_in_front(&self) -> Option<&ProgressBar> {
+        self.bar.as_ref().filter(|_| is_in_front())
+    }
+
     /// It goes on at this speed, percent.
     pub(super) fn speed(&self, percent: u8) {
         self.object(&json!({"event": "speed", "percent": percent}));
         self.speed.set(percent);
-        match &self.bar {
-            Some(_) => {}
-            None => self.say(&format!("speed {percent} %")),
+        if self.bar.is_none() {
+            self.say(&format!("speed {percent} %"));
         }
     }
 
@@ -108,8 +113,11 @@ impl<'o> Teller<'o> {
             model.left = waits(silent).or_else(|| self.left(left));
             return;
         }
-        if let Some(bar) = &self.bar {
-            if self.begun.elapsed() >= PATIENCE {
+        if self.bar.is_some() {
+            if let Some(bar) = self
+                .bar_in_front()
+                .filter(|_| self.begun.elapsed() >= PATIENCE)
+            {
                 bar.set_position(step);
                 let left = || self.left(left);
                 bar.set_message(waits(silent).or_else(left).unwrap_or_default());
@@ -169,7 +177,7 @@ impl<'o> Teller<'o> {
     /// A pause is on its way.
     pub(super) fn pausing(&self) {
         self.does("pausing ...");
-        if let Some(bar) = &self.bar {
+        if let Some(bar) = self.bar_in_front() {
             bar.set_message("pausing ...");
             bar.tick();
         }
@@ -193,9 +201,10 @@ impl<'o> Teller<'o> {
     pub(super) fn resumed(&self) {
         self.object(&json!({"event": "resumed"}));
         self.does("running");
-        match &self.bar {
-            Some(bar) => bar.set_message(""),
-            None => self.say("going on"),
+        if self.bar.is_none() {
+            self.say("going on");
+        } else if let Some(bar) = self.bar_in_front() {
+            bar.set_message("");
         }
     }
 
