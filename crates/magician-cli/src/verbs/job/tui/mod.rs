@@ -4,12 +4,14 @@ mod sheet;
 mod view;
 
 use std::cell::RefCell;
+use std::io;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::time::Instant;
 
 use magician::{Arm, Events, StateWatch};
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use tokio::task::spawn_blocking;
 use tokio::time::sleep;
 
 use self::sheet::Sheet;
@@ -59,7 +61,10 @@ impl Screen {
         let program = &made.program;
         let start = arm.preflight_for(&program.kinds()).await?;
         let outline = made.setup.sheet.and_then(|sheet| show::corners(&sheet));
-        let sheet = Sheet::of(program, &start, &outline.unwrap_or_default());
+        // A large program takes its time, and the arm is served meanwhile.
+        let (plan, outline) = (program.clone(), outline.unwrap_or_default());
+        let sheet = spawn_blocking(move || Sheet::of(&plan, &start, &outline)).await;
+        let sheet = sheet.map_err(io::Error::other)?;
         let model = Model {
             verb: drive.verb,
             seen,
