@@ -54,11 +54,11 @@ def test_a_job_is_made_slower_for_what_is_not_sent(slow: Arm) -> None:
         with pytest.raises(errors.InvalidInputError, match="percent"):
             job.set_speed(wrong)
     reach(job, 1, slow)
-    assert slow.get(commands.PTPCommonParams).velocity_ratio == 25
+    assert slow.get(commands.PtpCommonParams).velocity_ratio == 25
     job.stop()
     with pytest.raises(errors.ClosedError, match="stopped"):
         job.wait()
-    assert slow.get(commands.PTPCommonParams).velocity_ratio == 50
+    assert slow.get(commands.PtpCommonParams).velocity_ratio == 50
     with pytest.raises(errors.ClosedError):
         job.set_speed(60)
 
