@@ -212,8 +212,8 @@ impl Job {
         let set = self.inner.get(py)?.handle.set_speed(percent);
         set.or_else(|error| {
             let kind = match error {
-                SpeedError::Ending | SpeedError::Ended => ErrorKind::Closed,
-                _ => ErrorKind::InvalidInput,
+                SpeedError::Ending | SpeedError::Ended => ErrorCode::RunOver,
+                _ => ErrorCode::InvalidValue,
             };
             Err(errors::raise(py, &Error::new(kind, error.to_string())))
         })

@@ -209,7 +209,7 @@ fn with_runtime(path: &[Set], options: Options) {
 
 /// The blocking handle, whose runtime has a thread of its own.
 fn with_blocking(path: &[Set]) {
-    let arm = blocking::Arm::connect(&target()).expect("the arm is in this process");
+    let arm = blocking::Arm::connect(target()).expect("the arm is in this process");
     arm.clear_alarms().expect("it answers");
     let ran = arm.run(path.iter().copied(), |_| {}).expect("it runs");
     assert_eq!(ran.commands, path.len() as u64);

@@ -97,8 +97,8 @@ fn a_port_in_use_names_its_user() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("arm");
     let _served = serve(|server| server.pty(&path));
-    let _first = blocking::Arm::connect(&serial(&path)).unwrap();
-    let error = blocking::Arm::connect(&serial(&path)).unwrap_err();
+    let _first = blocking::Arm::connect(serial(&path)).unwrap();
+    let error = blocking::Arm::connect(serial(&path)).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Port);
     assert!(error.to_string().contains("in use by"), "{error}");
     #[cfg(target_os = "linux")]
@@ -121,7 +121,7 @@ fn a_port_that_another_program_has_locked_is_not_said_to_be_ours() {
     let mut line = String::new();
     let out = other.stdout.take().unwrap();
     std::io::BufRead::read_line(&mut std::io::BufReader::new(out), &mut line).unwrap();
-    let message = blocking::Arm::connect(&serial(&path))
+    let message = blocking::Arm::connect(serial(&path))
         .unwrap_err()
         .to_string();
     drop(other.stdin.take());
@@ -144,7 +144,7 @@ fn a_runtime_that_goes_first_stops_the_arm_over_a_pseudo_terminal() {
         .build()
         .unwrap();
     runtime.block_on(async {
-        let arm = magician::Arm::connect(&serial(&path)).await.unwrap();
+        let arm = magician::Arm::connect(serial(&path)).await.unwrap();
         arm.start_queue().await.unwrap();
         for y in [100.0, -100.0, 100.0, -100.0] {
             let Set::PtpCmd(go) = words::move_to(200.0, y, 40.0, 0.0) else {
@@ -155,7 +155,7 @@ fn a_runtime_that_goes_first_stops_the_arm_over_a_pseudo_terminal() {
         // Dropped here; the task that would stop the arm never runs again.
     });
     drop(runtime);
-    let arm = blocking::Arm::connect(&serial(&path)).unwrap();
+    let arm = blocking::Arm::connect(serial(&path)).unwrap();
     arm.wait_still().unwrap();
     assert_eq!(arm.left_space().unwrap(), 32);
 }

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use magician::{Arm, Events, StateWatch};
+use magician_job::Polled;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use tokio::task::spawn_blocking;
 use tokio::time::sleep;
@@ -21,7 +22,7 @@ use super::keys::{self, is_in_front};
 use super::show;
 use crate::failure::Failure;
 use crate::interrupt::{Control, Signal};
-use crate::terminal::{FRAME, Polled, Seen, Stage, Told, event_text, take_log};
+use crate::terminal::{FRAME, Seen, Stage, Told, event_text, take_log};
 use crate::verbs::jog::title;
 use crate::verbs::watch::{Around, around};
 pub(super) use view::Model;
@@ -121,7 +122,7 @@ impl Screen {
                 for line in take_log() {
                     model.seen.note(line);
                 }
-                model.seen.look(Instant::now());
+                model.seen.arm.tick(Instant::now());
                 if let Some(stage) = &self.stage {
                     stage.show(model.clone());
                 }
@@ -151,7 +152,7 @@ impl Screen {
                     Told::Event(_) | Told::Beat => {}
                 },
                 status = self.state.changed() => match status {
-                    Ok(status) => self.model.borrow_mut().seen.see(status),
+                    Ok(status) => self.model.borrow_mut().seen.arm.observe(status),
                     // The job hears of that too.
                     Err(_) => sleep(FRAME).await,
                 },

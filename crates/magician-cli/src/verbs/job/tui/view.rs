@@ -76,7 +76,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, theme: Theme) {
     frame.render_widget(text, header);
     let [sheet, beside] =
         Layout::horizontal([Constraint::Fill(1), Constraint::Length(BESIDE)]).areas(middle);
-    let tip = model.seen.status.as_ref();
+    let tip = model.seen.arm.status.as_ref();
     let tip = tip.map(|status| [status.pose.x, status.pose.y].map(f64::from));
     let done = (model.step, model.steps);
     model.sheet.draw(frame, sheet, done, tip, theme);

@@ -7,7 +7,7 @@ fn model() -> Model {
     let mut seen = Seen::new("arm at a port".to_owned(), 32);
     let mut first = status();
     first.left_space = 16;
-    seen.see(first);
+    seen.arm.observe(first);
     seen.note("beginning at step 2");
     Model {
         verb: "draw",
