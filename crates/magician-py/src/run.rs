@@ -210,12 +210,12 @@ impl Job {
     /// Has what is not sent yet go at this share of its speed, percent.
     fn set_speed(&self, py: Python<'_>, percent: u8) -> PyResult<()> {
         let set = self.inner.get(py)?.handle.set_speed(percent);
-        set.or_else(|error| {
-            let kind = match error {
+        set.map_err(|error| {
+            let code = match error {
                 SpeedError::Ending | SpeedError::Ended => ErrorCode::RunOver,
                 _ => ErrorCode::InvalidValue,
             };
-            Err(errors::raise(py, &Error::new(kind, error.to_string())))
+            errors::raise(py, &Error::new(code, error.to_string()))
         })
     }
 
