@@ -54,7 +54,7 @@ def refuses_unhomed(checks, port):
             arm.run(plan)
             checks.ok("an arm that was not homed is not drawn with", False)
         except magician.errors.InvalidInputError as error:
-            named = all(name in str(error) for name in ("`arm.home()`", "`unhomed=True`"))
+            named = all(name in str(error) for name in ("`arm.home()`", "unhomed=True"))
             checks.ok("an arm that was not homed is not drawn with", named and arm.current_index() == 0, error)
         checks.equal("unhomed=True goes on", arm.run(plan, unhomed=True).pen, "up")
         checks.near("and lifts the pen", arm.pose().z, 0)

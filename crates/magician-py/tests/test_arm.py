@@ -310,7 +310,7 @@ def test_a_queue_of_another_program(arm: Arm) -> None:
         arm.begin(program).finish()
     arm.stop_gentle()
     arm.clear_alarms()
-    with pytest.raises(errors.InvalidInputError, match=r"2 commands .*`arm\.stop\(\)`.*`keep=True`"):
+    with pytest.raises(errors.InvalidInputError, match=r"2 commands .*`arm\.stop\(\)`.*keep=True"):
         arm.wait(0.1)
     arm.perform([words.wait(0.1)], keep=True)
 
@@ -392,14 +392,14 @@ def test_ports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(errors.PortError, match="missing") as caught:
         Arm(tmp_path / "missing")
     assert isinstance(caught.value, OSError) and caught.value.kind == "port"
-    with pytest.raises(errors.InvalidInputError, match="names no port"):
+    with pytest.raises(errors.InvalidInputError, match="does not name a port"):
         Arm("nonsense")
     monkeypatch.setenv("MAGICIAN_PORT", "sim:2")
     with Arm() as arm:
         assert arm.name == "sim:2"
     if not any(port.likely_arm for port in magician.ports()):
         monkeypatch.setenv("MAGICIAN_PORT", "")
-        with pytest.raises(errors.PortError, match=r'no arm found .* Name a port, or use "sim"'):
+        with pytest.raises(errors.PortError, match=r'no arm found .* port="sim" is a virtual arm'):
             Arm()
     with pytest.raises(errors.InvalidInputError, match="window"):
         Arm("udp:127.0.0.1", window=4)
@@ -501,7 +501,7 @@ def test_every_parameter_has_a_line_of_its_own() -> None:
 def test_a_wait_in_a_stopped_queue_says_what_to_do(arm: Arm) -> None:
     arm.stop_gentle()
     index = arm.enqueue(words.wait(3600))
-    with pytest.raises(errors.ResponseTimeoutError, match=r"its queue is stopped: `arm.start_queue\(\)` lets it go on"):
+    with pytest.raises(errors.ResponseTimeoutError, match=r"its queue is stopped; `arm.start_queue\(\)` lets it go on"):
         arm.wait_for(index)
     assert arm.left_space() == 31
 

@@ -228,7 +228,7 @@ def test_the_log(caplog: pytest.LogCaptureFixture) -> None:
             assert heard.wait(30)
     finally:
         logger.removeHandler(handler)
-    assert "`arm.home()`" in caplog.text and "sim" in caplog.text
+    assert "home it" in caplog.text and "sim" in caplog.text
     assert caplog.records[0].levelno == logging.WARNING
 
 
