@@ -183,6 +183,21 @@ fn keys_make_a_drawing_slower_and_faster() {
     assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
 }
 
+/// All of it is M4: its power follows the speed.
+#[test]
+fn what_burns_in_proportion_to_speed_is_made_slower() {
+    let place = Place::homed("5");
+    place.write("burn.gcode", &BURNS.replace("M3", "M4"));
+    let burn = ["engrave", "burn.gcode", "--surface", "-50", "--yes"];
+    let mut terminal = Terminal::running(place.command(&burn));
+    terminal.until_seen("left");
+    terminal.types("-");
+    terminal.until_seen("left, at 90 %");
+    terminal.types("s");
+    terminal.until_seen("interrupted:");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+}
+
 /// What is no job is stopped as the system does it: the signal is not caught.
 #[test]
 fn other_verbs_leave_it_to_the_system() {
