@@ -234,7 +234,7 @@ impl JobHandle {
     /// 100 percent.
     ///
     /// A job that burns goes at another speed only if all that it burns has its power in proportion to speed
-    /// ([`Step::follows_speed`](magician_program::plan::Step)): its power follows, so that it burns nowhere deeper than at full
+    /// ([`Step::follows_speed`](magician_program::Step::follows_speed)): its power follows, so that it burns nowhere deeper than at full
     /// speed. The change comes on a way with the laser off that is long enough to slow down and speed up on.
     ///
     /// # Errors
