@@ -24,6 +24,14 @@ fn state(child: &Child) -> char {
     rest.chars().next().expect("a state")
 }
 
+/// The signals that a process catches.
+fn caught(child: &Child) -> u64 {
+    let status = fs::read_to_string(format!("/proc/{}/status", child.id()));
+    let status = status.expect("it is there");
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    u64::from_str_radix(caught.expect("a mask").trim(), 16).expect("a mask")
+}
+
 fn until_stopped(child: &Child) {
     let deadline = Instant::now() + Duration::from_secs(60);
     while state(child) != 'T' {
@@ -84,6 +92,25 @@ fn a_job_pauses_before_it_is_stopped_and_goes_on_when_it_is_continued() {
     terminal.until_seen("interrupted:");
     assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
     assert!(is_as_it_was(&terminal));
+}
+
+/// While it checks, if this test is as fast as usual.
+#[test]
+fn a_wish_that_comes_at_once_is_followed() {
+    let place = Place::homed("5");
+    let mut terminal = Terminal::running(place.draw(&[]));
+    while caught(&terminal.child) >> (Signal::TSTP.as_raw() - 1) & 1 == 0 {
+        std::thread::yield_now();
+    }
+    tell(&terminal.child, Signal::TSTP);
+    until_stopped(&terminal.child);
+    assert!(is_as_it_was(&terminal));
+    is_at_rest(&place);
+    tell(&terminal.child, Signal::CONT);
+    terminal.until_seen("step 3/");
+    terminal.types("s");
+    terminal.until_seen("interrupted:");
+    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
 }
 
 #[test]
@@ -204,10 +231,7 @@ fn other_verbs_leave_it_to_the_system() {
     let place = Place::homed("5");
     let mut terminal = Terminal::running(place.command(&["sim", "--tcp", "127.0.0.1:0"]));
     terminal.until("tcp");
-    let status = format!("/proc/{}/status", terminal.child.id());
-    let status = fs::read_to_string(status).expect("it is there");
-    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
-    let caught = u64::from_str_radix(caught.expect("a mask").trim(), 16).expect("a mask");
+    let caught = caught(&terminal.child);
     let bit = |signal: Signal| caught >> (signal.as_raw() - 1) & 1;
     assert_eq!((bit(Signal::TSTP), bit(Signal::CONT)), (0, 0));
     assert_eq!(bit(Signal::INT), 1, "{caught:x}");

@@ -216,7 +216,11 @@ impl Drive<'_> {
                         return None;
                     }
                 }
-                Next::Control(control) => run.suspends = control == Control::Suspend,
+                // The pause that begins a recording ends by itself: what is asked for before it waits for that.
+                Next::Control(control) if self.record.is_some() => {
+                    run.suspends = control == Control::Suspend;
+                }
+                Next::Control(control) => run.hears_early(control),
                 Next::Typed(typed) => match run.obeys(typed) {
                     Obeyed::Yes => {}
                     // Nobody who reads is no reason to stop.
@@ -226,7 +230,7 @@ impl Drive<'_> {
                     Obeyed::Refused(error) => super::say(&as_fast_as_before(error)),
                 },
                 Next::Resumed(_) => run.resuming = None,
-                Next::Paused(_) => run.pausing = None,
+                Next::Paused(paused) => run.is_paused_early(paused),
                 Next::Unrecorded(_) | Next::Over => return None,
             }
         }

@@ -215,6 +215,23 @@ impl UnderWay<'_> {
         self.acts(act, teller);
     }
 
+    /// The same while it is checked: it is paused before anything is sent, and all else follows when it is.
+    pub(super) fn hears_early(&mut self, control: Control) {
+        if self.suspension.hears(control, self.is_paused()) == Act::Pause {
+            self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person)));
+        }
+    }
+
+    /// What came of that while it is checked still: it ends before, or its pause is told next.
+    pub(super) fn is_paused_early(&mut self, paused: Result<(), PauseError>) {
+        self.pausing = None;
+        if paused.is_ok() {
+            self.pausing = Some(Box::pin(std::future::ready(paused)));
+        } else {
+            let _ = self.suspension.paused(paused);
+        }
+    }
+
     /// Does what a suspension needs next.
     pub(super) fn acts(&mut self, act: Act, teller: &Teller<'_>) {
         match act {
