@@ -16,7 +16,7 @@ pub(crate) struct File {
     /// File to run; `-` reads it from stdin
     #[arg(value_hint = ValueHint::FilePath)]
     pub(super) file: PathBuf,
-    /// What the file is, where its name and its content do not tell: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan
+    /// File type, if name and content do not tell: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan
     #[arg(long, value_name = "FORMAT")]
     pub(super) format: Option<Format>,
     /// What a G-code file is for: pen, laser, or servo (a pen that M3, M280 or M300 lifts by angles); if not given, a laser
@@ -36,7 +36,7 @@ pub(crate) struct File {
         hide_default_value = true
     )]
     pub(super) white: White,
-    /// Leave out points of a recording that are nearer than this to the line, mm; the times of the others stay
+    /// Leave out points of a recording nearer than this to the line, mm; the others keep their times
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub(super) resample: Option<f64>,
 }
@@ -57,10 +57,10 @@ pub(crate) struct Look {
     /// Only check it: exit status 10 if the arm cannot do all of it
     #[arg(long)]
     pub(super) check: bool,
-    /// Only tell how long it takes, and its lengths
+    /// Only estimate its time and lengths
     #[arg(long)]
     pub(super) estimate: bool,
-    /// Only draw what would come of it: a .svg or .png file
+    /// Only draw a preview: a .svg or .png file
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) preview: Option<PathBuf>,
     /// Do everything but send it; -v or --json prints the commands
@@ -94,13 +94,13 @@ pub(crate) struct Place {
     /// Put its middle at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     pub(super) at: Option<[f64; 2]>,
-    /// Scale it by this factor
+    /// Scale it by FACTOR
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     pub(super) scale: Option<f64>,
     /// Rotate it counter-clockwise, degrees
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number::<f64>)]
     pub(super) rotate: Option<f64>,
-    /// Make it smaller until the arm reaches all of it, and turn it by 90 degrees where that lets it be larger
+    /// Shrink it until the arm reaches all of it, turned by 90 degrees where that lets it be larger
     #[arg(long)]
     pub(super) fit: bool,
     /// With --fit: do not turn it
@@ -135,13 +135,13 @@ pub(crate) struct Way {
     /// Share of the set speed for moves from point to point, percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(super) speed_ratio: Option<f64>,
-    /// Do it so often; 0 is until Ctrl-C
+    /// Repeat it N times (0: until Ctrl-C)
     #[arg(long, value_name = "N")]
     pub(super) loops: Option<u64>,
     /// Begin at this step, counted from 1
     #[arg(long, value_name = "STEP", value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) from: Option<u64>,
-    /// Go on where the last run of this file ended before its end
+    /// Resume the last run of this file where it was interrupted
     #[arg(long, conflicts_with = "from")]
     pub(super) resume: bool,
     /// Write what the arm does meanwhile to a .mcap, .csv or .jsonl file; `magician record --help` has more. If it cannot be
@@ -157,7 +157,7 @@ pub(crate) struct Way {
     /// Run what an earlier program left in the queue first
     #[arg(long)]
     pub(super) keep: bool,
-    /// Refuse to move an arm that was not homed since it was switched on
+    /// Refuse an arm that was not homed since it was switched on
     #[arg(long, conflicts_with = "unhomed")]
     pub(super) require_homed: bool,
     /// Draw or engrave with an arm that was not homed since it was switched on: it may go to the wrong place
@@ -166,10 +166,10 @@ pub(crate) struct Way {
     /// Take the whole terminal while it runs: the sheet as it fills up, the time left, the queue, the line
     #[arg(long)]
     pub(super) tui: bool,
-    /// Leave the pen down at the end, and when it is stopped, instead of lifting it
+    /// Leave the pen down at the end and after a stop
     #[arg(long, conflicts_with = "park")]
     pub(super) stay: bool,
-    /// When all is done, go up and take the tip of the tool to this place, mm
+    /// When all is done, go up and park the tool's tip at this place, mm
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
     pub(super) park: Option<[f64; 3]>,
 }
