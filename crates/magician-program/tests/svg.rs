@@ -858,7 +858,7 @@ fn what_is_no_drawing_is_refused_with_its_place() {
     assert!(
         problem("<svg xmlns='http://www.w3.org/2000/svg' width='0' height='9'/>")
             .message
-            .contains("none")
+            .contains("has no size")
     );
     let far = problem(page("<path id='far' d='M0 0L1e8 1e8' stroke='red'/>"));
     assert_eq!(far.name.as_deref(), Some("far"));

@@ -59,7 +59,7 @@ pub enum Target {
 /// ```
 /// use magician::{IntoTarget, Target};
 ///
-/// assert_eq!("com3".into_target()?, Target::Serial("COM3".into()));
+/// assert_eq!("COM3".into_target()?, Target::Serial("COM3".into()));
 /// assert!("nowhere".into_target().is_err());
 /// # Ok::<(), magician::Error>(())
 /// ```

@@ -38,7 +38,7 @@ impl Plan {
     /// {"move":[220,0,50],"by":"line"}
     /// ]}"#;
     /// let problem = Plan::from_json(text.as_bytes()).unwrap_err();
-    /// assert_eq!(problem.to_string(), "line 3, column 9: `move` takes 4 numbers, x, y, z, r, and these are 3");
+    /// assert_eq!(problem.to_string(), "line 3, column 9: 'move' takes 4 numbers, x, y, z, r, and these are 3");
     /// ```
     ///
     /// # Errors
