@@ -1130,8 +1130,8 @@ class Job(Bound):
         """Has it go faster or slower from here on: what is not sent yet, also after a pause, goes at this share of its
         speed.
 
-        What the arm has already keeps the speed that it was sent with. A job that burns goes at another speed only where
-        all that it burns has its power in proportion to speed (M4), which follows then.
+        What the arm has already keeps the speed that it was sent with. A job that burns goes at another speed only
+        where all that it burns has its power in proportion to speed (M4), which follows then.
 
         :param percent: 10 to 100.
         :raises InvalidInputError: The job burns, and its power is right for its speed only.
