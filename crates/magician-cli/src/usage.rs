@@ -117,11 +117,11 @@ impl Found<'_> {
         } else if self.0.kind() == ErrorKind::InvalidSubcommand {
             hints.push("`magician help` lists them".to_owned());
         }
-        if !known.is_empty() {
+        if near.is_empty() && !known.is_empty() {
             hints.push(format!("it is one of {}", known.join(", ")));
         }
         hints.extend(self.all(ContextKind::Suggested));
-        if self.0.kind() != ErrorKind::InvalidSubcommand {
+        if hints.is_empty() {
             hints.extend(self.all(ContextKind::Usage));
         }
         hints

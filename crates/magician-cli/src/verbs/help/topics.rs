@@ -131,4 +131,12 @@ Exit status, and the kind of the error object that --json writes to stderr:
     8  alarm          an alarm holds the arm's queue
     9  uncertain      a command may or may not have been taken: look at the arm
    10  check-failed   what was checked is not right
-  130  interrupted    Ctrl-C";
+  130  interrupted    Ctrl-C
+
+The error object has kind and message, and what applies of: code (which
+error it is, finer than the kind: stopped, not-homed, foreign-commands),
+command, step, value, limit, unit, fence, from and to (queue indices in
+doubt), and remedies: what to do, each with its effect, as an action
+(home, clear-alarms), an option with its value, an option to leave out
+(without), or a command of the system. Programs decide by kind and code,
+never by the message.";
