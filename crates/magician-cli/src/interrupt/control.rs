@@ -99,10 +99,14 @@ mod unix {
             let Some(followed) = followed() else {
                 return Ok(None);
             };
-            let suspend = Wake::of(SIGTSTP)?;
             let goes_on = Wake::of(SIGCONT)?;
+            let suspend = Wake::of(SIGTSTP)?;
             LISTENERS.fetch_add(1, Ordering::SeqCst);
             followed.store(false, Ordering::SeqCst);
+            // A wish that came in between has been followed by the system, and this program has been continued since.
+            if goes_on.take() {
+                suspend.take();
+            }
             Ok(Some(Self { suspend, goes_on }))
         }
 
