@@ -8,7 +8,7 @@ use std::process::Stdio;
 use magician::drawing::{PAPER, Place};
 use magician::run;
 use magician::terminal::Terminal;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use rustix::termios::{LocalModes, tcgetattr};
 
 fn is_as_it_was(terminal: &Terminal) -> bool {
@@ -30,9 +30,7 @@ fn a_job_has_the_whole_terminal_obeys_the_same_keys_and_gives_it_back() {
     assert!(place.number("pose", "z") > PAPER + 9.0);
     terminal.types("p");
     terminal.until_drawn("running");
-    terminal.types("s");
-    terminal.until_seen("interrupted: the pen is up by");
-    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    terminal.interrupts("s", "interrupted: the pen is up by");
     assert!(is_as_it_was(&terminal));
 }
 
@@ -44,21 +42,12 @@ fn ctrl_z_gives_the_terminal_back_and_takes_it_again() {
     terminal.types("\x1a");
     // The screen as it was before.
     terminal.until("\x1b[?1049l");
-    let stat = format!("/proc/{}/stat", terminal.child.id());
-    while !std::fs::read_to_string(&stat)
-        .expect("it is there")
-        .contains(") T ")
-    {
-        std::thread::yield_now();
-    }
+    terminal.until_stopped();
     assert!(is_as_it_was(&terminal));
-    let pid = Pid::from_child(&terminal.child);
-    kill_process(pid, Signal::CONT).expect("it is there");
+    terminal.tell(Signal::CONT);
     terminal.until("\x1b[?1049h");
     terminal.until_drawn("running");
-    terminal.types("\x03");
-    terminal.until_seen("interrupted: the pen is up by");
-    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    terminal.interrupts("\x03", "interrupted: the pen is up by");
     assert!(is_as_it_was(&terminal));
 }
 

@@ -5,24 +5,11 @@ mod magician;
 
 use std::fs;
 use std::process::Child;
-use std::time::{Duration, Instant};
 
 use magician::drawing::{PAPER, Place, last};
 use magician::terminal::Terminal;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use rustix::termios::{LocalModes, tcgetattr};
-
-fn tell(child: &Child, signal: Signal) {
-    let pid = Pid::from_child(child);
-    kill_process(pid, signal).expect("it is there");
-}
-
-/// What the system says that a process does: `T` is stopped.
-fn state(child: &Child) -> char {
-    let stat = fs::read_to_string(format!("/proc/{}/stat", child.id())).expect("it is there");
-    let (_, rest) = stat.rsplit_once(") ").expect("a name");
-    rest.chars().next().expect("a state")
-}
 
 /// The signals that a process catches.
 fn caught(child: &Child) -> u64 {
@@ -30,14 +17,6 @@ fn caught(child: &Child) -> u64 {
     let status = status.expect("it is there");
     let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
     u64::from_str_radix(caught.expect("a mask").trim(), 16).expect("a mask")
-}
-
-fn until_stopped(child: &Child) {
-    let deadline = Instant::now() + Duration::from_secs(60);
-    while state(child) != 'T' {
-        assert!(Instant::now() < deadline, "it is not stopped");
-        std::thread::sleep(Duration::from_millis(5));
-    }
 }
 
 /// Whether the terminal is as it was: lines, and signs that are shown.
@@ -73,24 +52,22 @@ fn a_job_pauses_before_it_is_stopped_and_goes_on_when_it_is_continued() {
     let mut terminal = draws(&place);
     assert!(!is_as_it_was(&terminal));
     for _ in 0..2 {
-        tell(&terminal.child, Signal::TSTP);
+        terminal.tell(Signal::TSTP);
         // Another on the way changes nothing.
         terminal.until_seen("pausing");
-        tell(&terminal.child, Signal::TSTP);
-        until_stopped(&terminal.child);
+        terminal.tell(Signal::TSTP);
+        terminal.until_stopped();
         assert!(is_as_it_was(&terminal));
         is_at_rest(&place);
         assert!(pen_is_up(&place));
         terminal.until_seen("paused: p goes on");
-        tell(&terminal.child, Signal::CONT);
+        terminal.tell(Signal::CONT);
         terminal.until_seen("left");
         assert!(!is_as_it_was(&terminal));
     }
     terminal.types("p");
     terminal.until_seen("paused: p goes on, space stops");
-    terminal.types(" ");
-    terminal.until_seen("interrupted:");
-    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    terminal.interrupts(" ", "interrupted:");
     assert!(is_as_it_was(&terminal));
 }
 
@@ -102,15 +79,13 @@ fn a_wish_that_comes_at_once_is_followed() {
     while caught(&terminal.child) >> (Signal::TSTP.as_raw() - 1) & 1 == 0 {
         std::thread::yield_now();
     }
-    tell(&terminal.child, Signal::TSTP);
-    until_stopped(&terminal.child);
+    terminal.tell(Signal::TSTP);
+    terminal.until_stopped();
     assert!(is_as_it_was(&terminal));
     is_at_rest(&place);
-    tell(&terminal.child, Signal::CONT);
+    terminal.tell(Signal::CONT);
     terminal.until_seen("step 3/");
-    terminal.types("s");
-    terminal.until_seen("interrupted:");
-    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    terminal.interrupts("s", "interrupted:");
 }
 
 #[test]
@@ -119,24 +94,22 @@ fn a_job_that_a_person_has_paused_stays_paused() {
     let mut terminal = draws(&place);
     terminal.types("p");
     terminal.until_seen("paused: p goes on");
-    tell(&terminal.child, Signal::TSTP);
-    until_stopped(&terminal.child);
-    tell(&terminal.child, Signal::CONT);
+    terminal.tell(Signal::TSTP);
+    terminal.until_stopped();
+    terminal.tell(Signal::CONT);
     terminal.until_seen("paused: p goes on");
     is_at_rest(&place);
     terminal.types("p");
     terminal.until_seen("left");
-    terminal.types("s");
-    terminal.until_seen("interrupted:");
-    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    terminal.interrupts("s", "interrupted:");
 }
 
 #[test]
 fn what_cannot_go_on_stays_paused_and_says_why() {
     let place = Place::homed("5");
     let mut terminal = draws(&place);
-    tell(&terminal.child, Signal::TSTP);
-    until_stopped(&terminal.child);
+    terminal.tell(Signal::TSTP);
+    terminal.until_stopped();
     // Somebody leads the arm into an alarm meanwhile.
     let far = [
         "enqueue",
@@ -149,14 +122,12 @@ fn what_cannot_go_on_stays_paused_and_says_why() {
         "--start",
     ];
     place.run(&far);
-    tell(&terminal.child, Signal::CONT);
+    terminal.tell(Signal::CONT);
     terminal.until_seen("it stays paused: the arm is held by");
     assert!(place.run(&["alarms", "--clear"]).status.success());
     terminal.types("p");
     terminal.until_seen("left");
-    terminal.types("s");
-    terminal.until_seen("interrupted:");
-    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    terminal.interrupts("s", "interrupted:");
 }
 
 /// A line that burns, slowly.
@@ -172,24 +143,22 @@ fn a_job_that_burns_is_not_lit_again_by_itself() {
     // Its power is right for its speed only.
     terminal.types("-");
     terminal.until_seen("the speed stays as it is: the job burns");
-    tell(&terminal.child, Signal::TSTP);
-    until_stopped(&terminal.child);
+    terminal.tell(Signal::TSTP);
+    terminal.until_stopped();
     is_at_rest(&place);
-    tell(&terminal.child, Signal::CONT);
+    terminal.tell(Signal::CONT);
     terminal.until_seen("the job burns: it stays paused, with the laser off, until you press p");
     is_at_rest(&place);
     assert!(!laser_is_on(&place));
     // Nor by a second going on.
-    tell(&terminal.child, Signal::TSTP);
-    until_stopped(&terminal.child);
-    tell(&terminal.child, Signal::CONT);
+    terminal.tell(Signal::TSTP);
+    terminal.until_stopped();
+    terminal.tell(Signal::CONT);
     terminal.until_seen("paused: p goes on");
     is_at_rest(&place);
     terminal.types("p");
     terminal.until_seen("left");
-    terminal.types("s");
-    terminal.until_seen("interrupted:");
-    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    terminal.interrupts("s", "interrupted:");
 }
 
 #[test]
@@ -205,9 +174,7 @@ fn keys_make_a_drawing_slower_and_faster() {
     terminal.until_seen("left");
     terminal.types("-");
     terminal.until_seen("left, at 90 %");
-    terminal.types("s");
-    terminal.until_seen("interrupted:");
-    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    terminal.interrupts("s", "interrupted:");
 }
 
 /// All of it is M4: its power follows the speed.
@@ -220,9 +187,7 @@ fn what_burns_in_proportion_to_speed_is_made_slower() {
     terminal.until_seen("left");
     terminal.types("-");
     terminal.until_seen("left, at 90 %");
-    terminal.types("s");
-    terminal.until_seen("interrupted:");
-    assert_eq!(terminal.child.wait().expect("it ends").code(), Some(130));
+    terminal.interrupts("s", "interrupted:");
 }
 
 /// What is no job is stopped as the system does it: the signal is not caught.

@@ -6,6 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, Signal, kill_process};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcsetwinsize};
 
@@ -125,6 +126,34 @@ impl Terminal {
             let left = deadline.saturating_duration_since(Instant::now());
             assert!(self.read(left), "no {text:?} in {:?}", self.seen);
         }
+    }
+
+    /// Sends a signal to the program.
+    pub(crate) fn tell(&self, signal: Signal) {
+        let pid = Pid::from_child(&self.child);
+        kill_process(pid, signal).expect("it is there");
+    }
+
+    /// Waits until the program is stopped, as by Ctrl-Z.
+    pub(crate) fn until_stopped(&self) {
+        let deadline = Instant::now() + Duration::from_secs(60);
+        let stat = format!("/proc/{}/stat", self.child.id());
+        loop {
+            let stat = std::fs::read_to_string(&stat).expect("it is there");
+            let (_, rest) = stat.rsplit_once(") ").expect("a name");
+            if rest.starts_with('T') {
+                return;
+            }
+            assert!(Instant::now() < deadline, "it is not stopped");
+            std::thread::yield_now();
+        }
+    }
+
+    /// Stops a job by these keys: it says that it was interrupted, and exits so.
+    pub(crate) fn interrupts(&mut self, keys: &str, said: &str) {
+        self.types(keys);
+        self.until_seen(said);
+        assert_eq!(self.child.wait().expect("it ends").code(), Some(130));
     }
 
     pub(crate) fn types(&mut self, keys: &str) {
