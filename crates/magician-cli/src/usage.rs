@@ -20,7 +20,7 @@ impl From<&clap::Error> for Failure {
 struct Found<'e>(&'e clap::Error);
 
 impl Found<'_> {
-    /// Texts of this kind; none if there are none.
+    /// The texts of this kind; empty if clap gives none.
     fn all(&self, kind: ContextKind) -> Vec<String> {
         match self.0.get(kind) {
             Some(ContextValue::String(text)) => vec![text.clone()],

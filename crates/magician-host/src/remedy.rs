@@ -170,7 +170,7 @@ named! {
 }
 
 named! {
-    /// An option of whoever wanted something, by its name in `snake_case`: a flag of the command, an argument of Python, a field of a
+    /// An option of the caller, by its name in `snake_case`: a flag of the command, an argument of Python, a field of a
     /// job.
     Setting {
         /// Let the laser burn.
@@ -183,8 +183,6 @@ named! {
         Dialect = "dialect",
         /// Make it as large as fits.
         Fit = "fit",
-        /// The kind of file.
-        Format = "format",
         /// Burn what is white.
         Invert = "invert",
         /// Run what waits in the queue first.

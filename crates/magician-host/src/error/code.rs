@@ -83,11 +83,11 @@ named! {
         Fenced = "fenced",
         /// It is stronger or faster than the fence of the arm allows: [`Error::breach`](crate::Error::breach).
         FenceLimit = "fence-limit",
-        /// The laser would or could burn, and nobody has allowed that.
+        /// The laser would or could burn, and that was not allowed.
         LaserNotAllowed = "laser-not-allowed",
         /// The laser is on, and the arm would burn along its way.
         LaserOn = "laser-on",
-        /// Nobody has homed the arm since it was switched on.
+        /// The arm was not homed since it was switched on.
         NotHomed = "not-homed",
         /// It is not known where the arm stands.
         PositionUnknown = "position-unknown",
@@ -117,7 +117,7 @@ named! {
         LineLost = "line-lost",
         /// No answer came.
         NoAnswer = "no-answer",
-        /// Nobody kept a jog up.
+        /// A jog was not kept up.
         NotKept = "not-kept",
         /// It could not be sent in time.
         NotSent = "not-sent",

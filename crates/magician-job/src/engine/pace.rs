@@ -21,7 +21,7 @@ use crate::handle::FULL;
 
 /// A way that is cut is so much longer than speeding up and slowing down takes at full speed.
 const ROOM: f64 = 1.1;
-/// A ratio below it is none (1.10.4).
+/// The least ratio that a move may have (1.10.4).
 const LEAST_RATIO: f32 = 1.0;
 
 /// The settings that say how fast an arm goes.
@@ -335,7 +335,7 @@ impl Work {
         Ok(())
     }
 
-    /// Gives the arm the full speeds again, between two segments and before the pen goes up: whoever moves it then goes as fast
+    /// Gives the arm the full speeds again, between two segments and before the pen goes up: a person who moves it then goes as fast
     /// as always.
     pub(super) async fn leaves_pace(&self, arm: &Arm) -> Result<(), Error> {
         let full = {

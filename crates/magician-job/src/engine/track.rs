@@ -27,9 +27,9 @@ pub(super) struct Track {
     pub(super) tally: Tally,
     /// Commands taken from the program since it began, or went on.
     pub(super) pulled: u64,
-    /// Those of them that are none of the program's.
+    /// Those of them that are not the program's.
     inserted: u64,
-    /// Whether indices may be passed over, or stand for what is none of the program's, all along.
+    /// Whether indices may be passed over, or stand for commands that are not the program's, all along.
     passes_over: bool,
     /// What is run.
     pub(super) rest: Option<Rest>,
@@ -104,7 +104,7 @@ impl Track {
         self.pulled.saturating_sub(self.inserted + lead)
     }
 
-    /// A command is about to go out that is none of the program's. While the arm has not finished it an index may stand for it.
+    /// A command is about to go out that is not the program's. While the arm has not finished it an index may stand for it.
     pub(super) fn inserts(&mut self) {
         self.pulled += 1;
         self.inserted += 1;

@@ -16,7 +16,7 @@ pub enum TeachError {
     NotAMove,
     /// The arm moves: a point is where it stands.
     Moving,
-    /// The arm does not answer: nobody knows where it is.
+    /// The arm does not answer: its position is unknown.
     NoAnswer,
 }
 

@@ -148,7 +148,7 @@ impl UnderWay<'_> {
                 },
                 resumed = resumed => Next::Resumed(resumed),
                 event = events.next() => event.map_or(Next::Over, Next::Event),
-                // Behind the events: what is told of the pause is told before this program stops.
+                // After the events: the pause is shown before this program stops.
                 paused = paused => Next::Paused(paused),
                 failure = unrecorded => Next::Unrecorded(failure),
             }

@@ -10,7 +10,7 @@ pub(super) const fn refusal(error: TeachError) -> &'static str {
         TeachError::IsArc => "an arc stays one; teach it anew to change it",
         TeachError::NotAMove => "this row is no move to a point",
         TeachError::Moving => "the arm moves: a point is where it stands",
-        TeachError::NoAnswer => "the arm does not answer: nobody knows where it is",
+        TeachError::NoAnswer => "the arm does not answer: its position is unknown",
         _ => "this cannot be taught",
     }
 }
