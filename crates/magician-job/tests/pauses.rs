@@ -35,7 +35,7 @@ async fn is_at_rest(cell: &VirtualArm, arm: &Arm, drawn: bool) {
 async fn jog_away(arm: &Arm, nth: u32) {
     let y = if nth.is_multiple_of(2) { 12.0 } else { -12.0 };
     let away = [words::line_by(8.0, y, 6.0, 0.0)];
-    arm.perform(&away).await.expect("it moves");
+    arm.run(&away).await.expect("it moves");
 }
 
 #[tokio::test(start_paused = true)]

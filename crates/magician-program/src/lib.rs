@@ -8,7 +8,7 @@
 //!            \-> Raster --engrave--> Plan        images: grey that becomes laser power
 //! Plan --check--> Report     every complaint with its line, column or element
 //!      --preview--> SVG or PNG
-//!      --Program, Rest--> Arm::begin   from any step on, in rounds, with the time that is left
+//!      --Program, Rest--> Arm::start   from any step on, in rounds, with the time that is left
 //! ```
 //!
 //! * [`read`](fn@read) takes the bytes of a file of any [`Format`]; what it gives says where in the file each step came from.

@@ -28,7 +28,7 @@ fn drawn(plan: &Plan, tool: &str) -> Vec<Vec<[f64; 2]>> {
     let cell = VirtualArm::in_scenario(&Scenario::from_toml(&scenario).unwrap());
     let arm = Arm::simulated(cell.clone(), Options::default()).unwrap();
     let commands: Vec<_> = plan.commands().collect();
-    arm.perform(&commands).unwrap();
+    arm.run(&commands).unwrap();
     cell.with(|arm| {
         let drawing = arm.drawing();
         drawing

@@ -63,7 +63,8 @@ fn the_driver_leaves_the_same_drawing() {
     let options = RehearseOptions::default();
     let cell = VirtualArm::from(stage(&plan, &options).unwrap());
     let arm = Arm::simulated(cell.clone(), Options::default()).unwrap();
-    arm.run(plan.commands().collect::<Vec<_>>(), |_| {})
+    arm.start(plan.commands().collect::<Vec<_>>())
+        .wait(|_| {})
         .unwrap();
     let done = rehearse(&plan, &options).unwrap();
     assert_eq!(cell.with(|arm| arm.drawing()), done.drawing);

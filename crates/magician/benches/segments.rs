@@ -201,7 +201,7 @@ fn with_runtime(path: &[Set], options: Options) {
         let arm = Arm::connect_with(&target(), options).await;
         let arm = arm.expect("the arm is in this process");
         arm.clear_alarms().await.expect("it answers");
-        let ran = arm.run(path.iter().copied(), |_| {}).await;
+        let ran = arm.start(path.iter().copied()).wait(|_| {}).await;
         assert_eq!(ran.expect("it runs").commands, path.len() as u64);
         arm.close().await;
     });
@@ -211,7 +211,10 @@ fn with_runtime(path: &[Set], options: Options) {
 fn with_blocking(path: &[Set]) {
     let arm = blocking::Arm::connect(target()).expect("the arm is in this process");
     arm.clear_alarms().expect("it answers");
-    let ran = arm.run(path.iter().copied(), |_| {}).expect("it runs");
+    let ran = arm
+        .start(path.iter().copied())
+        .wait(|_| {})
+        .expect("it runs");
     assert_eq!(ran.commands, path.len() as u64);
     arm.close();
 }

@@ -9,7 +9,7 @@ use magician::{Arm, Target, blocking, words};
 async fn with_async(target: &Target) -> magician::Result<()> {
     let arm = Arm::connect(target).await?;
     arm.home().await?;
-    arm.perform(&[
+    arm.run(&[
         words::speed(50.0, 50.0),
         words::move_to(200.0, 80.0, 40.0, 0.0),
         words::line_by(0.0, -160.0, 0.0, 0.0),
@@ -22,9 +22,9 @@ async fn with_async(target: &Target) -> magician::Result<()> {
 
 fn without_async(target: &Target) -> magician::Result<()> {
     let arm = blocking::Arm::connect(target)?;
-    arm.perform(&[words::move_joints(0.0, 45.0, 45.0, 0.0)])?;
+    arm.run(&[words::move_joints(0.0, 45.0, 45.0, 0.0)])?;
     // A target out of reach is refused before a byte of it is sent.
-    if let Err(error) = arm.perform(&[words::move_to(500.0, 0.0, 0.0, 0.0)]) {
+    if let Err(error) = arm.run(&[words::move_to(500.0, 0.0, 0.0, 0.0)]) {
         println!("as it should be: {error}");
     }
     Ok(())

@@ -39,14 +39,15 @@ async fn with_async(target: &Target) -> magician::Result<()> {
     let program = program()?;
     let time = arm.preflight().await?.program(&program)?;
     println!("takes {:.1} s", time.as_secs_f64());
-    arm.run(program, |progress| println!("{} done", progress.current.0))
+    arm.start(program)
+        .wait(|progress| println!("{} done", progress.current.0))
         .await?;
     Ok(())
 }
 
 fn without_async(target: &Target) -> magician::Result<()> {
     let arm = blocking::Arm::connect(target)?;
-    let ran = arm.perform(&program()?)?;
+    let ran = arm.run(&program()?)?;
     println!("{} commands", ran.commands);
     Ok(())
 }

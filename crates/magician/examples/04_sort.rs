@@ -54,7 +54,7 @@ fn carry(to: [f32; 3], hold: bool) -> [Set; 3] {
 fn cube_comes(arm: &Arm) -> magician::Result<bool> {
     let port = Some(AT_THE_BELT);
     let mut seen = false;
-    arm.perform(&[words::motor(BELT, BELT_SPEED)])?;
+    arm.run(&[words::motor(BELT, BELT_SPEED)])?;
     for _ in 0..PATIENCE {
         seen = arm
             .get_with::<IrSwitch>(&GetIrSwitch { port })?
@@ -64,9 +64,9 @@ fn cube_comes(arm: &Arm) -> magician::Result<bool> {
             break;
         }
         // The arm waits, not the program: a virtual arm at full speed is then as far as a real one after 20 ms.
-        arm.perform(&[words::wait(LOOK)])?;
+        arm.run(&[words::wait(LOOK)])?;
     }
-    arm.perform(&[words::motor(BELT, 0)])?;
+    arm.run(&[words::motor(BELT, 0)])?;
     Ok(seen)
 }
 
@@ -84,7 +84,7 @@ fn place_for(color: ColorSensor) -> (&'static str, [f32; 3]) {
 /// Sorts until the belt is empty, and tells what it has put where.
 fn sort(arm: &Arm) -> magician::Result<Vec<&'static str>> {
     arm.home()?;
-    arm.perform(&[
+    arm.run(&[
         words::tool_named("suction")?,
         words::jump_height(40.0, 100.0),
         words::infrared(AT_THE_BELT, true, SensorVersion::V2),
@@ -94,11 +94,11 @@ fn sort(arm: &Arm) -> magician::Result<Vec<&'static str>> {
     ])?;
     let mut sorted = Vec::new();
     while cube_comes(arm)? {
-        arm.perform(&[carry(PICK, true), carry(SHOW, true)].concat())?;
+        arm.run(&[carry(PICK, true), carry(SHOW, true)].concat())?;
         let port = Some(ON_THE_TABLE);
         let (name, place) = place_for(arm.get_with(&GetColorSensor { port })?);
         println!("a {name}");
-        arm.perform(&carry(place, false))?;
+        arm.run(&carry(place, false))?;
         sorted.push(name);
     }
     Ok(sorted)

@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use magician::commands::{CpCmd, CpParams, Pose};
 use magician::protocol::{CpMode, Flag};
-use magician::{Options, RunOptions, Set, blocking::Arm, words};
+use magician::{Options, Set, blocking::Arm, words};
 
 /// Radius of the ring and length of a segment, mm.
 const RADIUS: f32 = 10.0;
@@ -52,10 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let begun = Instant::now();
     let path = (1..=segments).map(|count| Set::from(point(&start, count)));
-    let ran = arm
-        .begin(path, RunOptions::default())
-        .along(here)
-        .finish(|_| {})?;
+    let ran = arm.start(path).along(here).wait(|_| {})?;
     let seconds = begun.elapsed().as_secs_f64();
     arm.set(&before)?;
 

@@ -20,7 +20,7 @@
 //! # fn main() -> magician::Result<()> {
 //! let arm = Arm::connect("sim")?; // or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
 //! arm.home()?;
-//! arm.perform(&[
+//! arm.run(&[
 //!     words::tool_named("suction")?,
 //!     words::jump_to(220.0, 60.0, -20.0, 0.0),
 //!     words::suction(true),
@@ -53,8 +53,8 @@ mod transport;
 mod virtual_arm;
 
 pub use arm::{
-    Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Owed, PerformOptions, Pin,
-    Progress, Ran, Run, RunOptions, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
+    Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Owed, Pin, Progress, Ran,
+    Run, RunOptions, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
 };
 #[cfg(feature = "faults")]
 pub use magician_host::faults;

@@ -31,7 +31,7 @@ pub(crate) use cell::Cell;
 /// "#)?;
 /// let cell = VirtualArm::in_scenario(&scenario);
 /// let arm = Arm::simulated(cell.clone(), Options::default())?;
-/// arm.perform(&[
+/// arm.run(&[
 ///     words::jump_to(220.0, 80.0, -40.0, 0.0),
 ///     words::suction(true),
 ///     words::wait(std::time::Duration::from_millis(500)),

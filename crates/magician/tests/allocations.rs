@@ -246,7 +246,7 @@ fn a_segment_through_the_driver_allocates_nothing() {
                 .await
                 .unwrap();
             arm.clear_alarms().await.unwrap();
-            assert_eq!(arm.run(path, |_| {}).await.unwrap().commands, 30_000);
+            assert_eq!(arm.start(path).wait(|_| {}).await.unwrap().commands, 30_000);
         });
         let [before, after] = seen.get();
         assert_eq!(after - before, 0, "window {window}");

@@ -120,7 +120,7 @@ fn turn(context: &mut Context, motor: u8, output: Stepper, speed: f32) -> Result
 }
 
 async fn advance(arm: &magician::Arm, command: Set, quiet: bool) -> Result<(), Failure> {
-    let run = arm.run([command], |_| {});
-    attended(quiet, "moving the belt", run).await?;
+    let mut run = arm.start([command]);
+    attended(quiet, "moving the belt", run.wait(|_| {})).await?;
     Ok(())
 }

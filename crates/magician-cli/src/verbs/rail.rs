@@ -2,7 +2,7 @@
 
 use clap::{Args, Subcommand};
 use magician::commands::{DeviceWithL, Pose, PoseL, PtpLParams};
-use magician::{Arm, RunOptions, Set, words};
+use magician::{Arm, Set, words};
 use magician_protocol::RailVersion;
 use serde::Serialize;
 
@@ -136,9 +136,9 @@ async fn go(
     }
     let check = arm.preflight_for(&commands).await?;
     check.clone().program(&commands)?;
-    let run = arm.begin(commands, RunOptions::default());
+    let run = arm.start(commands);
     let mut run = run.along(check);
-    attended(quiet, "moving along the rail", run.finish(|_| {})).await?;
+    attended(quiet, "moving along the rail", run.wait(|_| {})).await?;
     saved.forget();
     look(arm).await
 }

@@ -117,8 +117,8 @@ impl Move {
     ) -> Result<commands::Pose, Failure> {
         let (commands, end) = self.plan(arm, saved).await?;
         let options = RunOptions::default().keep(self.keep);
-        let run = arm.run_with(commands, options, |_| {});
-        attended(quiet, "moving", run).await?;
+        let mut run = arm.start_with(commands, options);
+        attended(quiet, "moving", run.wait(|_| {})).await?;
         saved.forget();
         let pose = arm.get::<commands::Pose>().await?;
         let found = [pose.x, pose.y, pose.z].map(f64::from);
@@ -139,7 +139,8 @@ impl Move {
         let (commands, _) = self.plan(arm, saved).await?;
         let options = RunOptions::default().keep(self.keep);
         let (taken, last) = (Notify::new(), Cell::new(QueueIndex(0)));
-        let run = arm.run_with(commands, options, |progress| {
+        let mut run = arm.start_with(commands, options);
+        let run = run.wait(|progress| {
             last.set(progress.last);
             if Some(progress.sent) == progress.total {
                 taken.notify_one();

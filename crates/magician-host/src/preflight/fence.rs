@@ -190,7 +190,6 @@ mod tests {
     use std::time::Duration;
 
     use magician_motion::{Cuboid, Fence, FencePart, ToolBias};
-    use magician_protocol::JogCommand;
 
     use super::*;
     use crate::words::{self, Guards};
@@ -262,7 +261,7 @@ mod tests {
             rear_arm_angle: 0.0,
             front_arm_angle: 0.0,
         };
-        for command in [words::jog_joint(JogCommand::Axis1Plus), Set::from(pose)] {
+        for command in [words::Axis::J1.plus().into(), Set::from(pose)] {
             assert!(start.clone().check(&command).is_err(), "{command:?}");
         }
     }

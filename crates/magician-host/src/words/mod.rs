@@ -1,7 +1,7 @@
 //! What people say to a robot arm, as commands.
 //!
-//! A word returns a command as a value and does nothing else: the driver's `Arm::perform` checks and runs them, `Arm::run`
-//! runs them, `Arm::enqueue_set` takes them one at a time, and programs may keep them in lists. Lengths are mm, angles degrees; the frame is the arm's: origin where the base axis meets the
+//! A word returns a command as a value and does nothing else: the driver's `Arm::run` checks a list and runs it, `Arm::start`
+//! runs any number as they come, `Arm::enqueue_set` takes one, and programs may keep them in lists. Lengths are mm, angles degrees; the frame is the arm's: origin where the base axis meets the
 //! shoulder axis, X forward, Y to the arm's left, Z up. The table is below z = 0.
 //!
 //! ```
@@ -19,6 +19,7 @@
 
 mod conveyor;
 mod io;
+mod jog;
 mod motion;
 mod rail;
 mod sensor;
@@ -31,6 +32,7 @@ pub use crate::preflight::{
 };
 pub use conveyor::*;
 pub use io::*;
+pub use jog::{Axis, JogDirection, UnknownAxis};
 pub use motion::*;
 pub use rail::*;
 pub use sensor::*;

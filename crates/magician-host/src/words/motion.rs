@@ -1,10 +1,9 @@
 //! Where the arm goes, and which way.
 
 use magician_protocol::commands::{
-    ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, HomeParams, JogCmd, LostStepCmd, LostStepParams,
-    PtpCmd,
+    ArcCmd, CircleCmd, CpCmd, CpLeCmd, HomeCmd, HomeParams, LostStepCmd, LostStepParams, PtpCmd,
 };
-use magician_protocol::{CpMode, Flag, JogCommand, PtpMode, Set};
+use magician_protocol::{CpMode, PtpMode, Set};
 
 fn ptp(ptp_mode: PtpMode, [x, y, z, r]: [f32; 4]) -> Set {
     PtpCmd {
@@ -172,27 +171,6 @@ pub fn home() -> Set {
 #[must_use]
 pub fn home_at(x: f32, y: f32, z: f32, r: f32) -> Set {
     HomeParams { x, y, z, r }.into()
-}
-
-/// Moves a joint until told to stop: send it at once, not through the queue, and end it with
-/// `Arm::stop_jog` (document 1.9.4, errata E25).
-#[must_use]
-pub fn jog_joint(direction: JogCommand) -> Set {
-    JogCmd {
-        is_joint: Flag::ON,
-        cmd: direction,
-    }
-    .into()
-}
-
-/// As [`jog_joint`], along a coordinate.
-#[must_use]
-pub fn jog_axis(direction: JogCommand) -> Set {
-    JogCmd {
-        is_joint: Flag::OFF,
-        cmd: direction,
-    }
-    .into()
 }
 
 /// Compares the joints with their sensors; a lost step raises an alarm (errata E36).

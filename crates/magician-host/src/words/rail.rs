@@ -1,9 +1,9 @@
 //! The sliding rail under the arm. Its carriage goes from 0 to 1000 mm (model section 12).
 
 use magician_protocol::commands::{
-    JogCmd, JogLParams, Pose, PtpLParams, PtpPoWithLCmd, PtpWithLCmd, SetDeviceWithL,
+    JogLParams, Pose, PtpLParams, PtpPoWithLCmd, PtpWithLCmd, SetDeviceWithL,
 };
-use magician_protocol::{Flag, JogCommand, PtpMode, RailVersion, Set};
+use magician_protocol::{PtpMode, RailVersion, Set};
 
 use crate::{Error, ErrorCode, Result};
 
@@ -121,21 +121,6 @@ pub fn rail_speed(velocity: f32, acceleration: f32) -> Set {
     PtpLParams {
         velocity,
         acceleration,
-    }
-    .into()
-}
-
-/// Moves the carriage, towards 1000 mm if `forward`, until told to stop: send it at once, and end it with
-/// `Arm::stop_jog` (document 1.9.4, errata E25).
-#[must_use]
-pub fn jog_rail(forward: bool) -> Set {
-    let cmd = match forward {
-        true => JogCommand::RailPlus,
-        false => JogCommand::RailMinus,
-    };
-    JogCmd {
-        is_joint: Flag::ON,
-        cmd,
     }
     .into()
 }

@@ -66,7 +66,7 @@ impl Work {
         }
         if !spec.keep {
             // An empty run refuses foreign commands in the queue: a clearer error than a check from an unknown start.
-            arm.run([], |_| {}).await?;
+            arm.start([]).wait(|_| {}).await?;
         }
         Ok(place)
     }

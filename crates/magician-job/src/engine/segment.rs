@@ -77,12 +77,14 @@ impl Work {
         };
         // Only of what keeps its speed it is no matter how much is handed on.
         let lead = Some(RunOptions::default().horizon).filter(|_| !self.needs_speed);
-        let options = RunOptions::default().keep(segment.keep).lead(lead);
-        let run = self.arm.begin(commands, options);
-        let run = run.along(rest.start().clone());
-        let mut run = run.unless_stopped_since(segment.stops);
+        let options = RunOptions::default()
+            .keep(segment.keep)
+            .lead(lead)
+            .unless_stopped_since(segment.stops);
+        let run = self.arm.start_with(commands, options);
+        let mut run = run.along(rest.start().clone());
         let end = {
-            let mut finish = pin!(run.finish(|progress| self.reached(segment, &progress)));
+            let mut finish = pin!(run.wait(|progress| self.reached(segment, &progress)));
             let wish = tokio::select! {
                 biased;
                 wish = inbox.wish() => Ok(wish),

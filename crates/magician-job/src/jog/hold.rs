@@ -7,7 +7,7 @@
 
 use std::time::Duration;
 
-use super::axis::JogDirection;
+use super::JogDirection;
 
 /// How long a jog goes on after its control was reported as held last.
 const HELD: Duration = Duration::from_millis(250);
@@ -183,7 +183,7 @@ impl HoldToRun {
 
 #[cfg(test)]
 mod tests {
-    use super::super::axis::Axis;
+    use super::super::Axis;
     use super::*;
 
     const UP: JogDirection = JogDirection {

@@ -3,7 +3,6 @@
 //!
 //! Nothing here knows a key, a picture or a sentence: what an order and its end look like is for the program that has the controls.
 
-mod axis;
 mod hold;
 mod order;
 mod pendant;
@@ -11,8 +10,8 @@ mod session;
 mod tools;
 mod worker;
 
-pub use axis::{Axis, JogDirection, UnknownAxis};
 pub use hold::{HoldAction, HoldToRun};
+pub use magician::words::{Axis, JogDirection, UnknownAxis};
 pub use order::{Activity, OrderDone, OrderError, PendantOrder, ToolOrder};
 pub use pendant::{JogFrame, JogMode, Pendant};
 pub use session::{PendantEvent, PendantSession, device_name, rail_position};

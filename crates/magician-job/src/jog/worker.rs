@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use magician::commands::{JogCommonParams, PtpCommonParams};
 use magician::words::Guards;
-use magician::{Arm, ErrorCode, Jog, JogOptions, Owed};
+use magician::{Arm, ErrorCode, Jog, JogOptions, Owed, RunOptions};
 use magician_program::{Ending, Plan, Program};
 use tokio::runtime::Handle;
 
@@ -144,7 +144,8 @@ impl ArmWorker {
                 let work = async move {
                     // From where it has come to rest: a jog may be ending.
                     arm.wait_still().await?;
-                    arm.perform_with(&[command], guards).await?;
+                    arm.run_with(&[command], RunOptions::default().guards(guards), |_| {})
+                        .await?;
                     Ok(None)
                 };
                 self.begin_if_free(activity, work)
@@ -243,7 +244,7 @@ impl ArmWorker {
         }
         let arm = self.arm.clone();
         let options = JogOptions::default().keep(keep);
-        let work = async move { Ok(arm.jog_with(direction.jog(), options).await.map(Some)?) };
+        let work = async move { Ok(arm.jog_with(direction, options).await.map(Some)?) };
         // The one under way is kept until this one has taken its place: so the arm goes over into it.
         self.begin_if_free(Activity::Jog(direction), work)
     }

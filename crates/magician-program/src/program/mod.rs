@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! Program --rest(step, start)--> Rest --check--> Report      what an arm that stands so would make of it
-//!                                     --commands--> Arm::begin
+//!                                     --commands--> Arm::start
 //!                                     --timetable--> Timetable   how long is left when so many steps are done
 //!                                     --stands_after             whether an arm stands where so many steps leave it
 //! ```

@@ -30,7 +30,7 @@ fn run(text: &str, tool: &str, bias: ToolBias) -> Drawing {
     arm.set(&bias).expect("it takes its tool");
     let (plan, _) = try_read(text).expect("it is all right");
     let commands: Vec<_> = plan.commands().collect();
-    arm.perform(&commands).expect("it can be done");
+    arm.run(&commands).expect("it can be done");
     cell.with(|arm| arm.drawing())
 }
 

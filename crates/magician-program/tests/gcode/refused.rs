@@ -163,7 +163,7 @@ fn accepted_or_refused(text: &str) -> bool {
     let arm = Arm::simulated(cell.clone(), Options::default()).expect("an arm");
     let before = cell.state();
     let commands: Vec<Set> = plan.commands().collect();
-    let ran = arm.perform(&commands);
+    let ran = arm.run(&commands);
     if report.is_good() {
         // An alarm on the way would have been an error.
         ran.expect("the arm can do it");

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician::{Arm, Options, RunOptions, SimSpeed, VirtualArm};
+use magician::{Arm, Options, SimSpeed, VirtualArm};
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::resume::{Tally, Verdict, settle};
 use magician_program::{Program, Rest};
@@ -29,9 +29,9 @@ pub(crate) async fn run_until(
     let rest = program.rest_within(from, at, start).expect("within reach");
     assert!(rest.check().is_good());
     let mut tally = Tally::new(rest.lead(), false);
-    let run = arm.begin(rest.commands(), RunOptions::default());
+    let run = arm.start(rest.commands());
     let mut run = run.along(rest.start().clone());
-    let all = run.finish(|progress| tally.note(progress.sent, progress.last.0));
+    let all = run.wait(|progress| tally.note(progress.sent, progress.last.0));
     tokio::select! {
         ran = all => {
             ran.expect("it runs");

@@ -11,7 +11,7 @@ use magician::faults::Faults;
 use magician::sim::world::Drawing;
 use magician::sim::{Line, Runner, Speed};
 use magician::words::{Guards, Preflight};
-use magician::{Arm, Error, ErrorKind, Options, Ran, Run, RunOptions, Set, VirtualArm};
+use magician::{Arm, Error, ErrorKind, Options, Ran, Run, Set, VirtualArm};
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::resume::{Mark, Seen, Span, Tally, Verdict};
 use magician_program::{Action, Plan, Step};
@@ -94,7 +94,7 @@ pub(crate) async fn draw_at(plan: &Plan, trouble: Trouble, pace: f64) -> Result<
     let mut ride = Ride::of(plan, start.clone(), trouble.window);
     let pulled = Rc::clone(&ride.pulled);
     let commands = (plan.commands()).inspect(move |_| pulled.set(pulled.get() + 1));
-    let mut run = arm.begin(commands, RunOptions::default()).along(start);
+    let mut run = arm.start(commands).along(start);
     let mut between = Vec::new();
     let begun = Instant::now();
     let end = ride.finish(&arm, &mut run, &cell, &mut between).await;
@@ -220,7 +220,7 @@ impl<'p> Ride<'p> {
     async fn turn<C: Iterator<Item = Set>>(&mut self, run: &mut Run<C>) -> Result<Ran, Error> {
         let (tally, mark) = (&mut self.tally, &mut self.mark);
         let ended = run
-            .finish(|progress| {
+            .wait(|progress| {
                 tally.note(progress.sent, progress.last.0);
                 let done = tally.finished(progress.current.0).least;
                 mark.finished = mark.finished.max(done);
@@ -274,7 +274,7 @@ impl<'p> Ride<'p> {
         if step < self.plan.steps.len() {
             let rest = self.plan.from_step(step, &now)?;
             let commands: Vec<Set> = rest.plan.commands().collect();
-            arm.run(commands, |_| {}).await?;
+            arm.start(commands).wait(|_| {}).await?;
         }
         outcome.rest = Some((step, drawn(cell)));
         Ok(())

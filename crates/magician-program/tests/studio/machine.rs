@@ -25,10 +25,10 @@ pub(crate) fn plan(format: Format, bytes: &[u8]) -> (Plan, Vec<String>) {
 pub(crate) fn run(plan: &Plan, tool: Tool) -> [f32; 4] {
     let arm = Arm::simulated(VirtualArm::default(), Options::default()).unwrap();
     arm.home().unwrap();
-    arm.perform(&[words::tool(plan.tool.unwrap_or(tool).bias())])
+    arm.run(&[words::tool(plan.tool.unwrap_or(tool).bias())])
         .unwrap();
     let commands: Vec<_> = plan.commands().collect();
-    arm.perform(&commands).unwrap();
+    arm.run(&commands).unwrap();
     let alarms = arm.alarms().unwrap();
     assert!(alarms.is_empty(), "{alarms:?}");
     let Pose { x, y, z, r, .. } = arm.get().unwrap();

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::words::{Guards, Preflight};
-use magician::{Error, ErrorCode, PerformOptions, Progress, QueueIndex, Ran, RunOptions, Set};
+use magician::{Error, ErrorCode, Progress, QueueIndex, Ran, RunOptions, Set};
 use pyo3::prelude::*;
 
 use super::Core;
@@ -81,15 +81,15 @@ impl Core {
         let guards = guards(py, &skip, require_homed)?;
         let commands = self::commands(commands)?;
         let arm = self.burning(py, allow_laser)?;
-        let options = PerformOptions::default()
+        let options = RunOptions::default()
             .guards(guards)
-            .run(RunOptions::default().keep(keep))
+            .keep(keep)
             .unless_stopped_since(arm.stops());
         let task = |reporter: Reporter| {
             let arm = arm.clone();
             async move {
                 let told = |progress| report(&reporter, progress);
-                arm.perform_with_options(&commands, options, told).await
+                arm.run_with(&commands, options, told).await
             }
         };
         Ok(Call::moving(&arm, task, ran))

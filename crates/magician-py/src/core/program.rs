@@ -49,7 +49,7 @@ impl Core {
         let py = commands.py();
         let options = how.options(py)?;
         let arm = self.burning(py, how.allow_laser)?;
-        let run = arm.begin(self::commands(commands)?, options);
+        let run = arm.start_with(self::commands(commands)?, options);
         Ok(Program {
             arm: Local::new(arm),
             run: Local::new(Arc::new(Mutex::new(run))),
@@ -64,8 +64,7 @@ impl Program {
         let run = Arc::clone(self.run.get(py)?);
         let task = |reporter: Reporter| async move {
             let mut run = run.lock().await;
-            run.finish(move |progress| report(&reporter, progress))
-                .await
+            run.wait(move |progress| report(&reporter, progress)).await
         };
         Ok(Call::moving(self.arm.get(py)?, task, ran))
     }

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex as Lock, PoisonError};
 
+use magician::words::JogDirection;
 use magician::{Error, Event, JogOptions, Pin, StateOptions, Status};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
@@ -79,12 +80,13 @@ impl Core {
     /// Begins a jog, for as long as it is kept up.
     fn jog(&self, command: &Bound<'_, PyAny>, keep: f64, ratio: Option<f32>) -> PyResult<Call> {
         let py = command.py();
-        let command = values::command(command)?;
+        let direction = JogDirection::try_from(&values::command(command)?);
+        let direction = direction.map_err(|error| errors::raise(py, &error))?;
         let mut options = JogOptions::default().keep(seconds(py, "keep", keep)?);
         options.ratio = ratio;
         let arm = self.arm(py)?;
         Ok(Call::start(
-            async move { arm.jog_with(command, options).await },
+            async move { arm.jog_with(direction, options).await },
             |py, jog| {
                 let jog = Local::new(Lock::new(Some(jog)));
                 Jog { jog }.into_py_any(py)

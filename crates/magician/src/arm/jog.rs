@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use magician_protocol::commands::JogCommonParams;
-use magician_protocol::{Ctrl, FrameBuf, JogCommand, Layout, NoArgs, Set};
+use magician_protocol::commands::{JogCmd, JogCommonParams};
+use magician_protocol::{Ctrl, FrameBuf, Layout, NoArgs};
 use tokio::sync::{oneshot, watch};
 use tokio::time::{Instant, timeout_at};
 
@@ -13,7 +13,8 @@ use super::driver::{JogStart, Message, micros};
 use super::fenced_jog::FencedJog;
 use super::{Arm, Shared};
 use crate::connection::{Micros, Request};
-use crate::{Action, Error, ErrorCode, Result};
+use crate::words::JogDirection;
+use crate::{Error, ErrorCode, Result};
 
 /// How a [`Jog`] behaves.
 #[derive(Clone, Copy, Debug)]
@@ -138,12 +139,12 @@ impl Life {
 /// This is a convenience, not a safety function.
 ///
 /// ```no_run
-/// use magician::{blocking::Arm, protocol::JogCommand, words};
+/// use magician::{blocking::Arm, words::Axis};
 ///
 /// # fn main() -> magician::Result<()> {
 /// # let button_is_pressed = || true;
 /// let arm = Arm::connect("/dev/ttyUSB0")?;
-/// let jog = arm.jog(words::jog_joint(JogCommand::Axis1Plus))?;
+/// let jog = arm.jog(Axis::J1.plus())?;
 /// while button_is_pressed() {
 ///     jog.keep()?;
 /// }
@@ -247,38 +248,26 @@ impl Shared {
 
 impl Arm {
     /// Jogs, one axis or joint in one direction, for as long as the guard that this returns is
-    /// [kept up](Jog::keep), every 300 ms at least. `command` is what `words::jog_axis` and `words::jog_joint` make.
+    /// [kept up](Jog::keep), every 300 ms at least.
     /// It acts at once, past the queue. One jog at a time: a new one takes the place of one under way, and waits for
     /// the end of one that is being stopped. Under a [fence](super::Options::fence) it stops before that.
     ///
     /// # Errors
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that is no jog and while a program runs, [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) where the
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) while a program runs, [`ErrorKind::Unreachable`](crate::ErrorKind::Unreachable) where the
     /// arm's fence ([`Options::fence`](super::Options::fence)) leaves no room for it, else as [`set`](Self::set). When it is not certain that
     /// the jog did not begin, its stop is sent all the same.
-    pub async fn jog(&self, command: impl Into<Set>) -> Result<Jog> {
-        self.jog_with(command, JogOptions::default()).await
+    pub async fn jog(&self, direction: JogDirection) -> Result<Jog> {
+        self.jog_with(direction, JogOptions::default()).await
     }
 
     /// As [`jog`](Self::jog), with options.
     ///
     /// # Errors
     /// As [`jog`](Self::jog); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for options out of range.
-    pub async fn jog_with(&self, command: impl Into<Set>, options: JogOptions) -> Result<Jog> {
+    pub async fn jog_with(&self, direction: JogDirection, options: JogOptions) -> Result<Jog> {
         let stops = self.stops();
         let deadline = self.deadline();
-        let command = command.into();
-        let Set::JogCmd(cmd) = command else {
-            return Err(
-                Error::new(ErrorCode::WrongCommand, "it is not a jog command")
-                    .with_command(command.row().set_name),
-            );
-        };
-        if cmd.cmd == JogCommand::Stop {
-            return Err(
-                Error::new(ErrorCode::WrongCommand, "a stop does not begin a jog")
-                    .remedy(Action::StopJog, "ends one"),
-            );
-        }
+        let command = JogCmd::from(direction);
         options.check()?;
         if self.fences_jogs() && self.moving() {
             // What follows needs an arm that stands.
@@ -293,22 +282,22 @@ impl Arm {
             };
             self.ask_until(Request::set(&slower)?, deadline).await?;
         }
-        let turn = self.fence_jog(&cmd, deadline).await?;
+        let turn = self.fence_jog(&command, deadline).await?;
         let (_turn, fence) = turn.unzip();
         let fence = fence.flatten();
-        self.begin_jog(&command, options, fence, stops, deadline)
+        self.begin_jog(command, options, fence, stops, deadline)
             .await
     }
 
     async fn begin_jog(
         &self,
-        command: &Set,
+        command: JogCmd,
         options: JogOptions,
         fence: Option<FencedJog>,
         stops: u64,
         deadline: Instant,
     ) -> Result<Jog> {
-        let frame = FrameBuf::set(command, Ctrl::SET)?;
+        let frame = FrameBuf::set(&command.into(), Ctrl::SET)?;
         let life = Arc::new(Life {
             phase: watch::Sender::new(Phase::Running),
             keep: micros(options.keep),

@@ -39,7 +39,6 @@ pub use jog::{Jog, JogOptions};
 pub use link::Link;
 pub use options::Options;
 pub use owed::Owed;
-pub use perform::PerformOptions;
 pub use retract::Lifted;
 pub use run::{Ran, Run, RunOptions};
 use shared::Shared;
@@ -51,7 +50,7 @@ pub use watch::Progress;
 ///
 /// The three verbs are [`get`](Self::get), [`set`](Self::set) and [`enqueue`](Self::enqueue). They
 /// send what they are given. [`words`](crate::words) makes commands from intentions, and
-/// [`run`](Self::run) and [`perform`](Self::perform) keep any number of them flowing.
+/// [`run`](Self::run) and [`start`](Self::start) keep any number of them flowing.
 ///
 /// Every call ends: by its answer, or with an error by its deadline. All methods take `&self`;
 /// a [`stop`](Self::stop) from another task overtakes whatever is going on.
@@ -71,7 +70,7 @@ pub use watch::Progress;
 /// # async fn main() -> magician::Result<()> {
 /// let arm = Arm::connect("sim").await?;
 /// arm.set(&PtpCommonParams { velocity_ratio: 80.0, acceleration_ratio: 80.0 }).await?;
-/// arm.perform(&[words::move_to(200.0, 50.0, 20.0, 0.0)]).await?;
+/// arm.run(&[words::move_to(200.0, 50.0, 20.0, 0.0)]).await?;
 /// let pose: Pose = arm.get().await?;
 /// assert_eq!((pose.x, pose.y, pose.z), (200.0, 50.0, 20.0));
 /// # Ok(())

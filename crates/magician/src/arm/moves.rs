@@ -1,4 +1,4 @@
-//! What is asked for most often, as methods: the same as a [word](crate::words) given to [`Arm::perform`].
+//! What is asked for most often, as methods: the same as a [word](crate::words) given to [`Arm::run`].
 
 use magician_protocol::commands::{GetIoDi, IoDi, Pose};
 
@@ -30,9 +30,9 @@ impl Arm {
     /// ```
     ///
     /// # Errors
-    /// As [`perform`](Self::perform): it is checked before a byte of it is sent.
+    /// As [`run`](Self::run): it is checked before a byte of it is sent.
     pub async fn move_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
-        self.perform(&[words::move_to(x, y, z, r)]).await
+        self.run(&[words::move_to(x, y, z, r)]).await
     }
 
     /// Moves to a pose (mm, degrees) on a straight line, and waits until the arm is there.
@@ -40,7 +40,7 @@ impl Arm {
     /// # Errors
     /// As [`move_to`](Self::move_to).
     pub async fn line_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
-        self.perform(&[words::line_to(x, y, z, r)]).await
+        self.run(&[words::line_to(x, y, z, r)]).await
     }
 
     /// Moves to a pose (mm, degrees) over obstacles, up, across and down, and waits until the arm is there. How high is a setting:
@@ -49,7 +49,7 @@ impl Arm {
     /// # Errors
     /// As [`move_to`](Self::move_to).
     pub async fn jump_to(&self, x: f32, y: f32, z: f32, r: f32) -> Result<Ran> {
-        self.perform(&[words::jump_to(x, y, z, r)]).await
+        self.run(&[words::jump_to(x, y, z, r)]).await
     }
 
     /// Whether a digital input (EIO address 1 to 20, document 1.15.4) is high. The pin has to be set up as an input before:
@@ -69,6 +69,6 @@ impl Arm {
     /// # Errors
     /// As [`move_to`](Self::move_to).
     pub async fn wait_for_input(&self, address: u8, high: bool) -> Result<Ran> {
-        self.perform(&[words::wait_for_level(address, high)]).await
+        self.run(&[words::wait_for_level(address, high)]).await
     }
 }

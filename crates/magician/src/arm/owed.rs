@@ -22,7 +22,7 @@ use crate::words::{Preflight, Readings};
 /// # let arm = Arm::connect("sim").await?;
 /// let program = [words::speed(80.0, 80.0), words::line_to(220.0, 0.0, 50.0, 0.0)];
 /// let mut owed = Owed::read(&arm, &program).await?;
-/// let ran = arm.perform(&program).await;
+/// let ran = arm.run(&program).await;
 /// if ran.is_err() {
 ///     // What is left of it would come later, with the speeds of before.
 ///     arm.stop().await?;

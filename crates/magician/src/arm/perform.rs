@@ -16,41 +16,6 @@ use crate::{Action, ErrorKind, Result};
 /// So many commands are checked before other tasks get their turn.
 const TURN: usize = 1024;
 
-/// How [`Arm::perform_with_options`] checks and runs.
-#[derive(Clone, Copy, Debug, Default)]
-#[non_exhaustive]
-pub struct PerformOptions {
-    /// What is refused.
-    pub guards: Guards,
-    /// How it runs.
-    pub run: RunOptions,
-    /// Sends nothing when a stop came after there were so many ([`Arm::stops`]); at first those before the call.
-    pub stops: Option<u64>,
-}
-
-impl PerformOptions {
-    /// Sets [`guards`](Self::guards).
-    #[must_use]
-    pub fn guards(mut self, guards: Guards) -> Self {
-        self.guards = guards;
-        self
-    }
-
-    /// Sets [`run`](Self::run).
-    #[must_use]
-    pub fn run(mut self, run: RunOptions) -> Self {
-        self.run = run;
-        self
-    }
-
-    /// Sets [`stops`](Self::stops).
-    #[must_use]
-    pub fn unless_stopped_since(mut self, stops: u64) -> Self {
-        self.stops = Some(stops);
-        self
-    }
-}
-
 /// Checks a whole program, its end included. Many commands take a while, and others have connections to be served.
 async fn check_all(check: Preflight, commands: &[Set]) -> Result<()> {
     let mut check = check.summing();
@@ -66,34 +31,42 @@ async fn check_all(check: Preflight, commands: &[Set]) -> Result<()> {
 }
 
 impl Arm {
-    /// Checks a program as the arm stands now, before any of it is sent, and runs it.
+    /// Checks commands as the arm stands now, before any of them is sent, runs them through the queue, and returns when the last has
+    /// finished.
+    ///
+    /// What is not to be checked, or comes while it runs, is [started](Self::start) instead.
+    ///
+    /// ```
+    /// use magician::{Arm, ErrorKind, words};
+    ///
+    /// # #[tokio::main(flavor = "current_thread")]
+    /// # async fn main() -> magician::Result<()> {
+    /// # let arm = Arm::connect("sim").await?;
+    /// let ran = arm.run(&[words::move_to(220.0, 40.0, 30.0, 0.0), words::suction(true)]).await?;
+    /// assert_eq!(ran.commands, 2);
+    /// let error = arm.run(&[words::move_to(900.0, 0.0, 0.0, 0.0)]).await.unwrap_err();
+    /// assert_eq!((error.kind(), error.step()), (ErrorKind::Unreachable, Some(1)));
+    /// # Ok(())
+    /// # }
+    /// ```
     ///
     /// # Errors
     /// [`ErrorKind::Unreachable`] with value and limit and
-    /// [`ErrorKind::InvalidInput`] from the check,
+    /// [`ErrorKind::InvalidInput`] from the check, with the [step](crate::Error::step),
     /// [`ErrorKind::Alarm`] when one holds the queue already, else as
-    /// [`run`](Self::run).
-    pub async fn perform(&self, commands: &[Set]) -> Result<Ran> {
-        self.perform_with(commands, Guards::default()).await
+    /// [`Run::wait`](super::Run::wait).
+    pub async fn run(&self, commands: &[Set]) -> Result<Ran> {
+        self.run_with(commands, RunOptions::default(), |_| {}).await
     }
 
-    /// As [`perform`](Self::perform), refusing only what these guards refuse.
+    /// As [`run`](Self::run), with options; `progress` is called now and then.
     ///
     /// # Errors
-    /// As [`perform`](Self::perform).
-    pub async fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
-        let options = PerformOptions::default().guards(guards);
-        self.perform_with_options(commands, options, |_| {}).await
-    }
-
-    /// As [`perform_with`](Self::perform_with), with options, and tells how far it is.
-    ///
-    /// # Errors
-    /// As [`perform`](Self::perform).
-    pub async fn perform_with_options(
+    /// As [`run`](Self::run).
+    pub async fn run_with(
         &self,
         commands: &[Set],
-        options: PerformOptions,
+        options: RunOptions,
         progress: impl FnMut(Progress),
     ) -> Result<Ran> {
         let stops = options.stops.unwrap_or_else(|| self.stops());
@@ -105,13 +78,15 @@ impl Arm {
         }
         let check = self.preflight_for(commands).await?;
         check_all(check.clone().guards(guards), commands).await?;
-        let run = self.begin(commands.iter().copied(), options.run);
-        let mut run = run.along(check).unless_stopped_since(stops);
-        run.finish(progress).await
+        let options = options.unless_stopped_since(stops);
+        let mut run = self
+            .start_with(commands.iter().copied(), options)
+            .along(check);
+        run.wait(progress).await
     }
 
     /// Whether the arm is ready for these commands, as far as its alarms tell and these guards ask: what
-    /// [`perform_with`](Self::perform_with) looks at first. An alarm that holds the queue lets nothing run but homing.
+    /// [`run`](Self::run) looks at first. An alarm that holds the queue lets nothing run but homing.
     ///
     /// # Errors
     /// [`ErrorKind::Alarm`] for the guard `alarms`, [`ErrorKind::InvalidInput`] for `require_homed`; else as
@@ -232,7 +207,7 @@ impl Arm {
     /// half a minute. A laser that is on goes out first.
     ///
     /// # Errors
-    /// As [`run`](Self::run).
+    /// As [`Run::wait`](super::Run::wait).
     pub async fn home(&self) -> Result<()> {
         self.home_with(RunOptions::default()).await
     }
@@ -240,14 +215,14 @@ impl Arm {
     /// As [`home`](Self::home), with options for what waits in the queue.
     ///
     /// # Errors
-    /// As [`run`](Self::run).
+    /// As [`Run::wait`](super::Run::wait).
     pub async fn home_with(&self, options: RunOptions) -> Result<()> {
         self.inner.warned.store(true, Ordering::SeqCst);
         if self.laser().await? == Some(true) {
             self.darken().await?;
         }
         let home = Set::from(HomeCmd { reserved: 0 });
-        self.run_with([home], options, |_| {}).await?;
+        self.start_with([home], options).wait(|_| {}).await?;
         // Nothing waits that this could let run.
         self.ask(Request::set(&ClearAlarmsState {})?)
             .await

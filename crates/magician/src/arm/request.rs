@@ -85,7 +85,7 @@ impl Arm {
     }
 
     /// How many stops were asked for over this connection so far, by whomever:
-    /// [`Run::unless_stopped_since`](super::Run::unless_stopped_since).
+    /// [`RunOptions::unless_stopped_since`](super::RunOptions::unless_stopped_since).
     #[must_use]
     pub fn stops(&self) -> u64 {
         self.inner.shared.stops()

@@ -35,7 +35,7 @@ impl Arm {
     /// # #[tokio::main(flavor = "current_thread")]
     /// # async fn main() -> magician::Result<()> {
     /// # let arm = Arm::connect("sim").await?;
-    /// arm.perform(&[words::line_to(220.0, 0.0, -40.0, 0.0)]).await?;
+    /// arm.run(&[words::line_to(220.0, 0.0, -40.0, 0.0)]).await?;
     /// let lifted = arm.lift(10.0).await?;
     /// assert_eq!((lifted.by, lifted.pose.z), (10.0, -30.0));
     /// # Ok(())
@@ -112,9 +112,10 @@ impl Arm {
     /// Runs commands that were checked from there, and gives the speeds back that they change.
     async fn retract(&self, course: Preflight, commands: &[Set], stops: u64) -> Result<()> {
         let mut owed = Owed::read(self, commands).await?;
-        let run = self.begin(commands.iter().copied(), RunOptions::default());
-        let mut run = run.along(course).unless_stopped_since(stops);
-        let ran = run.finish(|_| {}).await;
+        let options = RunOptions::default().unless_stopped_since(stops);
+        let run = self.start_with(commands.iter().copied(), options);
+        let mut run = run.along(course);
+        let ran = run.wait(|_| {}).await;
         let restored = owed.give_back(self).await;
         ran?;
         restored

@@ -5,7 +5,7 @@
 //!
 //! # fn main() -> magician::Result<()> {
 //! let arm = blocking::Arm::connect("sim")?;
-//! arm.perform(&[words::move_to(220.0, 0.0, 50.0, 0.0)])?;
+//! arm.run(&[words::move_to(220.0, 0.0, 50.0, 0.0)])?;
 //! assert_eq!(arm.get::<magician::commands::Pose>()?.x, 220.0);
 //! # Ok(())
 //! # }
@@ -23,7 +23,7 @@ use magician_protocol::commands::Pose;
 use magician_protocol::{AlarmSet, Ctrl, FrameBuf, NoArgs, Queueable, Readable, Set, Writable};
 
 use crate::connection::Stats;
-use crate::words::{Guards, Preflight};
+use crate::words::Preflight;
 use crate::{
     IntoTarget, Lifted, Link, Options, Progress, QueueIndex, Ran, Result, RunOptions, Stopper,
 };
@@ -185,20 +185,25 @@ impl Arm {
         self.block(|arm| async move { arm.raw(id, ctrl, params).await })
     }
 
-    /// See [`crate::Arm::perform`].
+    /// See [`crate::Arm::run`].
     ///
     /// # Errors
     /// As there.
-    pub fn perform(&self, commands: &[Set]) -> Result<Ran> {
-        self.block(|arm| async move { arm.perform(commands).await })
+    pub fn run(&self, commands: &[Set]) -> Result<Ran> {
+        self.block(|arm| async move { arm.run(commands).await })
     }
 
-    /// See [`crate::Arm::perform_with`].
+    /// See [`crate::Arm::run_with`].
     ///
     /// # Errors
     /// As there.
-    pub fn perform_with(&self, commands: &[Set], guards: Guards) -> Result<Ran> {
-        self.block(|arm| async move { arm.perform_with(commands, guards).await })
+    pub fn run_with(
+        &self,
+        commands: &[Set],
+        options: RunOptions,
+        progress: impl FnMut(Progress),
+    ) -> Result<Ran> {
+        self.block(|arm| async move { arm.run_with(commands, options, progress).await })
     }
 
     /// See [`crate::Arm::preflight_for`].
@@ -209,39 +214,20 @@ impl Arm {
         self.block(|arm| async move { arm.preflight_for(commands).await })
     }
 
-    /// See [`crate::Arm::run`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
+    /// See [`crate::Arm::start`].
+    pub fn start<C>(&self, commands: C) -> Run<C::IntoIter>
     where
         C: IntoIterator<Item = Set>,
     {
-        self.run_with(commands, RunOptions::default(), progress)
+        self.start_with(commands, RunOptions::default())
     }
 
-    /// See [`crate::Arm::run_with`].
-    ///
-    /// # Errors
-    /// As there.
-    pub fn run_with<C>(
-        &self,
-        commands: C,
-        options: RunOptions,
-        progress: impl FnMut(Progress),
-    ) -> Result<Ran>
+    /// See [`crate::Arm::start_with`].
+    pub fn start_with<C>(&self, commands: C, options: RunOptions) -> Run<C::IntoIter>
     where
         C: IntoIterator<Item = Set>,
     {
-        self.block(|arm| arm.run_with(commands, options, progress))
-    }
-
-    /// See [`crate::Arm::begin`].
-    pub fn begin<C>(&self, commands: C, options: RunOptions) -> Run<C::IntoIter>
-    where
-        C: IntoIterator<Item = Set>,
-    {
-        Run::new(self.clone(), self.owner.arm.begin(commands, options))
+        Run::new(self.clone(), self.owner.arm.start_with(commands, options))
     }
 
     /// See [`crate::Arm::wait_with`].

@@ -6,7 +6,7 @@ use crate::{Progress, Ran, Result};
 
 /// See [`crate::Run`].
 #[derive(Debug)]
-#[must_use = "it runs when it is finished"]
+#[must_use = "it runs when it is waited for"]
 pub struct Run<C> {
     arm: Arm,
     run: crate::Run<C>,
@@ -25,12 +25,12 @@ impl<C: Iterator<Item = Set>> Run<C> {
         }
     }
 
-    /// See [`crate::Run::finish`].
+    /// See [`crate::Run::wait`].
     ///
     /// # Errors
     /// As there.
-    pub fn finish(&mut self, progress: impl FnMut(Progress)) -> Result<Ran> {
-        self.arm.owner.block(|_| self.run.finish(progress))
+    pub fn wait(&mut self, progress: impl FnMut(Progress)) -> Result<Ran> {
+        self.arm.owner.block(|_| self.run.wait(progress))
     }
 
     /// See [`crate::Run::is_interrupted`].

@@ -1,9 +1,8 @@
 use std::sync::Arc;
 
-use magician_protocol::Set;
-
 use super::Arm;
 use super::owner::{Owner, Server};
+use crate::words::JogDirection;
 use crate::{Error, Event, JogOptions, Result, StateOptions, Status};
 
 /// See [`crate::StateWatch`]. As an iterator it gives every reading, each waited for, until the connection ends.
@@ -113,18 +112,17 @@ impl Arm {
     ///
     /// # Errors
     /// As there.
-    pub fn jog(&self, command: impl Into<Set>) -> Result<Jog> {
-        self.jog_with(command, JogOptions::default())
+    pub fn jog(&self, direction: JogDirection) -> Result<Jog> {
+        self.jog_with(direction, JogOptions::default())
     }
 
     /// See [`crate::Arm::jog_with`].
     ///
     /// # Errors
     /// As there.
-    pub fn jog_with(&self, command: impl Into<Set>, options: JogOptions) -> Result<Jog> {
-        let command = command.into();
+    pub fn jog_with(&self, direction: JogDirection, options: JogOptions) -> Result<Jog> {
         Ok(Jog {
-            jog: self.block(|arm| arm.jog_with(command, options))?,
+            jog: self.block(|arm| arm.jog_with(direction, options))?,
             owner: Arc::clone(&self.owner),
         })
     }

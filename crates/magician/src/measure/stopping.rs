@@ -5,7 +5,7 @@ use tokio::time::{Instant, sleep};
 use super::tap::{Log, Tap};
 use super::{Ring, Spread};
 use crate::transport::Way;
-use crate::{Arm, Error, ErrorCode, ErrorKind, Options, Result, RunOptions, Target};
+use crate::{Arm, Error, ErrorCode, ErrorKind, Options, Result, Target};
 
 /// How long stops took while a stream of segments filled the line.
 #[derive(Clone, Debug, Default)]
@@ -48,7 +48,7 @@ pub async fn stops(
             stop_once(&arm, ring, done, &log, &mut times).await?;
             tick(done);
         }
-        arm.run([ring.back()], |_| {}).await?;
+        arm.start([ring.back()]).wait(|_| {}).await?;
         Ok::<_, Error>(())
     }
     .await;
@@ -70,7 +70,8 @@ struct Times {
 async fn stop_once(arm: &Arm, ring: Ring, turn: u32, log: &Log, times: &mut Times) -> Result<()> {
     let [least, most] = STREAM;
     let wait = least + (most - least).mul_f64((f64::from(turn) * PHASE).fract());
-    let stream = arm.run_with(ring.segments(), RunOptions::default(), |_| {});
+    let mut stream = arm.start(ring.segments());
+    let stream = stream.wait(|_| {});
     let stop = async {
         sleep(wait).await;
         log.forget();

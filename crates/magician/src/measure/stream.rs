@@ -5,7 +5,7 @@ use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpac
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep};
 
 use super::{Rate, Ring};
-use crate::{Arm, Result, RunOptions};
+use crate::{Arm, Result};
 
 /// What goes on beside a stream.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -135,8 +135,9 @@ pub async fn streamed(
             pauses(arm, load.pause, capacity, &supply, &looks, &mut pause),
         )
     };
+    let mut run = arm.start(segments);
     let ran = tokio::select! {
-        ran = arm.run_with(segments, RunOptions::default(), |_| {}) => ran?,
+        ran = run.wait(|_| {}) => ran?,
         broken = beside => return Err(broken.err().unwrap_or_else(crate::Error::closed)),
     };
     let in_a_row = match (ran.first, ran.last) {

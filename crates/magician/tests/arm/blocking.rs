@@ -45,8 +45,7 @@ fn the_blocking_handle_works_from_several_threads() {
     };
     arm.set(&ratio).unwrap();
     assert_eq!(arm.get::<PtpCommonParams>().unwrap(), ratio);
-    arm.perform(&[words::move_to(210.0, 10.0, 30.0, 0.0)])
-        .unwrap();
+    arm.run(&[words::move_to(210.0, 10.0, 30.0, 0.0)]).unwrap();
 }
 
 /// Far beyond what a call takes, so that no deadline comes into it.

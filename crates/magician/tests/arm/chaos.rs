@@ -221,7 +221,7 @@ fn off(place: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
 
 async fn to_its_end<C: Iterator<Item = Set>>(arm: &Arm, run: &mut Run<C>) -> magician::Result<Ran> {
     for _ in 0..50 {
-        match run.finish(|_| {}).await {
+        match run.wait(|_| {}).await {
             Ok(ran) => return Ok(ran),
             Err(error) if !run.is_interrupted() => return Err(error),
             Err(_) => arm.reconnected().await?,
@@ -239,7 +239,7 @@ async fn on_a_bad_line_everything_is_done_once_or_told() {
             let bench = Bench::new(seed, 20);
             let arm = bench.connect(window).await;
             let program = program(120);
-            let mut run = arm.begin(program.clone(), RunOptions::default().trust_pose(true));
+            let mut run = arm.start_with(program.clone(), RunOptions::default().trust_pose(true));
             let ended = to_its_end(&arm, &mut run).await;
             let (done, ..) = bench.look();
             let count = in_order(&program, &done, window, &name);
@@ -275,7 +275,7 @@ async fn a_cable_that_is_pulled_again_and_again() {
                 }
             });
             let program = program(120);
-            let mut run = arm.begin(program.clone(), RunOptions::default().trust_pose(true));
+            let mut run = arm.start_with(program.clone(), RunOptions::default().trust_pose(true));
             let ended = to_its_end(&arm, &mut run).await;
             let (done, ..) = bench.look();
             let count = in_order(&program, &done, window, &name);
@@ -302,7 +302,7 @@ async fn a_stop_at_any_time_is_the_last_word() {
             let arm = bench.connect(window).await;
             let mut dice = Dice(seed * 31 + 7);
             let program = program(120);
-            let mut run = arm.begin(program.clone(), RunOptions::default());
+            let mut run = arm.start(program.clone());
             let pause = match seed % 2 {
                 0 => Duration::from_micros(dice.below(80_000)),
                 _ => Duration::from_micros(dice.below(3_000_000)),
@@ -318,7 +318,7 @@ async fn a_stop_at_any_time_is_the_last_word() {
             // One of three is not even waited for.
             let ended = match how {
                 2 => {
-                    let _ = timeout(pause, run.finish(|_| {})).await;
+                    let _ = timeout(pause, run.wait(|_| {})).await;
                     if bench.0.lock().unwrap().taken.is_empty() {
                         // It had not begun, and may do so after a stop.
                         continue;
@@ -326,9 +326,9 @@ async fn a_stop_at_any_time_is_the_last_word() {
                     arm.stop()
                         .await
                         .unwrap_or_else(|error| panic!("{name}: {error}"));
-                    run.finish(|_| {}).await
+                    run.wait(|_| {}).await
                 }
-                _ => tokio::join!(run.finish(|_| {}), stopping).0,
+                _ => tokio::join!(run.wait(|_| {}), stopping).0,
             };
             if ended.is_ok() {
                 let (done, ..) = bench.look();
@@ -342,7 +342,7 @@ async fn a_stop_at_any_time_is_the_last_word() {
             let (done, waiting, moving) = bench.look();
             in_order(&program, &done, window, &name);
             assert!(waiting == 0 && !moving, "{name}: {waiting} {moving}");
-            assert!(run.finish(|_| {}).await.is_err(), "{name}");
+            assert!(run.wait(|_| {}).await.is_err(), "{name}");
             sleep(Duration::from_secs(5)).await;
             assert_eq!(bench.look().0.len(), done.len(), "{name}");
             arm.detach();

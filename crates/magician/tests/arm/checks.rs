@@ -3,7 +3,7 @@
 use magician::commands::EndEffectorParams;
 use magician::protocol::CpMode;
 use magician::words::Guards;
-use magician::{Act, Action, ErrorKind, words};
+use magician::{Act, Action, ErrorKind, RunOptions, words};
 use magician_motion::ArmModel;
 
 use crate::bench::{fast, real_time};
@@ -16,12 +16,12 @@ async fn checks_before_a_byte_is_sent() {
         words::line_to(250.0, 0.0, 20.0, 0.0),
         words::move_to(500.0, 0.0, 0.0, 0.0),
     ];
-    let error = arm.perform(&bad).await.unwrap_err();
+    let error = arm.run(&bad).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unreachable);
     assert_eq!(error.command(), Some("SetPTPCmd"));
     assert!(error.value() > error.limit() && error.unit() == Some("mm"));
     let nan = arm
-        .perform(&[words::move_to(f32::NAN, 0.0, 0.0, 0.0)])
+        .run(&[words::move_to(f32::NAN, 0.0, 0.0, 0.0)])
         .await
         .unwrap_err();
     assert_eq!(nan.kind(), ErrorKind::InvalidInput);
@@ -84,13 +84,13 @@ async fn nothing_begins_under_an_alarm_but_homing() {
         .unwrap();
     arm.start_queue().await.unwrap();
     let near = [words::move_to(200.0, 50.0, 20.0, 0.0)];
-    let error = arm.perform(&near).await.unwrap_err();
+    let error = arm.run(&near).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Alarm);
     assert_eq!(error.remedies()[0].act, Act::Do(Action::ClearAlarms));
     assert!(error.alarms().is_some_and(|alarms| alarms.contains(0x11)));
-    arm.perform(&[words::home()]).await.unwrap();
+    arm.run(&[words::home()]).await.unwrap();
     arm.clear_alarms().await.unwrap();
-    arm.perform(&near).await.unwrap();
+    arm.run(&near).await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]
@@ -98,11 +98,16 @@ async fn an_arm_that_was_not_homed_is_refused_on_request() {
     let arm = fast().await;
     let near = [words::move_to(200.0, 50.0, 20.0, 0.0)];
     let strict = Guards::ALL;
-    let error = arm.perform_with(&near, strict).await.unwrap_err();
+    let error = arm
+        .run_with(&near, RunOptions::default().guards(strict), |_| {})
+        .await
+        .unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidInput);
     assert_eq!(error.guard(), Some("require_homed"), "{error}");
     arm.home().await.unwrap();
-    arm.perform_with(&near, strict).await.unwrap();
+    arm.run_with(&near, RunOptions::default().guards(strict), |_| {})
+        .await
+        .unwrap();
 }
 
 #[tokio::test(start_paused = true)]
@@ -117,10 +122,10 @@ async fn a_moving_arm_is_at_an_unknown_start() {
     assert!(waiting.arm().is_none(), "a command waits in the queue");
     arm.start_queue().await.unwrap();
     let line = [words::line_to(200.0, 0.0, 20.0, 0.0)];
-    let error = arm.perform(&line).await.unwrap_err();
+    let error = arm.run(&line).await.unwrap_err();
     assert_eq!(error.guard(), Some("unknown_start"), "{error}");
     arm.wait(index).await.unwrap();
-    arm.perform(&line).await.unwrap();
+    arm.run(&line).await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]

@@ -2,9 +2,8 @@
 
 use std::time::Duration;
 
-use magician::commands::{Pose, WaitCmd};
-use magician::protocol::JogCommand;
-use magician::{Arm, ErrorKind, Link, Options, Set, words};
+use magician::commands::{JogCmd, Pose, WaitCmd};
+use magician::{Arm, ErrorKind, Link, Options, words};
 
 use crate::bench::{Bench, real_time};
 use crate::desk::Desk;
@@ -23,10 +22,10 @@ async fn the_last_clone_that_goes_stops_the_arm() {
     let desk = Desk::new();
     let first = desk.connect(Options::default()).await;
     let second = first.clone();
-    let Set::JogCmd(jog) = words::jog_joint(JogCommand::Axis1Plus) else {
-        panic!()
-    };
-    first.set(&jog).await.unwrap();
+    first
+        .set(&JogCmd::from(words::Axis::J1.plus()))
+        .await
+        .unwrap();
     assert!(second.moving(), "what one sets going, all have");
     drop(first);
     tokio::time::sleep(Duration::from_millis(500)).await;
@@ -56,7 +55,8 @@ async fn closing_ends_it_for_all_clones() {
     let waiting = {
         let arm = arm.clone();
         tokio::spawn(async move {
-            arm.run([words::wait(Duration::from_secs(60))], |_| {})
+            arm.start([words::wait(Duration::from_secs(60))])
+                .wait(|_| {})
                 .await
         })
     };
@@ -103,7 +103,7 @@ async fn a_thread_without_a_runtime_stops_a_run() {
         let arm = arm.clone();
         let moves = [100.0, -100.0].map(|y| words::move_to(200.0, y, 50.0, 0.0));
         let moves = moves.into_iter().cycle().take(100);
-        tokio::spawn(async move { arm.run(moves, |_| {}).await })
+        tokio::spawn(async move { arm.start(moves).wait(|_| {}).await })
     };
     tokio::time::sleep(Duration::from_secs(3)).await;
     let asked = std::thread::spawn(move || stopper.request_stop());
@@ -132,7 +132,7 @@ fn blocking_calls_are_stopped_from_another_thread() {
     let other = arm.clone();
     let running = std::thread::spawn(move || {
         let waits = [words::wait(Duration::from_secs(3600)); 3];
-        other.run(waits, |progress| {
+        other.start(waits).wait(|progress| {
             let _ = begun.send(progress.last);
         })
     });

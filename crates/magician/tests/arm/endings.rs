@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use magician::commands::WaitCmd;
-use magician::protocol::{FrameBuf, JogCommand};
+use magician::commands::{JogCmd, WaitCmd};
+use magician::protocol::FrameBuf;
 use magician::{Arm, Ctrl, Options, Set, words};
 use tokio::io::{AsyncReadExt, duplex};
 
@@ -49,7 +49,8 @@ async fn a_detached_handle_and_one_that_is_done_leave_the_arm_alone() {
             arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
             arm.detach();
         } else {
-            arm.run([words::wait(Duration::from_millis(1))], |_| {})
+            arm.start([words::wait(Duration::from_millis(1))])
+                .wait(|_| {})
                 .await
                 .unwrap();
         }
@@ -91,9 +92,13 @@ async fn a_handle_that_goes_while_its_program_fills_the_queue_leaves_nothing_in_
         let desk = Desk::new();
         let arm = desk.connect(Options::default()).await;
         let program = vec![words::wait(Duration::from_secs(1)); 20];
-        let run = arm.run(program, |_| {});
+        let mut run = arm.start(program);
         let patience = Duration::from_millis(patience);
-        assert!(tokio::time::timeout(patience, run).await.is_err());
+        assert!(
+            tokio::time::timeout(patience, run.wait(|_| {}))
+                .await
+                .is_err()
+        );
         filled +=
             u32::from(desk.with(|arm| !arm.state().queue.started && arm.state().queue.waiting > 0));
         arm.close().await;
@@ -114,10 +119,7 @@ fn a_runtime_that_goes_first_still_lets_the_stop_out() {
             .probe(false)
             .timeout(Duration::from_millis(1));
         let arm = Arm::over(near, options).await.unwrap();
-        let Set::JogCmd(jog) = words::jog_joint(JogCommand::Axis1Plus) else {
-            panic!()
-        };
-        let _ = arm.set(&jog).await;
+        let _ = arm.set(&JogCmd::from(words::Axis::J1.plus())).await;
     });
     drop(runtime);
     let runtime = tokio::runtime::Builder::new_current_thread()

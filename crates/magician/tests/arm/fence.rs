@@ -7,9 +7,9 @@ use magician::commands::{
     ArcCmd, ArcParams, CircleCmd, CpParams, EndEffectorParams, JogCommonParams, PtpCmd,
     PtpCoordinateParams, PtpJointParams, QueuedCmdStartDownload, QueuedCmdStartExec,
 };
-use magician::protocol::{Flag, FrameBuf, JogCommand, PtpMode};
+use magician::protocol::{Flag, FrameBuf, PtpMode};
 use magician::sim::State;
-use magician::words::{self, Guards};
+use magician::words::{self, Axis, Guards, JogDirection};
 use magician::{
     Act, Action, Arm, Ctrl, Cuboid, ErrorKind, Fence, FencePart, Options, RunOptions, Set,
     VirtualArm,
@@ -53,9 +53,15 @@ async fn no_door_lets_a_motion_through() {
         arm.enqueue_form(id, params).await.err(),
         arm.raw(id, Ctrl::SET, params).await.err(),
         arm.raw(id, Ctrl::QUEUED, params).await.err(),
-        arm.perform(&[command]).await.err(),
-        arm.perform_with(&[command], Guards::NONE).await.err(),
-        arm.run([command], |_| {}).await.err(),
+        arm.run(&[command]).await.err(),
+        arm.run_with(
+            &[command],
+            RunOptions::default().guards(Guards::NONE),
+            |_| {},
+        )
+        .await
+        .err(),
+        arm.start([command]).wait(|_| {}).await.err(),
     ];
     for (door, error) in outcomes.into_iter().enumerate() {
         let error = error.unwrap_or_else(|| panic!("door {door}"));
@@ -86,7 +92,7 @@ async fn what_cannot_be_checked_says_what_to_do() {
         .connect(Options::default().fence(floor()).allow_laser(true))
         .await;
     let free = desk.connect(Options::default()).await;
-    let jog = words::jog_joint(JogCommand::Axis1Plus);
+    let jog = Set::from(words::Axis::J1.plus());
     let error = arm.set_any(&jog).await.unwrap_err();
     assert_eq!(error.remedies()[0].act, Act::Do(Action::Jog), "{error}");
     let store = QueuedCmdStartDownload {
@@ -106,11 +112,11 @@ async fn what_cannot_be_checked_says_what_to_do() {
         arm.enqueue(&line(220.0, 0.0, 0.0)).await.err(),
         arm.set(&QueuedCmdStartExec {}).await.err(),
         arm.set(&line(220.0, 0.0, 0.0)).await.err(),
-        arm.run_with(
+        arm.start_with(
             [Set::from(line(220.0, 0.0, 0.0))],
             RunOptions::default().keep(true),
-            |_| {},
         )
+        .wait(|_| {})
         .await
         .err(),
     ];
@@ -186,10 +192,7 @@ async fn without_a_fence_no_frame_is_added() {
 
 #[tokio::test(start_paused = true)]
 async fn a_jog_stops_before_the_fence() {
-    for (command, joint) in [
-        (JogCommand::Axis3Minus, false),
-        (JogCommand::Axis3Plus, true),
-    ] {
+    for (direction, joint) in [(Axis::Z.minus(), false), (Axis::J3.plus(), true)] {
         let desk = Desk::new();
         let low = if joint { -40.0 } else { -60.0 };
         let fence = Fence::default().with_floor(low).unwrap();
@@ -202,11 +205,7 @@ async fn a_jog_stops_before_the_fence() {
         });
         let mut ends = 0;
         for _ in 0..12 {
-            let command = match joint {
-                true => words::jog_joint(command),
-                false => words::jog_axis(command),
-            };
-            let jog = match arm.jog(command).await {
+            let jog = match arm.jog(direction).await {
                 Ok(jog) => jog,
                 Err(error) => {
                     let breach = error.breach().copied();
@@ -235,7 +234,7 @@ async fn a_jog_stops_before_the_fence() {
         assert!((low..low + 5.0).contains(&lowest), "{lowest} after {ends}");
         assert!(ends >= 1);
         // Away from it nothing holds it.
-        let up = words::jog_axis(JogCommand::Axis3Plus);
+        let up = words::Axis::Z.plus();
         let jog = arm.jog(up).await.unwrap();
         sleep(Duration::from_millis(200)).await;
         jog.keep().unwrap();
@@ -393,19 +392,13 @@ impl Dice {
         }
     }
 
-    fn jog(&mut self) -> Set {
-        let commands = [
-            JogCommand::Axis1Plus,
-            JogCommand::Axis1Minus,
-            JogCommand::Axis2Plus,
-            JogCommand::Axis2Minus,
-            JogCommand::Axis3Plus,
-            JogCommand::Axis3Minus,
-        ];
-        let command = commands[self.one_of(6) as usize];
-        match self.one_of(2) {
-            0 => words::jog_joint(command),
-            _ => words::jog_axis(command),
+    fn jog(&mut self) -> JogDirection {
+        let (joints, space) = ([Axis::J1, Axis::J2, Axis::J3], [Axis::X, Axis::Y, Axis::Z]);
+        let way = self.one_of(6) as usize;
+        let axes = if self.one_of(2) == 0 { joints } else { space };
+        match way % 2 {
+            0 => axes[way / 2].plus(),
+            _ => axes[way / 2].minus(),
         }
     }
 }
@@ -469,8 +462,8 @@ async fn through(door: u32, arm: &Arm, program: &[Set]) -> [u64; 2] {
         0 | 1 => {
             for few in program.chunks(2) {
                 let ran = match door {
-                    0 => arm.perform(few).await,
-                    _ => arm.run(few.iter().copied(), |_| {}).await,
+                    0 => arm.run(few).await,
+                    _ => arm.start(few.iter().copied()).wait(|_| {}).await,
                 };
                 count(ran.is_ok());
             }
@@ -610,11 +603,11 @@ async fn a_virtual_arm_in_this_process_is_held_as_well() {
         .await
         .unwrap();
     assert!(
-        arm.perform(&[words::line_to(220.0, 0.0, -70.0, 0.0)])
+        arm.run(&[words::line_to(220.0, 0.0, -70.0, 0.0)])
             .await
             .is_err()
     );
-    arm.perform(&[words::line_to(220.0, 0.0, -60.0, 0.0)])
+    arm.run(&[words::line_to(220.0, 0.0, -60.0, 0.0)])
         .await
         .unwrap();
     arm.home().await.unwrap();

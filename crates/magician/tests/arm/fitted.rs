@@ -29,7 +29,7 @@ async fn each_of_many_steps_is_made_once_on_a_lossy_line() {
     let before = driver.get::<Pose>().await.unwrap().z;
     for _ in 0..30 {
         driver
-            .perform(&[words::move_by(0.0, 0.0, 1.0, 0.0)])
+            .run(&[words::move_by(0.0, 0.0, 1.0, 0.0)])
             .await
             .unwrap();
     }

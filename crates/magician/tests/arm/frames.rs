@@ -12,7 +12,7 @@ use crate::bench::fast;
 
 const PAGE: &str = include_str!("../../../../docs/FRAMES.md");
 
-/// Every word that `Arm::perform` takes, with its name.
+/// Every word that `Arm::run` takes, with its name.
 fn all() -> Vec<(&'static str, Set)> {
     let pose = Pose {
         x: 220.0,
@@ -83,7 +83,7 @@ async fn count(arm: &Arm, work: impl Future<Output = ()>) -> u64 {
 /// Frames of a word behind another one, and of the first word over a connection.
 async fn frames(arm: Arm, word: &Set) -> [u64; 2] {
     let perform = async |commands: &[Set]| {
-        arm.perform(commands).await.unwrap();
+        arm.run(commands).await.unwrap();
     };
     let before = words::move_to(220.0, 0.0, 20.0, 0.0);
     // It is told once that it was not homed; later nothing of that is believed.
@@ -127,9 +127,9 @@ async fn a_checked_move_is_five_frames() {
     let arm = fast().await;
     let there = words::move_to(220.0, 0.0, 20.0, 0.0);
     let back = words::line_to(220.0, 30.0, 20.0, 0.0);
-    arm.perform(&[there]).await.unwrap();
+    arm.run(&[there]).await.unwrap();
     let moves = async || {
-        arm.perform(&[back]).await.unwrap();
+        arm.run(&[back]).await.unwrap();
     };
     assert_eq!(count(&arm, moves()).await, 5);
     // A setting that was set over this connection is known.
@@ -158,11 +158,11 @@ async fn what_is_known_is_what_the_arm_has() {
         .await
         .unwrap();
     let there = words::line_to(220.0, 0.0, 20.0, 0.0);
-    arm.perform(&[there]).await.unwrap();
+    arm.run(&[there]).await.unwrap();
     // Another program moves the arm: the index tells, and all is read anew.
     let away = words::line_to(250.0, 60.0, 40.0, 0.0);
     let speeds = words::speed(20.0, 20.0);
-    other.perform(&[speeds, away]).await.unwrap();
+    other.run(&[speeds, away]).await.unwrap();
     let seen = arm.preflight_for(&[there]).await.unwrap();
     let at = seen.arm().unwrap().pose;
     assert!((at.x - 250.0).abs() < 1e-3 && (at.y - 60.0).abs() < 1e-3);

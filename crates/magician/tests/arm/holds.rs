@@ -42,12 +42,12 @@ async fn a_run_whose_last_motion_is_refused_has_failed() {
     let near = words::move_to(220.0, 0.0, 0.0, 0.0);
     let far = words::move_to(900.0, 0.0, 0.0, 0.0);
     for program in [vec![far], vec![near, far]] {
-        let error = arm.run(program, |_| {}).await.unwrap_err();
+        let error = arm.start(program).wait(|_| {}).await.unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Alarm);
         assert!(error.alarms().unwrap().contains(0x11), "{error}");
         arm.clear_alarms().await.unwrap();
     }
-    arm.run([near], |_| {}).await.unwrap();
+    arm.start([near]).wait(|_| {}).await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]
@@ -118,7 +118,7 @@ async fn a_move_of_the_rail_alone_is_no_hold() {
     let here: Pose = arm.get().await.unwrap();
     let along = words::move_with_rail(here.x, here.y, here.z, here.r, 800.0);
     let begun = Instant::now();
-    arm.run([along], |_| {}).await.unwrap();
+    arm.start([along]).wait(|_| {}).await.unwrap();
     assert!(begun.elapsed() > Duration::from_secs(7));
     arm.close().await;
     bench.abort();
@@ -136,7 +136,8 @@ async fn a_wait_of_another_program_before_ours_is_no_hold() {
     let runner = Runner::new(controller, Speed::Times(1.0), line);
     let arm = Arm::simulated(runner, Options::default()).await.unwrap();
     let options = RunOptions::default().keep(true);
-    arm.run_with([words::move_to(200.0, 50.0, 20.0, 0.0)], options, |_| {})
+    arm.start_with([words::move_to(200.0, 50.0, 20.0, 0.0)], options)
+        .wait(|_| {})
         .await
         .unwrap();
 }
@@ -209,6 +210,6 @@ async fn a_motor_that_runs_for_long_is_no_hold() {
     let arm = real_time().await;
     let begun = Instant::now();
     let belt = words::conveyor_by(magician::protocol::Stepper::Stepper1, 800.0, 20.0);
-    arm.run([belt], |_| {}).await.unwrap();
+    arm.start([belt]).wait(|_| {}).await.unwrap();
     assert!(begun.elapsed() > Duration::from_secs(39));
 }

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use magician::commands::JogCommonParams;
-use magician::protocol::JogCommand;
 use magician::{Arm, ErrorKind, JogOptions, Options, words};
 use tokio::io::duplex;
 use tokio::time::{Instant, sleep};
@@ -12,8 +11,8 @@ use crate::desk::Desk;
 
 const JOG: u8 = 73;
 
-fn turn() -> magician::Set {
-    words::jog_joint(JogCommand::Axis1Plus)
+fn turn() -> words::JogDirection {
+    words::Axis::J1.plus()
 }
 
 #[tokio::test(start_paused = true)]
@@ -47,10 +46,7 @@ async fn a_guard_that_is_dropped_and_one_that_stops() {
     drop(jog);
     sleep(Duration::from_secs(1)).await;
     assert!(!desk.moves());
-    let jog = arm
-        .jog(words::jog_axis(JogCommand::Axis3Plus))
-        .await
-        .unwrap();
+    let jog = arm.jog(words::Axis::Z.plus()).await.unwrap();
     sleep(Duration::from_millis(200)).await;
     assert!(desk.moves());
     jog.stop().await.unwrap();
@@ -140,10 +136,7 @@ async fn a_stop_ends_a_jog_and_a_new_jog_takes_its_place() {
     assert_eq!(jog.keep().unwrap_err().kind(), ErrorKind::Closed);
     assert!(!desk.moves());
     let first = arm.jog(turn()).await.unwrap();
-    let second = arm
-        .jog(words::jog_joint(JogCommand::Axis1Minus))
-        .await
-        .unwrap();
+    let second = arm.jog(words::Axis::J1.minus()).await.unwrap();
     assert_eq!(first.keep().unwrap_err().kind(), ErrorKind::Closed);
     first.stop().await.unwrap();
     sleep(Duration::from_millis(200)).await;
@@ -170,10 +163,7 @@ async fn a_jog_that_waits_for_an_end_that_does_not_come_never_begins() {
     drop(first);
     sleep(Duration::from_millis(10)).await;
     let begun = Instant::now();
-    let error = arm
-        .jog(words::jog_joint(JogCommand::Axis2Plus))
-        .await
-        .unwrap_err();
+    let error = arm.jog(words::Axis::J2.plus()).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
     assert!(begun.elapsed() <= Duration::from_millis(3010));
     desk.swallow(&[]);
@@ -182,16 +172,10 @@ async fn a_jog_that_waits_for_an_end_that_does_not_come_never_begins() {
 }
 
 #[tokio::test(start_paused = true)]
-async fn options_and_what_is_no_jog() {
+async fn options_out_of_range() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
     let invalid = |error: magician::Error| assert_eq!(error.kind(), ErrorKind::InvalidInput);
-    invalid(arm.jog(words::wait(Duration::ZERO)).await.unwrap_err());
-    invalid(
-        arm.jog(words::jog_joint(JogCommand::Stop))
-            .await
-            .unwrap_err(),
-    );
     for ratio in [0.0, 101.0, f32::NAN] {
         let options = JogOptions::default().ratio(ratio);
         invalid(arm.jog_with(turn(), options).await.unwrap_err());
@@ -225,7 +209,7 @@ async fn every_call_returns_by_its_deadline_on_a_line_that_takes_no_bytes() {
         let ended = match call {
             0 => arm.get::<magician::commands::Pose>().await.map(drop),
             1 => arm.enqueue_set(&wait).await.map(drop),
-            2 => arm.run([wait], |_| {}).await.map(drop),
+            2 => arm.start([wait]).wait(|_| {}).await.map(drop),
             3 => arm.stop().await,
             4 => arm.stop_jog().await,
             5 => arm.jog(turn()).await.map(drop),
@@ -233,7 +217,7 @@ async fn every_call_returns_by_its_deadline_on_a_line_that_takes_no_bytes() {
                 .jog_with(turn(), JogOptions::default().ratio(5.0))
                 .await
                 .map(drop),
-            _ => arm.perform(&[wait]).await.map(drop),
+            _ => arm.run(&[wait]).await.map(drop),
         };
         ended.unwrap_err();
         assert!(

@@ -63,8 +63,15 @@ async fn nothing_burns_on_a_real_arm_that_nobody_has_allowed_it_on() {
             arm.enqueue_form(id, params).await.err(),
             arm.raw(id, Ctrl::SET, params).await.err(),
             arm.raw(id, Ctrl::QUEUED, params).await.err(),
-            arm.perform_with(&[command], Guards::NONE).await.err(),
-            arm.run([words::wait(Duration::from_millis(1)), command], |_| {})
+            arm.run_with(
+                &[command],
+                RunOptions::default().guards(Guards::NONE),
+                |_| {},
+            )
+            .await
+            .err(),
+            arm.start([words::wait(Duration::from_millis(1)), command])
+                .wait(|_| {})
                 .await
                 .err(),
         ];
@@ -90,7 +97,7 @@ async fn nothing_burns_on_a_real_arm_that_nobody_has_allowed_it_on() {
     // A long program ends before what burns.
     let waits = std::iter::repeat_n(words::wait(Duration::from_millis(1)), 60);
     let program = waits.chain([words::laser(true)]);
-    let error = arm.run(program, |_| {}).await.unwrap_err();
+    let error = arm.start(program).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.code(), ErrorCode::LaserNotAllowed, "{error}");
     assert!(!desk.heard().contains(&(LASER, true)));
 }
@@ -134,7 +141,7 @@ async fn a_queue_with_commands_of_another_program_is_not_let_run() {
         arm.set_any(&Set::ClearAlarmsState(ClearAlarmsState {}))
             .await,
         arm.raw(240, Ctrl::SET, &[]).await.map(drop),
-        arm.run_with([wait], keep(), |_| {}).await.map(drop),
+        arm.start_with([wait], keep()).wait(|_| {}).await.map(drop),
         arm.home_with(keep()).await,
     ]
     .into_iter()
@@ -166,13 +173,16 @@ async fn begin_to_burn(arm: &Arm, length: f32) {
         real_time_track: Flag::OFF,
     };
     arm.set(&speeds).await.unwrap();
-    arm.perform(&[words::path_to(200.0, 0.0, 0.0)])
-        .await
-        .unwrap();
+    arm.run(&[words::path_to(200.0, 0.0, 0.0)]).await.unwrap();
     let arm = arm.clone();
     tokio::spawn(async move {
         let guards = Guards::default().laser(false);
-        arm.perform_with(&[burn(200.0, length)], guards).await
+        arm.run_with(
+            &[burn(200.0, length)],
+            RunOptions::default().guards(guards),
+            |_| {},
+        )
+        .await
     });
 }
 
@@ -247,7 +257,7 @@ async fn a_burning_run_goes_on_after_the_line_was_lost_with_every_segment_done()
     sleep(Duration::from_secs(2)).await;
     let path = (1..=40).map(|step| burn(200.0, 0.5 + step as f32));
     let end = words::path_to(200.0, 45.0, 0.0);
-    let mut run = arm.begin(path.chain([end]), RunOptions::default());
+    let mut run = arm.start(path.chain([end]));
     let other = desk.clone();
     tokio::spawn(async move {
         for pause in [3, 5] {
@@ -258,7 +268,7 @@ async fn a_burning_run_goes_on_after_the_line_was_lost_with_every_segment_done()
         }
     });
     let mut breaks = 0;
-    while let Err(error) = run.finish(|_| {}).await {
+    while let Err(error) = run.wait(|_| {}).await {
         assert!(run.is_interrupted(), "{error}");
         breaks += 1;
         arm.reconnected().await.unwrap();

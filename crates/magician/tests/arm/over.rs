@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::commands::{Pose, WaitCmd};
-use magician::protocol::{FrameBuf, JogCommand, PtpMode};
+use magician::protocol::{FrameBuf, PtpMode};
 use magician::sim::LinkId;
 use magician::{Arm, Ctrl, ErrorKind, Options, RunOptions, Set, commands, words};
 use tokio::time::{Instant, sleep, timeout};
@@ -38,17 +38,17 @@ async fn loaded(desk: &Desk, count: u32) {
 async fn one_that_nobody_waited_for_does_not_go_on_in_its_middle() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    let mut run = arm.begin(waits(300, 100), RunOptions::default());
-    let cut = timeout(Duration::from_secs(3), run.finish(|_| {})).await;
+    let mut run = arm.start(waits(300, 100));
+    let cut = timeout(Duration::from_secs(3), run.wait(|_| {})).await;
     assert!(cut.is_err());
     assert!(!run.is_interrupted());
     sleep(Duration::from_secs(5)).await;
     desk.heard();
-    let error = run.finish(|_| {}).await.unwrap_err();
+    let error = run.wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
     assert!(only_reads(&desk.heard()));
     // Another one begins at once.
-    arm.run(waits(3, 10), |_| {}).await.unwrap();
+    arm.start(waits(3, 10)).wait(|_| {}).await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]
@@ -57,7 +57,7 @@ async fn a_load_that_was_given_up_is_not_the_next_ones_to_start() {
     let arm = acquainted(&desk).await;
     for window in 0..3 {
         let other = arm.clone();
-        let running = tokio::spawn(async move { other.run(waits(20, 10), |_| {}).await });
+        let running = tokio::spawn(async move { other.start(waits(20, 10)).wait(|_| {}).await });
         loaded(&desk, 5 + window).await;
         running.abort();
         let _ = running.await;
@@ -65,11 +65,11 @@ async fn a_load_that_was_given_up_is_not_the_next_ones_to_start() {
         let left = arm.left_space().await.unwrap();
         assert!(left < 32);
         desk.heard();
-        let error = arm.run(waits(20, 10), |_| {}).await.unwrap_err();
+        let error = arm.start(waits(20, 10)).wait(|_| {}).await.unwrap_err();
         assert_eq!(error.kind(), ErrorKind::InvalidInput, "{error}");
         assert!(only_reads(&desk.heard()));
         arm.stop().await.unwrap();
-        arm.run(waits(20, 10), |_| {}).await.unwrap();
+        arm.start(waits(20, 10)).wait(|_| {}).await.unwrap();
         arm.stop_gentle().await.unwrap();
     }
 }
@@ -78,12 +78,12 @@ async fn a_load_that_was_given_up_is_not_the_next_ones_to_start() {
 async fn a_stop_while_the_line_is_lost_ends_it_for_good() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    let mut run = arm.begin(waits(30, 300), RunOptions::default());
+    let mut run = arm.start(waits(30, 300));
     let pulled = async {
         sleep(Duration::from_secs(2)).await;
         desk.unplug();
     };
-    let (ended, ()) = tokio::join!(run.finish(|_| {}), pulled);
+    let (ended, ()) = tokio::join!(run.wait(|_| {}), pulled);
     assert_eq!(ended.unwrap_err().kind(), ErrorKind::Port);
     assert!(run.is_interrupted());
     // All that the arm had is finished: nothing in its indices tells of the stop.
@@ -95,7 +95,7 @@ async fn a_stop_while_the_line_is_lost_ends_it_for_good() {
     sleep(Duration::from_millis(100)).await;
     assert!(!run.is_interrupted());
     desk.heard();
-    let error = run.finish(|_| {}).await.unwrap_err();
+    let error = run.wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed, "{error}");
     assert!(only_reads(&desk.heard()));
 }
@@ -106,7 +106,7 @@ async fn its_start_does_not_follow_a_gentle_stop() {
         let desk = Desk::new();
         let arm = acquainted(&desk).await;
         let other = arm.clone();
-        let running = tokio::spawn(async move { other.run(waits(12, 1000), |_| {}).await });
+        let running = tokio::spawn(async move { other.start(waits(12, 1000)).wait(|_| {}).await });
         loaded(&desk, before % 2 + 1).await;
         sleep(Duration::from_micros(u64::from(before) * 400)).await;
         desk.heard();
@@ -130,7 +130,7 @@ async fn it_does_not_go_on_behind_what_was_cleared() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
     let other = arm.clone();
-    let running = tokio::spawn(async move { other.run(waits(300, 200), |_| {}).await });
+    let running = tokio::spawn(async move { other.start(waits(300, 200)).wait(|_| {}).await });
     sleep(Duration::from_secs(3)).await;
     arm.clear_queue().await.unwrap();
     desk.heard();
@@ -144,16 +144,16 @@ async fn it_does_not_go_on_behind_what_was_cleared() {
 async fn a_jog_and_a_run_keep_out_of_each_others_way() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    let turn = words::jog_joint(JogCommand::Axis1Plus);
+    let turn = words::Axis::J1.plus();
     let moves: Vec<_> = [60.0, -60.0, 60.0, -60.0]
         .map(|y| words::move_to(200.0, y, 30.0, 0.0))
         .into();
     let jog = arm.jog(turn).await.unwrap();
-    let error = arm.run(moves.clone(), |_| {}).await.unwrap_err();
+    let error = arm.start(moves.clone()).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidInput, "{error}");
     drop(jog);
     let other = arm.clone();
-    let running = tokio::spawn(async move { other.run(moves, |_| {}).await });
+    let running = tokio::spawn(async move { other.start(moves).wait(|_| {}).await });
     sleep(Duration::from_secs(2)).await;
     desk.heard();
     let error = arm.jog(turn).await.unwrap_err();
@@ -192,8 +192,10 @@ async fn an_alarm_that_holds_a_full_queue_of_others_is_told() {
     });
     let arm = acquainted(&desk).await;
     let arm = arm.allowing_laser();
-    let run = arm.run_with(waits(3, 10), RunOptions::default().keep(true), |_| {});
-    let error = timeout(Duration::from_secs(60), run).await.expect("an end");
+    let mut run = arm.start_with(waits(3, 10), RunOptions::default().keep(true));
+    let error = timeout(Duration::from_secs(60), run.wait(|_| {}))
+        .await
+        .expect("an end");
     assert_eq!(error.unwrap_err().kind(), ErrorKind::Alarm);
 }
 
@@ -201,7 +203,7 @@ async fn an_alarm_that_holds_a_full_queue_of_others_is_told() {
 async fn a_line_that_breaks_under_a_look_leaves_it_to_go_on() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    let mut run = arm.begin(waits(30, 300), RunOptions::default());
+    let mut run = arm.start(waits(30, 300));
     let pulled = async {
         sleep(Duration::from_secs(2)).await;
         desk.swallow(&[ALARMS]);
@@ -209,14 +211,14 @@ async fn a_line_that_breaks_under_a_look_leaves_it_to_go_on() {
         desk.unplug();
         desk.swallow(&[]);
     };
-    let (ended, ()) = tokio::join!(run.finish(|_| {}), pulled);
+    let (ended, ()) = tokio::join!(run.wait(|_| {}), pulled);
     let error = ended.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Port, "{error}");
     assert!(run.is_interrupted());
     let reached = run.ran();
     assert!(reached.commands > 5);
     // Without a line there is nothing to find out, and nothing is forgotten.
-    let error = run.finish(|_| {}).await.unwrap_err();
+    let error = run.wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Port, "{error}");
     assert!(run.is_interrupted());
     assert_eq!(run.ran(), reached);
@@ -224,7 +226,7 @@ async fn a_line_that_breaks_under_a_look_leaves_it_to_go_on() {
     arm.reconnected().await.unwrap();
     let mut least = reached.commands;
     let ran = run
-        .finish(|progress| {
+        .wait(|progress| {
             assert!(progress.sent >= least, "{progress:?}");
             least = progress.sent;
         })
@@ -238,7 +240,7 @@ async fn what_was_under_way_when_it_broke_is_not_counted_for_ever() {
     for late in 0..8 {
         let desk = Desk::new();
         let arm = acquainted(&desk).await;
-        let mut run = arm.begin(waits(30, 300), RunOptions::default());
+        let mut run = arm.start(waits(30, 300));
         let pulled = async {
             sleep(Duration::from_secs(2)).await;
             desk.swallow(&[WAIT]);
@@ -248,11 +250,11 @@ async fn what_was_under_way_when_it_broke_is_not_counted_for_ever() {
             sleep(Duration::from_millis(10)).await;
             desk.plug();
         };
-        let (ended, ()) = tokio::join!(run.finish(|_| {}), pulled);
+        let (ended, ()) = tokio::join!(run.wait(|_| {}), pulled);
         assert_eq!(ended.unwrap_err().kind(), ErrorKind::Port);
         assert!(run.is_interrupted());
         arm.reconnected().await.unwrap();
-        let ran = run.finish(|_| {}).await.unwrap();
+        let ran = run.wait(|_| {}).await.unwrap();
         assert_eq!((ran.commands, ran.last.unwrap().0), (30, 30), "{late}");
         assert!(!arm.moving(), "{late}");
     }
@@ -264,18 +266,18 @@ async fn one_that_goes_on_hears_of_an_alarm_that_holds_the_queue() {
     let arm = acquainted(&desk).await;
     let mut program = waits(30, 300);
     program[10] = unreachable().into();
-    let mut run = arm.begin(program, RunOptions::default());
+    let mut run = arm.start(program);
     let pulled = async {
         sleep(Duration::from_secs(2)).await;
         desk.unplug();
     };
-    let (ended, ()) = tokio::join!(run.finish(|_| {}), pulled);
+    let (ended, ()) = tokio::join!(run.wait(|_| {}), pulled);
     assert_eq!(ended.unwrap_err().kind(), ErrorKind::Port);
     sleep(Duration::from_secs(5)).await;
     desk.plug();
     arm.reconnected().await.unwrap();
     let begun = Instant::now();
-    let ended = timeout(Duration::from_secs(600), run.finish(|_| {})).await;
+    let ended = timeout(Duration::from_secs(600), run.wait(|_| {})).await;
     let error = ended.expect("it ends").unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Alarm, "{error}");
     assert!(begun.elapsed() < Duration::from_secs(5));
@@ -296,7 +298,7 @@ async fn what_a_stop_has_dropped_is_not_taken_for_what_others_queued() {
             arm.receive(LinkId(7), wait.bytes());
         }
     });
-    let error = arm.run(waits(2, 10), |_| {}).await.unwrap_err();
+    let error = arm.start(waits(2, 10)).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidInput, "{error}");
 }
 
@@ -324,7 +326,7 @@ async fn a_start_that_was_not_answered_is_stopped_when_the_last_handle_goes() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
     desk.swallow(&[240]);
-    let error = arm.run(waits(3, 60_000), |_| {}).await.unwrap_err();
+    let error = arm.start(waits(3, 60_000)).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
     assert!(desk.with(|arm| arm.state().queue.started));
     assert!(arm.moving());
@@ -341,7 +343,8 @@ async fn any_number_of_commands() {
             let places = |at: usize| words::path_to(200.0 + (at % 40) as f32, 5.0, 20.0);
             let mut sent = 0;
             let ran = arm
-                .run((0..count).map(places), |progress| {
+                .start((0..count).map(places))
+                .wait(|progress| {
                     assert!(progress.sent >= sent && progress.sent <= count as u64);
                     sent = progress.sent;
                 })

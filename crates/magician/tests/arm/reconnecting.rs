@@ -4,8 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use magician::commands::{Pose, WaitCmd};
-use magician::protocol::JogCommand;
-use magician::{Arm, ErrorKind, Event, Link, Options, RunOptions, Set, words};
+use magician::{Arm, ErrorKind, Event, Link, Options, Set, words};
 use tokio::io::DuplexStream;
 use tokio::time::{Instant, sleep};
 
@@ -102,8 +101,8 @@ async fn a_cable_pulled_during_a_run() {
     let other = arm.clone();
     let running = tokio::spawn(async move {
         let wait = words::wait(Duration::from_millis(300));
-        let mut run = other.begin(std::iter::repeat_n(wait, 30), RunOptions::default());
-        let error = run.finish(|_| {}).await.unwrap_err();
+        let mut run = other.start(std::iter::repeat_n(wait, 30));
+        let error = run.wait(|_| {}).await.unwrap_err();
         (run, error)
     });
     sleep(Duration::from_secs(2)).await;
@@ -124,7 +123,7 @@ async fn a_cable_pulled_during_a_run() {
     arm.wait(last).await.unwrap();
     assert!(!arm.moving());
     // When it is told to, it goes on with the very next one.
-    let ran = run.finish(|_| {}).await.unwrap();
+    let ran = run.wait(|_| {}).await.unwrap();
     assert_eq!(
         (ran.commands, ran.last.map(|index| index.0)),
         (30, Some(30))
@@ -168,7 +167,7 @@ async fn an_arm_that_was_reset_meanwhile() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
     let wait = words::wait(Duration::from_millis(1));
-    arm.run([wait, wait], |_| {}).await.unwrap();
+    arm.start([wait, wait]).wait(|_| {}).await.unwrap();
     for _ in 0..3 {
         arm.enqueue(&WaitCmd { timeout: 5_000 }).await.unwrap();
     }
@@ -188,11 +187,11 @@ async fn an_arm_that_was_reset_meanwhile() {
     };
     assert_eq!((first.0, last.0), (3, 5));
     assert_eq!(events.next().await, Some(Event::LinkFound { reset: true }));
-    let error = arm.run([wait], |_| {}).await.unwrap_err();
+    let error = arm.start([wait]).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
     assert!(error.to_string().contains("reset"), "{error}");
     assert!(only_reads(&desk.heard()), "nothing is sent again");
-    arm.run([wait], |_| {}).await.unwrap();
+    arm.start([wait]).wait(|_| {}).await.unwrap();
 }
 
 #[tokio::test(start_paused = true)]
@@ -311,10 +310,7 @@ async fn a_stop_from_a_thread_waits_for_the_line_too() {
 async fn a_jog_whose_line_breaks_is_ended_over_the_next() {
     let desk = Desk::new();
     let arm = acquainted(&desk).await;
-    let jog = arm
-        .jog(words::jog_joint(JogCommand::Axis1Plus))
-        .await
-        .unwrap();
+    let jog = arm.jog(words::Axis::J1.plus()).await.unwrap();
     sleep(Duration::from_millis(200)).await;
     desk.unplug();
     sleep(Duration::from_millis(10)).await;
@@ -367,14 +363,10 @@ async fn while_the_line_is_looked_for_every_call_ends_at_once() {
     port(arm.get::<Pose>().await.unwrap_err());
     port(arm.enqueue(&queued).await.unwrap_err());
     port(arm.start_queue().await.unwrap_err());
-    port(arm.run([wait], |_| {}).await.unwrap_err());
+    port(arm.start([wait]).wait(|_| {}).await.unwrap_err());
     port(arm.stop().await.unwrap_err());
     port(arm.stop_jog().await.unwrap_err());
-    port(
-        arm.jog(words::jog_joint(JogCommand::Axis1Plus))
-            .await
-            .unwrap_err(),
-    );
+    port(arm.jog(words::Axis::J1.plus()).await.unwrap_err());
     arm.stats().await.unwrap();
     arm.close().await;
     assert_eq!(begun.elapsed(), Duration::ZERO);

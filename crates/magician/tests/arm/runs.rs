@@ -24,7 +24,8 @@ async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
         let mut seen = 0;
         let begun = Instant::now();
         let ran = arm
-            .run(std::iter::repeat_n(wait, 200), |progress| {
+            .start(std::iter::repeat_n(wait, 200))
+            .wait(|progress| {
                 assert!(progress.current.0 >= seen);
                 assert!(progress.sent - progress.current.0 <= 32);
                 seen = progress.current.0;
@@ -52,9 +53,10 @@ async fn a_stop_while_a_program_is_checked_ends_it() {
     let (stops, before) = (arm.stops(), arm.get::<Pose>().await.unwrap());
     let check = arm.preflight().await.unwrap();
     arm.stop().await.unwrap();
-    let run = arm.begin([words::move_by(0.0, 40.0, 0.0, 0.0)], RunOptions::default());
-    let mut run = run.along(check).unless_stopped_since(stops);
-    let error = run.finish(|_| {}).await.unwrap_err();
+    let options = RunOptions::default().unless_stopped_since(stops);
+    let run = arm.start_with([words::move_by(0.0, 40.0, 0.0, 0.0)], options);
+    let mut run = run.along(check);
+    let error = run.wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Closed);
     assert_eq!(arm.current_index().await.unwrap().0, 0);
     assert!(!arm.moving());
@@ -70,7 +72,7 @@ async fn a_stop_from_another_task_ends_a_run() {
             0 => words::move_to(200.0, 100.0, 50.0, 0.0),
             _ => words::move_to(200.0, -100.0, 50.0, 0.0),
         });
-        tokio::spawn(async move { arm.run(moves.collect::<Vec<_>>(), |_| {}).await })
+        tokio::spawn(async move { arm.start(moves.collect::<Vec<_>>()).wait(|_| {}).await })
     };
     tokio::time::sleep(Duration::from_secs(3)).await;
     arm.stop().await.unwrap();
@@ -83,7 +85,8 @@ async fn a_stop_from_another_task_ends_a_run() {
     let outcome = outcome.expect("it ends").unwrap();
     assert_eq!(outcome.unwrap_err().kind(), ErrorKind::Closed);
     // And it works again.
-    arm.run([words::move_to(200.0, 0.0, 50.0, 0.0)], |_| {})
+    arm.start([words::move_to(200.0, 0.0, 50.0, 0.0)])
+        .wait(|_| {})
         .await
         .unwrap();
 }
@@ -100,7 +103,7 @@ async fn will_not_start_what_others_left_behind() {
     let runner = Runner::new(controller, Speed::Max, line);
     let arm = Arm::simulated(runner, Options::default()).await.unwrap();
     let mine = [words::wait(Duration::from_millis(1))];
-    let error = arm.run(mine, |_| {}).await.unwrap_err();
+    let error = arm.start(mine).wait(|_| {}).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidInput);
     assert_eq!(error.code(), ErrorCode::ForeignCommands);
     let ways = [
@@ -109,7 +112,8 @@ async fn will_not_start_what_others_left_behind() {
     ];
     assert_eq!(error.remedies(), ways);
     assert_eq!(arm.left_space().await.unwrap(), 31, "nothing was sent");
-    arm.run_with(mine, RunOptions::default().keep(true), |_| {})
+    arm.start_with(mine, RunOptions::default().keep(true))
+        .wait(|_| {})
         .await
         .unwrap();
 }
@@ -151,7 +155,8 @@ async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
     let arm = Arm::over(near, Options::default()).await.unwrap();
     let wait = words::wait(Duration::from_millis(500));
     let error = arm
-        .run(std::iter::repeat_n(wait, 30), |_| {})
+        .start(std::iter::repeat_n(wait, 30))
+        .wait(|_| {})
         .await
         .unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
@@ -167,7 +172,7 @@ async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
         32,
         "nothing was sent again"
     );
-    arm.run([wait], |_| {}).await.unwrap();
+    arm.start([wait]).wait(|_| {}).await.unwrap();
     arm.close().await;
     bench.await.unwrap();
 }
@@ -190,7 +195,7 @@ async fn a_line_that_is_held_does_not_end_a_run() {
         let wait = words::wait(Duration::from_millis(20));
         let mut silent = Duration::ZERO;
         let told = |progress: magician::Progress| silent = silent.max(progress.silent);
-        let ran = arm.run(std::iter::repeat_n(wait, 200), told).await;
+        let ran = arm.start(std::iter::repeat_n(wait, 200)).wait(told).await;
         let ran = ran.unwrap_or_else(|error| panic!("held for {seconds} s: {error}"));
         assert_eq!((ran.commands, ran.last.unwrap().0), (200, 200));
         let least = Duration::from_secs(seconds - 1);
@@ -227,8 +232,8 @@ async fn a_line_that_is_held_for_longer_than_a_runs_patience_ends_it_and_calls_e
         let patience = Duration::from_secs(seconds);
         let options = RunOptions::default().patience(patience);
         let wait = words::wait(Duration::from_millis(20));
-        let run = arm.run_with(std::iter::repeat_n(wait, 20), options, |_| {});
-        let error = run.await.unwrap_err();
+        let mut run = arm.start_with(std::iter::repeat_n(wait, 20), options);
+        let error = run.wait(|_| {}).await.unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Timeout, "{error}");
         let (took, least) = (begun.elapsed(), patience.max(Duration::from_secs(3)));
         assert!(

@@ -5,8 +5,8 @@ use std::future::Future;
 use std::time::Duration;
 
 use magician::faults::Faults;
+use magician::protocol::Set;
 use magician::protocol::commands::{DeviceTime, Pose};
-use magician::protocol::{JogCommand, Set};
 use magician::sim::{Happening, State};
 use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, words};
 use tokio::task::yield_now;
@@ -69,7 +69,7 @@ async fn a_path_takes_the_time_that_its_estimate_says() {
         let program = curve(pieces);
         let check = arm.preflight_for(&program).await.unwrap();
         let estimate = check.estimate(&program).unwrap();
-        let (ran, arms, walls) = takes(&cell, arm.perform(&program)).await;
+        let (ran, arms, walls) = takes(&cell, arm.run(&program)).await;
         assert_eq!(ran.unwrap().commands, program.len() as u64);
         assert_eq!(arms, estimate, "{pieces} pieces, window {window}");
         assert_eq!(walls, Duration::ZERO);
@@ -81,7 +81,7 @@ async fn waits_and_moves_take_their_time_and_none_of_the_walls() {
     let (cell, arm) = arm(1).await;
     let day = words::wait(Duration::from_secs(24 * 3600));
     for program in [vec![day], vec![day, day, day]] {
-        let (ran, arms, walls) = takes(&cell, arm.run(program.clone(), |_| {})).await;
+        let (ran, arms, walls) = takes(&cell, arm.start(program.clone()).wait(|_| {})).await;
         ran.unwrap();
         let days = u32::try_from(program.len()).unwrap();
         assert_eq!(arms, days * Duration::from_secs(24 * 3600));
@@ -89,7 +89,7 @@ async fn waits_and_moves_take_their_time_and_none_of_the_walls() {
     }
     let there = [words::line_to(220.0, 40.0, 20.0, 0.0)];
     let estimate = arm.preflight().await.unwrap().estimate(&there).unwrap();
-    let (ran, arms, walls) = takes(&cell, arm.perform(&there)).await;
+    let (ran, arms, walls) = takes(&cell, arm.run(&there)).await;
     assert_eq!(
         (ran.unwrap().commands, arms, walls),
         (1, estimate, Duration::ZERO)
@@ -112,14 +112,14 @@ async fn an_arm_whose_clock_stands_was_not_reset() {
     let program = curve(100);
     for _ in 0..3 {
         arm.get::<DeviceTime>().await.unwrap();
-        arm.perform(&program).await.unwrap();
+        arm.run(&program).await.unwrap();
         arm.get::<DeviceTime>().await.unwrap();
         tokio::time::sleep(Duration::from_secs(3600)).await;
     }
     cell.with(|arm| arm.inject(Happening::Reset));
     arm.get::<DeviceTime>().await.unwrap();
     assert_eq!(
-        arm.perform(&program).await.unwrap_err().kind(),
+        arm.run(&program).await.unwrap_err().kind(),
         ErrorKind::Uncertain
     );
 }
@@ -142,7 +142,7 @@ async fn everybody_hears_his_own_answers() {
         poses.len()
     };
     let (ran, arms, _) = takes(&cell, async {
-        tokio::join!(arm.perform(&program), watch(&left), watch(&right))
+        tokio::join!(arm.run(&program), watch(&left), watch(&right))
     })
     .await;
     ran.0.unwrap();
@@ -159,7 +159,7 @@ async fn a_stop_finds_the_arm_under_way() {
         arm.stop().await.unwrap();
         found
     };
-    let (ran, found) = tokio::join!(arm.perform(&program), stop);
+    let (ran, found) = tokio::join!(arm.run(&program), stop);
     assert_eq!(ran.unwrap_err().kind(), ErrorKind::Closed);
     let stood = cell.state();
     assert!(!stood.moving && stood.queue.waiting == 0);
@@ -168,7 +168,7 @@ async fn a_stop_finds_the_arm_under_way() {
     // And the next run finds everything as it should be.
     let home = [words::move_to(200.0, 0.0, 20.0, 0.0)];
     let estimate = arm.preflight().await.unwrap().estimate(&home).unwrap();
-    let (ran, arms, _) = takes(&cell, arm.perform(&home)).await;
+    let (ran, arms, _) = takes(&cell, arm.run(&home)).await;
     assert_eq!((ran.unwrap().commands, arms), (1, estimate));
 }
 
@@ -179,14 +179,14 @@ async fn whoever_lets_go_of_a_run_leaves_the_clock_to_the_arm() {
     tokio::select! {
         biased;
         _ = once(&cell, |state| state.queue.current_index > 100) => {}
-        ran = arm.perform(&program) => panic!("{ran:?}"),
+        ran = arm.run(&program) => panic!("{ran:?}"),
     }
     // What it left in the queue is done as by an arm at full speed, until somebody stops it.
     once(&cell, |state| !state.moving && state.queue.waiting == 0).await;
     let left = cell.state().queue.current_index;
     assert!((101..200).contains(&left), "{left}");
     arm.stop().await.unwrap();
-    arm.perform(&[words::move_to(200.0, 0.0, 20.0, 0.0)])
+    arm.run(&[words::move_to(200.0, 0.0, 20.0, 0.0)])
         .await
         .unwrap();
 }
@@ -199,7 +199,7 @@ async fn an_alarm_ends_a_run() {
         once(&cell, |state| state.queue.current_index > 100).await;
         cell.with(|arm| arm.inject(Happening::Alarm(0x20)));
     };
-    let (ran, ()) = tokio::join!(arm.perform(&program), raise);
+    let (ran, ()) = tokio::join!(arm.run(&program), raise);
     assert_eq!(ran.unwrap_err().kind(), ErrorKind::Alarm);
     assert!(!cell.state().moving);
 }
@@ -213,9 +213,9 @@ async fn an_arm_that_answers_late_goes_on_by_the_wall() {
         cell.advance(Duration::from_millis(30));
         yield_now().await;
     };
-    let run = arm.run(vec![wait; 40], |_| {});
+    let mut run = arm.start(vec![wait; 40]);
     let run = async {
-        let mut run = std::pin::pin!(run);
+        let mut run = std::pin::pin!(run.wait(|_| {}));
         // Before there is a run nobody lets the late answers come.
         loop {
             tokio::select! {
@@ -244,7 +244,7 @@ async fn a_pulled_cable_ends_a_run_and_the_arm_goes_on_by_the_wall_meanwhile() {
         clock(&cell)
     };
     let begun = Instant::now();
-    let (ran, pulled) = tokio::join!(arm.perform(&program), pull);
+    let (ran, pulled) = tokio::join!(arm.run(&program), pull);
     let error = ran.unwrap_err();
     assert!(
         matches!(error.kind(), ErrorKind::Timeout | ErrorKind::Uncertain),
@@ -269,7 +269,7 @@ fn a_program_may_wait_for_the_arm() {
         }
         wait
     });
-    let ran = arm.run(commands, |_| {}).unwrap();
+    let ran = arm.start(commands).wait(|_| {}).unwrap();
     assert_eq!(ran.commands, 40);
     assert!(cell.state().now >= 400_000);
 }
@@ -283,10 +283,9 @@ async fn of_two_programs_at_once_none_waits_for_the_other() {
     let keep = RunOptions::default().keep(true);
     for count in [1, 3, 60] {
         let begun = Instant::now();
-        let (ours, theirs) = tokio::join!(
-            arm.run_with(vec![wait; count], keep, |_| {}),
-            other.run_with(vec![wait; count], keep, |_| {}),
-        );
+        let mut ours = arm.start_with(vec![wait; count], keep);
+        let mut theirs = other.start_with(vec![wait; count], keep);
+        let (ours, theirs) = tokio::join!(ours.wait(|_| {}), theirs.wait(|_| {}));
         for ran in [ours, theirs] {
             match ran {
                 Ok(ran) => assert_eq!(ran.commands, count as u64),
@@ -314,7 +313,7 @@ async fn on_a_line_that_loses_answers_every_command_is_done_once() {
         let arm = Arm::simulated(cell.clone(), options).await.unwrap();
         arm.clear_alarms().await.unwrap();
         let wait = words::wait(Duration::from_millis(50));
-        match arm.run(vec![wait; 60], |_| {}).await {
+        match arm.start(vec![wait; 60]).wait(|_| {}).await {
             Ok(ran) => {
                 assert_eq!(ran.commands, 60);
                 whole += 1;
@@ -335,7 +334,7 @@ async fn on_a_line_that_loses_answers_every_command_is_done_once() {
 async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
     let (cell, arm) = arm(1).await;
     let other = another(&cell, 1).await;
-    let run = tokio::spawn(async move { arm.run(curve(2000), |_| {}).await.map(drop) });
+    let run = tokio::spawn(async move { arm.start(curve(2000)).wait(|_| {}).await.map(drop) });
     let found = once(&cell, |state| state.queue.current_index > 100).await;
     run.abort();
     let _ = run.await;
@@ -356,16 +355,14 @@ async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
 #[tokio::test(start_paused = true)]
 async fn a_jog_that_is_being_ended_brakes_before_a_program_begins() {
     let (cell, arm) = arm(1).await;
-    let jog = arm
-        .jog(words::jog_joint(JogCommand::Axis1Plus))
-        .await
-        .unwrap();
+    let jog = arm.jog(words::Axis::J1.plus()).await.unwrap();
     cell.advance(Duration::from_millis(400));
     assert!(cell.state().moving);
     let begun = Instant::now();
     drop(jog);
     let wait = words::wait(Duration::from_millis(100));
-    let (ran, ()) = tokio::join!(arm.run([wait], |_| {}), async {
+    let mut run = arm.start([wait]);
+    let (ran, ()) = tokio::join!(run.wait(|_| {}), async {
         while !cell.state().queue.started {
             tokio::time::sleep(Duration::from_millis(1)).await;
         }
@@ -384,9 +381,7 @@ async fn a_jog_that_is_being_ended_brakes_before_a_program_begins() {
 async fn single_moves(arm: &Arm, count: u16) {
     for nth in 0..count {
         let x = 200.0 + f32::from(nth % 40);
-        arm.perform(&[words::line_to(x, 0.0, 20.0, 0.0)])
-            .await
-            .unwrap();
+        arm.run(&[words::line_to(x, 0.0, 20.0, 0.0)]).await.unwrap();
     }
 }
 
@@ -413,7 +408,7 @@ async fn an_arm_at_full_speed_takes_for_a_run_what_one_in_virtual_time_takes() {
     ] {
         let arm = another(&cell, 1).await;
         arm.clear_alarms().await.unwrap();
-        let (ran, took_arm, took_wall) = takes(&cell, arm.perform(&program)).await;
+        let (ran, took_arm, took_wall) = takes(&cell, arm.run(&program)).await;
         ran.unwrap();
         assert!(took_wall < Duration::from_millis(20), "{took_wall:?}");
         took.push(took_arm);

@@ -139,12 +139,7 @@ fn homing_leads_to_where_it_was_told() {
 #[test]
 fn a_jog_is_no_part_of_a_program() {
     let off = Guards::default().jog(false);
-    refused(
-        &at_home(),
-        &[words::jog_joint(JogCommand::Axis1Plus)],
-        "jog",
-        off,
-    );
+    refused(&at_home(), &[words::Axis::J1.plus().into()], "jog", off);
     let stop = JogCmd {
         is_joint: Flag::OFF,
         cmd: JogCommand::Stop,

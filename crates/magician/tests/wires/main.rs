@@ -66,14 +66,15 @@ fn works(target: &Target) {
     };
     arm.set(&name).unwrap();
     assert_eq!(arm.get::<DeviceName>().unwrap(), name);
-    arm.perform(&[
+    arm.run(&[
         words::move_to(210.0, 30.0, 40.0, 0.0),
         words::line_by(0.0, -60.0, 0.0, 0.0),
     ])
     .unwrap();
     let pose: Pose = arm.get().unwrap();
     assert_eq!((pose.x, pose.y, pose.z), (210.0, -30.0, 40.0));
-    arm.run(vec![words::wait(Duration::from_millis(2)); 100], |_| {})
+    arm.start(vec![words::wait(Duration::from_millis(2)); 100])
+        .wait(|_| {})
         .unwrap();
     arm.stop().unwrap();
 }

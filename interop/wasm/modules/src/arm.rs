@@ -38,7 +38,7 @@ async fn performed(bytes: &[u8]) -> Result<Pose> {
     }
     let target: Target = "sim".parse()?;
     let arm = Arm::connect(&target).await?;
-    arm.perform(&commands).await?;
+    arm.run(&commands).await?;
     let pose = arm.get::<Pose>().await?;
     arm.close().await;
     Ok(pose)

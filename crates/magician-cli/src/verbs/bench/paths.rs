@@ -99,7 +99,7 @@ pub(super) async fn measure(
         figures.processor(&busy);
     }
     if bench.draws() {
-        arm.run([ring.back()], |_| {}).await?;
+        arm.start([ring.back()]).wait(|_| {}).await?;
     }
     saved.restore(arm).await?;
     Ok((ring, speeds))

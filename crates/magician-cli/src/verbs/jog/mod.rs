@@ -76,7 +76,7 @@ fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
             needs_rail(arm).await?;
         }
         let command = [axis.step(by)];
-        attended(quiet, "moving", arm.perform(&command)).await?;
+        attended(quiet, "moving", arm.run(&command)).await?;
         Ok(arm.get::<commands::Pose>().await?)
     })?;
     let answer = Answer::from(pose);

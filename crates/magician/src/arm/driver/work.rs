@@ -81,7 +81,8 @@ async fn work(window: usize, segments: u16) -> Work {
     let path: Vec<Set> = (0..segments)
         .map(|nth| words::path_to(200.0 + f32::from(nth % 100) * 0.5, 0.0, 20.0))
         .collect();
-    let (mut polls, mut run) = (0, pin!(arm.run(path, |_| {})));
+    let mut run = arm.start(path);
+    let (mut polls, mut run) = (0, pin!(run.wait(|_| {})));
     let before =
         [&counts.reads, &counts.writes, &counts.leaps].map(|one| one.load(Ordering::Relaxed));
     let ran = std::future::poll_fn(|cx| {

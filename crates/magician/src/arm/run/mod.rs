@@ -21,27 +21,27 @@ use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 pub use options::{Ran, RunOptions};
 use plan::{Ahead, Light, Planned};
 
-/// A program on its way through the arm's queue, from [`Arm::begin`].
+/// A program on its way through the arm's queue, from [`Arm::start`].
 ///
-/// [`finish`](Self::finish) runs it. When that fails and [`is_interrupted`](Self::is_interrupted), the line broke or an
-/// answer left a doubt that could not be settled then: the arm has finished what it had, and `finish` called once more goes on
+/// [`wait`](Self::wait) runs it. When that fails and [`is_interrupted`](Self::is_interrupted), the line broke or an
+/// answer left a doubt that could not be settled then: the arm has finished what it had, and `wait` called once more goes on
 /// at the very command that it did not take. First it finds out which that is, and that the arm stands where the last
 /// finished command leaves it; where that does not add up it fails with both values, and nothing is sent. Nothing goes
 /// on by itself.
 ///
-/// After anything else it is over, and `finish` fails: after a stop or a reset (also one that came while the line was gone),
-/// after an alarm, and when the future of `finish` was dropped before its end, for then nobody knows how far it came.
+/// After anything else it is over, and `wait` fails: after a stop or a reset (also one that came while the line was gone),
+/// after an alarm, and when the future of `wait` was dropped before its end, for then nobody knows how far it came.
 ///
 /// ```
-/// use magician::{Arm, ErrorKind, RunOptions, words};
+/// use magician::{Arm, ErrorKind, words};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
 /// # let arm = Arm::connect("sim").await?;
 /// let square = [(200.0, 0.0), (200.0, 40.0), (240.0, 40.0), (240.0, 0.0)];
 /// let path = square.map(|(x, y)| words::path_to(x, y, 0.0));
-/// let mut run = arm.begin(path, RunOptions::default());
-/// while let Err(error) = run.finish(|_| {}).await {
+/// let mut run = arm.start(path);
+/// while let Err(error) = run.wait(|_| {}).await {
 ///     if error.kind() != ErrorKind::Port || !run.is_interrupted() {
 ///         return Err(error);
 ///     }
@@ -51,7 +51,7 @@ use plan::{Ahead, Light, Planned};
 /// # }
 /// ```
 #[derive(Debug)]
-#[must_use = "it runs when it is finished"]
+#[must_use = "it runs when it is waited for"]
 pub struct Run<C> {
     arm: Arm,
     commands: C,
@@ -85,44 +85,18 @@ pub struct Run<C> {
 }
 
 impl Arm {
-    /// Runs commands through the queue: puts them in as room and horizon allow, starts the queue, and returns
-    /// when the last has finished. `progress` is called now and then.
-    ///
-    /// What fits goes in while the queue is stopped, so that nothing moves unless all of it was taken. The commands are
-    /// sent as they are; [`perform`](Self::perform) checks them first.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
-    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
-    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
-    /// else as [`enqueue`](Self::enqueue) and [`wait`](Self::wait). What was put into the queue
-    /// before the error stays there: [`stop`](Self::stop) drops it.
-    pub async fn run<C>(&self, commands: C, progress: impl FnMut(Progress)) -> Result<Ran>
+    /// Commands to be run as they come, any number of them: [`Run::wait`] takes one after the other as room and horizon allow. They
+    /// are sent as they are, **without a check** but for [laser](super::Options::allow_laser) and [fence](super::Options::fence):
+    /// [`run`](Self::run) checks a list beforehand. Nothing is sent before [`Run::wait`].
+    pub fn start<C>(&self, commands: C) -> Run<C::IntoIter>
     where
         C: IntoIterator<Item = Set>,
     {
-        self.run_with(commands, RunOptions::default(), progress)
-            .await
+        self.start_with(commands, RunOptions::default())
     }
 
-    /// As [`run`](Self::run), with options.
-    ///
-    /// # Errors
-    /// As [`run`](Self::run).
-    pub async fn run_with<C>(
-        &self,
-        commands: C,
-        options: RunOptions,
-        progress: impl FnMut(Progress),
-    ) -> Result<Ran>
-    where
-        C: IntoIterator<Item = Set>,
-    {
-        self.begin(commands, options).finish(progress).await
-    }
-
-    /// A program that can go on after the line has broken; nothing is sent before [`Run::finish`].
-    pub fn begin<C>(&self, commands: C, options: RunOptions) -> Run<C::IntoIter>
+    /// As [`start`](Self::start), with options.
+    pub fn start_with<C>(&self, commands: C, options: RunOptions) -> Run<C::IntoIter>
     where
         C: IntoIterator<Item = Set>,
     {
@@ -145,7 +119,7 @@ impl Arm {
             look: None,
             lasts: 0,
             ahead: Ahead::default(),
-            stops: None,
+            stops: options.stops,
             ran: Ran::default(),
             total,
             light: Light::default(),
@@ -196,19 +170,19 @@ impl<C: Iterator<Item = Set>> Run<C> {
         self
     }
 
-    /// Sends nothing when a stop came after there were so many ([`Arm::stops`]): whoever stopped the arm while the program
-    /// was still being checked meant it too.
-    pub fn unless_stopped_since(mut self, stops: u64) -> Self {
-        self.stops = Some(stops);
-        self
-    }
-
-    /// Runs what has not been run, to its end.
+    /// Runs what has not been run: puts commands into the queue as room and horizon allow, starts it, and returns when the last has
+    /// finished. `progress` is called now and then.
+    ///
+    /// What fits goes in while the queue is stopped, so that nothing moves unless all of it was taken.
     ///
     /// # Errors
-    /// As [`Arm::run`]; and when it goes on, [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the arm does not stand
+    /// [`ErrorKind::Alarm`](crate::ErrorKind::Alarm) as soon as an alarm holds the queue,
+    /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) when commands of an earlier
+    /// program wait in the queue, [`ErrorKind::Closed`](crate::ErrorKind::Closed) when a stop came,
+    /// else as [`Arm::enqueue`] and [`Arm::wait`]. What was put into the queue
+    /// before the error stays there: [`Arm::stop`] drops it. When it goes on also [`ErrorKind::Unexpected`](crate::ErrorKind::Unexpected) if the arm does not stand
     /// where it should, [`ErrorKind::Closed`](crate::ErrorKind::Closed) if it is [over](Self::is_interrupted).
-    pub async fn finish(&mut self, mut progress: impl FnMut(Progress)) -> Result<Ran> {
+    pub async fn wait(&mut self, mut progress: impl FnMut(Progress)) -> Result<Ran> {
         let arm = self.arm.clone();
         let stops = self.stops.take().unwrap_or_else(|| arm.stops());
         self.may_go_on()?;
@@ -272,7 +246,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         Ok(self.ran)
     }
 
-    /// Whether it ended before its end and [`finish`](Self::finish) may go on with it. A stop that comes later still
+    /// Whether it ended before its end and [`wait`](Self::wait) may go on with it. A stop that comes later still
     /// ends it for good.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {

@@ -1,11 +1,18 @@
 use std::time::Duration;
 
 use crate::QueueIndex;
+use crate::words::Guards;
 
-/// How [`Arm::run_with`](crate::Arm::run_with) treats a queue.
+/// How [`Arm::run_with`](crate::Arm::run_with) checks and runs commands, and [`Arm::start_with`](crate::Arm::start_with) runs them.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct RunOptions {
+    /// What the check of [`Arm::run_with`](crate::Arm::run_with) refuses: all that guards can, at first. What is
+    /// [started](crate::Arm::start) is not checked.
+    pub guards: Guards,
+    /// Sends nothing when a stop came after there were so many ([`Arm::stops`](crate::Arm::stops)): whoever stopped the arm while
+    /// the commands were still being made or checked meant them too. At first those before the call.
+    pub stops: Option<u64>,
     /// Runs commands of an earlier program that still wait in the queue, before these. Off at first.
     pub keep: bool,
     /// Most motion that the arm has in its queue, so that it does not go on for long when this program dies: the arm has
@@ -28,6 +35,8 @@ pub struct RunOptions {
 impl Default for RunOptions {
     fn default() -> Self {
         Self {
+            guards: Guards::default(),
+            stops: None,
             keep: false,
             horizon: Duration::from_secs(2),
             laser_horizon: Duration::from_secs(1),
@@ -39,6 +48,20 @@ impl Default for RunOptions {
 }
 
 impl RunOptions {
+    /// Sets [`guards`](Self::guards).
+    #[must_use]
+    pub fn guards(mut self, guards: Guards) -> Self {
+        self.guards = guards;
+        self
+    }
+
+    /// Sets [`stops`](Self::stops).
+    #[must_use]
+    pub fn unless_stopped_since(mut self, stops: u64) -> Self {
+        self.stops = Some(stops);
+        self
+    }
+
     /// Sets [`keep`](Self::keep).
     #[must_use]
     pub fn keep(mut self, keep: bool) -> Self {

@@ -1,0 +1,287 @@
+//! What can be jogged, and which way: a coordinate, a joint, the rail.
+
+use std::fmt;
+use std::str::FromStr;
+
+use magician_protocol::commands::JogCmd;
+use magician_protocol::{Flag, JogCommand, Set};
+
+use super::{line_by, move_joints_by, rail_by};
+use crate::{Action, Error, ErrorCode};
+
+/// An axis that can be jogged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Axis {
+    /// Forward, mm.
+    X,
+    /// To the left for who stands behind the arm, mm.
+    Y,
+    /// Up, mm.
+    Z,
+    /// Rotation of the tool, deg.
+    R,
+    /// The base, deg.
+    J1,
+    /// The rear arm, deg.
+    J2,
+    /// The forearm, deg.
+    J3,
+    /// The end effector's servo, deg.
+    J4,
+    /// The carriage on the rail, mm.
+    L,
+}
+
+/// A way to jog: an axis, and a direction on it (document 1.9.4, errata E25); as text `x+`, `j3-`.
+///
+/// It is a type of its own so that nothing else can be jogged: not a move, and not the command that ends a jog. The row that goes
+/// over the line is a [`JogCmd`].
+///
+/// ```
+/// use magician_host::words::{Axis, JogDirection};
+///
+/// # fn main() -> Result<(), magician_host::words::UnknownAxis> {
+/// let up: JogDirection = "z+".parse()?;
+/// assert_eq!(up, Axis::Z.plus());
+/// assert_eq!(Axis::J1.minus().to_string(), "j1-");
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct JogDirection {
+    /// What moves.
+    pub axis: Axis,
+    /// Towards larger coordinates or angles.
+    pub forward: bool,
+}
+
+impl Axis {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::X,
+        Self::Y,
+        Self::Z,
+        Self::R,
+        Self::J1,
+        Self::J2,
+        Self::J3,
+        Self::J4,
+        Self::L,
+    ];
+
+    /// Its name in lower case: `x`, `j3`, `l`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::R => "r",
+            Self::J1 => "j1",
+            Self::J2 => "j2",
+            Self::J3 => "j3",
+            Self::J4 => "j4",
+            Self::L => "l",
+        }
+    }
+
+    /// Unit of its distances: `mm` or `deg`.
+    #[must_use]
+    pub const fn unit(self) -> &'static str {
+        match self {
+            Self::X | Self::Y | Self::Z | Self::L => "mm",
+            _ => "deg",
+        }
+    }
+
+    /// Towards larger coordinates or angles.
+    #[must_use]
+    pub const fn plus(self) -> JogDirection {
+        let forward = true;
+        JogDirection {
+            axis: self,
+            forward,
+        }
+    }
+
+    /// Towards smaller coordinates or angles.
+    #[must_use]
+    pub const fn minus(self) -> JogDirection {
+        let forward = false;
+        JogDirection {
+            axis: self,
+            forward,
+        }
+    }
+
+    /// The move by so many mm or degrees: straight for a coordinate.
+    #[must_use]
+    pub fn step(self, by: f32) -> Set {
+        match self {
+            Self::X => line_by(by, 0.0, 0.0, 0.0),
+            Self::Y => line_by(0.0, by, 0.0, 0.0),
+            Self::Z => line_by(0.0, 0.0, by, 0.0),
+            Self::R => line_by(0.0, 0.0, 0.0, by),
+            Self::J1 => move_joints_by(by, 0.0, 0.0, 0.0),
+            Self::J2 => move_joints_by(0.0, by, 0.0, 0.0),
+            Self::J3 => move_joints_by(0.0, 0.0, by, 0.0),
+            Self::J4 => move_joints_by(0.0, 0.0, 0.0, by),
+            Self::L => rail_by(by),
+        }
+    }
+}
+
+/// By its [`name`](Axis::name), in upper or lower case.
+impl FromStr for Axis {
+    type Err = UnknownAxis;
+
+    fn from_str(text: &str) -> Result<Self, UnknownAxis> {
+        let mut known = Self::ALL.into_iter();
+        known
+            .find(|axis| axis.name().eq_ignore_ascii_case(text))
+            .ok_or(UnknownAxis)
+    }
+}
+
+/// The text is the name of no axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownAxis;
+
+impl fmt::Display for UnknownAxis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("expected x, y, z, r, j1, j2, j3, j4, or l for the rail")
+    }
+}
+
+impl std::error::Error for UnknownAxis {}
+
+impl JogDirection {
+    /// The signed distance of a step of that length.
+    #[must_use]
+    pub fn signed(self, length: f32) -> f32 {
+        if self.forward { length } else { -length }
+    }
+}
+
+/// The name of an [`Axis`], then `+` or `-`.
+impl FromStr for JogDirection {
+    type Err = UnknownAxis;
+
+    fn from_str(text: &str) -> Result<Self, UnknownAxis> {
+        let (axis, forward) = match text.strip_suffix('+') {
+            Some(axis) => (axis, true),
+            None => (text.strip_suffix('-').ok_or(UnknownAxis)?, false),
+        };
+        let axis = axis.parse()?;
+        Ok(Self { axis, forward })
+    }
+}
+
+impl From<JogDirection> for JogCmd {
+    fn from(direction: JogDirection) -> Self {
+        use JogCommand::{
+            Axis1Minus, Axis1Plus, Axis2Minus, Axis2Plus, Axis3Minus, Axis3Plus, Axis4Minus,
+            Axis4Plus, RailMinus, RailPlus,
+        };
+        let (is_joint, plus, minus) = match direction.axis {
+            Axis::X => (Flag::OFF, Axis1Plus, Axis1Minus),
+            Axis::Y => (Flag::OFF, Axis2Plus, Axis2Minus),
+            Axis::Z => (Flag::OFF, Axis3Plus, Axis3Minus),
+            Axis::R => (Flag::OFF, Axis4Plus, Axis4Minus),
+            Axis::J1 => (Flag::ON, Axis1Plus, Axis1Minus),
+            Axis::J2 => (Flag::ON, Axis2Plus, Axis2Minus),
+            Axis::J3 => (Flag::ON, Axis3Plus, Axis3Minus),
+            Axis::J4 => (Flag::ON, Axis4Plus, Axis4Minus),
+            Axis::L => (Flag::ON, RailPlus, RailMinus),
+        };
+        let cmd = if direction.forward { plus } else { minus };
+        Self { is_joint, cmd }
+    }
+}
+
+impl From<JogDirection> for Set {
+    fn from(direction: JogDirection) -> Self {
+        JogCmd::from(direction).into()
+    }
+}
+
+/// What a command jogs.
+///
+/// # Errors
+/// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for a command that begins no jog.
+impl TryFrom<&Set> for JogDirection {
+    type Error = Error;
+
+    fn try_from(command: &Set) -> Result<Self, Error> {
+        let wrong = |message: &'static str| {
+            Error::new(ErrorCode::WrongCommand, message).with_command(command.row().set_name)
+        };
+        let Set::JogCmd(jog) = command else {
+            return Err(wrong("it is not a jog command"));
+        };
+        let axes = match jog.is_joint.is_on() {
+            true => [Axis::J1, Axis::J2, Axis::J3, Axis::J4],
+            false => [Axis::X, Axis::Y, Axis::Z, Axis::R],
+        };
+        let (axis, forward) = match jog.cmd {
+            JogCommand::RailPlus => (Axis::L, true),
+            JogCommand::RailMinus => (Axis::L, false),
+            JogCommand::Stop => {
+                let stop = wrong("a stop does not begin a jog");
+                return Err(stop.remedy(Action::StopJog, "ends one"));
+            }
+            other => match other.axis() {
+                Some((number, forward)) => (axes[number], forward),
+                None => return Err(wrong("no axis has this number")),
+            },
+        };
+        Ok(Self { axis, forward })
+    }
+}
+
+/// `x+`, `j3-`.
+impl fmt::Display for JogDirection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.forward { '+' } else { '-' };
+        write!(f, "{}{sign}", self.axis.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_is_the_same_as_text_and_as_command() {
+        for axis in Axis::ALL {
+            for direction in [axis.plus(), axis.minus()] {
+                assert_eq!(direction.to_string().parse(), Ok(direction));
+                assert_eq!(
+                    JogDirection::try_from(&Set::from(direction)).unwrap(),
+                    direction
+                );
+            }
+        }
+        for text in ["", "+", "x", "x*", "j5+", "x++"] {
+            assert_eq!(text.parse::<JogDirection>(), Err(UnknownAxis), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_begins_no_jog_is_none() {
+        let jog = |cmd| {
+            Set::from(JogCmd {
+                is_joint: Flag::ON,
+                cmd,
+            })
+        };
+        for command in [
+            crate::words::home(),
+            jog(JogCommand::Stop),
+            jog(JogCommand::from(11)),
+        ] {
+            let error = JogDirection::try_from(&command).unwrap_err();
+            assert_eq!(error.code(), ErrorCode::WrongCommand, "{error}");
+        }
+    }
+}
