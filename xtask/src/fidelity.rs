@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use magician_sim::fidelity::{Basis, Confidence, Strictness};
+use magician_sim::fidelity::{Assumption, Confidence, Strictness};
 
 const INTRODUCTION: &str = "\
 # What the virtual arm's behaviour rests on
@@ -33,10 +33,10 @@ pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
 fn page() -> String {
     let mut page = INTRODUCTION.to_owned();
     for confidence in Confidence::ALL {
-        let bases: Vec<_> = (Basis::ALL.iter().copied())
-            .filter(|basis| basis.confidence() == confidence)
+        let assumptions: Vec<_> = (Assumption::ALL.iter().copied())
+            .filter(|assumption| assumption.confidence() == confidence)
             .collect();
-        let (letter, count) = (confidence.letter(), bases.len());
+        let (letter, count) = (confidence.letter(), assumptions.len());
         let _ = writeln!(page, "\n## {letter}: {} ({count})\n", title(confidence));
         let choices = confidence == Confidence::Choice;
         page += if choices {
@@ -44,14 +44,14 @@ fn page() -> String {
         } else {
             "| | section | what the virtual arm does |\n|---|---|---|\n"
         };
-        for basis in bases {
-            let (name, says) = (basis.name(), basis.says());
-            let section = match basis.authority().link() {
-                Some(link) => format!("[{}]({link})", basis.section()),
-                None => basis.section().to_owned(),
+        for assumption in assumptions {
+            let (name, says) = (assumption.name(), assumption.says());
+            let section = match assumption.authority().link() {
+                Some(link) => format!("[{}]({link})", assumption.section()),
+                None => assumption.section().to_owned(),
             };
             let _ = write!(page, "| {name} | {section} | {says} |");
-            let _ = match basis.strictness() {
+            let _ = match assumption.strictness() {
                 Strictness::Fact => writeln!(page),
                 Strictness::Refused => writeln!(page, " refuses |"),
                 Strictness::Kept(why) => writeln!(page, " does the same: {why} |"),

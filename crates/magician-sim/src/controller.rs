@@ -5,7 +5,7 @@ use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
 
 use crate::core::Core;
 use crate::event::Event;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 use crate::link::{Link, Links, Outbox};
 use crate::{Flash, LinkId, Micros, Profile, State, World};
 
@@ -174,7 +174,7 @@ impl Controller {
                     return true;
                 }
                 Found::Rejected { .. } => core.damaged_frame(link),
-                Found::Noise { .. } => core.rests_on(Basis::ForeignBytes),
+                Found::Noise { .. } => core.assume(Assumption::ForeignBytes),
             }
         }
         false

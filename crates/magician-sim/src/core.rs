@@ -9,7 +9,7 @@ use crate::alarms::Alarms;
 use crate::chapter::{io::Detectors, teach::Teaching};
 use crate::dispatch::{self, Step, Turn};
 use crate::event::{Event, Log, Refusal};
-use crate::fidelity::{Basis, Fidelity};
+use crate::fidelity::{Assumption, Fidelity};
 use crate::flash::Flash;
 use crate::motion::Motion;
 use crate::pins::Connectors;
@@ -96,7 +96,7 @@ impl Core {
         };
         if core.profile.power_up.reset_alarm {
             core.raise(Alarm::ResetOccurred);
-            core.rests_on(Basis::ResetAlarm);
+            core.assume(Assumption::ResetAlarm);
         }
         core
     }
@@ -106,9 +106,9 @@ impl Core {
         let (id, ctrl) = (frame.id(), frame.ctrl());
         let nothing = || FrameBuf::new(id, ctrl, &[]);
         let request = Request::decode(frame);
-        let taken = (request.as_ref()).is_ok_and(|request| self.may_take_frame(id, ctrl, request));
+        let taken = (request.as_ref()).is_ok_and(|request| self.allows_frame(id, ctrl, request));
         match request {
-            Ok(Request::Get(get)) if taken && self.may_report(id, &get) => {
+            Ok(Request::Get(get)) if taken && self.allows_report(id, &get) => {
                 dispatch::report(self, &get, id, ctrl)
             }
             Ok(Request::Set(set)) if taken => {
@@ -119,7 +119,7 @@ impl Core {
             Ok(Request::Queue(_)) => self.enqueue(id, ctrl, Order::Nothing),
             Ok(Request::Get(_) | Request::Set(_) | Request::Nothing) => nothing(),
             Err(error) => {
-                self.rests_on(Basis::WrongCount);
+                self.assume(Assumption::WrongCount);
                 let reason = Refusal::Parameters;
                 self.log.push(Event::Refused { id, reason });
                 if is_queued(ctrl, id, error) {
@@ -132,7 +132,7 @@ impl Core {
     }
 
     fn act_at_once(&mut self, set: &Set) {
-        if !self.may_apply(set, Turn::Immediate) {
+        if !self.allows_apply(set, Turn::Immediate) {
             return;
         }
         if self.teaching.held() && (moves(set) || matches!(set, Set::JogCmd(_))) {
@@ -152,14 +152,14 @@ impl Core {
     }
 
     fn enqueue(&mut self, id: u8, ctrl: Ctrl, order: Order) -> Result<FrameBuf, EncodeError> {
-        self.number_rests();
+        self.count_index_assumptions();
         let stored = self.store_line(id, &order);
         let Some(index) = stored.unwrap_or_else(|| self.hosts_mut().push(id, order)) else {
             self.log.push(Event::QueueFull { id });
             return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
         };
         if stored.is_some() {
-            self.rests_on(Basis::StoredLineIndex);
+            self.assume(Assumption::StoredLineIndex);
         } else {
             self.log.push(Event::Accepted { index, id });
             if !self.runs_program() {
@@ -174,17 +174,17 @@ impl Core {
     pub(crate) fn may_overflow(&mut self, frame: &Frame<'_>) -> bool {
         let id = frame.id();
         !(frame.ctrl().queued() && queues(id) && self.is_full())
-            || self.may_rest_on(id, Basis::FullQueue)
+            || self.allows(id, Assumption::FullQueue)
     }
 
     pub(crate) fn damaged_frame(&mut self, link: LinkId) {
         self.log.push(Event::BadFrame { link });
-        self.rests_on(Basis::DamagedFrame);
+        self.assume(Assumption::DamagedFrame);
     }
 
     pub(crate) fn unknown_id(&mut self, link: LinkId, id: u8) {
         self.log.push(Event::UnknownId { link, id });
-        if !self.may_rest_on(id, Basis::UnknownId) {
+        if !self.allows(id, Assumption::UnknownId) {
             return;
         }
         self.raise(Alarm::UndefinedInstruction);
@@ -199,9 +199,9 @@ impl Core {
             }
         }
         if !Alarm::blocks(code) {
-            self.rests_on(Basis::QuietAlarms);
+            self.assume(Assumption::QuietAlarms);
         } else if !held {
-            self.rests_on(Basis::AlarmHold);
+            self.assume(Assumption::AlarmHold);
         }
         self.replan_segment();
     }

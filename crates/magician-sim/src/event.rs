@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use magician_protocol::Row;
 
 use crate::LinkId;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 use crate::world::{Incident, Press};
 
 mod words;
@@ -65,9 +65,9 @@ pub enum Event {
         runs: bool,
     },
     /// What the arm does rests on this from now on; told once.
-    RestsOn {
+    Assumes {
         /// What.
-        basis: Basis,
+        assumption: Assumption,
     },
     /// A command was understood and not carried out.
     Refused {
@@ -164,7 +164,7 @@ pub enum Refusal {
     /// It sets the pose while the arm moves, or to angles that make no sense.
     Pose,
     /// What the real arm would do is not known, and the profile is strict.
-    OnlyAChoice(Basis),
+    OnlyAChoice(Assumption),
 }
 
 /// The latest events; when it is full the oldest goes and is counted.

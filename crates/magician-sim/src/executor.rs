@@ -4,7 +4,7 @@ use crate::Micros;
 use crate::core::Core;
 use crate::dispatch::{Step, Turn};
 use crate::event::Event;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 use crate::program::Run;
 use crate::queue::{Busy, Entry, Order, Running};
 use magician_protocol::{AlarmSet, Set};
@@ -137,14 +137,14 @@ impl Core {
             self.world.index_started(self.now, index);
         }
         let step = match &order {
-            Order::Set(set) if self.may_apply(set, Turn::Queued) => {
+            Order::Set(set) if self.allows_apply(set, Turn::Queued) => {
                 self.carry_out(set, Turn::Queued)
             }
             Order::Set(_) | Order::Nothing => Step::Done,
         };
         self.feel_grip();
         if order.moves() && step == Step::Done && self.is_held() {
-            self.rests_on(Basis::RefusedFinishes);
+            self.assume(Assumption::RefusedFinishes);
         }
         let busy = match step {
             Step::Done => return self.finished(index, id),
@@ -183,7 +183,7 @@ impl Core {
     /// A motion has ended before its target: its command counts as finished all the same.
     pub(crate) fn finishes_refused(&mut self) {
         if let Some(Busy::Moving) = self.queue.running.map(|running| running.busy) {
-            self.rests_on(Basis::RefusedFinishes);
+            self.assume(Assumption::RefusedFinishes);
         }
     }
 

@@ -7,7 +7,7 @@ use crate::convert::tool_to_wire;
 use crate::core::Core;
 use crate::dispatch::Step;
 use crate::event::Event;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 use crate::flash::Flash;
 use crate::scenario::Arm;
 use crate::world::{Drawing, Happening, Look, Press};
@@ -77,9 +77,9 @@ impl Core {
         if self.teaching.held() {
             return;
         }
-        self.rests_on(match press {
-            Press::Short => Basis::BaseKey,
-            Press::Long => Basis::BaseKeyHeld,
+        self.assume(match press {
+            Press::Short => Assumption::BaseKey,
+            Press::Long => Assumption::BaseKeyHeld,
         });
         match press {
             Press::Short => self.toggle_program(),
@@ -119,8 +119,8 @@ impl Core {
         anew.motion.rail.slip = really.rail;
         *self = anew;
         self.log.push(Event::Reset);
-        self.rests_on(Basis::FlashKeeps);
-        self.rests_on(Basis::ResetAlarm);
+        self.assume(Assumption::FlashKeeps);
+        self.assume(Assumption::ResetAlarm);
         self.feel_grip();
     }
 

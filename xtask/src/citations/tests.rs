@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use magician_sim::fidelity::{Authority, Basis};
+use magician_sim::fidelity::{Assumption, Authority};
 
 use super::*;
 
@@ -173,13 +173,17 @@ fn citations_become_links() {
 #[test]
 fn every_basis_leads_to_its_anchor() {
     let places = places();
-    for basis in Basis::ALL {
-        let authority = basis.authority();
+    for assumption in Assumption::ALL {
+        let authority = assumption.authority();
         if let Some(link) = authority.link() {
             let (page, anchor) = link.split_once('#').expect("an anchor");
-            assert!(places[page].contains(anchor), "{}: {link}", basis.name());
+            assert!(
+                places[page].contains(anchor),
+                "{}: {link}",
+                assumption.name()
+            );
         } else {
-            assert_eq!(authority, Authority::Nobody, "{}", basis.name());
+            assert_eq!(authority, Authority::Nobody, "{}", assumption.name());
         }
     }
 }

@@ -5,7 +5,7 @@ use magician_protocol::{Alarm, Writable};
 
 use crate::core::Core;
 use crate::dispatch::{Apply, Step, Turn};
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 
 /// Differences below this are rounding, deg; the arm's step is 0.01125.
 const ROUNDING: f64 = 1e-6;
@@ -31,7 +31,7 @@ impl Apply for LostStepCmd {
         for (code, lost) in codes.into_iter().zip(core.motion.lost(core.now)) {
             let base = code == Alarm::LoseStepAxis1;
             if lost.abs() > threshold + ROUNDING
-                && (!base || core.may_rest_on(Self::ROW.id, Basis::LostBase))
+                && (!base || core.allows(Self::ROW.id, Assumption::LostBase))
             {
                 core.raise(code);
             }

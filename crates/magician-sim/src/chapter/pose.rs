@@ -7,7 +7,7 @@ use crate::convert::{from_wire, pose_to_wire, to_wire};
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn, stored};
 use crate::event::Refusal;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 
 stored!(ArmOrientation in orientation);
 
@@ -48,7 +48,7 @@ impl Apply for ResetPose {
         };
         let sensible = SENSIBLE.contains(&j2) && SENSIBLE.contains(&j3);
         if core.motion.is_moving() || !sensible {
-            return match core.may_rest_on(Self::ROW.id, Basis::UntimelyResetPose) {
+            return match core.allows(Self::ROW.id, Assumption::UntimelyResetPose) {
                 true => core.refuse(Self::ROW.id, Refusal::Pose),
                 false => Step::Done,
             };

@@ -6,7 +6,7 @@ use magician_protocol::{Flag, NoArgs, Writable};
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn};
 use crate::event::Refusal;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 
 impl Apply for QueuedCmdStartDownload {
     /// What was said of the length binds nobody. While the program runs there is nothing to store it in (model
@@ -15,7 +15,7 @@ impl Apply for QueuedCmdStartDownload {
         if core.start_download(self.total_loop, self.line_per_loop) {
             Step::Done
         } else {
-            core.rests_on(Basis::OfflineBusy);
+            core.assume(Assumption::OfflineBusy);
             core.refuse(Self::ROW.id, Refusal::Busy)
         }
     }
@@ -23,7 +23,7 @@ impl Apply for QueuedCmdStartDownload {
 
 impl Apply for QueuedCmdStopDownload {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
-        if core.is_mismatched() && !core.may_rest_on(Self::ROW.id, Basis::OfflineMismatch) {
+        if core.is_mismatched() && !core.allows(Self::ROW.id, Assumption::OfflineMismatch) {
             core.download = None;
         }
         core.stop_download();

@@ -11,7 +11,7 @@ use crate::Micros;
 use crate::convert::micros;
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn};
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 
 /// The unlock key, and the point that nobody has asked for yet.
 #[derive(Clone, Copy, Debug, Default)]
@@ -47,7 +47,7 @@ impl Core {
             return;
         }
         self.look_for_point();
-        self.rests_on(Basis::TeachKey);
+        self.assume(Assumption::TeachKey);
         if held {
             self.halt();
             self.actuators.burn(0.0);
@@ -90,7 +90,7 @@ impl Core {
         let due = self.settings.teach_mode.mode == TeachTrigger::Periodic;
         if new && due && self.settings.teach_enabled.is_enabled.is_on() {
             self.teaching.new_point = true;
-            self.rests_on(Basis::TeachPeriod);
+            self.assume(Assumption::TeachPeriod);
         }
     }
 }

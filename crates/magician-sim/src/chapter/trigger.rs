@@ -6,7 +6,7 @@ use magician_protocol::{TriggerCondition, TriggerMode, Writable};
 use crate::core::Core;
 use crate::dispatch::{Apply, Step, Turn};
 use crate::event::Refusal;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 use crate::pins::place_of;
 
 /// What the queue waits for.
@@ -68,7 +68,7 @@ impl Apply for TrigCmd {
     /// makes no sense would block for ever and is refused.
     fn apply(&self, core: &mut Core, turn: Turn) -> Step {
         let Some(trigger) = Trigger::new(self) else {
-            return match core.may_rest_on(Self::ROW.id, Basis::MeaninglessTrigger) {
+            return match core.allows(Self::ROW.id, Assumption::MeaninglessTrigger) {
                 true => core.refuse(Self::ROW.id, Refusal::Trigger),
                 false => Step::Done,
             };

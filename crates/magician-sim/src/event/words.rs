@@ -19,7 +19,7 @@ impl Event {
             Self::Accepted { .. }
                 | Self::Started { .. }
                 | Self::Finished { .. }
-                | Self::RestsOn { .. }
+                | Self::Assumes { .. }
         )
     }
 
@@ -55,12 +55,12 @@ impl fmt::Display for InWords<'_> {
             Event::Program { runs: true } => f.write_str("the program in the flash begins"),
             Event::Program { runs: false } => f.write_str("the program in the flash ends"),
             Event::Refused { id, reason } => write!(f, "{} not carried out: {reason}", Name(id)),
-            Event::RestsOn { basis } => {
-                let kind = match basis.confidence() {
+            Event::Assumes { assumption } => {
+                let kind = match assumption.confidence() {
                     Confidence::Choice => "a choice",
                     _ => "a fact",
                 };
-                let (authority, says) = (basis.authority(), basis.says());
+                let (authority, says) = (assumption.authority(), assumption.says());
                 write!(f, "rests on {kind} ({authority}): {says}")
             }
             Event::AlarmRaised { code } => write!(f, "alarm {} raised", Code(code)),
@@ -95,8 +95,8 @@ impl fmt::Display for InWords<'_> {
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::OnlyAChoice(basis) => {
-                let (authority, says) = (basis.authority(), basis.says());
+            Self::OnlyAChoice(assumption) => {
+                let (authority, says) = (assumption.authority(), assumption.says());
                 return write!(f, "it rests on a choice ({authority}): {says}");
             }
             Self::Parameters => "its parameter count fits no accepted form",

@@ -1,13 +1,13 @@
 //! What each answer rests on: a fact about the real arm, or a choice of ours where none is known.
 //!
-//! Every behaviour of the virtual arm has a [`Basis`] with the letter of how sure it is. The controller counts what its
+//! Every behaviour of the virtual arm has an [`Assumption`] with the letter of how sure it is. The controller counts what its
 //! answers rest on ([`Controller::fidelity`](crate::Controller::fidelity)); a strict one ([`Strictness`]) carries out
 //! nothing that rests on a choice alone.
 
-mod bases;
+mod assumptions;
 mod rules;
 
-pub use bases::Basis;
+pub use assumptions::Assumption;
 
 use std::fmt;
 
@@ -105,17 +105,17 @@ impl fmt::Display for Authority {
     }
 }
 
-macro_rules! list_bases {
+macro_rules! list_assumptions {
     ($( $name:ident $confidence:ident $section:literal $says:literal $($strict:ident $($why:literal)?)?; )+) => {
         /// Something that the virtual arm's behaviour rests on.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[repr(u8)]
         #[non_exhaustive]
-        pub enum Basis {
+        pub enum Assumption {
             $( #[doc = concat!("Here ", $says, " (", $section, ").")] $name, )+
         }
 
-        impl Basis {
+        impl Assumption {
             /// Every one, by chapter.
             pub const ALL: &'static [Self] = &[ $( Self::$name, )+ ];
 
@@ -152,7 +152,7 @@ macro_rules! list_bases {
             /// What a strict controller does about it.
             #[must_use]
             pub const fn strictness(self) -> $crate::fidelity::Strictness {
-                match self { $( Self::$name => $crate::fidelity::list_bases!(@ $($strict $($why)?)?), )+ }
+                match self { $( Self::$name => $crate::fidelity::list_assumptions!(@ $($strict $($why)?)?), )+ }
             }
         }
     };
@@ -161,47 +161,47 @@ macro_rules! list_bases {
     (@ kept $why:literal) => { $crate::fidelity::Strictness::Kept($why) };
 }
 
-use list_bases;
+use list_assumptions;
 
-/// A set of bases: a bit for each.
+/// A set of assumptions: a bit for each.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Bases([u64; Self::WORDS]);
+pub(crate) struct AssumptionSet([u64; Self::WORDS]);
 
-impl Bases {
-    const WORDS: usize = Basis::ALL.len().div_ceil(64);
+impl AssumptionSet {
+    const WORDS: usize = Assumption::ALL.len().div_ceil(64);
 
-    fn add(&mut self, basis: Basis) {
-        let at = basis as usize;
+    fn add(&mut self, assumption: Assumption) {
+        let at = assumption as usize;
         if let Some(word) = self.0.get_mut(at / 64) {
             *word |= 1 << (at % 64);
         }
     }
 
-    fn add_if(&mut self, condition: bool, basis: Basis) {
+    fn add_if(&mut self, condition: bool, assumption: Assumption) {
         if condition {
-            self.add(basis);
+            self.add(assumption);
         }
     }
 
     /// Takes the first one out, in the order of the list.
-    fn take(&mut self) -> Option<Basis> {
+    fn take(&mut self) -> Option<Assumption> {
         let at = self.0.iter().position(|word| *word != 0)?;
         let word = self.0.get_mut(at)?;
         let bit = word.trailing_zeros() as usize;
         *word &= *word - 1;
-        Basis::ALL.get(at * 64 + bit).copied()
+        Assumption::ALL.get(at * 64 + bit).copied()
     }
 }
 
 /// What a controller's answers have rested on since power-up.
 #[derive(Clone, Debug)]
 pub struct Fidelity {
-    uses: [u64; Basis::ALL.len()],
+    uses: [u64; Assumption::ALL.len()],
 }
 
 impl Default for Fidelity {
     fn default() -> Self {
-        let uses = [0; Basis::ALL.len()];
+        let uses = [0; Assumption::ALL.len()];
         Self { uses }
     }
 }
@@ -209,19 +209,24 @@ impl Default for Fidelity {
 impl Fidelity {
     /// How often something was rested on. A strict controller counts what it refused, too.
     #[must_use]
-    pub fn uses(&self, basis: Basis) -> u64 {
-        self.uses.get(basis as usize).copied().unwrap_or_default()
+    pub fn uses(&self, assumption: Assumption) -> u64 {
+        self.uses
+            .get(assumption as usize)
+            .copied()
+            .unwrap_or_default()
     }
 
     /// Everything that was rested on, and how often, by chapter.
-    pub fn iter(&self) -> impl Iterator<Item = (Basis, u64)> + '_ {
-        let all = Basis::ALL.iter().map(|basis| (*basis, self.uses(*basis)));
+    pub fn iter(&self) -> impl Iterator<Item = (Assumption, u64)> + '_ {
+        let all = Assumption::ALL
+            .iter()
+            .map(|assumption| (*assumption, self.uses(*assumption)));
         all.filter(|(_, uses)| *uses > 0)
     }
 
     /// Counts a use; whether it is the first.
-    fn count(&mut self, basis: Basis) -> bool {
-        let Some(uses) = self.uses.get_mut(basis as usize) else {
+    fn count(&mut self, assumption: Assumption) -> bool {
+        let Some(uses) = self.uses.get_mut(assumption as usize) else {
             return false;
         };
         *uses = uses.saturating_add(1);
@@ -231,29 +236,30 @@ impl Fidelity {
 
 impl Core {
     /// Counts what something rests on that a strict controller does, too.
-    pub(crate) fn rests_on(&mut self, basis: Basis) {
-        if self.fidelity.count(basis) {
-            self.log.push(Event::RestsOn { basis });
+    pub(crate) fn assume(&mut self, assumption: Assumption) {
+        if self.fidelity.count(assumption) {
+            self.log.push(Event::Assumes { assumption });
         }
     }
 
     /// Counts what a command of an id rests on; whether to go on. A strict controller does not where only a choice
     /// exists, and says so.
     #[must_use]
-    pub(crate) fn may_rest_on(&mut self, id: u8, basis: Basis) -> bool {
-        self.rests_on(basis);
-        let refused = self.profile.fidelity.strict && basis.strictness() == Strictness::Refused;
+    pub(crate) fn allows(&mut self, id: u8, assumption: Assumption) -> bool {
+        self.assume(assumption);
+        let refused =
+            self.profile.fidelity.strict && assumption.strictness() == Strictness::Refused;
         if refused {
-            let reason = Refusal::OnlyAChoice(basis);
+            let reason = Refusal::OnlyAChoice(assumption);
             self.log.push(Event::Refused { id, reason });
         }
         !refused
     }
 
-    /// As [`may_rest_on`](Self::may_rest_on) for several: the first choice is the reason.
-    fn may_rest_on_all(&mut self, id: u8, mut bases: Bases) -> bool {
-        while let Some(basis) = bases.take() {
-            if !self.may_rest_on(id, basis) {
+    /// As [`allows`](Self::allows) for several: the first choice is the reason.
+    fn allows_all(&mut self, id: u8, mut assumptions: AssumptionSet) -> bool {
+        while let Some(assumption) = assumptions.take() {
+            if !self.allows(id, assumption) {
                 return false;
             }
         }

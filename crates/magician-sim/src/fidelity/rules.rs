@@ -6,7 +6,7 @@ use magician_motion::Ceilings;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Get, JogCommand, PtpMode, Readable, Request, Set};
 
-use super::{Bases, Basis};
+use super::{Assumption, AssumptionSet};
 use crate::core::Core;
 use crate::dispatch::Turn;
 use crate::flash::Flash;
@@ -18,102 +18,110 @@ const TOOL_PINS: [u8; 4] = [2, 4, 16, 17];
 
 impl Core {
     /// Whether a frame is taken for what it asks.
-    pub(crate) fn may_take_frame(&mut self, id: u8, ctrl: Ctrl, request: &Request) -> bool {
-        let mut bases = Bases::default();
+    pub(crate) fn allows_frame(&mut self, id: u8, ctrl: Ctrl, request: &Request) -> bool {
+        let mut assumptions = AssumptionSet::default();
         let elsewhere = ctrl.destination() != 0 || ctrl.slave() != 0;
-        bases.add_if(elsewhere, Basis::DestinationBits);
+        assumptions.add_if(elsewhere, Assumption::DestinationBits);
         match request {
-            Request::Get(_) => bases.add_if(ctrl.write(), Basis::GetOnlyWritten),
-            Request::Set(_) => bases.add_if(ctrl.queued(), Basis::SteeringQueued),
-            Request::Queue(_) => bases.add_if(!ctrl.write(), Basis::QueuedBitAlone),
-            Request::Nothing => bases.add(Basis::SetOnlyRead),
+            Request::Get(_) => assumptions.add_if(ctrl.write(), Assumption::GetOnlyWritten),
+            Request::Set(_) => assumptions.add_if(ctrl.queued(), Assumption::SteeringQueued),
+            Request::Queue(_) => assumptions.add_if(!ctrl.write(), Assumption::QueuedBitAlone),
+            Request::Nothing => assumptions.add(Assumption::SetOnlyRead),
         }
-        self.may_rest_on_all(id, bases)
+        self.allows_all(id, assumptions)
     }
 
     /// Whether a value is reported.
-    pub(crate) fn may_report(&mut self, id: u8, get: &Get) -> bool {
-        let bases = self.bases_of_get(get);
-        self.may_rest_on_all(id, bases)
+    pub(crate) fn allows_report(&mut self, id: u8, get: &Get) -> bool {
+        let assumptions = self.assumptions_of_get(get);
+        self.allows_all(id, assumptions)
     }
 
     /// Whether a command is carried out.
-    pub(crate) fn may_apply(&mut self, set: &Set, turn: Turn) -> bool {
-        let bases = self.bases_of_set(set, turn);
-        self.may_rest_on_all(set.row().id, bases)
+    pub(crate) fn allows_apply(&mut self, set: &Set, turn: Turn) -> bool {
+        let assumptions = self.assumptions_of_set(set, turn);
+        self.allows_all(set.row().id, assumptions)
     }
 
     /// Whether a command of the queue is given an index.
-    pub(crate) fn number_rests(&mut self) {
-        self.rests_on(Basis::Indices);
+    pub(crate) fn count_index_assumptions(&mut self) {
+        self.assume(Assumption::Indices);
         if self.hosts().is_unused() {
-            self.rests_on(Basis::FirstIndex);
+            self.assume(Assumption::FirstIndex);
         }
     }
 
-    fn bases_of_get(&mut self, get: &Get) -> Bases {
-        let mut bases = Bases::default();
-        bases.add(self.basis_of_value(get));
+    fn assumptions_of_get(&mut self, get: &Get) -> AssumptionSet {
+        let mut assumptions = AssumptionSet::default();
+        assumptions.add(self.assumption_of_value(get));
         match get {
             Get::Pose(_) => {
-                bases.add_if(!self.homed, Basis::BaseUnknown);
-                bases.add_if(!self.homed, Basis::PowerUpPose);
+                assumptions.add_if(!self.homed, Assumption::BaseUnknown);
+                assumptions.add_if(!self.homed, Assumption::PowerUpPose);
                 let EndEffectorParams {
                     x_bias,
                     y_bias,
                     z_bias,
                 } = self.settings.bias;
-                bases.add_if([x_bias, y_bias, z_bias] != [0.0; 3], Basis::ToolBias);
+                assumptions.add_if([x_bias, y_bias, z_bias] != [0.0; 3], Assumption::ToolBias);
                 let told = self
                     .settings
                     .told
                     .contains(<EndEffectorParams as Readable>::ROW.id);
-                bases.add_if(!told, Basis::PowerUpTool);
+                assumptions.add_if(!told, Assumption::PowerUpTool);
             }
-            Get::HhtTrigOutput(_) => bases.add_if(self.has_new_point(), Basis::PointCleared),
+            Get::HhtTrigOutput(_) => {
+                assumptions.add_if(self.has_new_point(), Assumption::PointCleared)
+            }
             Get::IoDi(GetIoDi { address }) | Get::IoAdc(GetIoAdc { address }) => {
-                bases.add_if(address.is_none(), Basis::LastPin);
+                assumptions.add_if(address.is_none(), Assumption::LastPin);
                 let open = address.is_some_and(|address| self.is_open(address));
-                bases.add_if(open, Basis::OpenInput);
+                assumptions.add_if(open, Assumption::OpenInput);
             }
             Get::IoMultiplexing(GetIoMultiplexing { address })
             | Get::IoDo(GetIoDo { address })
-            | Get::IoPwm(GetIoPwm { address }) => bases.add_if(address.is_none(), Basis::LastPin),
+            | Get::IoPwm(GetIoPwm { address }) => {
+                assumptions.add_if(address.is_none(), Assumption::LastPin)
+            }
             Get::IrSwitch(GetIrSwitch { port }) => {
-                bases.add_if(port.is_none(), Basis::InfraredPort);
+                assumptions.add_if(port.is_none(), Assumption::InfraredPort);
             }
             Get::QueuedCmdCurrentIndex(_) => {
                 let hosts = self.hosts();
                 let unused = hosts.current == 0 && hosts.running.is_none();
-                bases.add_if(unused, Basis::CurrentAtFirst);
+                assumptions.add_if(unused, Assumption::CurrentAtFirst);
             }
             Get::QueuedCmdLeftSpace(_) => {
-                bases.add_if(self.hosts().running.is_some(), Basis::RunningPlace);
+                assumptions.add_if(self.hosts().running.is_some(), Assumption::RunningPlace);
             }
             _ => {}
         }
-        bases
+        assumptions
     }
 
     /// What the value of a row rests on, whatever else.
-    fn basis_of_value(&self, get: &Get) -> Basis {
+    fn assumption_of_value(&self, get: &Get) -> Assumption {
         use Get::*;
         match get {
-            DeviceSn(_) | DeviceName(_) => Basis::Identity,
-            DeviceVersion(_) => Basis::Version,
-            DeviceWithL(_) => Basis::RailSwitch,
-            DeviceTime(_) => Basis::Clock,
-            DeviceId(_) => Basis::DeviceIdWords,
-            Pose(_) => Basis::CommandedPose,
-            PoseL(_) => Basis::RailPose,
-            AlarmsState(_) => Basis::AlarmBits,
-            HomeParams(_) if self.settings.home.is_none() => Basis::HomeUnset,
-            HomeParams(_) => Basis::HomeUnchecked,
-            HhtTrigMode(_) | HhtTrigOutputEnabled(_) | HhtTrigOutput(_) => Basis::TeachSettings,
-            EndEffectorParams(_) => Basis::ToolBias,
-            EndEffectorLaser(_) | EndEffectorSuctionCup(_) | EndEffectorGripper(_) => Basis::Tools,
+            DeviceSn(_) | DeviceName(_) => Assumption::Identity,
+            DeviceVersion(_) => Assumption::Version,
+            DeviceWithL(_) => Assumption::RailSwitch,
+            DeviceTime(_) => Assumption::Clock,
+            DeviceId(_) => Assumption::DeviceIdWords,
+            Pose(_) => Assumption::CommandedPose,
+            PoseL(_) => Assumption::RailPose,
+            AlarmsState(_) => Assumption::AlarmBits,
+            HomeParams(_) if self.settings.home.is_none() => Assumption::HomeUnset,
+            HomeParams(_) => Assumption::HomeUnchecked,
+            HhtTrigMode(_) | HhtTrigOutputEnabled(_) | HhtTrigOutput(_) => {
+                Assumption::TeachSettings
+            }
+            EndEffectorParams(_) => Assumption::ToolBias,
+            EndEffectorLaser(_) | EndEffectorSuctionCup(_) | EndEffectorGripper(_) => {
+                Assumption::Tools
+            }
             JogLParams(_) | PtpLParams(_) if !self.settings.told.contains(get.row().id) => {
-                Basis::RailDefaults
+                Assumption::RailDefaults
             }
             JogJointParams(_)
             | JogCoordinateParams(_)
@@ -126,50 +134,52 @@ impl Core {
             | PtpLParams(_)
             | PtpJump2Params(_)
             | CpParams(_)
-            | ArcParams(_) => Basis::Parameters,
-            ArcCommonParams(_) => Basis::ArcRatio,
-            IoMultiplexing(_) => Basis::IoFunctions,
-            IoDo(_) | IoPwm(_) => Basis::IoOutputs,
-            IoDi(_) | IoAdc(_) => Basis::IoInputs,
-            ColorSensor(_) | IrSwitch(_) => Basis::Sensors,
+            | ArcParams(_) => Assumption::Parameters,
+            ArcCommonParams(_) => Assumption::ArcRatio,
+            IoMultiplexing(_) => Assumption::IoFunctions,
+            IoDo(_) | IoPwm(_) => Assumption::IoOutputs,
+            IoDi(_) | IoAdc(_) => Assumption::IoInputs,
+            ColorSensor(_) | IrSwitch(_) => Assumption::Sensors,
             WifiSsid(_) if self.flash.wifi_ssid == self.new_flash().wifi_ssid => {
-                Basis::WifiDefaults
+                Assumption::WifiDefaults
             }
             WifiPassword(_) if self.flash.wifi_password == self.new_flash().wifi_password => {
-                Basis::WifiDefaults
+                Assumption::WifiDefaults
             }
             WifiIpAddress(_) if self.flash.wifi_address == self.new_flash().wifi_address => {
-                Basis::WifiDefaults
+                Assumption::WifiDefaults
             }
             WifiNetmask(_) if self.flash.wifi_netmask == self.new_flash().wifi_netmask => {
-                Basis::WifiDefaults
+                Assumption::WifiDefaults
             }
             WifiGateway(_) if self.flash.wifi_gateway == self.new_flash().wifi_gateway => {
-                Basis::WifiDefaults
+                Assumption::WifiDefaults
             }
-            WifiDns(_) if self.flash.wifi_dns == self.new_flash().wifi_dns => Basis::WifiDefaults,
+            WifiDns(_) if self.flash.wifi_dns == self.new_flash().wifi_dns => {
+                Assumption::WifiDefaults
+            }
             WifiConfigMode(_) | WifiSsid(_) | WifiPassword(_) | WifiIpAddress(_)
-            | WifiNetmask(_) | WifiGateway(_) | WifiDns(_) => Basis::WifiSettings,
-            WifiConnectStatus(_) => Basis::WifiStatus,
+            | WifiNetmask(_) | WifiGateway(_) | WifiDns(_) => Assumption::WifiSettings,
+            WifiConnectStatus(_) => Assumption::WifiStatus,
             Kinematics(_)
             | DeviceInfo(_)
             | UserParams(_)
             | Uart4PeripheralsModel(_)
-            | ZdfCalibStatus(_) => Basis::Zeros,
+            | ZdfCalibStatus(_) => Assumption::Zeros,
             AutoLeveling(_)
             | ArmOrientation(_)
             | CpRHeadHoldEnable(_)
             | CpCommonParams(_)
             | AngleSensorStaticError(_)
             | AngleSensorCoef(_)
-            | BaseDecoderStaticError(_) => Basis::StoredWithoutEffect,
+            | BaseDecoderStaticError(_) => Assumption::StoredWithoutEffect,
             FirmwareMode(_) | Uart4PeripheralsEnabled(_) | PulseMode(_) => {
-                Basis::OutsideTheDocument
+                Assumption::OutsideTheDocument
             }
-            PtpTime(_) => Basis::PtpTime,
-            QueuedCmdCurrentIndex(_) => Basis::CurrentIndex,
-            QueuedCmdLeftSpace(_) => Basis::QueueDepth,
-            QueuedCmdMotionFinish(_) => Basis::MotionFinish,
+            PtpTime(_) => Assumption::PtpTime,
+            QueuedCmdCurrentIndex(_) => Assumption::CurrentIndex,
+            QueuedCmdLeftSpace(_) => Assumption::QueueDepth,
+            QueuedCmdMotionFinish(_) => Assumption::MotionFinish,
         }
     }
 
@@ -184,22 +194,26 @@ impl Core {
         world.digital(now, address).is_none() && world.analog(now, address).is_none()
     }
 
-    fn bases_of_set(&self, set: &Set, turn: Turn) -> Bases {
-        let mut bases = Bases::default();
-        bases.add(basis_of_order(set));
+    fn assumptions_of_set(&self, set: &Set, turn: Turn) -> AssumptionSet {
+        let mut assumptions = AssumptionSet::default();
+        assumptions.add(assumption_of_order(set));
         match set {
-            Set::HomeCmd(_) => self.homing_bases(turn, &mut bases),
-            Set::JogCmd(jog) => self.jog_bases(jog, turn, &mut bases),
+            Set::HomeCmd(_) => self.homing_assumptions(turn, &mut assumptions),
+            Set::JogCmd(jog) => self.jog_assumptions(jog, turn, &mut assumptions),
             Set::PtpCmd(_) | Set::PtpWithLCmd(_) | Set::PtpPoCmd(_) | Set::PtpPoWithLCmd(_) => {
-                self.ptp_bases(set, &mut bases);
-                self.motion_bases(turn, &mut bases);
+                self.ptp_assumptions(set, &mut assumptions);
+                self.motion_assumptions(turn, &mut assumptions);
             }
             Set::CpCmd(CpCmd { x, y, z, .. }) | Set::CpLeCmd(CpLeCmd { x, y, z, .. }) => {
-                finite(&[*x, *y, *z], &mut bases);
-                for basis in [Basis::CpRotation, Basis::CpTimes, Basis::CpFollows] {
-                    bases.add(basis);
+                finite(&[*x, *y, *z], &mut assumptions);
+                for assumption in [
+                    Assumption::CpRotation,
+                    Assumption::CpTimes,
+                    Assumption::CpFollows,
+                ] {
+                    assumptions.add(assumption);
                 }
-                self.motion_bases(turn, &mut bases);
+                self.motion_assumptions(turn, &mut assumptions);
             }
             Set::ArcCmd(ArcCmd {
                 cir_point,
@@ -210,93 +224,99 @@ impl Core {
                 to_point,
                 ..
             }) => {
-                finite(cir_point, &mut bases);
-                finite(to_point, &mut bases);
-                bases.add(Basis::ArcSpeeds);
-                self.motion_bases(turn, &mut bases);
+                finite(cir_point, &mut assumptions);
+                finite(to_point, &mut assumptions);
+                assumptions.add(Assumption::ArcSpeeds);
+                self.motion_assumptions(turn, &mut assumptions);
             }
             Set::WaitCmd(_) | Set::TrigCmd(_) => {
-                bases.add_if(turn == Turn::Immediate, Basis::ImmediateWait);
+                assumptions.add_if(turn == Turn::Immediate, Assumption::ImmediateWait);
             }
             Set::IoDo(IoDo { address, .. })
             | Set::IoPwm(IoPwm { address, .. })
             | Set::IoMultiplexing(IoMultiplexing { address, .. }) => {
-                bases.add_if(TOOL_PINS.contains(address), Basis::ToolPins);
+                assumptions.add_if(TOOL_PINS.contains(address), Assumption::ToolPins);
             }
-            Set::EMotorS(_) => bases.add(Basis::StepperDistance),
-            Set::SetEndEffectorSuctionCup(_) => bases.add(Basis::VacuumDelay),
-            Set::SetEndEffectorGripper(_) => bases.add(Basis::GripperDelay),
+            Set::EMotorS(_) => assumptions.add(Assumption::StepperDistance),
+            Set::SetEndEffectorSuctionCup(_) => assumptions.add(Assumption::VacuumDelay),
+            Set::SetEndEffectorGripper(_) => assumptions.add(Assumption::GripperDelay),
             Set::QueuedCmdStartExec(_) => {
                 let again = self.hosts().started;
-                bases.add(if again {
-                    Basis::StartAgain
+                assumptions.add(if again {
+                    Assumption::StartAgain
                 } else {
-                    Basis::QueueStopped
+                    Assumption::QueueStopped
                 });
             }
-            Set::QueuedCmdStopExec(_) => self.stop_bases(&mut bases),
+            Set::QueuedCmdStopExec(_) => self.stop_assumptions(&mut assumptions),
             Set::QueuedCmdForceStopExec(_) => {
-                self.stop_bases(&mut bases);
-                bases.add(Basis::ForceStopStops);
+                self.stop_assumptions(&mut assumptions);
+                assumptions.add(Assumption::ForceStopStops);
             }
-            Set::QueuedCmdClear(_) => self.clear_bases(&mut bases),
-            _ => bases.add_if(beyond(set, &self.model.ceilings), Basis::BeyondCeilings),
+            Set::QueuedCmdClear(_) => self.clear_assumptions(&mut assumptions),
+            _ => assumptions.add_if(
+                beyond(set, &self.model.ceilings),
+                Assumption::BeyondCeilings,
+            ),
         }
-        bases
+        assumptions
     }
 
     /// Of a motion that is not homing or a jog.
-    fn motion_bases(&self, turn: Turn, bases: &mut Bases) {
-        bases.add(Basis::PlannedAtStart);
+    fn motion_assumptions(&self, turn: Turn, assumptions: &mut AssumptionSet) {
+        assumptions.add(Assumption::PlannedAtStart);
         if turn == Turn::Immediate {
-            bases.add_if(self.is_held(), Basis::ImmediateWhileHeld);
-            self.replacing_bases(bases);
+            assumptions.add_if(self.is_held(), Assumption::ImmediateWhileHeld);
+            self.replacing_assumptions(assumptions);
         }
     }
 
     /// Of what moves the arm at once, whatever else is going on.
-    fn replacing_bases(&self, bases: &mut Bases) {
-        bases.add_if(self.teaching.held(), Basis::MotionWhileUnlocked);
-        bases.add_if(self.motion.is_moving(), Basis::ReplacedMotion);
+    fn replacing_assumptions(&self, assumptions: &mut AssumptionSet) {
+        assumptions.add_if(self.teaching.held(), Assumption::MotionWhileUnlocked);
+        assumptions.add_if(self.motion.is_moving(), Assumption::ReplacedMotion);
         let moves = self.queue.running.map(|running| running.busy) == Some(Busy::Moving);
         let waits = self.queue.started && self.queue.waiting() > 0;
-        bases.add_if((moves || waits) && !self.is_held(), Basis::QueueMeanwhile);
+        assumptions.add_if(
+            (moves || waits) && !self.is_held(),
+            Assumption::QueueMeanwhile,
+        );
     }
 
-    fn homing_bases(&self, turn: Turn, bases: &mut Bases) {
-        bases.add(Basis::HomePoint);
-        bases.add_if(self.has_rail(), Basis::RailHome);
-        bases.add(Basis::HomingFigures);
-        bases.add_if(self.is_held(), Basis::HomeWhileHeld);
+    fn homing_assumptions(&self, turn: Turn, assumptions: &mut AssumptionSet) {
+        assumptions.add(Assumption::HomePoint);
+        assumptions.add_if(self.has_rail(), Assumption::RailHome);
+        assumptions.add(Assumption::HomingFigures);
+        assumptions.add_if(self.is_held(), Assumption::HomeWhileHeld);
         if turn == Turn::Immediate {
-            self.replacing_bases(bases);
+            self.replacing_assumptions(assumptions);
         }
     }
 
-    fn jog_bases(&self, jog: &JogCmd, turn: Turn, bases: &mut Bases) {
-        bases.add_if(turn == Turn::Queued, Basis::QueuedJog);
-        bases.add_if(self.is_held(), Basis::JogWhileHeld);
+    fn jog_assumptions(&self, jog: &JogCmd, turn: Turn, assumptions: &mut AssumptionSet) {
+        assumptions.add_if(turn == Turn::Queued, Assumption::QueuedJog);
+        assumptions.add_if(self.is_held(), Assumption::JogWhileHeld);
         let rail = matches!(jog.cmd, JogCommand::RailPlus | JogCommand::RailMinus);
         if rail {
-            bases.add(match self.has_rail() {
-                true => Basis::RailRamps,
-                false => Basis::RailIgnored,
+            assumptions.add(match self.has_rail() {
+                true => Assumption::RailRamps,
+                false => Assumption::RailIgnored,
             });
         }
         match jog.cmd {
             JogCommand::Stop => {}
-            JogCommand::Unknown(_) => bases.add(Basis::UnknownJog),
+            JogCommand::Unknown(_) => assumptions.add(Assumption::UnknownJog),
             _ if rail && !self.has_rail() => {}
             _ if self.motion.is_jogging() => {
                 let other = self.jogs_another(jog.is_joint.is_on(), jog.cmd);
-                bases.add_if(other, Basis::JogAxisChange);
+                assumptions.add_if(other, Assumption::JogAxisChange);
             }
-            _ if turn == Turn::Immediate => self.replacing_bases(bases),
+            _ if turn == Turn::Immediate => self.replacing_assumptions(assumptions),
             _ => {}
         }
     }
 
-    fn ptp_bases(&self, set: &Set, bases: &mut Bases) {
+    fn ptp_assumptions(&self, set: &Set, assumptions: &mut AssumptionSet) {
         let (mode, numbers, rail) = match *set {
             Set::PtpCmd(PtpCmd {
                 ptp_mode,
@@ -333,66 +353,66 @@ impl Core {
             _ => return,
         };
         let outputs = matches!(set, Set::PtpPoCmd(_) | Set::PtpPoWithLCmd(_));
-        bases.add_if(outputs, Basis::OutputShare);
-        finite(&numbers, bases);
+        assumptions.add_if(outputs, Assumption::OutputShare);
+        finite(&numbers, assumptions);
         match mode {
-            PtpMode::Unknown(_) => bases.add(Basis::UnknownMode),
-            PtpMode::MovlXyzInc => bases.add(Basis::ModeSeven),
-            PtpMode::JumpMovlXyz => bases.add(Basis::ModeNine),
+            PtpMode::Unknown(_) => assumptions.add(Assumption::UnknownMode),
+            PtpMode::MovlXyzInc => assumptions.add(Assumption::ModeSeven),
+            PtpMode::JumpMovlXyz => assumptions.add(Assumption::ModeNine),
             _ => {}
         }
         if matches!(
             mode,
             PtpMode::JumpXyz | PtpMode::JumpAngle | PtpMode::JumpMovlXyz
         ) {
-            self.jump_bases(mode, numbers, bases);
+            self.jump_assumptions(mode, numbers, assumptions);
         }
         if let Some(rail) = rail {
-            self.rail_bases(mode, rail, bases);
+            self.rail_assumptions(mode, rail, assumptions);
         }
     }
 
-    fn jump_bases(&self, mode: PtpMode, numbers: [f32; 4], bases: &mut Bases) {
+    fn jump_assumptions(&self, mode: PtpMode, numbers: [f32; 4], assumptions: &mut AssumptionSet) {
         let heights = self.jump_heights();
-        bases.add(Basis::JumpPath);
-        bases.add_if(heights.start != heights.end, Basis::UnequalJump);
+        assumptions.add(Assumption::JumpPath);
+        assumptions.add_if(heights.start != heights.end, Assumption::UnequalJump);
         let numbers = numbers.map(f64::from);
         let target = match mode {
             PtpMode::JumpAngle => self.geometry().forward(&numbers.into()).z,
             _ => numbers[2],
         };
         let above = self.arm().pose.z.max(target) > heights.z_limit;
-        bases.add_if(above, Basis::JumpAboveLimit);
+        assumptions.add_if(above, Assumption::JumpAboveLimit);
     }
 
-    fn rail_bases(&self, mode: PtpMode, rail: f32, bases: &mut Bases) {
+    fn rail_assumptions(&self, mode: PtpMode, rail: f32, assumptions: &mut AssumptionSet) {
         if !self.has_rail() {
-            bases.add(Basis::RailIgnored);
+            assumptions.add(Assumption::RailIgnored);
             return;
         }
-        bases.add(Basis::RailWithArm);
-        bases.add(Basis::RailRamps);
+        assumptions.add(Assumption::RailWithArm);
+        assumptions.add(Assumption::RailRamps);
         let from = match mode {
             PtpMode::MovjAngleInc | PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => self.rail(),
             _ => 0.0,
         };
         let place = from + f64::from(rail);
         let length = self.profile.rail.length;
-        bases.add_if(!(0.0..=length).contains(&place), Basis::RailEnds);
+        assumptions.add_if(!(0.0..=length).contains(&place), Assumption::RailEnds);
     }
 
-    fn stop_bases(&self, bases: &mut Bases) {
+    fn stop_assumptions(&self, assumptions: &mut AssumptionSet) {
         let busy = self.queue.running.map(|running| running.busy);
         let waits = busy.is_some_and(|busy| busy != Busy::Moving);
-        bases.add_if(waits, Basis::StopCutsWait);
-        bases.add_if(self.follows_path(), Basis::CpStops);
+        assumptions.add_if(waits, Assumption::StopCutsWait);
+        assumptions.add_if(self.follows_path(), Assumption::CpStops);
     }
 
-    fn clear_bases(&self, bases: &mut Bases) {
-        bases.add(Basis::IndexAfterClear);
+    fn clear_assumptions(&self, assumptions: &mut AssumptionSet) {
+        assumptions.add(Assumption::IndexAfterClear);
         let moves = self.queue.running.map(|running| running.busy) == Some(Busy::Moving);
-        bases.add_if(moves, Basis::ClearWhileMoving);
-        bases.add_if(self.follows_path(), Basis::CpStops);
+        assumptions.add_if(moves, Assumption::ClearWhileMoving);
+        assumptions.add_if(self.follows_path(), Assumption::CpStops);
     }
 
     /// Whether a segment of a continuous path is under way.
@@ -403,22 +423,22 @@ impl Core {
 }
 
 /// What an order of a row rests on, whatever else.
-fn basis_of_order(set: &Set) -> Basis {
+fn assumption_of_order(set: &Set) -> Assumption {
     use Set::*;
     match set {
-        DeviceSn(_) | DeviceName(_) => Basis::Identity,
-        SetDeviceWithL(_) => Basis::RailSwitch,
-        ResetPose(_) => Basis::ResetPose,
-        ClearAlarmsState(_) => Basis::ClearAlarms,
-        ClearAllAlarmsState(_) => Basis::ClearBy21,
-        HomeParams(_) => Basis::HomeUnchecked,
-        HomeCmd(_) => Basis::HomingSequence,
-        HhtTrigMode(_) | HhtTrigOutputEnabled(_) => Basis::TeachSettings,
-        EndEffectorParams(_) => Basis::ToolBias,
+        DeviceSn(_) | DeviceName(_) => Assumption::Identity,
+        SetDeviceWithL(_) => Assumption::RailSwitch,
+        ResetPose(_) => Assumption::ResetPose,
+        ClearAlarmsState(_) => Assumption::ClearAlarms,
+        ClearAllAlarmsState(_) => Assumption::ClearBy21,
+        HomeParams(_) => Assumption::HomeUnchecked,
+        HomeCmd(_) => Assumption::HomingSequence,
+        HhtTrigMode(_) | HhtTrigOutputEnabled(_) => Assumption::TeachSettings,
+        EndEffectorParams(_) => Assumption::ToolBias,
         SetEndEffectorLaser(_) | SetEndEffectorSuctionCup(_) | SetEndEffectorGripper(_) => {
-            Basis::Tools
+            Assumption::Tools
         }
-        PtpJumpParams(_) => Basis::JumpSetsBoth,
+        PtpJumpParams(_) => Assumption::JumpSetsBoth,
         JogJointParams(_)
         | JogCoordinateParams(_)
         | JogCommonParams(_)
@@ -429,46 +449,46 @@ fn basis_of_order(set: &Set) -> Basis {
         | PtpLParams(_)
         | PtpJump2Params(_)
         | CpParams(_)
-        | ArcParams(_) => Basis::Parameters,
-        JogCmd(_) => Basis::Jog,
-        PtpCmd(_) | PtpWithLCmd(_) | PtpPoCmd(_) | PtpPoWithLCmd(_) => Basis::PtpLaw,
-        CpCmd(_) => Basis::CpLaw,
-        CpLeCmd(_) => Basis::CpLaser,
-        ArcCmd(_) => Basis::ArcPath,
-        CircleCmd(_) => Basis::CircleTurns,
-        ArcCommonParams(_) => Basis::ArcRatio,
-        WaitCmd(_) => Basis::Wait,
-        TrigCmd(_) => Basis::Trigger,
-        IoMultiplexing(_) => Basis::IoFunctions,
-        IoDo(_) | IoPwm(_) => Basis::IoOutputs,
-        EMotor(_) | EMotorS(_) => Basis::Steppers,
-        SetColorSensor(_) | SetIrSwitch(_) => Basis::Sensors,
+        | ArcParams(_) => Assumption::Parameters,
+        JogCmd(_) => Assumption::Jog,
+        PtpCmd(_) | PtpWithLCmd(_) | PtpPoCmd(_) | PtpPoWithLCmd(_) => Assumption::PtpLaw,
+        CpCmd(_) => Assumption::CpLaw,
+        CpLeCmd(_) => Assumption::CpLaser,
+        ArcCmd(_) => Assumption::ArcPath,
+        CircleCmd(_) => Assumption::CircleTurns,
+        ArcCommonParams(_) => Assumption::ArcRatio,
+        WaitCmd(_) => Assumption::Wait,
+        TrigCmd(_) => Assumption::Trigger,
+        IoMultiplexing(_) => Assumption::IoFunctions,
+        IoDo(_) | IoPwm(_) => Assumption::IoOutputs,
+        EMotor(_) | EMotorS(_) => Assumption::Steppers,
+        SetColorSensor(_) | SetIrSwitch(_) => Assumption::Sensors,
         WifiConfigMode(_) | WifiSsid(_) | WifiPassword(_) | WifiIpAddress(_) | WifiNetmask(_)
-        | WifiGateway(_) | WifiDns(_) => Basis::WifiSettings,
-        LostStepParams(_) | LostStepCmd(_) => Basis::LostSteps,
+        | WifiGateway(_) | WifiDns(_) => Assumption::WifiSettings,
+        LostStepParams(_) | LostStepCmd(_) => Assumption::LostSteps,
         SetAutoLeveling(_)
         | ArmOrientation(_)
         | CpRHeadHoldEnable(_)
         | CpCommonParams(_)
         | AngleSensorStaticError(_)
         | AngleSensorCoef(_)
-        | BaseDecoderStaticError(_) => Basis::StoredWithoutEffect,
+        | BaseDecoderStaticError(_) => Assumption::StoredWithoutEffect,
         FirmwareSwitch(_)
         | FirmwareMode(_)
         | Uart4PeripheralsEnabled(_)
         | PulseMode(_)
-        | ZdfCalibRequest(_) => Basis::OutsideTheDocument,
-        QueuedCmdStartExec(_) => Basis::Start,
-        QueuedCmdStopExec(_) => Basis::StopFinishes,
-        QueuedCmdForceStopExec(_) => Basis::ForceStop,
-        QueuedCmdStartDownload(_) | QueuedCmdStopDownload(_) => Basis::OfflineProgram,
-        QueuedCmdClear(_) => Basis::Clear,
+        | ZdfCalibRequest(_) => Assumption::OutsideTheDocument,
+        QueuedCmdStartExec(_) => Assumption::Start,
+        QueuedCmdStopExec(_) => Assumption::StopFinishes,
+        QueuedCmdForceStopExec(_) => Assumption::ForceStop,
+        QueuedCmdStartDownload(_) | QueuedCmdStopDownload(_) => Assumption::OfflineProgram,
+        QueuedCmdClear(_) => Assumption::Clear,
     }
 }
 
-fn finite(numbers: &[f32], bases: &mut Bases) {
+fn finite(numbers: &[f32], assumptions: &mut AssumptionSet) {
     let good = numbers.iter().all(|number| number.is_finite());
-    bases.add_if(!good, Basis::NotFinite);
+    assumptions.add_if(!good, Assumption::NotFinite);
 }
 
 /// Whether a parameter is beyond what motions are planned with.

@@ -13,7 +13,7 @@ use super::{Outputs, Purpose};
 use crate::core::Core;
 use crate::dispatch::Step;
 use crate::event::{Event, Refusal};
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 
 /// A part of the search for the switch of J1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +105,7 @@ impl Core {
         let planned = match self.plan_home(target) {
             Err(MotionError::Unreachable(_) | MotionError::Limit { .. }) if target != usual => {
                 let id = HomeCmd::ROW.id;
-                if !self.may_rest_on(id, Basis::HomeOutOfReach) {
+                if !self.allows(id, Assumption::HomeOutOfReach) {
                     return self.refuse(id, Refusal::Unplannable);
                 }
                 self.log.push(Event::HomeOutOfReach);

@@ -18,7 +18,7 @@ use magician_motion::{ArmState, Geometry, Jog, JogAxis, JointAngles, Trajectory}
 use crate::Micros;
 use crate::core::Core;
 use crate::dispatch::Step;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 
 pub(crate) use homing::Stage;
 pub(crate) use jog::Jogged;
@@ -242,7 +242,7 @@ impl Core {
         }
         self.switch_outputs();
         if purpose == Purpose::Move {
-            self.rests_on(Basis::ShortMove);
+            self.assume(Assumption::ShortMove);
         }
         self.end_motion();
         if self.motion.is_moving() {
@@ -286,8 +286,8 @@ impl Core {
         };
         self.rest_here();
         if let Some(code) = alarm {
-            self.rests_on(plan::basis_of_end(code));
-            self.rests_on(Basis::SoftLimits);
+            self.assume(plan::ending_assumption(code));
+            self.assume(Assumption::SoftLimits);
             self.raise(code);
             self.finishes_refused();
         }

@@ -10,7 +10,7 @@ use super::{Outputs, Purpose};
 use crate::core::Core;
 use crate::dispatch::Step;
 use crate::event::Refusal;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 
 impl Core {
     pub(crate) fn planner(&self, speeds: Speeds) -> Planner {
@@ -77,7 +77,7 @@ impl Core {
 
     /// A motion that cannot be planned.
     pub(crate) fn unplannable(&mut self, id: u8, error: &MotionError) -> Step {
-        if self.may_rest_on(id, basis_in_planning(error)) {
+        if self.allows(id, planning_assumption(error)) {
             self.raise(alarm_in_planning(error));
             self.refuse(id, Refusal::Unplannable)
         } else {
@@ -112,19 +112,19 @@ impl Core {
 }
 
 /// What the answer to a motion that cannot be planned rests on.
-fn basis_in_planning(error: &MotionError) -> Basis {
+fn planning_assumption(error: &MotionError) -> Assumption {
     match error {
-        MotionError::Speed { .. } => Basis::NoSpeed,
-        MotionError::Coincident | MotionError::Collinear => Basis::ArcPoints,
-        _ => Basis::TargetChecked,
+        MotionError::Speed { .. } => Assumption::NoSpeed,
+        MotionError::Coincident | MotionError::Collinear => Assumption::ArcPoints,
+        _ => Assumption::TargetChecked,
     }
 }
 
 /// What the end of a motion with an alarm rests on.
-pub(super) fn basis_of_end(code: u8) -> Basis {
+pub(super) fn ending_assumption(code: u8) -> Assumption {
     match code {
-        Alarm::MoveInvCalc | Alarm::MoveInvLimit => Basis::PathChecked,
-        _ => Basis::JointTargets,
+        Alarm::MoveInvCalc | Alarm::MoveInvLimit => Assumption::PathChecked,
+        _ => Assumption::JointTargets,
     }
 }
 

@@ -6,7 +6,7 @@ use super::limits::{alarm_of, is_at};
 use crate::Micros;
 use crate::core::Core;
 use crate::event::Event;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 
 impl Core {
     /// Whether the joints stand at the limit that an alarm is about: its cause stands.
@@ -28,8 +28,8 @@ impl Core {
             if self.alarms.standing().contains(code) && !self.limit_stands(code) {
                 self.alarms.drop_alarm(code);
                 self.log.push(Event::AlarmCleared { code });
-                self.rests_on(Basis::LimitDrops);
-                self.rests_on(Basis::LatchedHold);
+                self.assume(Assumption::LimitDrops);
+                self.assume(Assumption::LatchedHold);
             }
         }
     }

@@ -174,7 +174,7 @@ impl Bench {
     /// What has happened, but for what it rests on.
     pub fn events(&mut self) -> Vec<Event> {
         std::iter::from_fn(|| self.arm.poll_event())
-            .filter(|event| !matches!(event, Event::RestsOn { .. }))
+            .filter(|event| !matches!(event, Event::Assumes { .. }))
             .collect()
     }
 

@@ -1,11 +1,11 @@
-//! What to do to an arm so that it rests on each basis. One table with a case for each, and so a long file.
+//! What to do to an arm so that it rests on each assumption. One table with a case for each, and so a long file.
 
 use magician_protocol::commands::*;
 use magician_protocol::{
     CpMode, Ctrl, Flag, FrameBuf, IoFunction, JogCommand, NoArgs, PoCmd, PoList, Port, PtpMode,
     Readable, Stepper, TeachTrigger, TriggerCondition, TriggerMode, Writable,
 };
-use magician_sim::fidelity::Basis;
+use magician_sim::fidelity::Assumption;
 use magician_sim::world::{Happening, Press};
 
 use crate::arm::{self, Bench, SECOND, home, joints_to, ptp, wait};
@@ -142,15 +142,15 @@ fn heights(jump: (f32, f32), z_limit: f32) -> PtpJump2Params {
     }
 }
 
-pub(crate) type Case = (Basis, fn(&mut Bench));
+pub(crate) type Case = (Assumption, fn(&mut Bench));
 
-/// What to do to an arm with cleared alarms so that it rests on each basis, and on no other choice that is refused.
+/// What to do to an arm with cleared alarms so that it rests on each assumption, and on no other choice that is refused.
 pub(crate) const CASES: &[Case] = &[
-    (Basis::CommandedPose, |b| _ = ask::<Pose>(b)),
-    (Basis::BaseUnknown, |b| _ = ask::<Pose>(b)),
-    (Basis::PowerUpPose, |b| _ = ask::<Pose>(b)),
-    (Basis::PowerUpTool, |b| _ = ask::<Pose>(b)),
-    (Basis::ToolBias, |b| {
+    (Assumption::CommandedPose, |b| _ = ask::<Pose>(b)),
+    (Assumption::BaseUnknown, |b| _ = ask::<Pose>(b)),
+    (Assumption::PowerUpPose, |b| _ = ask::<Pose>(b)),
+    (Assumption::PowerUpTool, |b| _ = ask::<Pose>(b)),
+    (Assumption::ToolBias, |b| {
         now(
             b,
             &EndEffectorParams {
@@ -161,21 +161,21 @@ pub(crate) const CASES: &[Case] = &[
         );
         ask::<Pose>(b);
     }),
-    (Basis::Zeros, |b| _ = ask::<Kinematics>(b)),
-    (Basis::ResetPose, |b| _ = now(b, &reset_pose(40.0))),
-    (Basis::UntimelyResetPose, |b| {
+    (Assumption::Zeros, |b| _ = ask::<Kinematics>(b)),
+    (Assumption::ResetPose, |b| _ = now(b, &reset_pose(40.0))),
+    (Assumption::UntimelyResetPose, |b| {
         _ = now(b, &reset_pose(4000.0))
     }),
-    (Basis::Identity, |b| _ = ask::<DeviceName>(b)),
-    (Basis::Version, |b| _ = ask::<DeviceVersion>(b)),
-    (Basis::Clock, |b| _ = ask::<DeviceTime>(b)),
-    (Basis::DeviceIdWords, |b| _ = ask::<DeviceId>(b)),
-    (Basis::FlashKeeps, |b| b.arm.inject(Happening::Reset)),
-    (Basis::ResetAlarm, |b| b.arm.inject(Happening::Reset)),
-    (Basis::Parameters, |b| _ = ask::<PtpJointParams>(b)),
-    (Basis::BeyondCeilings, |b| _ = now(b, &speeds(1000.0))),
-    (Basis::RailDefaults, |b| _ = ask::<PtpLParams>(b)),
-    (Basis::JumpSetsBoth, |b| {
+    (Assumption::Identity, |b| _ = ask::<DeviceName>(b)),
+    (Assumption::Version, |b| _ = ask::<DeviceVersion>(b)),
+    (Assumption::Clock, |b| _ = ask::<DeviceTime>(b)),
+    (Assumption::DeviceIdWords, |b| _ = ask::<DeviceId>(b)),
+    (Assumption::FlashKeeps, |b| b.arm.inject(Happening::Reset)),
+    (Assumption::ResetAlarm, |b| b.arm.inject(Happening::Reset)),
+    (Assumption::Parameters, |b| _ = ask::<PtpJointParams>(b)),
+    (Assumption::BeyondCeilings, |b| _ = now(b, &speeds(1000.0))),
+    (Assumption::RailDefaults, |b| _ = ask::<PtpLParams>(b)),
+    (Assumption::JumpSetsBoth, |b| {
         now(
             b,
             &PtpJumpParams {
@@ -184,11 +184,11 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::StoredWithoutEffect, |b| {
+    (Assumption::StoredWithoutEffect, |b| {
         _ = ask::<AngleSensorCoef>(b)
     }),
-    (Basis::OutsideTheDocument, |b| _ = ask::<PulseMode>(b)),
-    (Basis::PtpTime, |b| {
+    (Assumption::OutsideTheDocument, |b| _ = ask::<PulseMode>(b)),
+    (Assumption::PtpTime, |b| {
         ask_with::<PtpTime>(
             b,
             &GetPtpTime {
@@ -200,8 +200,10 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::MotionFinish, |b| _ = ask::<QueuedCmdMotionFinish>(b)),
-    (Basis::WifiSettings, |b| {
+    (Assumption::MotionFinish, |b| {
+        _ = ask::<QueuedCmdMotionFinish>(b)
+    }),
+    (Assumption::WifiSettings, |b| {
         now(
             b,
             &WifiNetmask {
@@ -210,61 +212,67 @@ pub(crate) const CASES: &[Case] = &[
         );
         ask::<WifiNetmask>(b);
     }),
-    (Basis::WifiDefaults, |b| _ = ask::<WifiNetmask>(b)),
-    (Basis::WifiStatus, |b| _ = ask::<WifiConnectStatus>(b)),
-    (Basis::ForeignBytes, |b| _ = b.send(b"M10\r\nAA")),
-    (Basis::DamagedFrame, |b| {
+    (Assumption::WifiDefaults, |b| _ = ask::<WifiNetmask>(b)),
+    (Assumption::WifiStatus, |b| _ = ask::<WifiConnectStatus>(b)),
+    (Assumption::ForeignBytes, |b| _ = b.send(b"M10\r\nAA")),
+    (Assumption::DamagedFrame, |b| {
         b.send(&[0xAA, 0xAA, 0x02, 0x0A, 0x00, 0x01, 0, 0, 0, 0, 0, 0]);
     }),
-    (Basis::UnknownId, |b| _ = raw(b, 99, 0, &[])),
-    (Basis::WrongCount, |b| _ = raw(b, 84, 1, &[1, 2, 3])),
-    (Basis::QueuedBitAlone, |b| _ = raw(b, 110, 2, &[0; 4])),
-    (Basis::SteeringQueued, |b| _ = raw(b, 241, 3, &[])),
-    (Basis::SetOnlyRead, |b| _ = raw(b, 240, 0, &[])),
-    (Basis::GetOnlyWritten, |b| _ = raw(b, 247, 1, &[])),
-    (Basis::DestinationBits, |b| _ = raw(b, 10, 0x10, &[])),
-    (Basis::AlarmBits, |b| _ = ask::<AlarmsState>(b)),
-    (Basis::ClearAlarms, |b| _ = now(b, &ClearAlarmsState {})),
-    (Basis::ClearBy21, |b| _ = now(b, &ClearAllAlarmsState {})),
-    (Basis::AlarmHold, to_the_limit),
-    (Basis::QuietAlarms, |b| b.arm.inject(Happening::Alarm(0x04))),
-    (Basis::LatchedHold, jog_back),
-    (Basis::LimitDrops, jog_back),
-    (Basis::ImmediateWhileHeld, |b| {
+    (Assumption::UnknownId, |b| _ = raw(b, 99, 0, &[])),
+    (Assumption::WrongCount, |b| _ = raw(b, 84, 1, &[1, 2, 3])),
+    (Assumption::QueuedBitAlone, |b| _ = raw(b, 110, 2, &[0; 4])),
+    (Assumption::SteeringQueued, |b| _ = raw(b, 241, 3, &[])),
+    (Assumption::SetOnlyRead, |b| _ = raw(b, 240, 0, &[])),
+    (Assumption::GetOnlyWritten, |b| _ = raw(b, 247, 1, &[])),
+    (Assumption::DestinationBits, |b| _ = raw(b, 10, 0x10, &[])),
+    (Assumption::AlarmBits, |b| _ = ask::<AlarmsState>(b)),
+    (Assumption::ClearAlarms, |b| {
+        _ = now(b, &ClearAlarmsState {})
+    }),
+    (Assumption::ClearBy21, |b| {
+        _ = now(b, &ClearAllAlarmsState {})
+    }),
+    (Assumption::AlarmHold, to_the_limit),
+    (Assumption::QuietAlarms, |b| {
+        b.arm.inject(Happening::Alarm(0x04))
+    }),
+    (Assumption::LatchedHold, jog_back),
+    (Assumption::LimitDrops, jog_back),
+    (Assumption::ImmediateWhileHeld, |b| {
         hold(b);
         now(b, &joints_to([30.0, 45.0, 45.0, 0.0]));
     }),
-    (Basis::JogWhileHeld, jog_back),
-    (Basis::HomeWhileHeld, |b| {
+    (Assumption::JogWhileHeld, jog_back),
+    (Assumption::HomeWhileHeld, |b| {
         hold(b);
         now(b, &home());
     }),
-    (Basis::TargetChecked, |b| {
+    (Assumption::TargetChecked, |b| {
         start(b);
         queue(b, &ptp(1, [900.0, 0.0, 0.0, 0.0]));
     }),
-    (Basis::PathChecked, |b| {
+    (Assumption::PathChecked, |b| {
         start(b);
         queue(b, &ptp(1, [30.0, 180.0, 0.0, 0.0]));
         queue(b, &ptp(2, [30.0, -180.0, 0.0, 0.0]));
         b.rest();
     }),
-    (Basis::JointTargets, to_the_limit),
-    (Basis::SoftLimits, to_the_limit),
-    (Basis::RefusedFinishes, to_the_limit),
-    (Basis::NotFinite, |b| {
+    (Assumption::JointTargets, to_the_limit),
+    (Assumption::SoftLimits, to_the_limit),
+    (Assumption::RefusedFinishes, to_the_limit),
+    (Assumption::NotFinite, |b| {
         _ = now(b, &ptp(1, [f32::NAN, 0.0, 0.0, 0.0]))
     }),
-    (Basis::NoSpeed, |b| {
+    (Assumption::NoSpeed, |b| {
         now(b, &speeds(0.0));
         now(b, &joints_to([30.0, 45.0, 45.0, 0.0]));
     }),
-    (Basis::LostSteps, |b| slip(b, 2)),
-    (Basis::LostBase, |b| slip(b, 1)),
-    (Basis::HomingSequence, |b| _ = now(b, &home())),
-    (Basis::HomingFigures, |b| _ = now(b, &home())),
-    (Basis::HomePoint, |b| _ = now(b, &home())),
-    (Basis::HomeOutOfReach, |b| {
+    (Assumption::LostSteps, |b| slip(b, 2)),
+    (Assumption::LostBase, |b| slip(b, 1)),
+    (Assumption::HomingSequence, |b| _ = now(b, &home())),
+    (Assumption::HomingFigures, |b| _ = now(b, &home())),
+    (Assumption::HomePoint, |b| _ = now(b, &home())),
+    (Assumption::HomeOutOfReach, |b| {
         now(
             b,
             &HomeParams {
@@ -277,8 +285,8 @@ pub(crate) const CASES: &[Case] = &[
         now(b, &home());
         b.rest();
     }),
-    (Basis::HomeUnset, |b| _ = ask::<HomeParams>(b)),
-    (Basis::HomeUnchecked, |b| {
+    (Assumption::HomeUnset, |b| _ = ask::<HomeParams>(b)),
+    (Assumption::HomeUnchecked, |b| {
         now(
             b,
             &HomeParams {
@@ -290,30 +298,32 @@ pub(crate) const CASES: &[Case] = &[
         );
         ask::<HomeParams>(b);
     }),
-    (Basis::TeachKey, |b| b.arm.inject(Happening::Unlock(true))),
-    (Basis::TeachSettings, |b| _ = ask::<HhtTrigMode>(b)),
-    (Basis::PointCleared, |b| {
+    (Assumption::TeachKey, |b| {
+        b.arm.inject(Happening::Unlock(true))
+    }),
+    (Assumption::TeachSettings, |b| _ = ask::<HhtTrigMode>(b)),
+    (Assumption::PointCleared, |b| {
         teach(b, TeachTrigger::OnRelease);
         b.arm.inject(Happening::Unlock(false));
         ask::<HhtTrigOutput>(b);
     }),
-    (Basis::TeachPeriod, |b| {
+    (Assumption::TeachPeriod, |b| {
         teach(b, TeachTrigger::Periodic);
         b.arm.inject(Happening::Unlock(false));
     }),
-    (Basis::MotionWhileUnlocked, |b| {
+    (Assumption::MotionWhileUnlocked, |b| {
         b.arm.inject(Happening::Unlock(true));
         now(b, &joints_to([30.0, 45.0, 45.0, 0.0]));
     }),
-    (Basis::BaseKey, |b| {
+    (Assumption::BaseKey, |b| {
         b.arm.inject(Happening::Key(Press::Short))
     }),
-    (Basis::BaseKeyHeld, |b| {
+    (Assumption::BaseKeyHeld, |b| {
         b.arm.inject(Happening::Key(Press::Long))
     }),
-    (Basis::OfflineProgram, |b| download(b, 1)),
-    (Basis::OfflineMismatch, |b| download(b, 2)),
-    (Basis::OfflineBusy, |b| {
+    (Assumption::OfflineProgram, |b| download(b, 1)),
+    (Assumption::OfflineMismatch, |b| download(b, 2)),
+    (Assumption::OfflineBusy, |b| {
         download(b, 1);
         b.arm.inject(Happening::Key(Press::Short));
         now(
@@ -324,46 +334,46 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::StoredLineIndex, |b| download(b, 1)),
-    (Basis::PtpLaw, |b| {
+    (Assumption::StoredLineIndex, |b| download(b, 1)),
+    (Assumption::PtpLaw, |b| {
         _ = now(b, &joints_to([30.0, 45.0, 45.0, 0.0]))
     }),
-    (Basis::PlannedAtStart, |b| {
+    (Assumption::PlannedAtStart, |b| {
         _ = now(b, &joints_to([30.0, 45.0, 45.0, 0.0]))
     }),
-    (Basis::ReplacedMotion, |b| {
+    (Assumption::ReplacedMotion, |b| {
         now(b, &joints_to([30.0, 45.0, 45.0, 0.0]));
         now(b, &joints_to([20.0, 45.0, 45.0, 0.0]));
     }),
-    (Basis::QueueMeanwhile, |b| {
+    (Assumption::QueueMeanwhile, |b| {
         start(b);
         queue(b, &joints_to([30.0, 45.0, 45.0, 0.0]));
         now(b, &joints_to([20.0, 45.0, 45.0, 0.0]));
     }),
-    (Basis::UnknownMode, |b| {
+    (Assumption::UnknownMode, |b| {
         _ = now(b, &ptp(10, [200.0, 0.0, 0.0, 0.0]))
     }),
-    (Basis::ModeSeven, |b| {
+    (Assumption::ModeSeven, |b| {
         _ = now(b, &ptp(7, [10.0, 0.0, 0.0, 0.0]))
     }),
-    (Basis::ModeNine, |b| {
+    (Assumption::ModeNine, |b| {
         _ = now(b, &ptp(9, [200.0, 30.0, 0.0, 0.0]))
     }),
-    (Basis::JumpPath, |b| {
+    (Assumption::JumpPath, |b| {
         _ = now(b, &ptp(0, [200.0, 30.0, 0.0, 0.0]))
     }),
-    (Basis::JumpAboveLimit, |b| {
+    (Assumption::JumpAboveLimit, |b| {
         now(b, &heights((20.0, 20.0), -50.0));
         now(b, &ptp(0, [200.0, 30.0, 0.0, 0.0]));
     }),
-    (Basis::UnequalJump, |b| {
+    (Assumption::UnequalJump, |b| {
         now(b, &heights((20.0, 30.0), 100.0));
         now(b, &ptp(0, [200.0, 30.0, 0.0, 0.0]));
     }),
-    (Basis::ShortMove, |b| {
+    (Assumption::ShortMove, |b| {
         _ = now(b, &joints_to([0.0, 45.0, 45.0, 0.0]))
     }),
-    (Basis::OutputShare, |b| {
+    (Assumption::OutputShare, |b| {
         let po = PoList::new(&[PoCmd {
             ratio: 50,
             address: 2,
@@ -382,26 +392,26 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::RailSwitch, |b| _ = ask::<DeviceWithL>(b)),
-    (Basis::RailIgnored, |b| _ = now(b, &with_rail(100.0))),
-    (Basis::RailPose, |b| _ = ask::<PoseL>(b)),
-    (Basis::RailWithArm, |b| {
+    (Assumption::RailSwitch, |b| _ = ask::<DeviceWithL>(b)),
+    (Assumption::RailIgnored, |b| _ = now(b, &with_rail(100.0))),
+    (Assumption::RailPose, |b| _ = ask::<PoseL>(b)),
+    (Assumption::RailWithArm, |b| {
         rail(b);
         now(b, &with_rail(100.0));
     }),
-    (Basis::RailRamps, |b| {
+    (Assumption::RailRamps, |b| {
         rail(b);
         now(b, &with_rail(100.0));
     }),
-    (Basis::RailEnds, |b| {
+    (Assumption::RailEnds, |b| {
         rail(b);
         now(b, &with_rail(1100.0));
     }),
-    (Basis::CpLaw, |b| _ = now(b, &segment(10.0))),
-    (Basis::CpRotation, |b| _ = now(b, &segment(10.0))),
-    (Basis::CpTimes, |b| _ = now(b, &segment(10.0))),
-    (Basis::CpFollows, |b| _ = now(b, &segment(10.0))),
-    (Basis::CpLaser, |b| {
+    (Assumption::CpLaw, |b| _ = now(b, &segment(10.0))),
+    (Assumption::CpRotation, |b| _ = now(b, &segment(10.0))),
+    (Assumption::CpTimes, |b| _ = now(b, &segment(10.0))),
+    (Assumption::CpFollows, |b| _ = now(b, &segment(10.0))),
+    (Assumption::CpLaser, |b| {
         now(
             b,
             &CpLeCmd {
@@ -413,22 +423,22 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::CpStops, |b| {
+    (Assumption::CpStops, |b| {
         start(b);
         queue(b, &segment(10.0));
         now(b, &QueuedCmdStopExec {});
     }),
-    (Basis::ArcPath, |b| {
+    (Assumption::ArcPath, |b| {
         _ = now(b, &arc([200.0, 40.0, 0.0, 0.0]))
     }),
-    (Basis::ArcSpeeds, |b| {
+    (Assumption::ArcSpeeds, |b| {
         _ = now(b, &arc([200.0, 40.0, 0.0, 0.0]))
     }),
-    (Basis::ArcPoints, |b| {
+    (Assumption::ArcPoints, |b| {
         _ = now(b, &arc([210.0, 20.0, 0.0, 0.0]))
     }),
-    (Basis::ArcRatio, |b| _ = ask::<ArcCommonParams>(b)),
-    (Basis::CircleTurns, |b| {
+    (Assumption::ArcRatio, |b| _ = ask::<ArcCommonParams>(b)),
+    (Assumption::CircleTurns, |b| {
         now(
             b,
             &CircleCmd {
@@ -438,28 +448,28 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::Jog, |b| _ = now(b, &jog(JogCommand::Axis1Plus))),
-    (Basis::JogAxisChange, |b| {
+    (Assumption::Jog, |b| _ = now(b, &jog(JogCommand::Axis1Plus))),
+    (Assumption::JogAxisChange, |b| {
         now(b, &jog(JogCommand::Axis1Plus));
         b.pass(SECOND / 10);
         now(b, &jog(JogCommand::Axis2Plus));
     }),
-    (Basis::UnknownJog, |b| {
+    (Assumption::UnknownJog, |b| {
         _ = now(b, &jog(JogCommand::from(11)))
     }),
-    (Basis::QueuedJog, |b| {
+    (Assumption::QueuedJog, |b| {
         start(b);
         queue(b, &jog(JogCommand::Axis1Plus));
     }),
-    (Basis::Wait, |b| {
+    (Assumption::Wait, |b| {
         start(b);
         queue(b, &wait(10));
     }),
-    (Basis::Trigger, |b| {
+    (Assumption::Trigger, |b| {
         start(b);
         queue(b, &trigger());
     }),
-    (Basis::MeaninglessTrigger, |b| {
+    (Assumption::MeaninglessTrigger, |b| {
         start(b);
         queue(
             b,
@@ -469,7 +479,7 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::StepperDistance, |b| {
+    (Assumption::StepperDistance, |b| {
         start(b);
         queue(
             b,
@@ -481,7 +491,7 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::ToolPins, |b| {
+    (Assumption::ToolPins, |b| {
         _ = now(
             b,
             &IoDo {
@@ -490,21 +500,21 @@ pub(crate) const CASES: &[Case] = &[
             },
         )
     }),
-    (Basis::RailHome, |b| {
+    (Assumption::RailHome, |b| {
         rail(b);
         now(b, &home());
     }),
-    (Basis::ImmediateWait, |b| _ = now(b, &wait(10))),
-    (Basis::IoFunctions, |b| {
+    (Assumption::ImmediateWait, |b| _ = now(b, &wait(10))),
+    (Assumption::IoFunctions, |b| {
         _ = now(b, &multiplex(IoFunction::DigitalOutput))
     }),
-    (Basis::PinTable, |b| {
+    (Assumption::PinTable, |b| {
         _ = now(b, &multiplex(IoFunction::DigitalOutput))
     }),
-    (Basis::LackingFunction, |b| {
+    (Assumption::LackingFunction, |b| {
         _ = now(b, &multiplex(IoFunction::AnalogInput))
     }),
-    (Basis::IoOutputs, |b| {
+    (Assumption::IoOutputs, |b| {
         _ = now(
             b,
             &IoDo {
@@ -513,16 +523,16 @@ pub(crate) const CASES: &[Case] = &[
             },
         )
     }),
-    (Basis::IoInputs, |b| {
+    (Assumption::IoInputs, |b| {
         _ = ask_with::<IoDi>(b, &GetIoDi { address: Some(5) })
     }),
-    (Basis::OpenInput, |b| {
+    (Assumption::OpenInput, |b| {
         _ = ask_with::<IoDi>(b, &GetIoDi { address: Some(5) })
     }),
-    (Basis::LastPin, |b| {
+    (Assumption::LastPin, |b| {
         _ = ask_with::<IoDi>(b, &GetIoDi { address: None })
     }),
-    (Basis::Steppers, |b| {
+    (Assumption::Steppers, |b| {
         now(
             b,
             &EMotor {
@@ -532,7 +542,7 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::Sensors, |b| {
+    (Assumption::Sensors, |b| {
         _ = ask_with::<IrSwitch>(
             b,
             &GetIrSwitch {
@@ -540,12 +550,12 @@ pub(crate) const CASES: &[Case] = &[
             },
         )
     }),
-    (Basis::InfraredPort, |b| {
+    (Assumption::InfraredPort, |b| {
         _ = ask_with::<IrSwitch>(b, &GetIrSwitch { port: None })
     }),
-    (Basis::Tools, |b| _ = ask::<EndEffectorGripper>(b)),
-    (Basis::VacuumDelay, |b| _ = now(b, &arm::suck(true))),
-    (Basis::GripperDelay, |b| {
+    (Assumption::Tools, |b| _ = ask::<EndEffectorGripper>(b)),
+    (Assumption::VacuumDelay, |b| _ = now(b, &arm::suck(true))),
+    (Assumption::GripperDelay, |b| {
         now(
             b,
             &SetEndEffectorGripper {
@@ -554,44 +564,50 @@ pub(crate) const CASES: &[Case] = &[
             },
         );
     }),
-    (Basis::Indices, |b| _ = queue(b, &wait(0))),
-    (Basis::FirstIndex, |b| _ = queue(b, &wait(0))),
-    (Basis::CurrentIndex, |b| {
+    (Assumption::Indices, |b| _ = queue(b, &wait(0))),
+    (Assumption::FirstIndex, |b| _ = queue(b, &wait(0))),
+    (Assumption::CurrentIndex, |b| {
         start(b);
         queue(b, &wait(0));
         ask::<QueuedCmdCurrentIndex>(b);
     }),
-    (Basis::CurrentAtFirst, |b| {
+    (Assumption::CurrentAtFirst, |b| {
         _ = ask::<QueuedCmdCurrentIndex>(b)
     }),
-    (Basis::IndexAfterClear, |b| _ = now(b, &QueuedCmdClear {})),
-    (Basis::QueueDepth, |b| _ = ask::<QueuedCmdLeftSpace>(b)),
-    (Basis::RunningPlace, |b| {
+    (Assumption::IndexAfterClear, |b| {
+        _ = now(b, &QueuedCmdClear {})
+    }),
+    (Assumption::QueueDepth, |b| _ = ask::<QueuedCmdLeftSpace>(b)),
+    (Assumption::RunningPlace, |b| {
         start(b);
         queue(b, &wait(100));
         ask::<QueuedCmdLeftSpace>(b);
     }),
-    (Basis::FullQueue, |b| {
+    (Assumption::FullQueue, |b| {
         (0..33).for_each(|_| _ = queue(b, &wait(0)))
     }),
-    (Basis::Start, start),
-    (Basis::QueueStopped, start),
-    (Basis::StartAgain, |b| {
+    (Assumption::Start, start),
+    (Assumption::QueueStopped, start),
+    (Assumption::StartAgain, |b| {
         start(b);
         start(b);
     }),
-    (Basis::StopFinishes, |b| _ = now(b, &QueuedCmdStopExec {})),
-    (Basis::StopCutsWait, |b| {
+    (Assumption::StopFinishes, |b| {
+        _ = now(b, &QueuedCmdStopExec {})
+    }),
+    (Assumption::StopCutsWait, |b| {
         start(b);
         queue(b, &wait(100));
         now(b, &QueuedCmdStopExec {});
     }),
-    (Basis::ForceStop, |b| _ = now(b, &QueuedCmdForceStopExec {})),
-    (Basis::ForceStopStops, |b| {
+    (Assumption::ForceStop, |b| {
         _ = now(b, &QueuedCmdForceStopExec {})
     }),
-    (Basis::Clear, |b| _ = now(b, &QueuedCmdClear {})),
-    (Basis::ClearWhileMoving, |b| {
+    (Assumption::ForceStopStops, |b| {
+        _ = now(b, &QueuedCmdForceStopExec {})
+    }),
+    (Assumption::Clear, |b| _ = now(b, &QueuedCmdClear {})),
+    (Assumption::ClearWhileMoving, |b| {
         start(b);
         queue(b, &joints_to([30.0, 45.0, 45.0, 0.0]));
         now(b, &QueuedCmdClear {});

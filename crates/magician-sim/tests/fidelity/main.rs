@@ -10,7 +10,7 @@ use arm::{Bench, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
 use cases::{CASES, ask, now, queue, raw, start};
 use magician_protocol::Ctrl;
 use magician_protocol::commands::*;
-use magician_sim::fidelity::{Basis, Confidence, Strictness};
+use magician_sim::fidelity::{Assumption, Confidence, Strictness};
 use magician_sim::world::Happening;
 use magician_sim::{Controller, Event, Profile, Refusal};
 
@@ -19,49 +19,52 @@ fn strict() -> Bench {
 }
 
 /// Why a strict arm would not, in the order of the refusals.
-fn refusals(bench: &mut Bench) -> Vec<Basis> {
-    let basis = |event| match event {
+fn refusals(bench: &mut Bench) -> Vec<Assumption> {
+    let assumption = |event| match event {
         Event::Refused {
-            reason: Refusal::OnlyAChoice(basis),
+            reason: Refusal::OnlyAChoice(assumption),
             ..
-        } => Some(basis),
+        } => Some(assumption),
         _ => None,
     };
-    bench.events().into_iter().filter_map(basis).collect()
+    bench.events().into_iter().filter_map(assumption).collect()
 }
 
 #[test]
 fn there_is_a_case_for_every_basis_and_only_one() {
-    let listed: Vec<Basis> = CASES.iter().map(|(basis, _)| *basis).collect();
-    let distinct: BTreeSet<Basis> = listed.iter().copied().collect();
+    let listed: Vec<Assumption> = CASES.iter().map(|(assumption, _)| *assumption).collect();
+    let distinct: BTreeSet<Assumption> = listed.iter().copied().collect();
     assert_eq!(listed.len(), distinct.len());
-    let all: BTreeSet<Basis> = Basis::ALL.iter().copied().collect();
+    let all: BTreeSet<Assumption> = Assumption::ALL.iter().copied().collect();
     let missing: Vec<_> = all.difference(&distinct).collect();
     assert!(missing.is_empty(), "{missing:?}");
 }
 
 #[test]
 fn each_basis_is_counted_where_it_is_rested_on() {
-    for (basis, act) in CASES {
+    for (assumption, act) in CASES {
         let mut bench = arm();
-        let before = bench.arm.fidelity().uses(*basis);
+        let before = bench.arm.fidelity().uses(*assumption);
         act(&mut bench);
-        assert!(bench.arm.fidelity().uses(*basis) > before, "{basis:?}");
-        assert_eq!(refusals(&mut bench), [], "{basis:?}: not strict");
+        assert!(
+            bench.arm.fidelity().uses(*assumption) > before,
+            "{assumption:?}"
+        );
+        assert_eq!(refusals(&mut bench), [], "{assumption:?}: not strict");
     }
 }
 
 /// Facts, and choices that are kept, are as ever; every other choice is refused, for its own reason and no other.
 #[test]
 fn strict_refuses_the_choices_and_nothing_else() {
-    for (basis, act) in CASES {
+    for (assumption, act) in CASES {
         let mut bench = strict();
         act(&mut bench);
-        let wanted = match basis.strictness() {
-            Strictness::Refused => vec![*basis],
+        let wanted = match assumption.strictness() {
+            Strictness::Refused => vec![*assumption],
             Strictness::Fact | Strictness::Kept(_) => Vec::new(),
         };
-        assert_eq!(refusals(&mut bench), wanted, "{basis:?}");
+        assert_eq!(refusals(&mut bench), wanted, "{assumption:?}");
     }
 }
 
@@ -125,8 +128,8 @@ fn a_first_use_is_told_once_and_all_are_counted() {
             .filter(|event| {
                 matches!(
                     event,
-                    Event::RestsOn {
-                        basis: Basis::Clock
+                    Event::Assumes {
+                        assumption: Assumption::Clock
                     }
                 )
             })
@@ -136,15 +139,15 @@ fn a_first_use_is_told_once_and_all_are_counted() {
         ask::<DeviceTime>(&mut bench);
         assert_eq!(told(&mut bench), told_now);
     }
-    assert_eq!(bench.arm.fidelity().uses(Basis::Clock), 3);
+    assert_eq!(bench.arm.fidelity().uses(Assumption::Clock), 3);
     bench.arm.inject(Happening::Reset);
     assert_eq!(
-        bench.arm.fidelity().uses(Basis::Clock),
+        bench.arm.fidelity().uses(Assumption::Clock),
         3,
         "through a reset"
     );
     let listed: Vec<_> = bench.arm.fidelity().iter().collect();
-    assert!(listed.contains(&(Basis::Clock, 3)));
+    assert!(listed.contains(&(Assumption::Clock, 3)));
     assert!(listed.iter().all(|(_, uses)| *uses > 0));
 }
 
@@ -182,14 +185,21 @@ fn a_day_s_work_needs_no_choice() {
 /// A choice says why it is kept; a fact has nothing to say.
 #[test]
 fn the_list_is_of_one_mind() {
-    for basis in Basis::ALL {
-        let choice = basis.confidence() == Confidence::Choice;
-        assert_eq!(choice, basis.strictness() != Strictness::Fact, "{basis:?}");
-        assert!(!basis.says().ends_with('.') && !basis.says().is_empty());
-        assert!(!basis.section().is_empty());
+    for assumption in Assumption::ALL {
+        let choice = assumption.confidence() == Confidence::Choice;
+        assert_eq!(
+            choice,
+            assumption.strictness() != Strictness::Fact,
+            "{assumption:?}"
+        );
+        assert!(!assumption.says().ends_with('.') && !assumption.says().is_empty());
+        assert!(!assumption.section().is_empty());
     }
-    let says: BTreeSet<&str> = Basis::ALL.iter().map(|basis| basis.says()).collect();
-    assert_eq!(says.len(), Basis::ALL.len());
+    let says: BTreeSet<&str> = Assumption::ALL
+        .iter()
+        .map(|assumption| assumption.says())
+        .collect();
+    assert_eq!(says.len(), Assumption::ALL.len());
 }
 
 #[test]
@@ -205,5 +215,5 @@ fn what_ends_where_it_should_rests_on_nothing_about_refusals() {
     bench.enqueue(&suck(true));
     bench.rest();
     assert_eq!(bench.current_index(), 2);
-    assert_eq!(bench.arm.fidelity().uses(Basis::RefusedFinishes), 0);
+    assert_eq!(bench.arm.fidelity().uses(Assumption::RefusedFinishes), 0);
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use magician::serve::Handle;
-use magician_sim::fidelity::{Basis, Confidence, Fidelity};
+use magician_sim::fidelity::{Assumption, Confidence, Fidelity};
 use serde_json::json;
 
 /// Where the numbers lead that stand in the third column.
@@ -37,15 +37,16 @@ pub(super) async fn report(arms: &[Handle], numbered: bool, json: bool) -> Strin
 fn lines(fidelity: &Fidelity, number: Option<u32>) -> String {
     let arm = number.map_or_else(String::new, |number| format!("arm {number}: "));
     let mut text = String::new();
-    let is_choice = |(basis, _): &(Basis, u64)| basis.confidence() == Confidence::Choice;
+    let is_choice =
+        |(assumption, _): &(Assumption, u64)| assumption.confidence() == Confidence::Choice;
     let (choices, facts): (Vec<_>, Vec<_>) = fidelity.iter().partition(is_choice);
-    for (title, mut bases) in [("facts", facts), ("choices", choices)] {
-        let count = bases.len();
+    for (title, mut assumptions) in [("facts", facts), ("choices", choices)] {
+        let count = assumptions.len();
         let _ = writeln!(text, "{arm}the answers rested on {count} {title}");
-        bases.sort_by_key(|(_, uses)| std::cmp::Reverse(*uses));
-        for (basis, uses) in bases {
-            let (letter, authority) = (basis.confidence().letter(), basis.authority());
-            let says = basis.says();
+        assumptions.sort_by_key(|(_, uses)| std::cmp::Reverse(*uses));
+        for (assumption, uses) in assumptions {
+            let (letter, authority) = (assumption.confidence().letter(), assumption.authority());
+            let says = assumption.says();
             let _ = writeln!(text, "{uses:>9}  {letter:<2} {authority:<10} {says}");
         }
     }
@@ -53,20 +54,20 @@ fn lines(fidelity: &Fidelity, number: Option<u32>) -> String {
 }
 
 fn object(fidelity: &Fidelity, number: Option<u32>) -> String {
-    let bases: Vec<_> = fidelity
+    let assumptions: Vec<_> = fidelity
         .iter()
-        .map(|(basis, uses)| {
+        .map(|(assumption, uses)| {
             json!({
-                "basis": basis.name(),
-                "confidence": basis.confidence().letter(),
-                "section": basis.section(),
-                "page": basis.authority().link().map(|link| format!("docs/{link}")),
+                "basis": assumption.name(),
+                "confidence": assumption.confidence().letter(),
+                "section": assumption.section(),
+                "page": assumption.authority().link().map(|link| format!("docs/{link}")),
                 "uses": uses,
-                "says": basis.says(),
+                "says": assumption.says(),
             })
         })
         .collect();
-    let mut object = json!({ "fidelity": bases });
+    let mut object = json!({ "fidelity": assumptions });
     if let Some(number) = number {
         object["arm"] = json!(number);
     }

@@ -189,7 +189,7 @@ impl Log {
     /// An event in words, if it is worth a line.
     fn event(&self, event: Event) -> Option<String> {
         let quiet = match event {
-            Event::Accepted { .. } | Event::Started { .. } | Event::RestsOn { .. } => {
+            Event::Accepted { .. } | Event::Started { .. } | Event::Assumes { .. } => {
                 self.verbose < 2
             }
             Event::Finished { .. } => self.verbose < 1,

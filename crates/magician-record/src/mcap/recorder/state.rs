@@ -184,7 +184,7 @@ impl Log {
 
     pub(super) fn event(timestamp: Time, event: &Event, words: impl fmt::Display) -> Self {
         let level = match event {
-            Event::Accepted { .. } | Event::Started { .. } | Event::RestsOn { .. } => Self::DEBUG,
+            Event::Accepted { .. } | Event::Started { .. } | Event::Assumes { .. } => Self::DEBUG,
             Event::QueueFull { .. }
             | Event::Refused { .. }
             | Event::AlarmRaised { .. }

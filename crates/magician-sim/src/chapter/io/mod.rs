@@ -9,7 +9,7 @@ use magician_protocol::{Flag, PoCmd, Writable};
 use crate::core::Core;
 use crate::dispatch::{Apply, Report, Step, Turn};
 use crate::event::Refusal;
-use crate::fidelity::Basis;
+use crate::fidelity::Assumption;
 use crate::pins::can_do;
 
 pub(crate) use sensors::Detectors;
@@ -27,8 +27,8 @@ impl Apply for IoMultiplexing {
     fn apply(&self, core: &mut Core, _: Turn) -> Step {
         let Self { address, multiplex } = *self;
         let fits = can_do(core.abilities(address), multiplex);
-        core.rests_on(Basis::PinTable);
-        if !fits && !core.may_rest_on(Self::ROW.id, Basis::LackingFunction) {
+        core.assume(Assumption::PinTable);
+        if !fits && !core.allows(Self::ROW.id, Assumption::LackingFunction) {
             return Step::Done;
         }
         if !fits && core.profile.io.strict {

@@ -3,9 +3,9 @@
 //! A choice is refused in strict mode if it decides what the arm does or answers. It stays if it decides a figure only
 //! (how long, how fast, how many, what to begin with) of something that is known, or if refusing would do the same.
 
-use super::list_bases;
+use super::list_assumptions;
 
-list_bases! {
+list_assumptions! {
     // Where the arm is.
     CommandedPose Measured "1" "GetPose reports the commanded joints and the pose that they make, not where the arm really is";
     BaseUnknown Measured "11" "before homing J1 reads 0 wherever the base stood at power-up";
