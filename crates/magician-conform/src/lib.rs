@@ -51,20 +51,20 @@
 //!
 //! # Arms
 //!
-//! A [`Bench`] is what the arm lies on: [`SimBench`] has a virtual arm and steps its clock, [`LineBench`] has an arm at the end of a
-//! line, for which the clock on the wall runs. [`Examination`] does the cases on it.
+//! A [`Target`] is an arm with a clock: [`SimTarget`] a virtual arm whose clock it steps, [`LineTarget`] an arm at the end of a line, for
+//! which the clock on the wall runs. [`Runner`] runs the cases on it.
 #![forbid(unsafe_code)]
 
-mod bench;
-mod examination;
 mod expect;
 mod report;
+mod runner;
 mod session;
 mod step;
 mod suite;
+mod target;
 mod words;
 
-pub use bench::{Bench, LineBench, SimBench};
-pub use examination::Examination;
 pub use report::{Mismatch, Outcome, hex, in_words};
+pub use runner::Runner;
 pub use suite::{Begin, Case, Confidence, Suite, SuiteError};
+pub use target::{LineTarget, SimTarget, Target};

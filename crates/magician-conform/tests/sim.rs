@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use magician_conform::{Case, Examination, Outcome, SimBench, Suite, hex};
+use magician_conform::{Case, Outcome, Runner, SimTarget, Suite, hex};
 use magician_sim::Profile;
 
 fn suite() -> Suite {
@@ -10,21 +10,20 @@ fn suite() -> Suite {
 }
 
 /// The outcomes of cases on virtual arms with this profile.
-fn examine<'c>(profile: Profile, cases: &[&'c Case]) -> Vec<(&'c Case, Outcome)> {
-    let bench = SimBench::new(profile);
-    let mut examination =
-        Examination::new(bench, Duration::from_secs(1)).expect("the beginnings are read");
+fn run<'c>(profile: Profile, cases: &[&'c Case]) -> Vec<(&'c Case, Outcome)> {
+    let target = SimTarget::new(profile);
+    let mut runner = Runner::new(target, Duration::from_secs(1)).expect("the beginnings are read");
     let runtime = tokio::runtime::Builder::new_current_thread()
         .build()
         .expect("a runtime");
     runtime.block_on(async {
-        examination.begin().await.expect("a virtual arm answers");
+        runner.begin().await.expect("a virtual arm answers");
         let mut outcomes = Vec::new();
         for case in cases {
-            let outcome = examination.examine(case).await.expect("no line to lose");
+            let outcome = runner.run(case).await.expect("no line to lose");
             outcomes.push((*case, outcome));
         }
-        examination.end().await.expect("a virtual arm answers");
+        runner.end().await.expect("a virtual arm answers");
         outcomes
     })
 }
@@ -50,7 +49,7 @@ fn told(case: &Case, outcome: &Outcome) -> String {
 fn the_virtual_arm_passes_every_case() {
     let suite = suite();
     let cases: Vec<_> = suite.cases().iter().collect();
-    let outcomes = examine(Profile::default(), &cases);
+    let outcomes = run(Profile::default(), &cases);
     let bad: Vec<_> = outcomes
         .iter()
         .filter(|(_, outcome)| *outcome != Outcome::Passed)
@@ -66,7 +65,7 @@ fn failed_with(change: impl FnOnce(&mut Profile)) -> Vec<String> {
     profile.check().expect("a sensible profile");
     let suite = suite();
     let cases: Vec<_> = suite.cases().iter().collect();
-    let outcomes = examine(profile, &cases);
+    let outcomes = run(profile, &cases);
     let failed = outcomes
         .iter()
         .filter(|(_, outcome)| matches!(outcome, Outcome::Failed(_)));

@@ -8,9 +8,9 @@ use std::time::Duration;
 
 use magician_protocol::{Deframer, FrameBuf};
 
-use crate::bench::Bench;
 use crate::report::Mismatch;
 use crate::step::{Action, Step};
+use crate::target::Target;
 
 /// How long the arm must be quiet to be silent.
 pub(crate) const QUIET: Duration = Duration::from_millis(200);
@@ -71,8 +71,8 @@ fn wrong<T>(
 }
 
 /// A conversation with an arm, and what is known from it.
-pub(crate) struct Session<B> {
-    pub(crate) bench: B,
+pub(crate) struct Session<T> {
+    pub(crate) target: T,
     /// How long an answer may take.
     patience: Duration,
     deframer: Deframer,
@@ -87,10 +87,10 @@ pub(crate) struct Session<B> {
     timed: bool,
 }
 
-impl<B: Bench> Session<B> {
-    pub(crate) fn new(bench: B, patience: Duration) -> Self {
+impl<T: Target> Session<T> {
+    pub(crate) fn new(target: T, patience: Duration) -> Self {
         Self {
-            bench,
+            target,
             patience,
             deframer: Deframer::new(),
             inbox: VecDeque::new(),
@@ -104,7 +104,7 @@ impl<B: Bench> Session<B> {
 
     /// Forgets what was before, bytes on their way included.
     pub(crate) async fn begin(&mut self) -> magician::Result<()> {
-        while !self.bench.receive(Duration::ZERO).await?.is_empty() {}
+        while !self.target.receive(Duration::ZERO).await?.is_empty() {}
         self.deframer = Deframer::new();
         self.inbox.clear();
         self.sent.clear();
@@ -115,7 +115,7 @@ impl<B: Bench> Session<B> {
     /// Does the steps of a case.
     pub(crate) async fn perform(&mut self, steps: &[Step]) -> Result<(), Stopped> {
         let clocked = |step: &Step| matches!(step.action, Action::At(_) | Action::Done(Some(_)));
-        self.timed = self.bench.stepped().is_some() || steps.iter().any(clocked);
+        self.timed = self.target.stepped().is_some() || steps.iter().any(clocked);
         let started = self.start().await;
         self.told(started, 0, "the case begins")?;
         for step in steps {
@@ -166,7 +166,7 @@ impl<B: Bench> Session<B> {
         match action {
             Action::Send(bytes) => {
                 self.send(bytes).await?;
-                if self.bench.stepped().is_some() {
+                if self.target.stepped().is_some() {
                     self.order().await?;
                 }
                 Ok(())
@@ -178,13 +178,13 @@ impl<B: Bench> Session<B> {
             Action::Answered(answer) => self.answered(answer).await,
             Action::Reply(bytes) => self.reply(bytes).await,
             Action::Silence => self.nothing(QUIET).await,
-            Action::Wait(span) => Ok(self.bench.pass(*span).await?),
+            Action::Wait(span) => Ok(self.target.pass(*span).await?),
             Action::At(span) => self.at(*span).await,
             Action::Done(when) => self.done(*when).await,
             Action::Rest => self.rest().await,
             Action::Finished(finished) => self.finished(*finished).await,
             Action::Alarms(alarms) => self.alarms(alarms).await,
-            Action::Happens(happening) => match self.bench.happens(*happening) {
+            Action::Happens(happening) => match self.target.happens(*happening) {
                 true => self.order().await,
                 false => wrong(
                     "that this can be made to happen",

@@ -6,14 +6,14 @@ use magician_protocol::AlarmSet;
 use magician_protocol::commands::{AlarmsState, DeviceTime, Pose, QueuedCmdCurrentIndex};
 
 use super::{Done, LONGEST, SLACK, STILL, STRETCH, Session, Trouble, wrong};
-use crate::bench::Bench;
 use crate::step::{Alarms, Finished};
+use crate::target::Target;
 
 /// Time, the queue and alarms.
-impl<B: Bench> Session<B> {
+impl<T: Target> Session<T> {
     /// The arm's clock in microseconds: exact where it is stepped, read over the line otherwise.
     async fn clock(&mut self) -> Result<u64, Trouble> {
-        match self.bench.stepped() {
+        match self.target.stepped() {
             Some(now) => Ok(now),
             None => Ok(u64::from(self.ask::<DeviceTime>().await?.g_systick) * 1000),
         }
@@ -45,7 +45,7 @@ impl<B: Bench> Session<B> {
             if left.is_zero() {
                 return Ok(());
             }
-            self.bench.pass(left).await?;
+            self.target.pass(left).await?;
         }
         wrong("the arm's clock to run", "it stands", &[])
     }
@@ -59,10 +59,10 @@ impl<B: Bench> Session<B> {
 
     /// Lets a little time pass; at most that long.
     async fn go_on(&mut self, at_most: Duration) -> Done {
-        let before = self.bench.stepped();
-        self.bench.go_on(at_most.min(STRETCH)).await?;
-        if before.is_some() && before == self.bench.stepped() {
-            self.bench.pass(Duration::from_millis(1)).await?;
+        let before = self.target.stepped();
+        self.target.go_on(at_most.min(STRETCH)).await?;
+        if before.is_some() && before == self.target.stepped() {
+            self.target.pass(Duration::from_millis(1)).await?;
         }
         Ok(())
     }
@@ -71,7 +71,7 @@ impl<B: Bench> Session<B> {
         let Some(last) = self.last else {
             return wrong("a queued command to wait for", "none was queued", &[]);
         };
-        let slack = if self.bench.stepped().is_some() {
+        let slack = if self.target.stepped().is_some() {
             Duration::ZERO
         } else {
             SLACK
@@ -109,7 +109,7 @@ impl<B: Bench> Session<B> {
         let mut waited = Duration::ZERO;
         let mut pose = self.ask::<Pose>().await?;
         while waited < LONGEST {
-            self.bench.pass(STILL).await?;
+            self.target.pass(STILL).await?;
             waited += STILL;
             let now = self.ask::<Pose>().await?;
             if now == pose {

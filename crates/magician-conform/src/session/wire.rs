@@ -5,22 +5,22 @@ use std::time::Duration;
 use magician_protocol::{Ctrl, Direction, Event, Frame, FrameBuf, NoArgs, Readable, Row};
 
 use super::{Done, Session, Trouble, wrong};
-use crate::bench::Bench;
 use crate::report::{hex, in_words};
 use crate::step::{Answer, reply_layout};
+use crate::target::Target;
 
 /// Bytes and frames.
-impl<B: Bench> Session<B> {
+impl<T: Target> Session<T> {
     pub(super) async fn send(&mut self, bytes: &[u8]) -> Done {
         self.sent = bytes.to_vec();
-        Ok(self.bench.send(bytes).await?)
+        Ok(self.target.send(bytes).await?)
     }
 
     /// The next frame from the arm, `None` if none comes.
     async fn next(&mut self, within: Duration) -> Result<Option<FrameBuf>, Trouble> {
         let mut pieces = 0;
         while self.inbox.is_empty() {
-            let bytes = self.bench.receive(within).await?;
+            let bytes = self.target.receive(within).await?;
             // A line that never falls silent has no frames for us either.
             pieces += 1;
             if bytes.is_empty() || pieces > 1000 {
@@ -137,17 +137,17 @@ impl<B: Bench> Session<B> {
     }
 
     /// Asks for a value in passing; the sent bytes of the case stay those that are told.
-    pub(super) async fn ask<T: Readable<Query = NoArgs>>(&mut self) -> Result<T, Trouble> {
+    pub(super) async fn ask<V: Readable<Query = NoArgs>>(&mut self) -> Result<V, Trouble> {
         let told = std::mem::take(&mut self.sent);
-        let frame = FrameBuf::get(&NoArgs, T::ROW).map_err(magician::Error::from)?;
-        let name = T::ROW.get_name;
+        let frame = FrameBuf::get(&NoArgs, V::ROW).map_err(magician::Error::from)?;
+        let name = V::ROW.get_name;
         self.send(frame.bytes()).await?;
         let Some(reply) = self.next(self.patience).await? else {
             return wrong(format!("an answer to {name}"), "nothing", &[]);
         };
         let view = reply.frame();
-        let value = (view.id() == T::ROW.id)
-            .then(|| view.read::<T>().ok())
+        let value = (view.id() == V::ROW.id)
+            .then(|| view.read::<V>().ok())
             .flatten();
         let Some(value) = value else {
             let got = in_words(&reply, Direction::Reply);
@@ -180,7 +180,7 @@ fn expectation(row: &Row, ctrl: Ctrl, answer: &Answer) -> String {
 }
 
 /// Outside of cases.
-impl<B: Bench> Session<B> {
+impl<T: Target> Session<T> {
     /// The parameters of the answer to a get without fields, `None` when none comes.
     pub(crate) async fn value(&mut self, id: u8) -> magician::Result<Option<Vec<u8>>> {
         let frame = FrameBuf::new(id, Ctrl::GET, &[])?;
@@ -194,7 +194,7 @@ impl<B: Bench> Session<B> {
     }
 
     async fn exchange(&mut self, frame: &FrameBuf) -> magician::Result<Option<FrameBuf>> {
-        self.bench.send(frame.bytes()).await?;
+        self.target.send(frame.bytes()).await?;
         let id = frame.frame().id();
         match self.next(self.patience).await {
             Ok(reply) => Ok(reply.filter(|reply| reply.frame().id() == id)),

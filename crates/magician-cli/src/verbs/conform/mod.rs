@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use magician::{ErrorKind, RawLine, SimSpeed, Target};
-use magician_conform::{Bench, Case, Examination, LineBench, Outcome, SimBench, Suite};
+use magician_conform::{Case, LineTarget, Outcome, Runner, SimTarget, Suite};
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
@@ -90,14 +90,14 @@ impl Conform {
             return list::show(&cases, context);
         }
         let Some(target) = target(context)? else {
-            return examine(SimBench::default(), &cases, context);
+            return run_on(SimTarget::default(), &cases, context);
         };
         permit(&target, &cases, context)?;
         context.let_go()?;
         let options = context.line_options()?;
         let line = RawLine::open_with(&target, options);
         let line = context.runtime()?.block_on(line)?;
-        examine(LineBench::new(line), &cases, context)
+        run_on(LineTarget::new(line), &cases, context)
     }
 }
 
@@ -141,29 +141,25 @@ fn permit(target: &Target, cases: &[&Case], context: &Context) -> Result<(), Fai
     }
 }
 
-/// Does the cases and shows what came of them.
-fn examine<B: Bench>(bench: B, cases: &[&Case], context: &mut Context) -> Result<(), Failure> {
+/// Runs the cases and shows what came of them.
+fn run_on<T: magician_conform::Target>(
+    arm: T,
+    cases: &[&Case],
+    context: &mut Context,
+) -> Result<(), Failure> {
     let quiet = context.global.json;
     let patience = context.global.timeout.unwrap_or(PATIENCE);
     let details = context.global.verbose > 0;
     let runtime = context.runtime()?;
-    let mut examination = Examination::new(bench, patience)
-        .map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
+    let mut runner =
+        Runner::new(arm, patience).map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
     let out = &mut context.out;
     let (tally, terminated) = runtime.block_on(async {
         let mut signals = Signals::listen()?;
         let work = async {
             match quiet {
-                true => perform(&mut examination, cases, quiet, record::Records { out }).await,
-                false => {
-                    perform(
-                        &mut examination,
-                        cases,
-                        quiet,
-                        human::Lines::new(out, details),
-                    )
-                    .await
-                }
+                true => run_all(&mut runner, cases, quiet, record::Records { out }).await,
+                false => run_all(&mut runner, cases, quiet, human::Lines::new(out, details)).await,
             }
         };
         let outcome = tokio::select! {
@@ -171,7 +167,7 @@ fn examine<B: Bench>(bench: B, cases: &[&Case], context: &mut Context) -> Result
             signal = signals.next() => Err(signal),
         };
         // However it ended, the arm is left as it was.
-        let ended = tokio::time::timeout(LEAVING, examination.end()).await;
+        let ended = tokio::time::timeout(LEAVING, runner.end()).await;
         match outcome {
             Ok(outcome) => {
                 let tally = outcome?;
@@ -199,18 +195,18 @@ fn not_left() -> Failure {
     Failure::new(Kind::Driver(ErrorKind::Timeout), message)
 }
 
-async fn perform<B: Bench>(
-    examination: &mut Examination<B>,
+async fn run_all<T: magician_conform::Target>(
+    runner: &mut Runner<T>,
     cases: &[&Case],
     quiet: bool,
     mut printer: impl Printer,
 ) -> Result<Tally, Failure> {
     let begun = Instant::now();
     let mut tally = Tally::default();
-    attended(quiet, "noting the arm's parameters", examination.begin()).await?;
+    attended(quiet, "noting the arm's parameters", runner.begin()).await?;
     for (at, case) in cases.iter().enumerate() {
         let what = format!("{} of {}: {}", at + 1, cases.len(), case.id);
-        let outcome = attended(quiet, &what, examination.examine(case)).await?;
+        let outcome = attended(quiet, &what, runner.run(case)).await?;
         tally.count(&outcome);
         printer.case(case, &outcome)?;
     }

@@ -4,7 +4,7 @@ use magician::{RawLine, Result};
 use magician_sim::{Happening, Micros, World};
 use tokio::time::{sleep, timeout};
 
-use super::Bench;
+use super::Target;
 
 /// How often an arm is looked at that works by itself.
 const LOOK: Duration = Duration::from_millis(10);
@@ -12,17 +12,17 @@ const LOOK: Duration = Duration::from_millis(10);
 const PIECE: usize = 1024;
 
 /// An arm at the end of a line, real or served, whose clock runs by itself.
-pub struct LineBench(RawLine);
+pub struct LineTarget(RawLine);
 
-impl LineBench {
-    /// A bench at the end of this line.
+impl LineTarget {
+    /// The arm at the end of this line.
     #[must_use]
     pub fn new(line: RawLine) -> Self {
         Self(line)
     }
 }
 
-impl Bench for LineBench {
+impl Target for LineTarget {
     async fn send(&mut self, bytes: &[u8]) -> Result<()> {
         self.0.send(bytes).await
     }

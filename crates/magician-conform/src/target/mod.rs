@@ -1,4 +1,4 @@
-//! What an arm lies on while it is examined.
+//! The arms that cases can be run on.
 
 mod line;
 mod sim;
@@ -9,14 +9,14 @@ use std::time::Duration;
 use magician::Result;
 use magician_sim::{Happening, Micros, World};
 
-pub use line::LineBench;
-pub use sim::SimBench;
+pub use line::LineTarget;
+pub use sim::SimTarget;
 
-/// An arm and a clock, whatever they are. Bytes go to the arm and come back, and time passes.
+/// An arm and its clock. Bytes go to the arm and come back, and time passes.
 ///
-/// A bench is *stepped* when its clock stands still until it is told to go on, as that of a virtual arm inside this
+/// A target is *stepped* when its clock stands still until it is told to go on, as that of a virtual arm inside this
 /// program; otherwise the clock is the wall's and the bytes take their time.
-pub trait Bench {
+pub trait Target {
     /// Sends bytes to the arm.
     fn send(&mut self, bytes: &[u8]) -> impl Future<Output = Result<()>>;
 
@@ -29,7 +29,7 @@ pub trait Bench {
     /// Lets time pass until something may have changed, at most that long. A stepped clock jumps to the next event.
     fn go_on(&mut self, at_most: Duration) -> impl Future<Output = Result<()>>;
 
-    /// The arm's clock in microseconds since power-up, if this bench steps it.
+    /// The arm's clock in microseconds since power-up, if this target steps it.
     fn stepped(&self) -> Option<Micros>;
 
     /// Puts an arm there that has just been switched on, in this world; whether that can be done.

@@ -4,19 +4,19 @@ use magician::Result;
 use magician_protocol::INTER_BYTE_TIMEOUT_MS;
 use magician_sim::{Controller, Happening, LinkId, Micros, Profile, World};
 
-use super::Bench;
+use super::Target;
 
 const LINK: LinkId = LinkId(0);
 
-/// A virtual arm inside this program, whose clock this bench steps.
+/// A virtual arm inside this program, whose clock this target steps.
 #[derive(Clone, Debug)]
-pub struct SimBench {
+pub struct SimTarget {
     profile: Profile,
     arm: Controller,
 }
 
-impl SimBench {
-    /// A bench for arms with this firmware.
+impl SimTarget {
+    /// Virtual arms with this firmware.
     #[must_use]
     pub fn new(profile: Profile) -> Self {
         Self {
@@ -42,7 +42,7 @@ impl SimBench {
     }
 }
 
-impl Default for SimBench {
+impl Default for SimTarget {
     /// Arms with the built-in firmware profile.
     fn default() -> Self {
         Self::new(Profile::default())
@@ -53,7 +53,7 @@ fn micros(span: Duration) -> Micros {
     Micros::try_from(span.as_micros()).unwrap_or(Micros::MAX)
 }
 
-impl Bench for SimBench {
+impl Target for SimTarget {
     async fn send(&mut self, bytes: &[u8]) -> Result<()> {
         self.arm.receive(LINK, bytes);
         Ok(())

@@ -1,4 +1,4 @@
-//! Cases done on an arm, one after the other, each from the same beginning.
+//! Runs cases on a target.
 
 use std::time::Duration;
 
@@ -7,33 +7,33 @@ use magician::{Ctrl, Error, FrameBuf, Result};
 use magician_protocol::{Chapter, Direction, Row};
 use magician_sim::World;
 
-use crate::bench::Bench;
 use crate::report::{Outcome, in_words};
 use crate::session::{Session, Stopped};
 use crate::step::{self, Action, Step};
 use crate::suite::{Begin, Case, SuiteError};
+use crate::target::Target;
 
 const BEGIN: &str = include_str!("../cases/begin.steps");
 const BEGIN_MOVES: &str = include_str!("../cases/begin_moves.steps");
 
-/// An arm under examination.
+/// Runs cases on an arm, one after the other, each from the same beginning.
 ///
-/// [`begin`](Self::begin) notes the arm's parameters, [`examine`](Self::examine) does a case, [`end`](Self::end) gives
+/// [`begin`](Self::begin) notes the arm's parameters, [`run`](Self::run) runs a case, [`end`](Self::end) gives
 /// the parameters back. If the work is given up in between, `end` still leaves the arm at rest and as it was.
-pub struct Examination<B> {
-    session: Session<B>,
+pub struct Runner<T> {
+    session: Session<T>,
     ready: Vec<Step>,
     ready_to_move: Vec<Step>,
     /// The sets that give an arm back what it had.
-    owed: Vec<FrameBuf>,
+    saved: Vec<FrameBuf>,
 }
 
-impl<B: Bench> Examination<B> {
-    /// An examination of the arm on this bench; an answer may take as long as `patience`.
+impl<T: Target> Runner<T> {
+    /// A runner for this target; an answer may take as long as `patience`.
     ///
     /// # Errors
     /// [`SuiteError`] never in a build whose tests pass.
-    pub fn new(bench: B, patience: Duration) -> std::result::Result<Self, SuiteError> {
+    pub fn new(target: T, patience: Duration) -> std::result::Result<Self, SuiteError> {
         let read = |file: &str, text| {
             step::read_all(text, 1).map_err(|(line, message)| SuiteError {
                 file: file.to_owned(),
@@ -42,10 +42,10 @@ impl<B: Bench> Examination<B> {
             })
         };
         Ok(Self {
-            session: Session::new(bench, patience),
+            session: Session::new(target, patience),
             ready: read("begin.steps", BEGIN)?,
             ready_to_move: read("begin_moves.steps", BEGIN_MOVES)?,
-            owed: Vec::new(),
+            saved: Vec::new(),
         })
     }
 
@@ -55,7 +55,7 @@ impl<B: Bench> Examination<B> {
     /// [`ErrorKind::Timeout`](magician::ErrorKind::Timeout) when nothing answers, what the line says when it is gone.
     pub async fn begin(&mut self) -> Result<()> {
         self.session.begin().await?;
-        if self.session.bench.stepped().is_some() {
+        if self.session.target.stepped().is_some() {
             return Ok(());
         }
         if self.session.value(2).await?.is_none() {
@@ -65,18 +65,18 @@ impl<B: Bench> Examination<B> {
         for row in TABLE.iter().filter(|row| is_kept(row)) {
             // What this firmware does not know is not changed by the cases in a way that lasts.
             if let Some(params) = self.session.value(row.id).await? {
-                self.owed.push(FrameBuf::new(row.id, Ctrl::SET, &params)?);
+                self.saved.push(FrameBuf::new(row.id, Ctrl::SET, &params)?);
             }
         }
         Ok(())
     }
 
-    /// Does a case.
+    /// Runs a case.
     ///
     /// # Errors
     /// What the line says when it is gone.
-    pub async fn examine(&mut self, case: &Case) -> Result<Outcome> {
-        if let Some(reason) = self.unfit(case) {
+    pub async fn run(&mut self, case: &Case) -> Result<Outcome> {
+        if let Some(reason) = self.skip_reason(case) {
             return Ok(Outcome::Skipped(reason));
         }
         let done = match self.prepare(case).await {
@@ -90,9 +90,9 @@ impl<B: Bench> Examination<B> {
         }
     }
 
-    /// Why a case cannot be done on this bench.
-    fn unfit(&self, case: &Case) -> Option<String> {
-        if self.session.bench.stepped().is_some() {
+    /// Why a case is skipped on this target.
+    fn skip_reason(&self, case: &Case) -> Option<String> {
+        if self.session.target.stepped().is_some() {
             return None;
         }
         let happens = |step: &Step| matches!(step.action, Action::Happens(_));
@@ -113,7 +113,7 @@ impl<B: Bench> Examination<B> {
 
     async fn prepare(&mut self, case: &Case) -> std::result::Result<(), Stopped> {
         let world = case.world.as_ref().map(World::from_scenario);
-        self.session.bench.power_up(world.unwrap_or_default());
+        self.session.target.power_up(world.unwrap_or_default());
         self.session.begin().await?;
         if case.begin == Begin::PowerUp {
             return Ok(());
@@ -131,14 +131,14 @@ impl<B: Bench> Examination<B> {
     /// What the line says when it is gone; [`ErrorKind::Unexpected`](magician::ErrorKind::Unexpected) when the arm does
     /// not take its parameters back.
     pub async fn end(&mut self) -> Result<()> {
-        if self.session.bench.stepped().is_some() {
+        if self.session.target.stepped().is_some() {
             return Ok(());
         }
         self.session.begin().await?;
         let quiet = Duration::from_millis(300);
-        while !self.session.bench.receive(quiet).await?.is_empty() {}
+        while !self.session.target.receive(quiet).await?.is_empty() {}
         let rested = self.session.prepare(&self.ready).await;
-        for frame in std::mem::take(&mut self.owed) {
+        for frame in std::mem::take(&mut self.saved) {
             if !self.session.acknowledged(&frame).await? {
                 let name = in_words(&frame, Direction::Request);
                 let message = format!("the arm did not take a parameter back: {name}");
