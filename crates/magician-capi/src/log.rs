@@ -5,15 +5,16 @@ use std::sync::Once;
 
 use magician::protocol::visible_lines;
 use tracing::{Event, Level, Subscriber};
-use tracing_subscriber::EnvFilter;
-use tracing_subscriber::filter::LevelFilter;
+use tracing_subscriber::filter::{LevelFilter, ParseError, Targets};
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
+use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::registry::LookupSpan;
+use tracing_subscriber::util::SubscriberInitExt;
 
-/// `off`, `error`, `warn`, `info`, `debug`, `trace`, or a filter of `tracing`'s.
+/// `off`, `error`, `warn`, `info`, `debug`, `trace`, or levels of single parts: `warn,magician=debug`.
 const VARIABLE: &str = "MAGICIAN_LOG";
-const DEFAULT: &str = "warn";
+const DEFAULT: LevelFilter = LevelFilter::WARN;
 
 /// Begins to listen, once. A program in Rust that has its own log keeps it.
 pub(crate) fn begin() {
@@ -23,17 +24,19 @@ pub(crate) fn begin() {
         let wanted = Some(wanted.trim()).filter(|text| !text.is_empty());
         let read = wanted.map(filter);
         let (filter, wrong) = match read {
-            None => (EnvFilter::new(DEFAULT), None),
+            None => (Targets::new().with_default(DEFAULT), None),
             Some(Ok(filter)) => (filter, None),
-            Some(Err(error)) => (EnvFilter::new(DEFAULT), Some(error)),
+            Some(Err(error)) => (Targets::new().with_default(DEFAULT), Some(error)),
         };
         let lines = tracing_subscriber::fmt()
-            .with_env_filter(filter)
+            .with_max_level(LevelFilter::TRACE)
             .with_writer(std::io::stderr)
             .with_ansi(false)
             // They would go where nothing can be written, and panic.
             .log_internal_errors(false)
-            .event_format(Line);
+            .event_format(Line)
+            .finish()
+            .with(filter);
         let _ = lines.try_init();
         if let Some(error) = wrong {
             tracing::warn!("{VARIABLE} is not understood: {error}");
@@ -42,7 +45,7 @@ pub(crate) fn begin() {
 }
 
 /// What the text lets through.
-fn filter(text: &str) -> Result<EnvFilter, String> {
+fn filter(text: &str) -> Result<Targets, String> {
     // `tracing` takes a word that is no level for a part of some program, and is silent on all others.
     let is_word = text.chars().all(|c| c.is_ascii_alphanumeric());
     if is_word && text.parse::<LevelFilter>().is_err() {
@@ -50,7 +53,8 @@ fn filter(text: &str) -> Result<EnvFilter, String> {
             "{text} is none of off, error, warn, info, debug and trace"
         ));
     }
-    EnvFilter::try_new(text).map_err(|error| error.to_string())
+    text.parse()
+        .map_err(|error: ParseError| error.to_string())
 }
 
 /// `DobotDll: warning: what happened name=value`.

@@ -1,19 +1,33 @@
 //! What is wrong in a file, as people see it: the place underlined, and what to do about it.
 
-use std::fmt;
-
+use annotate_snippets::renderer::DecorStyle;
+use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use magician_program::{Origin, Problem};
 use magician_protocol::{is_deceptive, visible, visible_lines};
-use miette::{
-    Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, MietteError,
-    MietteSpanContents, Severity, SourceCode, SourceSpan, SpanContents,
-};
 
 use crate::output::{Paint, draws_on_stderr, width_of_stderr};
 use crate::voice::Command;
 
-/// So much narrower than the terminal is what is shown of a line.
-const MARGIN: usize = 10;
+/// The place in a line of more characters is told in words: each of them would be laid out before the line is cut.
+const LONGEST: usize = 20_000;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Severity {
+    /// The file is refused.
+    Error,
+    /// It is taken in a certain way.
+    Note,
+}
+
+impl Severity {
+    fn level(self) -> Level<'static> {
+        match self {
+            Self::Error => Level::ERROR,
+            Self::Note => Level::NOTE,
+        }
+    }
+}
 
 /// Draws a problem: `text` is the file's, if it is one. Ends without a line feed.
 pub(crate) fn draw(
@@ -22,152 +36,76 @@ pub(crate) fn draw(
     file: &str,
     text: Option<&str>,
 ) -> String {
-    draw_with(problem, severity, file, text, style(), width_of_stderr())
+    // With colours where there are any, and without more than ASCII where the terminal is dumb or none.
+    let renderer = match Paint::for_stderr().is_on() {
+        true => Renderer::styled(),
+        false => Renderer::plain(),
+    };
+    let decor = match draws_on_stderr() {
+        true => DecorStyle::Unicode,
+        false => DecorStyle::Ascii,
+    };
+    let renderer = renderer.decor_style(decor).term_width(width_of_stderr());
+    draw_by(&renderer, problem, severity, file, text)
 }
 
-fn draw_with(
+fn draw_by(
+    renderer: &Renderer,
     problem: &Problem,
     severity: Severity,
     file: &str,
     text: Option<&str>,
-    style: GraphicalTheme,
-    width: usize,
 ) -> String {
-    let most = width.saturating_sub(MARGIN);
-    let excerpt = text.and_then(|text| Excerpt::of(file, text, &problem.origin, most));
+    let excerpt = text.and_then(|text| Excerpt::of(text, &problem.origin));
     let message = match &excerpt {
         Some(_) => problem.message.clone(),
         None => format!("{file}: {problem}"),
     };
     // The library colours the drawing, so that what it is given has to be harmless before.
-    let figure = Figure {
-        message: visible_lines(message).to_string(),
-        severity,
-        help: problem
-            .advice(&Command)
-            .map(|advice| visible_lines(advice).to_string()),
-        label: problem.name.as_ref().map(|name| visible(name).to_string()),
-        excerpt,
+    let message = visible_lines(message).to_string();
+    let file = visible(file).to_string();
+    let label = problem.name.as_ref().map(|name| visible(name).to_string());
+    let advice = problem.advice(&Command);
+    let advice = advice.map(|advice| visible_lines(advice).to_string());
+    let help = advice.map(|advice| Level::HELP.message(advice));
+    let title = severity.level().primary_title(message);
+    let Some(excerpt) = excerpt else {
+        return renderer.render(&[title.elements(help)]);
     };
-    let mut drawn = String::new();
-    let handler = GraphicalReportHandler::new_themed(style).with_width(width);
-    // Writing to a string cannot fail; a figure that does is told in words.
-    match handler.render_report(&mut drawn, &figure) {
-        Ok(()) => drawn.trim_end().to_owned(),
-        Err(fmt::Error) => figure.message,
-    }
+    let place = AnnotationKind::Primary.span(excerpt.span);
+    let shown = Snippet::source(excerpt.line)
+        .line_start(problem.origin.line as usize)
+        .path(file)
+        .annotation(place.label(label));
+    renderer.render(&[title.element(shown).elements(help)])
 }
 
-/// With colours where there are any, and without more than ASCII where the terminal is dumb or none.
-fn style() -> GraphicalTheme {
-    match (draws_on_stderr(), Paint::for_stderr().is_on()) {
-        (true, true) => GraphicalTheme::unicode(),
-        (true, false) => GraphicalTheme::unicode_nocolor(),
-        (false, true) => GraphicalTheme::ascii(),
-        (false, false) => GraphicalTheme::none(),
-    }
-}
-
-/// A problem as the drawing takes it.
-#[derive(Debug)]
-struct Figure {
-    message: String,
-    severity: Severity,
-    help: Option<String>,
-    label: Option<String>,
-    excerpt: Option<Excerpt>,
-}
-
-/// The line that it is about, or as much of it as fits.
-#[derive(Debug)]
+/// The line that it is about.
 struct Excerpt {
-    file: String,
-    line: usize,
-    column: usize,
-    text: String,
+    line: String,
     /// The bytes of it that are underlined.
-    span: SourceSpan,
-}
-
-impl fmt::Display for Figure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)
-    }
-}
-
-impl std::error::Error for Figure {}
-
-impl Diagnostic for Figure {
-    fn severity(&self) -> Option<Severity> {
-        Some(self.severity)
-    }
-
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        let help = self.help.as_ref()?;
-        Some(Box::new(help))
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        let excerpt = self.excerpt.as_ref()?;
-        Some(excerpt)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let span = self.excerpt.as_ref()?.span;
-        let label = LabeledSpan::new_primary_with_span(self.label.clone(), span);
-        Some(Box::new(std::iter::once(label)))
-    }
-}
-
-impl SourceCode for Excerpt {
-    fn read_span<'a>(
-        &'a self,
-        _: &SourceSpan,
-        _: usize,
-        _: usize,
-    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let whole = SourceSpan::from(0..self.text.len());
-        let (line, column) = (self.line.saturating_sub(1), self.column.saturating_sub(1));
-        let name = self.file.clone();
-        let contents =
-            MietteSpanContents::new_named(name, self.text.as_bytes(), whole, line, column, 1);
-        Ok(Box::new(contents))
-    }
+    span: std::ops::Range<usize>,
 }
 
 impl Excerpt {
-    /// The line of an origin, at most so many characters of it; none for a place that the text does not have.
-    fn of(file: &str, text: &str, origin: &Origin, most: usize) -> Option<Self> {
+    /// The line of an origin; none for a place that the text does not have.
+    fn of(text: &str, origin: &Origin) -> Option<Self> {
         let line = (origin.line as usize).checked_sub(1)?;
         let first = (origin.column as usize).checked_sub(1)?;
-        let line: Vec<char> = text.lines().nth(line)?.chars().map(plain).collect();
-        let length = (origin.length as usize).max(1);
-        let from = match line.len() > most {
-            true => first.saturating_sub(most / 3),
-            false => 0,
-        };
-        let shown = line.iter().skip(from).take(most);
-        let (mut text, mut span) = (String::new(), (0, 0));
-        for (at, sign) in shown.enumerate() {
-            if at + from == first {
-                span.0 = text.len();
-            }
-            text.push(*sign);
-            if at + from < first.saturating_add(length) {
-                span.1 = text.len();
-            }
+        let mut line: String = text.lines().nth(line)?.chars().map(plain).collect();
+        let count = line.chars().count();
+        if count.max(first) > LONGEST {
+            return None;
         }
         // A place behind the last character: the line ends too early.
-        if first >= from + text.chars().count() {
-            text.push(' ');
-            span = (text.len() - 1, text.len());
-        }
+        line.extend(std::iter::repeat_n(' ', (first + 1).saturating_sub(count)));
+        let length = (origin.length as usize).max(1);
+        let mut places = line.char_indices().map(|(at, _)| at).skip(first);
+        let from = places.next()?;
+        let to = places.nth(length - 1).unwrap_or(line.len());
         Some(Self {
-            file: visible(file).to_string(),
-            line: origin.line as usize,
-            column: origin.column as usize,
-            text,
-            span: SourceSpan::from(span.0..span.1),
+            line,
+            span: from..to,
         })
     }
 }
@@ -192,8 +130,8 @@ mod tests {
             .named("outline")
             .help("move it nearer")
             .remedy((Setting::Scale, Given::Number(0.5)), "would do");
-        let style = GraphicalTheme::none();
-        draw_with(&problem, Severity::Error, "pen.nc", Some(text), style, 80)
+        let renderer = Renderer::plain().term_width(80);
+        draw_by(&renderer, &problem, Severity::Error, "pen.nc", Some(text))
     }
 
     fn place(line: u32, column: u32, length: u32) -> Origin {

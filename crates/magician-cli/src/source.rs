@@ -5,9 +5,8 @@ use std::io::{self, Read};
 use std::path::Path;
 
 use magician_program::{Content, Format, Problem, ReadOptions, Reading};
-use miette::Severity;
 
-use crate::diagnostics;
+use crate::diagnostics::{self, Severity};
 use crate::failure::{Failure, Figures};
 
 /// The largest file that is read, bytes.

@@ -12,12 +12,11 @@ use std::path::{Path, PathBuf};
 use magician::arms::KnownArm;
 use magician::{ErrorKind, Target};
 use magician_program::{Lines, Power, Problem};
-use miette::Severity;
 use serde::Serialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::diagnostics;
+use crate::diagnostics::{self, Severity};
 use crate::failure::{Failure, Kind};
 pub(crate) use edit::write as replace;
 pub(crate) use keys::{KEYS, Key};

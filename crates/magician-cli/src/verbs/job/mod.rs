@@ -28,12 +28,12 @@ use magician_program::{
     Action, Content, Ending, Format, Plan, Position, Problem, Program, Setup, Work, WouldFit,
 };
 use magician_protocol::visible_lines;
-use miette::Severity;
 use serde::Serialize;
 
 use self::drive::{Done, Drive};
 use self::options::{Beam, File, Look, Pen, Place, Way};
 use self::reading::Read;
+use crate::diagnostics::Severity;
 use crate::context::Context;
 use crate::failure::{Failure, Kind, incomplete};
 use crate::output::Paint;
@@ -452,7 +452,7 @@ pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
     for note in notes.iter().take(NOTES) {
         match context.global.verbose {
             0 => say(&line_of(source, note)),
-            _ => say(&source.draw(note, Severity::Advice)),
+            _ => say(&source.draw(note, Severity::Note)),
         }
     }
     if notes.len() > NOTES {

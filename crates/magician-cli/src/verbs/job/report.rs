@@ -4,11 +4,11 @@ use magician::ErrorKind;
 use magician_program::{
     Complaint, Format, Problem, Report, Rest, WouldFit, would_do_at, would_fit, would_fit_turned,
 };
-use miette::Severity;
 use serde::Serialize;
 
 use super::Made;
 use super::tell::clock;
+use crate::diagnostics::Severity;
 use crate::failure::{Failure, Figures, Kind};
 
 /// As many complaints are told.
