@@ -1,28 +1,25 @@
-//! The command line: global options and the verbs.
+//! The command line as a whole: the verbs, what reads it, and what does it. Nothing but `main` stands above this; what verbs share is in
+//! `options`, and those that show the command line itself have it of their [`Context`].
 
 use std::ffi::OsString;
-use std::path::PathBuf;
-use std::str::FromStr;
-use std::time::Duration;
 
-use clap::{Arg, Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use magician::faults::Faults;
+use clap::error::ErrorKind;
+use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 use magician_motion::ToolBias;
 
-use crate::context::Context;
-use crate::failure::Failure;
+use crate::context::{CommandLine, Context};
+use crate::failure::{Failure, Kind};
+use crate::options::{Global, TOOL};
+use crate::output::{Output, Text};
 use crate::verbs::{
     alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
     demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, laser,
     man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop,
-    teach, tools, travel, watch,
+    teach, tools, travel, version, watch,
 };
 
 /// The name of the option that chooses the tool of a virtual arm.
 const VIRTUAL_TOOL: &str = "virtual_tool";
-
-/// How a tool is written.
-const TOOL: &str = "NAME|X,Y,Z";
 
 const VIRTUAL_TOOL_HELP: &str = "Tool of the virtual arm (`--port sim`): none, suction, gripper, pen, laser, or its bias X,Y,Z in \
     mm; suction if not given";
@@ -59,7 +56,30 @@ pub(crate) struct Cli {
     pub(crate) verb: Option<Verb>,
 }
 
+/// What verbs have of the command line as a whole.
+pub(crate) const COMMAND_LINE: CommandLine = CommandLine {
+    description: Cli::description,
+    follow: follow_in_shell,
+};
+
 impl Cli {
+    /// Does the command line and leaves: what it set going goes on if it ended well, and is stopped if not.
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let outcome = self.follow(context);
+        context.leave(outcome)
+    }
+
+    /// Does the command line and keeps the connection.
+    fn follow(self, context: &mut Context) -> Result<(), Failure> {
+        context.begins(self.global);
+        let outcome = match self.verb {
+            _ if self.version => version::run(context),
+            Some(verb) => verb.run(context),
+            None => Err(Failure::usage("no verb given").hint("`magician --help` lists them")),
+        };
+        outcome.and(context.out.flush())
+    }
+
     /// Reads a command line; the first argument is the program's name.
     pub(crate) fn read(arguments: &[OsString]) -> Result<Self, clap::Error> {
         Self::read_as(Self::with_virtual_tool(), arguments)
@@ -108,6 +128,27 @@ impl Cli {
     }
 }
 
+/// Does a line of a shell that was given these options.
+fn follow_in_shell(
+    arguments: &[OsString],
+    session: &Global,
+    context: &mut Context,
+) -> Result<(), Failure> {
+    let json = session.json || asks_for_json(arguments);
+    let mut cli = match Cli::read_line(arguments) {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error, json, &mut context.out),
+    };
+    if matches!(
+        cli.verb,
+        Some(Verb::Shell(_) | Verb::Sim(_) | Verb::Demo(_))
+    ) {
+        return Err(Failure::usage("this verb does not work within a shell"));
+    }
+    cli.global = cli.global.within(session)?;
+    cli.follow(context)
+}
+
 /// A negative number as clap knows one: `-.5` and `-1e-3` look like options to it.
 fn plain_number(word: &OsString) -> OsString {
     let text = word.to_str().unwrap_or_default();
@@ -122,100 +163,26 @@ fn plain_number(word: &OsString) -> OsString {
     }
 }
 
-/// Options of every verb.
-#[derive(Args, Clone, Debug)]
-#[command(next_help_heading = "Options of every verb")]
-pub(crate) struct Global {
-    /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `usb:VENDOR:PRODUCT[:SERIAL]`, `arm:SERIAL`,
-    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; if not given, the one of
-    /// `magician config`, else the one arm found
-    #[arg(
-        short,
-        long,
-        global = true,
-        env = "MAGICIAN_PORT",
-        hide_env_values = true,
-        value_name = "PORT"
-    )]
-    pub(crate) port: Option<String>,
-
-    /// Print JSON: one object, or one a line
-    #[arg(long, global = true)]
-    pub(crate) json: bool,
-
-    /// Do what is dangerous without asking
-    #[arg(long, global = true)]
-    pub(crate) yes: bool,
-
-    /// Seconds to wait for each answer of the arm
-    #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
-    pub(crate) timeout: Option<Duration>,
-
-    /// Requests in flight at once, 1 to 8; more than 1 for an arm of which `magician doctor` has found that it takes
-    /// them
-    #[arg(
-        long,
-        global = true,
-        env = "MAGICIAN_WINDOW",
-        hide_env_values = true,
-        value_name = "N",
-        value_parser = window
-    )]
-    pub(crate) window: Option<u8>,
-
-    /// Write what passes between this program and the arm to a pcapng file, to look at or to send with a bug report;
-    /// if it cannot be written any more the work goes on, and the exit status is 4
-    #[arg(long, global = true, value_name = "FILE")]
-    pub(crate) trace: Option<PathBuf>,
-
-    /// Spoil the line to the arm, for tests; `magician proxy --help` has the rates
-    #[arg(long, global = true, value_name = "SPEC", hide = true)]
-    pub(crate) faults: Option<Faults>,
-
-    /// More output on stderr (repeat for more)
-    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
-    pub(crate) verbose: u8,
-
-    /// The tool of a virtual arm, where the verb takes one; see `with_virtual_tool`.
-    #[arg(skip)]
-    pub(crate) virtual_tool: Option<ToolBias>,
+/// Shows what clap has to say: help on stdout, a mistake as a failure.
+pub(crate) fn usage(error: &clap::Error, json: bool, output: &mut Output) -> Result<(), Failure> {
+    match error.kind() {
+        ErrorKind::DisplayHelp if json => output.json(&Text::from(&error.render())),
+        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => output.styled(&error.render()),
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand if json => {
+            Err(Failure::usage("a verb is missing").hint("`--help` lists them"))
+        }
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
+            let _ = error.print();
+            Err(Failure::told(Kind::Usage))
+        }
+        _ => Err(Failure::from(error)),
+    }
 }
 
-impl Global {
-    /// The options of a line within a shell that was given `session`'s: the same connection, and what is said besides.
-    pub(crate) fn within(self, session: &Self) -> Result<Self, Failure> {
-        // All of them, so that a new one is not forgotten.
-        let Self {
-            port,
-            json,
-            yes,
-            timeout,
-            window,
-            trace,
-            faults,
-            verbose,
-            virtual_tool,
-        } = self;
-        for (name, is_given) in [
-            ("--port", port.is_some()),
-            ("--window", window.is_some()),
-            ("--trace", trace.is_some()),
-            ("--faults", faults.is_some()),
-            ("--tool", virtual_tool.is_some()),
-        ] {
-            if is_given {
-                let hint = format!("give {name} to the shell itself");
-                return Err(Failure::usage("a shell has one connection").hint(hint));
-            }
-        }
-        Ok(Self {
-            json: json || session.json,
-            yes: yes || session.yes,
-            timeout: timeout.or(session.timeout),
-            verbose: verbose.max(session.verbose),
-            ..session.clone()
-        })
-    }
+/// Whether the arguments ask for JSON, also when they cannot be understood otherwise.
+pub(crate) fn asks_for_json(arguments: &[OsString]) -> bool {
+    let options = arguments.iter().take_while(|argument| *argument != "--");
+    options.into_iter().any(|argument| argument == "--json")
 }
 
 /// What to do.
@@ -319,45 +286,11 @@ impl Verb {
     }
 }
 
-/// Seconds above 0, with a fraction if need be.
-pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
-    let value = text.strip_suffix('s').unwrap_or(text).parse::<f64>();
-    value
-        .ok()
-        .filter(|value| *value > 0.0)
-        .and_then(|value| Duration::try_from_secs_f64(value).ok())
-        .ok_or_else(|| "expected seconds above 0, such as 0.5".to_owned())
-}
-
-/// A request window. An empty variable says nothing, as an empty port does.
-fn window(text: &str) -> Result<u8, String> {
-    let value = if text.is_empty() { Ok(1) } else { text.parse() };
-    let value = value.ok().filter(|value| (1..=8).contains(value));
-    value.ok_or_else(|| "expected 1 to 8, here or in MAGICIAN_WINDOW".to_owned())
-}
-
-/// A number with a fraction if need be.
-pub(crate) fn number<T: FromStr>(text: &str) -> Result<T, String> {
-    text.parse().map_err(|_| "expected a number".to_owned())
-}
-
-/// The tool that a calculation is for.
-#[derive(Args, Clone, Copy, Debug)]
-pub(crate) struct ToolOption {
-    /// Tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm
-    #[arg(
-        long,
-        value_name = TOOL,
-        default_value = "none",
-        allow_hyphen_values = true
-    )]
-    pub(crate) tool: ToolBias,
-}
-
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
-    use crate::failure::Kind;
 
     #[test]
     fn the_command_line_contradicts_itself_nowhere() {
@@ -439,24 +372,13 @@ mod tests {
     }
 
     #[test]
-    fn windows_are_1_to_8() {
-        assert_eq!(
-            (window("1"), window("8"), window("")),
-            (Ok(1), Ok(8), Ok(1))
-        );
-        for wrong in ["0", "9", "-1", "300", "x", "1.5"] {
-            assert!(
-                window(wrong).unwrap_err().contains("MAGICIAN_WINDOW"),
-                "{wrong}"
-            );
-        }
-    }
-
-    #[test]
-    fn seconds_are_above_zero() {
-        assert_eq!(seconds("0.5s"), Ok(Duration::from_millis(500)));
-        for wrong in ["0", "-1", "nan", "inf", "1e30", "soon"] {
-            assert!(seconds(wrong).is_err(), "{wrong}");
-        }
+    fn json_is_asked_for_before_the_double_dash_only() {
+        let arguments = |words: &[&str]| words.iter().map(OsString::from).collect::<Vec<_>>();
+        assert!(asks_for_json(&arguments(&[
+            "magician", "nonsense", "--json"
+        ])));
+        assert!(!asks_for_json(&arguments(&[
+            "magician", "decode", "--", "--json"
+        ])));
     }
 }

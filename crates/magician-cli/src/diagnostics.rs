@@ -5,7 +5,7 @@ use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 use magician_program::{Origin, Problem};
 use magician_protocol::{is_deceptive, visible, visible_lines};
 
-use crate::output::{Paint, draws_on_stderr, width_of_stderr};
+use crate::paint::{Paint, draws_on_stderr, width_of_stderr};
 use crate::voice::Command;
 
 /// The place in a line of more characters is told in words: each of them would be laid out before the line is cut.

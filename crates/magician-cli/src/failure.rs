@@ -7,9 +7,13 @@ use magician::{ErrorCode, ErrorKind, Remedy, Voice};
 use magician_motion::MotionError;
 use serde::Serialize;
 
-use crate::output::{Paint, write_json};
-use crate::permission;
+use crate::json::write_json;
+use crate::paint::Paint;
 use crate::voice::{self, Command};
+
+/// What a person is told who is asked.
+pub(crate) const GOGGLES: &str =
+    "put on goggles for its wavelength, clear what must not burn, stay with it";
 
 /// Whose problem it is. The exit status and the name in JSON follow from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -173,6 +177,11 @@ impl Failure {
         Self::new(Kind::Driver(ErrorKind::Unexpected), message)
     }
 
+    /// The laser would burn, or could, and nobody has allowed it.
+    pub(crate) fn not_allowed_to_burn(message: impl Into<String>) -> Self {
+        Self::usage(message).hint(format!("{GOGGLES}, and give --yes"))
+    }
+
     pub(crate) fn interrupted() -> Self {
         Self::new(Kind::Interrupted, "interrupted")
     }
@@ -291,7 +300,7 @@ impl From<magician::Error> for Failure {
 impl From<&magician::Error> for Failure {
     fn from(error: &magician::Error) -> Self {
         if error.code() == ErrorCode::LaserNotAllowed {
-            return permission::refused(error.to_string());
+            return Self::not_allowed_to_burn(error.to_string());
         }
         let failure = Self::new(Kind::Driver(error.kind()), error.to_string());
         failure.about(Figures::of(error))

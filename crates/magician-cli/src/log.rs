@@ -10,8 +10,8 @@ use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::registry::LookupSpan;
 
-use crate::args::Global;
-use crate::output::Paint;
+use crate::options::Global;
+use crate::paint::Paint;
 use crate::terminal::LogWriter;
 
 /// Begins to listen.

@@ -13,9 +13,13 @@ mod diagnostics;
 mod failure;
 mod fence;
 mod interrupt;
+mod json;
 mod log;
 mod mounted;
+mod note;
+mod options;
 mod output;
+mod paint;
 mod permission;
 mod progress;
 mod recording;
@@ -33,12 +37,10 @@ use std::ffi::OsString;
 use std::panic::{self, AssertUnwindSafe};
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
-
-use crate::args::Cli;
+use crate::args::{COMMAND_LINE, Cli, asks_for_json, usage};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
-use crate::output::{Output, Text};
+use crate::output::Output;
 
 fn main() -> ExitCode {
     let arguments: Vec<OsString> = std::env::args_os().collect();
@@ -63,29 +65,8 @@ fn run(arguments: &[OsString]) -> Result<(), Failure> {
         }
     };
     log::begin(&cli.global);
-    Context::new(cli.global.clone(), output).run(cli)
-}
-
-/// Shows what clap has to say: help on stdout, a mistake as a failure.
-pub(crate) fn usage(error: &clap::Error, json: bool, output: &mut Output) -> Result<(), Failure> {
-    match error.kind() {
-        ErrorKind::DisplayHelp if json => output.json(&Text::from(&error.render())),
-        ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => output.styled(&error.render()),
-        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand if json => {
-            Err(Failure::usage("a verb is missing").hint("`--help` lists them"))
-        }
-        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => {
-            let _ = error.print();
-            Err(Failure::told(Kind::Usage))
-        }
-        _ => Err(Failure::from(error)),
-    }
-}
-
-/// Whether the arguments ask for JSON, also when they cannot be understood otherwise.
-pub(crate) fn asks_for_json(arguments: &[OsString]) -> bool {
-    let options = arguments.iter().take_while(|argument| *argument != "--");
-    options.into_iter().any(|argument| argument == "--json")
+    let mut context = Context::new(cli.global.clone(), output, COMMAND_LINE);
+    cli.run(&mut context)
 }
 
 /// Runs the command; a panic becomes a failure of kind bug.
@@ -126,16 +107,5 @@ mod tests {
         );
         assert!(failure.message.contains("main.rs"), "{}", failure.message);
         assert!(failure.message.contains("report"), "{}", failure.message);
-    }
-
-    #[test]
-    fn json_is_asked_for_before_the_double_dash_only() {
-        let arguments = |words: &[&str]| words.iter().map(OsString::from).collect::<Vec<_>>();
-        assert!(asks_for_json(&arguments(&[
-            "magician", "nonsense", "--json"
-        ])));
-        assert!(!asks_for_json(&arguments(&[
-            "magician", "decode", "--", "--json"
-        ])));
     }
 }

@@ -5,12 +5,8 @@ use std::io::{self, IsTerminal, Write};
 use magician::{ErrorCode, Set, Target, burns};
 
 use crate::context::Context;
-use crate::failure::Failure;
+use crate::failure::{Failure, GOGGLES};
 use crate::saved::Access;
-
-/// What a person is told who is asked.
-pub(crate) const GOGGLES: &str =
-    "put on goggles for its wavelength, clear what must not burn, stay with it";
 
 /// Whether a person at the terminal may be asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,7 +83,9 @@ impl Context {
             self.allow_laser();
             return Ok(());
         }
-        Err(refused(format!("{place}; nothing was sent")))
+        Err(Failure::not_allowed_to_burn(format!(
+            "{place}; nothing was sent"
+        )))
     }
 
     /// Asks for confirmation of something unusual; `--yes` confirms it.
@@ -103,11 +101,6 @@ impl Context {
         let person = io::stdin().is_terminal() && io::stderr().is_terminal();
         asks == Asks::AtTheTerminal && person && !self.global.json
     }
-}
-
-/// That the laser would burn, or could, and nobody has allowed it.
-pub(crate) fn refused(message: impl Into<String>) -> Failure {
-    Failure::usage(message).hint(format!("{GOGGLES}, and give --yes"))
 }
 
 /// Asks on stderr.

@@ -10,7 +10,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 
-use crate::output::obeys;
+use crate::paint::obeys;
 
 /// Waits shorter than this need no telling.
 const PATIENCE: Duration = Duration::from_secs(1);

@@ -103,7 +103,7 @@ mod tests {
     use super::*;
     use crate::args::Cli;
     use crate::failure::Failure;
-    use crate::output::Paint;
+    use crate::paint::Paint;
 
     /// Whether a verb, or the command itself, takes this flag.
     fn is_taken(verb: &clap::Command, flag: &str) -> bool {

@@ -7,10 +7,8 @@ mod record;
 
 use clap::Args;
 
-use crate::args::Cli;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::verbs::help;
 
 pub(crate) use explain::explain;
 pub(crate) use find::{Names, find, kebab, letters};
@@ -37,9 +35,9 @@ impl Wanted {
             Some(name) if self.help => explain(name, context).map(|()| None),
             Some(name) => Ok(Some(name)),
             None => {
-                let mut description = Cli::description();
+                let mut description = (context.command_line.description)();
                 let verb = description.find_subcommand_mut(verb);
-                verb.map_or(Ok(()), |verb| help::show(&verb.render_long_help(), context))?;
+                verb.map_or(Ok(()), |verb| context.show_styled(&verb.render_long_help()))?;
                 Ok(None)
             }
         }

@@ -3,33 +3,44 @@
 mod job;
 mod stop;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::pin::{Pin, pin};
 use std::rc::Rc;
 use std::time::Duration;
 
+use clap::builder::StyledStr;
 use magician::sim::Controller;
 use magician::{Arm, ErrorKind, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
 use tokio::runtime::{Builder, Runtime};
 
-use crate::args::{Cli, Global};
 use crate::config::Config;
 use crate::failure::{Failure, Kind, incomplete};
 use crate::interrupt::{Signal, Signals};
-use crate::output::Output;
+use crate::options::Global;
+use crate::output::{Output, Text};
 use crate::progress::attended;
 use crate::saved::{Access, SavedSettings, Settled};
 use crate::serving::create;
-use crate::verbs::version;
 
 pub(crate) use job::Ended;
 use stop::stop_again;
 pub(crate) use stop::{not_confirmed, place, stop};
 
+/// What only the command line as a whole knows, for the verbs that show it or follow lines of it.
+#[derive(Clone, Copy)]
+pub(crate) struct CommandLine {
+    /// All verbs and options.
+    pub(crate) description: fn() -> clap::Command,
+    /// Does a line of a shell that was given these options.
+    pub(crate) follow: fn(&[OsString], &Global, &mut Context) -> Result<(), Failure>,
+}
+
 /// The surroundings of a verb. One lasts for a whole shell.
 pub(crate) struct Context {
     pub(crate) global: Global,
     pub(crate) out: Output,
+    pub(crate) command_line: CommandLine,
     runtime: Option<Rc<Runtime>>,
     arm: Option<Connected>,
     /// The file of settings, once it has been read.
@@ -97,10 +108,11 @@ struct Connected {
 }
 
 impl Context {
-    pub(crate) fn new(global: Global, out: Output) -> Self {
+    pub(crate) fn new(global: Global, out: Output, command_line: CommandLine) -> Self {
         Self {
             global,
             out,
+            command_line,
             runtime: None,
             arm: None,
             config: None,
@@ -118,11 +130,15 @@ impl Context {
         }
     }
 
-    /// Runs one command line and leaves: what it set going goes on if it ended well, and is
-    /// stopped if not.
-    pub(crate) fn run(&mut self, cli: Cli) -> Result<(), Failure> {
-        let outcome = self.line(cli);
-        self.leave(outcome.is_ok());
+    /// A command line begins that was given these options.
+    pub(crate) fn begins(&mut self, global: Global) {
+        self.global = global;
+        self.burns = self.global.yes;
+    }
+
+    /// Ends the connection, if there is one: what was set going over it goes on if all ended well, and is stopped if not.
+    pub(crate) fn leave(&mut self, outcome: Result<(), Failure>) -> Result<(), Failure> {
+        self.disconnect_after(outcome.is_ok());
         outcome.and_then(|()| match self.untraced() {
             Some(why) => Err(incomplete("trace", &why)),
             None => Ok(()),
@@ -138,20 +154,7 @@ impl Context {
         }
     }
 
-    /// Runs one command line and keeps the connection.
-    pub(crate) fn line(&mut self, cli: Cli) -> Result<(), Failure> {
-        self.global = cli.global;
-        self.burns = self.global.yes;
-        let outcome = match cli.verb {
-            _ if cli.version => version::run(self),
-            Some(verb) => verb.run(self),
-            None => Err(Failure::usage("no verb given").hint("`magician --help` lists them")),
-        };
-        outcome.and(self.out.flush())
-    }
-
-    /// Ends the connection, if there is one.
-    fn leave(&mut self, well: bool) {
+    fn disconnect_after(&mut self, well: bool) {
         if let (Some(connected), Some(runtime)) = (self.arm.take(), &self.runtime) {
             let arm = connected.arm;
             runtime.block_on(async {
@@ -182,6 +185,11 @@ impl Context {
             true => self.out.json(value),
             false => text(&mut self.out),
         }
+    }
+
+    /// Shows help that clap has styled.
+    pub(crate) fn show_styled(&mut self, help: &StyledStr) -> Result<(), Failure> {
+        self.show(&Text::from(help), |out| out.styled(help))
     }
 
     /// The runtime that everything with a line to an arm runs on: one thread.

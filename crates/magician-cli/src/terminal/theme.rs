@@ -4,7 +4,7 @@ use magician::Alarm;
 use magician_motion::Range;
 use ratatui::style::{Color, Modifier, Style};
 
-use crate::output::Paint;
+use crate::paint::Paint;
 
 /// So near to a limit a joint deserves a look, deg.
 const NEAR: f64 = 5.0;

@@ -3,7 +3,6 @@ use std::io::Write;
 use clap::Args;
 use clap_complete::Shell;
 
-use crate::args::Cli;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Text;
@@ -21,7 +20,8 @@ pub(crate) struct Completions {
 impl Completions {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let mut script = Vec::new();
-        clap_complete::generate(self.shell, &mut Cli::description(), "magician", &mut script);
+        let mut description = (context.command_line.description)();
+        clap_complete::generate(self.shell, &mut description, "magician", &mut script);
         let script = String::from_utf8_lossy(&script).into_owned();
         context.show(&Text::from(script.clone()), |out| {
             Ok(out.write_all(script.as_bytes())?)

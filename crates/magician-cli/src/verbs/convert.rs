@@ -12,9 +12,10 @@ use magician_sim::world::PictureOptions;
 use serde::Serialize;
 
 use super::job::options::{Beam, File, Look, Pen, Place, Way};
-use super::job::{Job, Note, notes};
+use super::job::{Job, notes};
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::note::Note;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
 

@@ -2,10 +2,10 @@ use clap::Args;
 use magician_motion::{ArmModel, Geometry, JointAngles};
 use serde::Serialize;
 
-use crate::args::{ToolOption, number};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::options::{ToolOption, number};
 
 /// Compute the tool's pose from four joint angles
 #[derive(Args, Debug)]

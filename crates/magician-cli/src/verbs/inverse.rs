@@ -2,10 +2,10 @@ use clap::Args;
 use magician_motion::{ArmModel, Geometry, Pose};
 use serde::Serialize;
 
-use crate::args::{ToolOption, number};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::options::{ToolOption, number};
 
 /// Compute the joint angles of a pose
 #[derive(Args, Debug)]

@@ -7,11 +7,11 @@ use magician::{Arm, Set, words};
 use magician_protocol::IoFunction;
 use serde::Serialize;
 
-use crate::args::number;
 use crate::catalogue::kebab;
 use crate::columns::{Columns, note};
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::options::number;
 use crate::output::Output;
 use crate::saved::Access;
 

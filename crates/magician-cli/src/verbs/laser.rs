@@ -12,9 +12,9 @@ use tokio::time::{sleep, timeout};
 
 use super::jog::AT_SIGHT;
 use super::tools::{Switch, show};
-use crate::args::seconds;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
+use crate::options::seconds;
 use crate::output::Output;
 use crate::permission::Asks;
 use crate::progress::attended;

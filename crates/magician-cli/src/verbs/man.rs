@@ -3,7 +3,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::args::Cli;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::output::Text;
@@ -18,7 +17,7 @@ pub(crate) struct Man {
 
 impl Man {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let description = Cli::description();
+        let description = (context.command_line.description)();
         let Some(dir) = self.dir else {
             let mut page = Vec::new();
             clap_mangen::Man::new(description).render(&mut page)?;

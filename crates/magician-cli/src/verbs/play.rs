@@ -8,9 +8,9 @@ use magician_program::raster::Size;
 
 use super::job::Job;
 use super::job::options::{Beam, File, Look, Pen, Place, Way, positive};
-use crate::args::seconds;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::options::seconds;
 
 /// Play a taught program from DobotStudio or `magician teach`
 #[derive(Args, Debug)]

@@ -9,7 +9,8 @@ use tokio::time::MissedTickBehavior;
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::output::{Output, obeys};
+use crate::output::Output;
+use crate::paint::obeys;
 use crate::saved::Access;
 
 /// Show the pose: tool position and joint angles

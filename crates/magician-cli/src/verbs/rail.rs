@@ -6,9 +6,9 @@ use magician::{Arm, Set, words};
 use magician_protocol::RailVersion;
 use serde::Serialize;
 
-use crate::args::number;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::options::number;
 use crate::progress::attended;
 use crate::saved::{Access, SavedSettings};
 

@@ -11,10 +11,10 @@ use tokio::time::{MissedTickBehavior, interval, sleep};
 
 use super::jog::AT_SIGHT;
 use super::pose::rate;
-use crate::args::{number, seconds};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::output::{obeys, tell, width_of_stderr};
+use crate::options::{number, seconds};
+use crate::paint::{obeys, tell, width_of_stderr};
 use crate::recording::{Format, Options, Recorder, Summary, Tally};
 
 /// Between two looks at how far it is.

@@ -8,9 +8,9 @@ use serde::Serialize;
 use tokio::sync::Notify;
 
 use super::pose::Answer;
-use crate::args::number;
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::options::number;
 use crate::progress::attended;
 use crate::saved::{Access, SavedSettings};
 

@@ -10,9 +10,9 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use magician::{SimSpeed, Target};
 
-use crate::args::seconds;
 use crate::context::{Context, Sim};
 use crate::failure::Failure;
+use crate::options::seconds;
 use crate::saved::Access;
 use figures::Figures;
 

@@ -22,11 +22,11 @@ use self::session::Outcome;
 use self::subject::{Found, Subject, Touch};
 use super::job::options::numbers;
 use super::jog::{AT_SIGHT, for_a_person};
-use crate::args::number;
 use crate::config::Config;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::mounted::{tool_of, usual_tool};
+use crate::options::number;
 use crate::saved::Access;
 use crate::voice::Command;
 

@@ -6,9 +6,7 @@ mod topics;
 use std::fmt::Write;
 
 use clap::Args;
-use clap::builder::StyledStr;
 
-use crate::args::Cli;
 use crate::catalogue;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -25,13 +23,13 @@ pub(crate) struct Help {
 
 impl Help {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let mut description = Cli::description();
+        let mut description = (context.command_line.description)();
         let (first, second) = (self.words.first(), self.words.get(1));
         let Some(first) = first else {
             let mut help = grouped(description).render_help();
             // Writing to a text cannot fail.
             let _ = write!(help, "{}", listed());
-            return show(&help, context);
+            return context.show_styled(&help);
         };
         let topic = TOPICS.iter().find(|topic| topic.name == first);
         let verb = description.find_subcommand_mut(first);
@@ -42,7 +40,7 @@ impl Help {
                 if let Some(topic) = topic {
                     let _ = write!(help, "\n{}\n", topic.text);
                 }
-                show(&help, context)
+                context.show_styled(&help)
             }
             (None, None) if let Some(topic) = topic => {
                 let text = Text::from(topic.text.to_owned());
@@ -70,9 +68,4 @@ fn listed() -> String {
     let line = |topic: &Topic| format!("  {:<12} {}\n", topic.name, topic.about);
     let lines: String = TOPICS.iter().map(line).collect();
     format!("\nTopics (`magician help TOPIC`):\n{lines}")
-}
-
-/// Shows help that clap has styled.
-pub(crate) fn show(help: &StyledStr, context: &mut Context) -> Result<(), Failure> {
-    context.show(&Text::from(help), |out| out.styled(help))
 }

@@ -20,7 +20,8 @@ use super::wording::Wording;
 use crate::context::Ended;
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{Control, JobControl, Signals};
-use crate::output::{Output, Paint};
+use crate::output::Output;
+use crate::paint::Paint;
 use crate::recording::{Clock, Options, Recorder};
 use crate::saved::SavedSettings;
 

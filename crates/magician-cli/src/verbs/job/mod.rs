@@ -21,22 +21,21 @@ use std::path::Path;
 use magician::sim::Controller;
 use magician::sim::world::PictureOptions;
 use magician::words::Preflight;
-use magician::{JointAngles, Options, Remedy, SimSpeed, Target, VirtualArm, blocking, burns};
+use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
     Action, Content, Ending, Format, Plan, Position, Problem, Program, Setup, Work, WouldFit,
 };
 use magician_protocol::visible_lines;
-use serde::Serialize;
 
 use self::drive::{Done, Drive};
 use self::options::{Beam, File, Look, Pen, Place, Way};
 use self::reading::Read;
-use crate::diagnostics::Severity;
 use crate::context::Context;
+use crate::diagnostics::Severity;
 use crate::failure::{Failure, Kind, incomplete};
-use crate::output::Paint;
+use crate::paint::Paint;
 use crate::permission::Asks;
 use crate::saved::Access;
 use crate::source::Source;
@@ -464,33 +463,6 @@ fn line_of(source: &Source, note: &Problem) -> String {
     let text = voice::advised(format!("{}: {note}", source.name), note);
     let paint = Paint::for_stderr();
     format!("{} {}", paint.note("note:"), visible_lines(&text))
-}
-
-/// A note as JSON has it.
-#[derive(Debug, Serialize)]
-pub(crate) struct Note {
-    code: &'static str,
-    text: String,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    line: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    element: Option<String>,
-    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "voice::json")]
-    remedies: Vec<Remedy>,
-}
-
-impl Note {
-    /// All of them, each with what to do about it.
-    pub(crate) fn all<'p>(notes: impl IntoIterator<Item = &'p Problem>) -> Vec<Self> {
-        let told = |note: &Problem| Self {
-            code: note.code.name(),
-            text: voice::advised(note.message.clone(), note),
-            line: Some(note.origin.line).filter(|line| *line > 0),
-            element: note.name.clone(),
-            remedies: note.remedies.clone(),
-        };
-        notes.into_iter().map(told).collect()
-    }
 }
 
 /// A stderr that nobody reads is no reason to stop.

@@ -8,7 +8,7 @@ use magician_program::formats::Dialect;
 use magician_program::raster::{Size, Trace};
 use magician_program::{Format, Power, Tool, White};
 
-use crate::args::number;
+use crate::options::number;
 
 /// The file.
 #[derive(Args, Debug)]

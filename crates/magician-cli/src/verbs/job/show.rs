@@ -17,10 +17,11 @@ use super::drive::Done;
 use super::options::Look;
 use super::report::{Estimate, Refusal, SHOWN, WayOut, failure};
 use super::tell::clock;
-use super::{Made, Note, notes};
+use super::{Made, notes};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::fence::Bounds;
+use crate::note::Note;
 use crate::output::Output;
 
 /// Resolution of a PNG: about 200 dots an inch.

@@ -11,7 +11,8 @@ use serde_json::json;
 
 use super::keys::is_in_front;
 use super::tui::Shared;
-use crate::output::{Output, draws_on_stderr, obeys, tell};
+use crate::output::Output;
+use crate::paint::{draws_on_stderr, obeys, tell};
 
 /// Between two lines where there is no bar.
 const LINES: Duration = Duration::from_secs(3);

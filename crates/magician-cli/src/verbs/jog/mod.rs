@@ -16,9 +16,9 @@ use magician_job::jog::Axis;
 
 use super::pose::Answer;
 use super::rail::needs_rail;
-use crate::args::number;
 use crate::context::{Context, Sim};
 use crate::failure::Failure;
+use crate::options::number;
 use crate::progress::attended;
 use crate::saved::SavedSettings;
 use crate::terminal::{self, Stage};

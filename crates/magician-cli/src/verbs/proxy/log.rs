@@ -11,7 +11,8 @@ use magician_protocol::{Description, Direction, Frame, FrameBuf, Row, describe};
 use serde_json::{Map, Value, json};
 
 use super::tape::wall_clock;
-use crate::output::{self, Paint, tell};
+use crate::json::json;
+use crate::paint::{Paint, tell};
 use crate::serving::{is_exposed, serving};
 use crate::throttle::{Held, Throttle};
 use crate::verbs::decode::{hex, word};
@@ -168,7 +169,7 @@ impl Log {
 
     fn say(&self, object: Value, text: impl FnOnce() -> String) {
         let line = match self.style.json {
-            true => output::json(&object),
+            true => json(&object),
             false => text(),
         };
         tell(line);
@@ -281,7 +282,7 @@ impl Log {
     }
 
     fn object(&mut self, object: Value) {
-        self.text += &output::json(&object);
+        self.text += &json(&object);
         self.text.push('\n');
     }
 

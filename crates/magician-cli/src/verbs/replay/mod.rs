@@ -13,9 +13,9 @@ use magician_record::trace::TraceWriter;
 use magician_sim::{Controller, Speed, World};
 
 use super::{decode, sim};
-use crate::args::number;
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
+use crate::options::number;
 use crate::serving;
 use session::{Pace, attend};
 use tell::Teller;

@@ -7,7 +7,6 @@ use rustyline::hint::Hinter;
 use rustyline::validate::Validator;
 use rustyline::{Context, Helper};
 
-use crate::args::Cli;
 use crate::catalogue::letters;
 
 /// Lines that are no verbs, and verbs that a shell has no use for.
@@ -21,8 +20,8 @@ pub(super) struct Words {
 }
 
 impl Words {
-    pub(super) fn new() -> Self {
-        let description = Cli::description();
+    /// Of this command line.
+    pub(super) fn new(description: clap::Command) -> Self {
         Self { description }
     }
 
@@ -148,11 +147,13 @@ impl Helper for Words {}
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::args::Cli;
     use rustyline::history::MemHistory;
 
     fn offered(line: &str) -> Vec<String> {
         let history = MemHistory::new();
-        let found = Words::new().complete(line, line.len(), &Context::new(&history));
+        let found =
+            Words::new(Cli::description()).complete(line, line.len(), &Context::new(&history));
         let (_, pairs) = found.expect("it never fails");
         pairs.into_iter().map(|pair| pair.replacement).collect()
     }

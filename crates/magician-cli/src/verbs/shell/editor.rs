@@ -23,7 +23,8 @@ pub(super) struct Typing {
 }
 
 impl Typing {
-    pub(super) fn open() -> io::Result<Self> {
+    /// Completes words of this command line.
+    pub(super) fn open(description: clap::Command) -> io::Result<Self> {
         let config = Config::builder()
             .max_history_size(KEPT)
             .map_err(plain)?
@@ -38,7 +39,7 @@ impl Typing {
             })
             .build();
         let mut editor = Editor::with_config(config).map_err(plain)?;
-        editor.set_helper(Some(Words::new()));
+        editor.set_helper(Some(Words::new(description)));
         let history = dirs::state().map(|state| state.join("history"));
         if let Some(path) = &history {
             // No history, none that can be read, no place for one: a shell works without.

@@ -31,7 +31,8 @@ pub(super) struct Lines {
 }
 
 impl Lines {
-    pub(super) fn open(typed: bool) -> Self {
+    /// Those of a script; or what a person types, completed by the words of a command line.
+    pub(super) fn open(typed: Option<clap::Command>) -> Self {
         let (wanted, wishes) = mpsc::channel();
         let (sender, lines) = channel::channel(1);
         std::thread::spawn(move || {
@@ -88,9 +89,9 @@ impl Drop for Lines {
 }
 
 /// Reads a line each time it is called.
-fn reader(typed: bool) -> Box<dyn FnMut() -> io::Result<Input>> {
-    if typed {
-        let mut typing = Typing::open();
+fn reader(typed: Option<clap::Command>) -> Box<dyn FnMut() -> io::Result<Input>> {
+    if let Some(description) = typed {
+        let mut typing = Typing::open(description);
         return Box::new(move || match &mut typing {
             Ok(typing) => typing.next(),
             Err(error) => Err(io::Error::new(error.kind(), error.to_string())),

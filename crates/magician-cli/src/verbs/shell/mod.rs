@@ -10,11 +10,11 @@ use std::io::{self, IsTerminal, Write};
 
 use clap::Args;
 
-use crate::args::{Cli, Global, Verb};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signal;
-use crate::output::Paint;
+use crate::options::Global;
+use crate::paint::Paint;
 use input::{Input, Lines};
 
 /// Run verbs over one connection, from a terminal or a script
@@ -45,7 +45,7 @@ impl Shell {
 
     /// Does the lines of a script.
     fn follow(&self, session: &Global, context: &mut Context) -> Result<(), Failure> {
-        let mut lines = Lines::open(false);
+        let mut lines = Lines::open(None);
         let mut first = None;
         for number in 1_u64.. {
             let line = match lines.next(context)? {
@@ -70,7 +70,7 @@ impl Shell {
 
 /// Does what a person types.
 fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
-    let mut lines = Lines::open(true);
+    let mut lines = Lines::open(Some((context.command_line.description)()));
     if !session.json {
         let hint = "Tab completes, `help` lists the verbs, Ctrl-D ends";
         writeln!(io::stderr(), "{}", Paint::for_stderr().dim(hint))?;
@@ -105,17 +105,5 @@ fn one(line: &str, session: &Global, context: &mut Context) -> Result<(), Failur
     }
     let arguments = ["magician".to_owned()].into_iter().chain(words);
     let arguments: Vec<OsString> = arguments.map(OsString::from).collect();
-    let json = session.json || crate::asks_for_json(&arguments);
-    let mut cli = match Cli::read_line(&arguments) {
-        Ok(cli) => cli,
-        Err(error) => return crate::usage(&error, json, &mut context.out),
-    };
-    if matches!(
-        cli.verb,
-        Some(Verb::Shell(_) | Verb::Sim(_) | Verb::Demo(_))
-    ) {
-        return Err(Failure::usage("this verb does not work within a shell"));
-    }
-    cli.global = cli.global.within(session)?;
-    context.line(cli)
+    (context.command_line.follow)(&arguments, session, context)
 }

@@ -9,7 +9,7 @@ use magician_protocol::visible;
 use magician_sim::{Event, Identity, Scenario, Speed};
 
 use super::tui::Feed;
-use crate::output::tell;
+use crate::paint::tell;
 use crate::serving::{is_exposed, serving};
 use crate::throttle::Throttle;
 

@@ -1,0 +1,172 @@
+//! Options that verbs share, and how their values are read.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+use std::time::Duration;
+
+use clap::Args;
+use magician::faults::Faults;
+use magician_motion::ToolBias;
+
+use crate::failure::Failure;
+
+/// How a tool is written.
+pub(crate) const TOOL: &str = "NAME|X,Y,Z";
+
+/// Options of every verb.
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Options of every verb")]
+pub(crate) struct Global {
+    /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `usb:VENDOR:PRODUCT[:SERIAL]`, `arm:SERIAL`,
+    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; if not given, the one of
+    /// `magician config`, else the one arm found
+    #[arg(
+        short,
+        long,
+        global = true,
+        env = "MAGICIAN_PORT",
+        hide_env_values = true,
+        value_name = "PORT"
+    )]
+    pub(crate) port: Option<String>,
+
+    /// Print JSON: one object, or one a line
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+
+    /// Do what is dangerous without asking
+    #[arg(long, global = true)]
+    pub(crate) yes: bool,
+
+    /// Seconds to wait for each answer of the arm
+    #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
+    pub(crate) timeout: Option<Duration>,
+
+    /// Requests in flight at once, 1 to 8; more than 1 for an arm of which `magician doctor` has found that it takes
+    /// them
+    #[arg(
+        long,
+        global = true,
+        env = "MAGICIAN_WINDOW",
+        hide_env_values = true,
+        value_name = "N",
+        value_parser = window
+    )]
+    pub(crate) window: Option<u8>,
+
+    /// Write what passes between this program and the arm to a pcapng file, to look at or to send with a bug report;
+    /// if it cannot be written any more the work goes on, and the exit status is 4
+    #[arg(long, global = true, value_name = "FILE")]
+    pub(crate) trace: Option<PathBuf>,
+
+    /// Spoil the line to the arm, for tests; `magician proxy --help` has the rates
+    #[arg(long, global = true, value_name = "SPEC", hide = true)]
+    pub(crate) faults: Option<Faults>,
+
+    /// More output on stderr (repeat for more)
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    pub(crate) verbose: u8,
+
+    /// The tool of a virtual arm, where the verb takes one; see `Cli::with_virtual_tool`.
+    #[arg(skip)]
+    pub(crate) virtual_tool: Option<ToolBias>,
+}
+
+impl Global {
+    /// The options of a line within a shell that was given `session`'s: the same connection, and what is said besides.
+    pub(crate) fn within(self, session: &Self) -> Result<Self, Failure> {
+        // All of them, so that a new one is not forgotten.
+        let Self {
+            port,
+            json,
+            yes,
+            timeout,
+            window,
+            trace,
+            faults,
+            verbose,
+            virtual_tool,
+        } = self;
+        for (name, is_given) in [
+            ("--port", port.is_some()),
+            ("--window", window.is_some()),
+            ("--trace", trace.is_some()),
+            ("--faults", faults.is_some()),
+            ("--tool", virtual_tool.is_some()),
+        ] {
+            if is_given {
+                let hint = format!("give {name} to the shell itself");
+                return Err(Failure::usage("a shell has one connection").hint(hint));
+            }
+        }
+        Ok(Self {
+            json: json || session.json,
+            yes: yes || session.yes,
+            timeout: timeout.or(session.timeout),
+            verbose: verbose.max(session.verbose),
+            ..session.clone()
+        })
+    }
+}
+
+/// Seconds above 0, with a fraction if need be.
+pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
+    let value = text.strip_suffix('s').unwrap_or(text).parse::<f64>();
+    value
+        .ok()
+        .filter(|value| *value > 0.0)
+        .and_then(|value| Duration::try_from_secs_f64(value).ok())
+        .ok_or_else(|| "expected seconds above 0, such as 0.5".to_owned())
+}
+
+/// A request window. An empty variable says nothing, as an empty port does.
+fn window(text: &str) -> Result<u8, String> {
+    let value = if text.is_empty() { Ok(1) } else { text.parse() };
+    let value = value.ok().filter(|value| (1..=8).contains(value));
+    value.ok_or_else(|| "expected 1 to 8, here or in MAGICIAN_WINDOW".to_owned())
+}
+
+/// A number with a fraction if need be.
+pub(crate) fn number<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| "expected a number".to_owned())
+}
+
+/// The tool that a calculation is for.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct ToolOption {
+    /// Tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm
+    #[arg(
+        long,
+        value_name = TOOL,
+        default_value = "none",
+        allow_hyphen_values = true
+    )]
+    pub(crate) tool: ToolBias,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn windows_are_1_to_8() {
+        assert_eq!(
+            (window("1"), window("8"), window("")),
+            (Ok(1), Ok(8), Ok(1))
+        );
+        for wrong in ["0", "9", "-1", "300", "x", "1.5"] {
+            assert!(
+                window(wrong).unwrap_err().contains("MAGICIAN_WINDOW"),
+                "{wrong}"
+            );
+        }
+    }
+
+    #[test]
+    fn seconds_are_above_zero() {
+        assert_eq!(seconds("0.5s"), Ok(Duration::from_millis(500)));
+        for wrong in ["0", "-1", "nan", "inf", "1e30", "soon"] {
+            assert!(seconds(wrong).is_err(), "{wrong}");
+        }
+    }
+}
