@@ -53,8 +53,7 @@ fn filter(text: &str) -> Result<Targets, String> {
             "{text} is none of off, error, warn, info, debug and trace"
         ));
     }
-    text.parse()
-        .map_err(|error: ParseError| error.to_string())
+    text.parse().map_err(|error: ParseError| error.to_string())
 }
 
 /// `DobotDll: warning: what happened name=value`.

@@ -4,6 +4,7 @@ use crate::{DecodeError, FieldType, Reader, Wire, Writer};
 
 /// Family of an alarm, sixteen bits each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum AlarmGroup {
     /// 0x00: the controller itself.
     Common,

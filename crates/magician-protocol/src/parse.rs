@@ -8,6 +8,7 @@ use crate::{AlarmSet, Text, Writer};
 
 /// Why `key=value` arguments are not the fields of a layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ParseError<'a> {
     /// No field has this name.
     UnknownField(&'a str),

@@ -63,6 +63,7 @@ const LONGEST: Micros = 31 * 24 * 3_600_000_000;
 
 /// Why a trace cannot be replayed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum ReplayError {
     /// It cannot be read.
     #[error(transparent)]

@@ -5,6 +5,7 @@ pub const MOST_BYTES: usize = 16 << 20;
 
 /// Why bytes cannot be taken as text.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DocumentError {
     /// It is a device that does not end, or something else than text.
     #[error("it is larger than 16 MB: is it another file?")]

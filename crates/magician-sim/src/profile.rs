@@ -31,6 +31,7 @@ pub(crate) const PINS: usize = 20;
 
 /// Why a firmware profile cannot be used.
 #[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ProfileError {
     /// It is not TOML, or has a value that is not known.
     #[error("line {line}, column {column}: {message}")]

@@ -17,6 +17,7 @@ use crate::{Error, ErrorCode, Given, Result, Setting};
 /// # Ok::<(), magician::Error>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Target {
     /// `sim[:SPEED]`: a virtual arm inside this process.
     Sim(SimSpeed),

@@ -47,6 +47,7 @@ struct Saved {
 
 /// What a program does with the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Access {
     /// It only reads.
     Reads,

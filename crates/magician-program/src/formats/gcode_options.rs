@@ -2,6 +2,7 @@ use crate::Surface;
 
 /// What draws, as far as a program leaves it open.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Dialect {
     /// A pen that a servo lifts, if the program moves one (M280, M300); a laser if it switches a spindle or a laser (M3, M4), a
     /// fan without extruding (M106), or gives a power S, and is not a mill's: one that cuts in depth (Z below 0 while X or Y

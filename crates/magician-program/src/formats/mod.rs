@@ -81,6 +81,7 @@ pub struct ReadOptions {
 
 /// What becomes of filled shapes without a line in a drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Fills {
     /// Their edge is drawn.
     #[default]

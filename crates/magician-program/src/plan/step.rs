@@ -35,6 +35,7 @@ impl Step {
 
 /// A tool, and how it sits on the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Tool {
     /// None: coordinates are the wrist's.
     None,

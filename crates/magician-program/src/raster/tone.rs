@@ -4,6 +4,7 @@ use super::Engrave;
 
 /// How grey becomes power.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Tone {
     /// The darker, the more power: white is dark, and from the lightest grey to black power goes from the least to the most.
     #[default]

@@ -28,6 +28,7 @@ pub struct Packet<'a> {
 
 /// What is wrong with a trace file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum TraceError {
     /// The file is no pcapng file.
     #[error("not a trace: the file does not begin with a pcapng section header")]

@@ -44,6 +44,7 @@ pub struct Flash {
 
 /// Why a text is no flash.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FlashError {
     /// It is not TOML, lacks a value or has one that is not known.
     #[error("line {line}, column {column}: {message}")]

@@ -20,6 +20,7 @@ const MODULE: &str = "USR-C322,2.17.14";
 ///
 /// The answer, `ip,MAC,USR-C322,2.17.14`, names no port: hosts go on to port 8899 of that address.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Discovery {
     /// On port 48899 beside each UDP socket on port 8899. If that port is taken, perhaps by
     /// another arm, there is a [`Notice::Undiscoverable`](super::Notice::Undiscoverable) and no

@@ -10,6 +10,7 @@ use magician_sim::{Flash, FlashError};
 
 /// Why a file cannot be taken as text. The message goes on after the file's name.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum TextFileError {
     /// The system did not let it be read.
     #[error("cannot be read: {0}")]
@@ -21,6 +22,7 @@ pub enum TextFileError {
 
 /// Why the file of a flash cannot be read or written.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FlashFileError {
     /// The file is there and holds no flash; it was left as it is.
     #[error("{} is damaged: {reason}", path.display())]

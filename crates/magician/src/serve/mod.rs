@@ -94,6 +94,7 @@ type OnNotice = Box<dyn FnMut(Notice) + Send>;
 
 /// An endpoint that accepts.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Endpoint {
     /// A pseudo-terminal.
     #[cfg(unix)]
@@ -160,6 +161,7 @@ pub enum Notice {
 
 /// Why the arm is not, or no longer, served.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ServeError {
     /// The path for a pseudo-terminal is taken by something that is not a symlink.
     #[cfg(unix)]
