@@ -3,7 +3,7 @@
 use magician_motion::{ArmModel, JointAngles, ToolBias};
 use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
 
-use crate::core::Core;
+use crate::device::Device;
 use crate::event::Event;
 use crate::fidelity::Assumption;
 use crate::link::{Link, Links, Outbox};
@@ -39,7 +39,7 @@ use crate::{Flash, LinkId, Micros, Profile, State, World};
 #[derive(Clone)]
 pub struct Controller {
     pub(crate) links: Links,
-    pub(crate) core: Core,
+    pub(crate) core: Device,
 }
 
 impl std::fmt::Debug for Controller {
@@ -226,7 +226,7 @@ impl Controller {
 }
 
 /// Handles one frame: exactly one reply for a request that the controller knows, silence for others (errata E09).
-fn handle(core: &mut Core, link: LinkId, outbox: &mut Outbox, frame: &Frame<'_>) {
+fn handle(core: &mut Device, link: LinkId, outbox: &mut Outbox, frame: &Frame<'_>) {
     if !outbox.has_room() {
         core.log.push(Event::Overrun { link });
         return;

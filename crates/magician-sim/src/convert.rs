@@ -3,7 +3,7 @@
 use magician_motion::{ArmState, Geometry, JumpHeights, Pose, Speeds, Target, ToolBias};
 use magician_protocol::commands;
 
-use crate::core::Core;
+use crate::device::Device;
 
 /// Rounds once, to the nearest number that the wire has.
 pub(crate) fn to_wire<const N: usize>(values: [f64; N]) -> [f32; N] {
@@ -38,7 +38,7 @@ pub(crate) fn tool_to_wire(tool: ToolBias) -> commands::EndEffectorParams {
     }
 }
 
-impl Core {
+impl Device {
     /// The tool bias that is set now.
     pub(crate) fn tool(&self) -> ToolBias {
         let bias = &self.settings.bias;

@@ -21,42 +21,30 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
-mod alarms;
-mod chapter;
 mod controller;
 mod convert;
-mod core;
-mod dispatch;
+mod device;
 pub mod document;
 mod event;
-mod executor;
 pub mod fidelity;
-mod flash;
-mod happening;
 mod link;
-mod motion;
 mod observer;
 mod pace;
-mod pins;
 mod profile;
-mod program;
-mod queue;
 mod runner;
 pub mod scenario;
-mod settings;
 mod state;
-mod steppers;
-mod tools;
 pub mod world;
 
 pub use controller::Controller;
+pub use device::external::LineState;
+pub use device::io::pins::{PinState, Signal};
+pub use device::io::steppers::{CONVEYOR_PULSES_PER_MM, StepperState};
+pub use device::store::flash::{Flash, FlashError};
 pub use event::{Event, Refusal};
-pub use flash::{Flash, FlashError};
-pub use happening::LineState;
 pub use link::LinkId;
 pub use observer::Observer;
 pub use pace::{ArmClock, Line, Speed, SpeedError};
-pub use pins::{PinState, Signal};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,
     JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions,
@@ -66,7 +54,6 @@ pub use profile::{
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};
 pub use state::{Output, QueueState, State};
-pub use steppers::{CONVEYOR_PULSES_PER_MM, StepperState};
 pub use world::{Happening, World};
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.

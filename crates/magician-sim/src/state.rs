@@ -3,7 +3,7 @@
 use magician_motion::{JointAngles, Pose, ToolBias};
 use magician_protocol::AlarmSet;
 
-use crate::core::Core;
+use crate::device::Device;
 use crate::{LineState, Micros};
 
 /// The arm at an instant.
@@ -88,7 +88,7 @@ pub struct Output {
 }
 
 impl State {
-    pub(crate) fn of(core: &Core) -> Self {
+    pub(crate) fn of(core: &Device) -> Self {
         let (queue, arm) = (core.hosts(), core.arm());
         let suction = core.actuators.suction(core.now);
         let gripper = core.actuators.gripper(core.now);

@@ -11,7 +11,7 @@ pub use assumptions::Assumption;
 
 use std::fmt;
 
-use crate::core::Core;
+use crate::device::Device;
 use crate::event::{Event, Refusal};
 
 /// How sure it is that the real arm does so.
@@ -234,7 +234,7 @@ impl Fidelity {
     }
 }
 
-impl Core {
+impl Device {
     /// Counts what something rests on that a strict controller does, too.
     pub(crate) fn assume(&mut self, assumption: Assumption) {
         if self.fidelity.count(assumption) {

@@ -7,16 +7,16 @@ use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Get, JogCommand, PtpMode, Readable, Request, Set};
 
 use super::{Assumption, AssumptionSet};
-use crate::core::Core;
-use crate::dispatch::Turn;
-use crate::flash::Flash;
-use crate::motion::Purpose;
-use crate::queue::Busy;
+use crate::device::Device;
+use crate::device::dispatch::Turn;
+use crate::device::motion::Purpose;
+use crate::device::queue::Busy;
+use crate::device::store::flash::Flash;
 
 /// The pins of laser, valve and pump.
 const TOOL_PINS: [u8; 4] = [2, 4, 16, 17];
 
-impl Core {
+impl Device {
     /// Whether a frame is taken for what it asks.
     pub(crate) fn allows_frame(&mut self, id: u8, ctrl: Ctrl, request: &Request) -> bool {
         let mut assumptions = AssumptionSet::default();

@@ -4,7 +4,7 @@ use magician_motion::JointAngles;
 
 use super::Happening;
 use crate::Micros;
-use crate::pins::place_of;
+use crate::device::io::pins::place_of;
 use crate::profile::PINS;
 use crate::scenario::{Action, Script};
 

@@ -1,0 +1,113 @@
+//! Who the arm is (document 1.3), and the ids outside the document that say so too.
+
+use magician_protocol::commands::*;
+use magician_protocol::{Bytes, NoArgs};
+
+use crate::device::Device;
+use crate::device::dispatch::{Apply, Report, Step, Turn, not_simulated, stored};
+use crate::profile::{MAX_NAME, MAX_SERIAL};
+
+stored!(FirmwareMode in firmware_mode, Uart4PeripheralsEnabled in uart4);
+not_simulated!(FirmwareSwitch);
+
+impl Report for DeviceSn {
+    fn report(core: &mut Device, _: &NoArgs) -> Self {
+        core.flash.serial
+    }
+}
+
+impl Apply for DeviceSn {
+    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+        let device_sn = self.device_sn.truncated(MAX_SERIAL);
+        core.write_flash(|flash| flash.serial = Self { device_sn });
+        Step::Done
+    }
+}
+
+impl Report for DeviceName {
+    fn report(core: &mut Device, _: &NoArgs) -> Self {
+        core.flash.name
+    }
+}
+
+impl Apply for DeviceName {
+    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+        let device_name = self.device_name.truncated(MAX_NAME);
+        core.write_flash(|flash| flash.name = Self { device_name });
+        Step::Done
+    }
+}
+
+impl Report for DeviceVersion {
+    fn report(core: &mut Device, _: &NoArgs) -> Self {
+        let [major_version, minor_version, revision] = core.profile.identity.version;
+        Self {
+            major_version,
+            minor_version,
+            revision,
+            extra: Bytes::default(),
+        }
+    }
+}
+
+impl Report for DeviceWithL {
+    fn report(core: &mut Device, _: &NoArgs) -> Self {
+        Self {
+            with_l: core.settings.with_rail.with_l,
+        }
+    }
+}
+
+impl Apply for SetDeviceWithL {
+    /// For the commands that begin from now on; a carriage on its way goes on. The rail's version changes nothing here.
+    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+        core.settings.with_rail = *self;
+        Step::Done
+    }
+}
+
+impl Report for DeviceTime {
+    fn report(core: &mut Device, _: &NoArgs) -> Self {
+        // Wraps after 49.7 days, as the arm's does.
+        let g_systick = (core.now.saturating_sub(core.booted) / 1000) as u32;
+        Self { g_systick }
+    }
+}
+
+impl Report for DeviceId {
+    fn report(core: &mut Device, _: &NoArgs) -> Self {
+        let seed = core.profile.identity.device_id_seed;
+        let device_id = [1, 2, 3].map(|word| (scrambled(seed, word) >> 32) as u32);
+        Self { device_id }
+    }
+}
+
+/// Bits of a 64-bit seed, well mixed (the finaliser of SplitMix64).
+fn scrambled(seed: u64, word: u64) -> u64 {
+    let mut bits = seed.wrapping_add(word.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    bits ^ (bits >> 31)
+}
+
+impl Report for DeviceInfo {
+    fn report(_: &mut Device, _: &NoArgs) -> Self {
+        Self {
+            run_time: 0,
+            power_on: 0,
+            power_off: 0,
+        }
+    }
+}
+
+impl Report for Uart4PeripheralsModel {
+    fn report(_: &mut Device, _: &NoArgs) -> Self {
+        Self { type_: 0 }
+    }
+}
+
+impl Report for UserParams {
+    fn report(_: &mut Device, _: &NoArgs) -> Self {
+        Self { params: [0.0; 8] }
+    }
+}

@@ -1,0 +1,60 @@
+//! Where the arm is (document 1.4).
+
+use magician_protocol::commands::*;
+use magician_protocol::{NoArgs, Writable};
+
+use crate::convert::{from_wire, pose_to_wire, to_wire};
+use crate::device::Device;
+use crate::device::dispatch::{Apply, Report, Step, Turn, stored};
+use crate::event::Refusal;
+use crate::fidelity::Assumption;
+
+stored!(ArmOrientation in orientation);
+
+/// Angles that ResetPose may give: a full turn either way.
+const SENSIBLE: std::ops::RangeInclusive<f64> = -360.0..=360.0;
+
+impl Report for Pose {
+    fn report(core: &mut Device, _: &NoArgs) -> Self {
+        pose_to_wire(&core.arm())
+    }
+}
+
+impl Report for PoseL {
+    /// Where the carriage is commanded to be; without a rail where it was last.
+    fn report(core: &mut Device, _: &NoArgs) -> Self {
+        let [pose_l] = to_wire([core.rail()]);
+        Self { pose_l }
+    }
+}
+
+impl Report for Kinematics {
+    fn report(_: &mut Device, _: &NoArgs) -> Self {
+        Self {
+            velocity: 0.0,
+            acceleration: 0.0,
+        }
+    }
+}
+
+impl Apply for ResetPose {
+    /// What the controller believes of J2 and J3: with manual 0 what their sensors read. The arm does not move.
+    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+        let read = core.posture().joints;
+        let [j2, j3] = if self.manual.is_on() {
+            from_wire([self.rear_arm_angle, self.front_arm_angle])
+        } else {
+            [read.j2, read.j3]
+        };
+        let sensible = SENSIBLE.contains(&j2) && SENSIBLE.contains(&j3);
+        if core.motion.is_moving() || !sensible {
+            return match core.allows(Self::ROW.id, Assumption::UntimelyResetPose) {
+                true => core.refuse(Self::ROW.id, Refusal::Pose),
+                false => Step::Done,
+            };
+        }
+        let joints = core.arm().joints;
+        core.believe(magician_motion::JointAngles { j2, j3, ..joints });
+        Step::Done
+    }
+}

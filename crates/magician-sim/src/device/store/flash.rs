@@ -1,0 +1,172 @@
+//! The controller's flash: what it keeps without power (model sections 6 and 12).
+
+use magician_protocol::commands::*;
+use magician_protocol::{Flag, Text};
+
+use crate::device::Device;
+use crate::device::queue::program::Program;
+use crate::document::{self, DocumentError};
+use crate::profile::WifiDefaults;
+use crate::{Controller, Profile, World};
+
+mod file;
+
+/// What a controller keeps without power and through a reset: name and serial number, the settings of the Wi-Fi module,
+/// the calibration of the sensors, and the program for the base key. All else a host has to set anew (model section 6).
+///
+/// As text it is TOML with a version. A number that is none keeps its kind there and not its bits.
+///
+/// ```
+/// use magician_sim::{Controller, Flash, Profile, World};
+///
+/// let before = Controller::default();
+/// let text = before.flash().to_toml();
+/// let flash = Flash::from_toml(&text)?;
+/// let after = Controller::with_flash(Profile::default(), World::default(), flash);
+/// assert_eq!(after.flash(), before.flash());
+/// # Ok::<(), magician_sim::FlashError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flash {
+    pub(crate) serial: DeviceSn,
+    pub(crate) name: DeviceName,
+    pub(crate) wifi_ssid: WifiSsid,
+    pub(crate) wifi_password: WifiPassword,
+    pub(crate) wifi_address: WifiIpAddress,
+    pub(crate) wifi_netmask: WifiNetmask,
+    pub(crate) wifi_gateway: WifiGateway,
+    pub(crate) wifi_dns: WifiDns,
+    pub(crate) angle_error: AngleSensorStaticError,
+    pub(crate) angle_coef: AngleSensorCoef,
+    pub(crate) base_error: BaseDecoderStaticError,
+    pub(crate) program: Program,
+}
+
+/// Why a text is no flash.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FlashError {
+    /// It is not TOML, lacks a value or has one that is not known.
+    #[error("line {line}, column {column}: {message}")]
+    Syntax {
+        /// The line, from 1.
+        line: usize,
+        /// The column in characters, from 1.
+        column: usize,
+        /// What is wrong there.
+        message: String,
+    },
+    /// It is no text.
+    #[error("{0}")]
+    Document(#[from] DocumentError),
+    /// It was written by another version of this software.
+    #[error("its version is {0}, only version 1 is known")]
+    Version(u32),
+    /// A value makes no sense.
+    #[error("{name} must be {rule}")]
+    Value {
+        /// Which value, as in the file.
+        name: String,
+        /// What it must be.
+        rule: &'static str,
+    },
+}
+
+impl FlashError {
+    fn syntax(text: &str, error: &toml::de::Error) -> Self {
+        let (line, column, message) = document::flaw(text, error);
+        Self::Syntax {
+            line,
+            column,
+            message,
+        }
+    }
+}
+
+fn text(from: &str) -> Text {
+    Text::new(from).unwrap_or_default()
+}
+
+impl Flash {
+    /// The flash of an arm as it leaves the factory, with what its profile says.
+    #[must_use]
+    pub fn new(profile: &Profile) -> Self {
+        let WifiDefaults {
+            ssid,
+            password,
+            dhcp,
+            address,
+            netmask,
+            gateway,
+            dns,
+        } = &profile.defaults.wifi;
+        Self {
+            serial: DeviceSn {
+                device_sn: text(&profile.identity.serial),
+            },
+            name: DeviceName {
+                device_name: text(&profile.identity.name),
+            },
+            wifi_ssid: WifiSsid { ssid: text(ssid) },
+            wifi_password: WifiPassword {
+                password: text(password),
+            },
+            wifi_address: WifiIpAddress {
+                dhcp: Flag::from(*dhcp),
+                addr: *address,
+            },
+            wifi_netmask: WifiNetmask { addr: *netmask },
+            wifi_gateway: WifiGateway { addr: *gateway },
+            wifi_dns: WifiDns { addr: *dns },
+            angle_error: AngleSensorStaticError {
+                rear_arm_angle_error: 0.0,
+                front_arm_angle_error: 0.0,
+            },
+            angle_coef: AngleSensorCoef {
+                rear_arm_angle_coef: 1.0,
+                front_arm_angle_coef: 1.0,
+            },
+            base_error: BaseDecoderStaticError {
+                base_decoder_error: 0.0,
+            },
+            program: Program::default(),
+        }
+    }
+
+    /// How many commands the program has, and how often the base key runs it.
+    #[must_use]
+    pub fn program(&self) -> (usize, u32) {
+        (self.program.lines.len(), self.program.loops)
+    }
+}
+
+impl Device {
+    /// Changes what the flash keeps.
+    pub(crate) fn write_flash(&mut self, change: impl FnOnce(&mut Flash)) {
+        change(&mut self.flash);
+        self.flash_writes = self.flash_writes.saturating_add(1);
+    }
+}
+
+impl Controller {
+    /// Switches on an arm whose flash keeps what an arm kept before: power comes back.
+    #[must_use]
+    pub fn with_flash(profile: Profile, world: World, flash: Flash) -> Self {
+        Self {
+            links: crate::link::Links::default(),
+            core: Device::switched_on(profile, world, flash),
+        }
+    }
+
+    /// What the arm keeps without power.
+    #[must_use]
+    pub fn flash(&self) -> &Flash {
+        &self.core.flash
+    }
+
+    /// How often the flash has been written since power-up, a reset included: it has changed only if this has.
+    #[must_use]
+    pub fn flash_writes(&self) -> u64 {
+        self.core.flash_writes
+    }
+}

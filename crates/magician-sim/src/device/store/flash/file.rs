@@ -1,0 +1,219 @@
+//! The flash as text.
+
+use std::sync::Arc;
+
+use magician_protocol::commands::*;
+use magician_protocol::{Ctrl, Flag, Frame, FrameBuf, Layout, Request, Set};
+use serde::{Deserialize, Serialize};
+
+use super::{Flash, FlashError};
+use crate::device::queue::program::Program;
+use crate::profile::{MAX_LINES, MAX_NAME, MAX_SERIAL};
+
+/// The version that is written, and the only one that is read.
+const VERSION: u32 = 1;
+
+/// Only the version, whatever else there is.
+#[derive(Deserialize)]
+struct Versioned {
+    version: u32,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    version: u32,
+    name: Words,
+    serial: Words,
+    wifi: Wifi,
+    calibration: Calibration,
+    program: Lines,
+}
+
+/// Text as hosts send it, which need not be UTF-8.
+#[derive(Deserialize, Serialize)]
+#[serde(untagged)]
+enum Words {
+    Text(String),
+    Bytes(Vec<u8>),
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Wifi {
+    ssid: Words,
+    password: Words,
+    /// The flag as it came over the wire.
+    dhcp: u8,
+    address: [u8; 4],
+    netmask: [u8; 4],
+    gateway: [u8; 4],
+    dns: [u8; 4],
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Calibration {
+    rear_arm_error: f32,
+    front_arm_error: f32,
+    rear_arm_coefficient: f32,
+    front_arm_coefficient: f32,
+    base_error: f32,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Lines {
+    loops: u32,
+    /// Frames in hex, as they were queued.
+    lines: Vec<String>,
+}
+
+impl Words {
+    fn of(bytes: &[u8]) -> Self {
+        match std::str::from_utf8(bytes) {
+            Ok(text) => Self::Text(text.to_owned()),
+            Err(_) => Self::Bytes(bytes.to_vec()),
+        }
+    }
+
+    /// The text as a layout that is nothing but text.
+    fn read<L: Layout>(&self, name: &str, most: usize) -> Result<L, FlashError> {
+        let bytes = match self {
+            Self::Text(text) => text.as_bytes(),
+            Self::Bytes(bytes) => bytes,
+        };
+        let wrong = || FlashError::Value {
+            name: name.to_owned(),
+            rule: "text without NUL that the arm can keep",
+        };
+        if bytes.len() > most || bytes.contains(&0) {
+            return Err(wrong());
+        }
+        L::decode(bytes).map_err(|_| wrong())
+    }
+}
+
+impl Flash {
+    /// The flash as text, for [`from_toml`](Self::from_toml).
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let lines = self.program.lines.iter().filter_map(line_to_hex).collect();
+        let file = File {
+            version: VERSION,
+            name: Words::of(self.name.device_name.as_bytes()),
+            serial: Words::of(self.serial.device_sn.as_bytes()),
+            wifi: Wifi {
+                ssid: Words::of(self.wifi_ssid.ssid.as_bytes()),
+                password: Words::of(self.wifi_password.password.as_bytes()),
+                dhcp: self.wifi_address.dhcp.0,
+                address: self.wifi_address.addr,
+                netmask: self.wifi_netmask.addr,
+                gateway: self.wifi_gateway.addr,
+                dns: self.wifi_dns.addr,
+            },
+            calibration: Calibration {
+                rear_arm_error: self.angle_error.rear_arm_angle_error,
+                front_arm_error: self.angle_error.front_arm_angle_error,
+                rear_arm_coefficient: self.angle_coef.rear_arm_angle_coef,
+                front_arm_coefficient: self.angle_coef.front_arm_angle_coef,
+                base_error: self.base_error.base_decoder_error,
+            },
+            program: Lines {
+                loops: self.program.loops,
+                lines,
+            },
+        };
+        let text = toml::to_string_pretty(&file).expect("numbers and text are TOML");
+        format!("# What a virtual Dobot Magician keeps without power.\n{text}")
+    }
+
+    /// Reads a flash. Every value must be there, and none that is not known.
+    ///
+    /// # Errors
+    /// [`FlashError`] for text that is no flash.
+    pub fn from_toml(text: &str) -> Result<Self, FlashError> {
+        let syntax = |error: toml::de::Error| FlashError::syntax(text, &error);
+        let Versioned { version } = toml::from_str(text).map_err(syntax)?;
+        if version != VERSION {
+            return Err(FlashError::Version(version));
+        }
+        let File {
+            version: _,
+            name,
+            serial,
+            wifi,
+            calibration,
+            program,
+        } = toml::from_str(text).map_err(syntax)?;
+        Ok(Self {
+            serial: serial.read("serial", MAX_SERIAL)?,
+            name: name.read("name", MAX_NAME)?,
+            wifi_ssid: wifi.ssid.read("wifi.ssid", usize::MAX)?,
+            wifi_password: wifi.password.read("wifi.password", usize::MAX)?,
+            wifi_address: WifiIpAddress {
+                dhcp: Flag(wifi.dhcp),
+                addr: wifi.address,
+            },
+            wifi_netmask: WifiNetmask { addr: wifi.netmask },
+            wifi_gateway: WifiGateway { addr: wifi.gateway },
+            wifi_dns: WifiDns { addr: wifi.dns },
+            angle_error: AngleSensorStaticError {
+                rear_arm_angle_error: calibration.rear_arm_error,
+                front_arm_angle_error: calibration.front_arm_error,
+            },
+            angle_coef: AngleSensorCoef {
+                rear_arm_angle_coef: calibration.rear_arm_coefficient,
+                front_arm_angle_coef: calibration.front_arm_coefficient,
+            },
+            base_error: BaseDecoderStaticError {
+                base_decoder_error: calibration.base_error,
+            },
+            program: program.read()?,
+        })
+    }
+}
+
+impl Lines {
+    fn read(&self) -> Result<Program, FlashError> {
+        if self.lines.len() > MAX_LINES {
+            return Err(FlashError::Value {
+                name: "program.lines".to_owned(),
+                rule: "at most 65536 commands",
+            });
+        }
+        let read = |(at, hex): (usize, &String)| {
+            line_of_hex(hex).ok_or_else(|| FlashError::Value {
+                name: format!("line {} of program.lines", at + 1),
+                rule: "a queued command as a frame in hex",
+            })
+        };
+        let lines: Result<Vec<Set>, _> = self.lines.iter().enumerate().map(read).collect();
+        Ok(Program {
+            loops: self.loops,
+            lines: Arc::new(lines?),
+        })
+    }
+}
+
+/// A line as the frame that queued it. What has been in a frame fits one.
+fn line_to_hex(set: &Set) -> Option<String> {
+    let frame = FrameBuf::set(set, Ctrl::QUEUED).ok()?;
+    let bytes: Vec<String> = (frame.bytes().iter())
+        .map(|byte| format!("{byte:02X}"))
+        .collect();
+    Some(bytes.join(" "))
+}
+
+fn line_of_hex(hex: &str) -> Option<Set> {
+    let bytes: Option<Vec<u8>> = hex
+        .split_ascii_whitespace()
+        .map(|byte| u8::from_str_radix(byte, 16).ok())
+        .collect();
+    let bytes = bytes?;
+    let frame = Frame::new(&bytes)?;
+    match Request::decode(&frame) {
+        Ok(Request::Queue(set)) => Some(set),
+        _ => None,
+    }
+}
