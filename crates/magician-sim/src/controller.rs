@@ -1,13 +1,16 @@
 //! The controller as those who hold it see it.
 
 use magician_motion::{ArmModel, JointAngles, ToolBias};
-use magician_protocol::{Event as Found, Frame, FrameBuf, Row};
+use magician_protocol::{Event as Found, FrameBuf};
 
 use crate::device::Device;
 use crate::event::Event;
-use crate::fidelity::Assumption;
-use crate::link::{Link, Links, Outbox};
-use crate::{Flash, LinkId, Micros, Profile, State, World};
+use crate::fidelity::{Assumption, Fidelity};
+use crate::link::{Link, Links};
+use crate::observer::{self, Observer, Patience};
+use crate::profile::PINS;
+use crate::world::{Drawing, Happening, Look, Press};
+use crate::{Flash, LineState, LinkId, Micros, PinState, Profile, State, StepperState, World};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
 ///
@@ -38,8 +41,8 @@ use crate::{Flash, LinkId, Micros, Profile, State, World};
 /// 32 KiB of replies not taken, the log by 256 events. Once its buffers have grown to what is in use it allocates nothing.
 #[derive(Clone)]
 pub struct Controller {
-    pub(crate) links: Links,
-    pub(crate) core: Device,
+    links: Links,
+    device: Device,
 }
 
 impl std::fmt::Debug for Controller {
@@ -72,6 +75,15 @@ impl Controller {
         Self::with_flash(profile, world, flash)
     }
 
+    /// Switches on an arm whose flash keeps what an arm kept before: power comes back.
+    #[must_use]
+    pub fn with_flash(profile: Profile, world: World, flash: Flash) -> Self {
+        Self {
+            links: Links::default(),
+            device: Device::switched_on(profile, world, flash),
+        }
+    }
+
     /// The same arm, but with another tool chosen before it was switched on; it keeps that through a reset. The profile and
     /// a scenario say which one otherwise.
     ///
@@ -85,7 +97,7 @@ impl Controller {
     /// ```
     #[must_use]
     pub fn with_tool(mut self, tool: ToolBias) -> Self {
-        self.core.had_tool(tool);
+        self.device.had_tool(tool);
         self
     }
 
@@ -103,51 +115,110 @@ impl Controller {
     /// ```
     #[must_use]
     pub fn standing_at(mut self, joints: JointAngles) -> Self {
-        self.core.stood_at(joints);
+        self.device.stood_at(joints);
         self
     }
 
     /// The arm's clock: microseconds since power-up.
     #[must_use]
     pub fn now(&self) -> Micros {
-        self.core.now
+        self.device.now
     }
 
     /// The numbers by which it plans motions.
     #[must_use]
     pub fn arm_model(&self) -> &ArmModel {
-        &self.core.model
+        &self.device.firmware.model
     }
 
     /// The world around the arm.
     #[must_use]
     pub fn world(&self) -> &World {
-        &self.core.world
+        &self.device.world
+    }
+
+    /// The world around the arm at the present instant: where its objects are, and what the tool holds.
+    #[must_use]
+    pub fn look(&self) -> Look<'_> {
+        let Device {
+            now, motion, world, ..
+        } = &self.device;
+        world.look(*now, &motion.true_pose(*now))
+    }
+
+    /// What pen and laser have left by now.
+    #[must_use]
+    pub fn drawing(&self) -> Drawing {
+        let Device {
+            now, motion, world, ..
+        } = &self.device;
+        motion.drawing(*now, world)
+    }
+
+    /// What the arm keeps without power.
+    #[must_use]
+    pub fn flash(&self) -> &Flash {
+        self.device.store.flash()
+    }
+
+    /// How often the flash has been written since power-up, a reset included: it has changed only if this has.
+    #[must_use]
+    pub fn flash_writes(&self) -> u64 {
+        self.device.store.flash_writes()
+    }
+
+    /// The 20 EIO pins, address 1 first.
+    #[must_use]
+    pub fn pins(&self) -> [PinState; PINS] {
+        let Device { now, io, world, .. } = &self.device;
+        let mut address = 0;
+        [(); PINS].map(|()| {
+            address += 1;
+            io.pins.state(address, world, *now)
+        })
+    }
+
+    /// The stepper outputs, 1 and 2.
+    #[must_use]
+    pub fn steppers(&self) -> [StepperState; 2] {
+        self.device.io.steppers.states(self.device.now)
+    }
+
+    /// The state of the cable, for those who carry the bytes.
+    #[must_use]
+    pub fn line(&self) -> LineState {
+        self.device.line
+    }
+
+    /// What the answers have rested on since power-up, resets included.
+    #[must_use]
+    pub fn fidelity(&self) -> &Fidelity {
+        self.device.record.fidelity()
     }
 
     /// Everything about the arm at the present instant.
     #[must_use]
     pub fn state(&self) -> State {
-        State::of(&self.core)
+        State::of(&self.device)
     }
 
     /// The index of the queued command that was finished last.
     #[must_use]
     pub fn current_index(&self) -> u64 {
-        self.core.hosts().current
+        self.device.queues.hosts().current()
     }
 
     /// Whether a motion without an end of its own runs: a jog.
     #[must_use]
     pub fn jogging(&self) -> bool {
-        self.core.motion.is_jogging()
+        self.device.motion.is_jogging()
     }
 
     /// Whether the arm does something that ends by itself, a motion or a WAIT, or waits for an input that the scenario will change. A jog does not end
     /// by itself, a motor that runs on is no work of the arm's, and what a scenario says happens to an idle arm.
     #[must_use]
     pub fn busy(&self) -> bool {
-        self.core.is_busy()
+        self.device.is_busy()
     }
 
     /// Takes bytes from a link and handles every frame in them, all at the present instant.
@@ -160,7 +231,7 @@ impl Controller {
     /// `input` has been taken and no whole frame is left. Bytes taken from `input` may hold further requests: call
     /// again, even with an empty `input`, until it returns `false`.
     pub fn receive_one(&mut self, link: LinkId, input: &mut &[u8]) -> bool {
-        let Self { links, core } = self;
+        let Self { links, device } = self;
         let heard = match input {
             [] => links.known(link),
             _ => Some(links.heard(link)),
@@ -170,11 +241,18 @@ impl Controller {
         while let Some(found) = deframer.next(input) {
             match found {
                 Found::Frame { frame, .. } => {
-                    handle(core, link, outbox, &frame);
+                    if !outbox.has_room() {
+                        device.record.event(Event::Overrun { link });
+                    } else if let Some(reply) = device.answer(link, &frame) {
+                        outbox.push(&reply);
+                    }
                     return true;
                 }
-                Found::Rejected { .. } => core.damaged_frame(link),
-                Found::Noise { .. } => core.assume(Assumption::ForeignBytes),
+                Found::Rejected { .. } => {
+                    device.record.event(Event::BadFrame { link });
+                    device.record.assume(Assumption::DamagedFrame);
+                }
+                Found::Noise { .. } => device.record.assume(Assumption::ForeignBytes),
             }
         }
         false
@@ -196,7 +274,7 @@ impl Controller {
 
     /// Lets the arm's time pass up to `to`; an instant that has passed changes nothing.
     pub fn advance(&mut self, to: Micros) {
-        self.core.advance(to);
+        self.device.advance(to);
         self.forget_links();
     }
 
@@ -204,7 +282,7 @@ impl Controller {
     /// `None` when nothing is scheduled.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<Micros> {
-        self.core.next_event()
+        self.device.next_event()
     }
 
     /// The next reply to a link, oldest first.
@@ -215,32 +293,72 @@ impl Controller {
     /// The next event, oldest first. At most 256 are kept; [`State::events_lost`] counts those that were not read in
     /// time.
     pub fn poll_event(&mut self) -> Option<Event> {
-        self.core.log.pop()
+        self.device.record.poll_event()
     }
 
     /// The events that wait to be polled, oldest first, each with its number, counted from 0 at power-up. Looking at
     /// them does not take them.
     pub fn events(&self) -> impl Iterator<Item = (u64, Event)> {
-        self.core.log.waiting()
+        self.device.record.log().waiting()
     }
-}
 
-/// Handles one frame: exactly one reply for a request that the controller knows, silence for others (errata E09).
-fn handle(core: &mut Device, link: LinkId, outbox: &mut Outbox, frame: &Frame<'_>) {
-    if !outbox.has_room() {
-        core.log.push(Event::Overrun { link });
-        return;
+    /// Lets something happen to the arm now: a key is pressed, a joint slips, the cable is pulled.
+    pub fn inject(&mut self, happening: Happening) {
+        self.device.apply_external(happening);
+        self.device.run_until_idle();
+        self.forget_links();
     }
-    if Row::with_id(frame.id()).is_none() {
-        core.unknown_id(link, frame.id());
-        return;
+
+    /// Presses the base key: short, it runs the program in the flash or stops it; long, it homes the arm.
+    pub fn press(&mut self, press: Press) {
+        self.inject(Happening::Key(press));
     }
-    if !core.may_overflow(frame) {
-        return;
+
+    /// Presses or releases the unlock key on the forearm. While it is held the motors are released: what moves ends,
+    /// the queue waits, immediate motions are refused, and [`guide`](Self::guide) moves the arm.
+    pub fn unlock(&mut self, held: bool) {
+        self.inject(Happening::Unlock(held));
     }
-    let reply = core.answer(frame);
-    // A reply holds what the controller stores, which fits a frame.
-    if let Ok(reply) = reply.or_else(|_| FrameBuf::new(frame.id(), frame.ctrl(), &[])) {
-        outbox.push(&reply);
+
+    /// Moves the arm by hand to where its joints really are to stand, deg, as far as the limits let it; what is not a
+    /// number stays. Without the unlock key the motors hold it where it is.
+    ///
+    /// ```
+    /// let mut arm = magician_sim::Controller::default();
+    /// arm.unlock(true);
+    /// arm.guide([20.0, 30.0, 40.0, 0.0].into());
+    /// arm.unlock(false);
+    /// assert_eq!(arm.state().joints.to_array(), [20.0, 30.0, 40.0, 0.0]);
+    /// ```
+    pub fn guide(&mut self, joints: JointAngles) {
+        self.inject(Happening::Guide(joints));
+    }
+
+    /// Drives an input, address 1 to 20, high or low from now on; a TRIG that waits for it sees it at once. `false` if
+    /// there is no such address.
+    pub fn set_input(&mut self, address: u8, level: bool) -> bool {
+        let set = self.device.world.set_input(address, level);
+        self.device.run_until_idle();
+        set
+    }
+
+    /// Puts a voltage on an input, address 1 to 20: 0 to 4095 for 0 to 3.3 V, more counts as 4095. As
+    /// [`set_input`](Self::set_input) otherwise.
+    pub fn set_analog(&mut self, address: u8, value: u16) -> bool {
+        let set = self.device.world.set_analog(address, value);
+        self.device.run_until_idle();
+        set
+    }
+
+    /// As [`advance`](Self::advance), by way of every instant that the observer is to see.
+    pub fn advance_observed(&mut self, to: Micros, observer: &mut impl Observer) {
+        while !observer::advance(self, observer, to, &mut Patience::new(u32::MAX)) {}
+    }
+
+    /// After a reset nobody is owed an answer.
+    fn forget_links(&mut self) {
+        if self.device.take_restarted() {
+            self.links.clear();
+        }
     }
 }

@@ -37,12 +37,12 @@ mod state;
 pub mod world;
 
 pub use controller::Controller;
-pub use device::external::LineState;
 pub use device::io::pins::{PinState, Signal};
 pub use device::io::steppers::{CONVEYOR_PULSES_PER_MM, StepperState};
+pub use device::io::tools::Output;
 pub use device::store::flash::{Flash, FlashError};
 pub use event::{Event, Refusal};
-pub use link::LinkId;
+pub use link::{LineState, LinkId};
 pub use observer::Observer;
 pub use pace::{ArmClock, Line, Speed, SpeedError};
 pub use profile::{
@@ -53,7 +53,7 @@ pub use profile::{
 };
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};
-pub use state::{Output, QueueState, State};
+pub use state::{QueueState, State};
 pub use world::{Happening, World};
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.

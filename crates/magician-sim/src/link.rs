@@ -1,12 +1,35 @@
-//! The peers of the controller: a decoder and the replies that wait, each.
+//! The peers of the controller, a decoder and the replies that wait each, and the cable between.
 
 use std::collections::VecDeque;
 
 use magician_protocol::{Deframer, Frame, FrameBuf, MAX_FRAME};
 
+use crate::Micros;
+
 /// Names a peer: a pseudo-terminal, the sender of datagrams, a connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LinkId(pub u32);
+
+/// The cable between the arm and its host, for those who carry the bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LineState {
+    /// Whether it is plugged in.
+    pub plugged: bool,
+    /// How often it has been pulled.
+    pub pulls: u64,
+    /// How much longer than usual answers take.
+    pub delay: Micros,
+}
+
+impl Default for LineState {
+    fn default() -> Self {
+        Self {
+            plugged: true,
+            pulls: 0,
+            delay: 0,
+        }
+    }
+}
 
 /// One peer.
 #[derive(Clone, Debug, Default)]

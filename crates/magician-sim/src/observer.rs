@@ -169,10 +169,3 @@ pub(crate) fn advance<O: Observer>(
     arm.advance(to);
     true
 }
-
-impl Controller {
-    /// As [`advance`](Self::advance), by way of every instant that the observer is to see.
-    pub fn advance_observed(&mut self, to: Micros, observer: &mut impl Observer) {
-        while !advance(self, observer, to, &mut Patience::new(u32::MAX)) {}
-    }
-}

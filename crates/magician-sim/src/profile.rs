@@ -29,6 +29,11 @@ pub(crate) const MAX_LINES: usize = 65_536;
 /// EIO addresses run from 1 to this (model section 13).
 pub(crate) const PINS: usize = 20;
 
+/// Where an EIO address is among the pins, `None` when there is no such pin.
+pub(crate) fn pin_index(address: u8) -> Option<usize> {
+    usize::from(address).checked_sub(1).filter(|at| *at < PINS)
+}
+
 /// Why a firmware profile cannot be used.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]

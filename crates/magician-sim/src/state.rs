@@ -4,7 +4,7 @@ use magician_motion::{JointAngles, Pose, ToolBias};
 use magician_protocol::AlarmSet;
 
 use crate::device::Device;
-use crate::{LineState, Micros};
+use crate::{LineState, Micros, Output};
 
 /// The arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,52 +77,51 @@ pub struct QueueState {
     pub overflows: u64,
 }
 
-/// A tool that takes its time to do what it is told.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct Output {
-    /// What it was told.
-    pub commanded: bool,
-    /// What it has come to.
-    pub reached: bool,
-}
-
 impl State {
-    pub(crate) fn of(core: &Device) -> Self {
-        let (queue, arm) = (core.hosts(), core.arm());
-        let suction = core.actuators.suction(core.now);
-        let gripper = core.actuators.gripper(core.now);
+    pub(crate) fn of(device: &Device) -> Self {
+        let Device {
+            now,
+            firmware,
+            store,
+            queues,
+            alarms,
+            motion,
+            io,
+            ..
+        } = device;
+        let (queue, arm) = (queues.hosts(), device.view().arm());
+        let laser_power = io.tools.laser_power();
         Self {
-            now: core.now,
+            now: *now,
             pose: arm.pose,
-            tool: core.geometry().tool,
+            tool: store.settings.geometry(&firmware.model).tool,
             joints: arm.joints,
-            true_joints: core.motion.really(core.now, arm.joints).joints,
-            moving: core.motion.is_moving(),
-            homed: core.homed,
-            alarms: core.alarms.standing(),
+            true_joints: motion.true_pose_of(*now, arm.joints).joints,
+            moving: motion.is_moving(),
+            homed: motion.is_homed(),
+            alarms: alarms.standing(),
             queue: QueueState {
                 capacity: queue.depth(),
                 waiting: queue.waiting(),
-                running: queue.running.map(|running| running.index),
-                running_id: queue.running.map(|running| running.id),
-                current_index: queue.current,
-                started: queue.started,
-                held: core.alarms.held() && core.profile.queue.alarms_hold,
-                overflows: queue.overflows,
+                running: queue.running().map(|running| running.index),
+                running_id: queue.running().map(|running| running.id),
+                current_index: queue.current(),
+                started: queue.is_started(),
+                held: alarms.hold_queue(),
+                overflows: queue.overflows(),
             },
-            program: core.runs_program(),
-            unlocked: core.teaching.held(),
-            awaits_input: core.awaited_input(),
-            suction,
-            gripper,
-            holding: core.world.holding(),
-            laser: core.actuators.laser_power() > 0.0,
-            laser_power: core.actuators.laser_power(),
-            rail: core.has_rail().then(|| core.rail()),
-            line: core.line,
-            not_simulated: core.log.count_not_simulated(),
-            events_lost: core.log.lost(),
+            program: queues.program_runs(),
+            unlocked: device.teaching.held(),
+            awaits_input: device.awaited_input(),
+            suction: io.tools.suction(*now),
+            gripper: io.tools.gripper(*now),
+            holding: device.world.holding(),
+            laser: laser_power > 0.0,
+            laser_power,
+            rail: store.settings.has_rail().then(|| motion.rail_at(*now)),
+            line: device.line,
+            not_simulated: device.record.log().count_not_simulated(),
+            events_lost: device.record.log().lost(),
         }
     }
 }

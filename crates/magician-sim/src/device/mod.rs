@@ -1,238 +1,154 @@
-//! The controller behind its links: everything that a command can look at or change.
+//! The controller behind its links: its parts, and what happens between them.
+//!
+//! Each part owns its state and knows none of the others: [`Queues`], [`Motion`], [`Io`], [`Alarms`], [`Store`],
+//! [`Teaching`], [`Record`]. A frame becomes a command in `request.rs`; its handler (`handlers/`) is lent a [`Context`] and
+//! returns effects, which `apply.rs` applies. `moving.rs` begins and ends motions, `schedule.rs` lets time pass and takes
+//! commands from the queue, `external.rs` is what keys, hands and faults do.
 
 mod alarms;
-pub(crate) mod dispatch;
-pub(crate) mod external;
-pub(crate) mod handlers;
+mod apply;
+pub(crate) mod context;
+pub(crate) mod effect;
+mod external;
+mod firmware;
+mod handlers;
 pub(crate) mod io;
 pub(crate) mod motion;
+mod moving;
 pub(crate) mod queue;
+pub(crate) mod record;
+mod request;
 mod schedule;
 pub(crate) mod store;
+mod teaching;
 
-use magician_motion::ArmModel;
-use magician_protocol::{
-    Alarm, Ctrl, DecodeError, EncodeError, Frame, FrameBuf, QueuedCmdIndex, Request, Row, Set,
-};
+use magician_protocol::Alarm;
 
-use crate::device::alarms::Alarms;
-use crate::device::dispatch::{Step, Turn};
-use crate::device::handlers::{io::Detectors, teach::Teaching};
-use crate::device::io::pins::Connectors;
-use crate::device::io::steppers::Steppers;
-use crate::device::io::tools::Actuators;
-use crate::device::motion::Motion;
-use crate::device::queue::program::{Download, Run};
-use crate::device::queue::{Order, Queue, moves};
-use crate::device::store::flash::Flash;
-use crate::device::store::settings::Settings;
-use crate::event::{Event, Log, Refusal};
-use crate::fidelity::{Assumption, Fidelity};
+use crate::convert::micros;
+use crate::event::Event;
+use crate::fidelity::Assumption;
+use crate::link::LineState;
 use crate::world::Grip;
-use crate::{LineState, LinkId, Micros, Profile, World};
+use crate::{Flash, Micros, Profile, World};
+use alarms::Alarms;
+use context::Context;
+use firmware::Firmware;
+use io::Io;
+use motion::{ArmView, Motion};
+use queue::program::Queues;
+use record::Record;
+use store::Store;
+use teaching::Teaching;
 
 /// The controller behind its links.
 #[derive(Clone)]
 pub(crate) struct Device {
     pub(crate) now: Micros,
-    pub(crate) profile: Profile,
-    /// The profile as motions are planned with it.
-    pub(crate) model: ArmModel,
-    pub(crate) settings: Settings,
-    pub(crate) queue: Queue,
+    /// When the controller was switched on or reset last.
+    booted: Micros,
+    /// The controller has reset and its links do not know yet.
+    restarted: bool,
+    pub(crate) firmware: Firmware,
+    pub(crate) store: Store,
+    pub(crate) queues: Queues,
     pub(crate) alarms: Alarms,
     pub(crate) motion: Motion,
-    pub(crate) actuators: Actuators,
-    pub(crate) connectors: Connectors,
-    pub(crate) steppers: Steppers,
-    pub(crate) color_sensors: Detectors,
-    pub(crate) infrared_sensors: Detectors,
-    pub(crate) homed: bool,
+    pub(crate) io: Io,
     pub(crate) teaching: Teaching,
-    pub(crate) flash: Flash,
-    /// How often the flash has been written since power-up.
-    pub(crate) flash_writes: u64,
-    /// The program that is being stored.
-    pub(crate) download: Option<Download>,
-    pub(crate) run: Run,
     pub(crate) world: World,
-    /// Tool state last reported to the world.
-    pub(crate) grip: Grip,
     pub(crate) line: LineState,
-    /// When the controller was switched on or reset last.
-    pub(crate) booted: Micros,
-    /// Since when the Wi-Fi module has been looking for its network, if not since then.
-    pub(crate) wifi_begun: Micros,
-    /// The controller has reset and its links do not know yet.
-    pub(crate) restarted: bool,
-    pub(crate) log: Log,
-    pub(crate) fidelity: Fidelity,
+    pub(crate) record: Record,
 }
 
 impl Device {
-    pub(crate) fn new(profile: Profile, world: World, flash: Flash) -> Self {
-        let rules = &profile.queue;
-        let mut core = Self {
+    fn new(profile: Profile, world: World, flash: Flash) -> Self {
+        let mut device = Self {
             now: 0,
-            settings: Settings::new(&profile),
-            queue: Queue::new(
-                rules.depth,
-                rules.first_index,
-                profile.power_up.queue_started,
-            ),
-            alarms: Alarms::default(),
-            motion: Motion::at(profile.power_up.joints.into(), profile.rail.length),
-            actuators: Actuators::default(),
-            connectors: Connectors::default(),
-            steppers: Steppers::default(),
-            color_sensors: Detectors::default(),
-            infrared_sensors: Detectors::default(),
-            homed: false,
-            teaching: Teaching::default(),
-            flash,
-            flash_writes: 0,
-            download: None,
-            run: Run::Off,
-            world,
-            grip: Grip::default(),
-            line: LineState::default(),
             booted: 0,
-            wifi_begun: 0,
             restarted: false,
-            log: Log::default(),
-            fidelity: Fidelity::default(),
-            model: profile.arm_model(),
-            profile,
+            store: Store::new(&profile, flash),
+            queues: Queues::new(&profile),
+            alarms: Alarms::new(profile.queue.alarms_hold),
+            motion: Motion::at(profile.power_up.joints.into(), profile.rail.length),
+            io: Io::new(&profile, Grip::default()),
+            teaching: Teaching::at(0, false, micros(profile.teach.period)),
+            world,
+            line: LineState::default(),
+            record: Record::new(profile.fidelity.strict),
+            firmware: Firmware::new(profile),
         };
-        if core.profile.power_up.reset_alarm {
-            core.raise(Alarm::ResetOccurred);
-            core.assume(Assumption::ResetAlarm);
+        if device.firmware.profile.power_up.reset_alarm {
+            device.raise(Alarm::ResetOccurred);
+            device.record.assume(Assumption::ResetAlarm);
         }
-        core
+        device
     }
 
-    /// Does what a frame asks and says what to reply.
-    pub(crate) fn answer(&mut self, frame: &Frame<'_>) -> Result<FrameBuf, EncodeError> {
-        let (id, ctrl) = (frame.id(), frame.ctrl());
-        let nothing = || FrameBuf::new(id, ctrl, &[]);
-        let request = Request::decode(frame);
-        let taken = (request.as_ref()).is_ok_and(|request| self.allows_frame(id, ctrl, request));
-        match request {
-            Ok(Request::Get(get)) if taken && self.allows_report(id, &get) => {
-                dispatch::report(self, &get, id, ctrl)
-            }
-            Ok(Request::Set(set)) if taken => {
-                self.act_at_once(&set);
-                nothing()
-            }
-            Ok(Request::Queue(set)) if taken => self.enqueue(id, ctrl, Order::Set(set)),
-            Ok(Request::Queue(_)) => self.enqueue(id, ctrl, Order::Nothing),
-            Ok(Request::Get(_) | Request::Set(_) | Request::Nothing) => nothing(),
-            Err(error) => {
-                self.assume(Assumption::WrongCount);
-                let reason = Refusal::Parameters;
-                self.log.push(Event::Refused { id, reason });
-                if is_queued(ctrl, id, error) {
-                    self.enqueue(id, ctrl, Order::Nothing)
-                } else {
-                    nothing()
-                }
-            }
+    /// As power finds it, but for what the flash keeps, the world and what is written down. Nothing may move.
+    fn restart(&mut self) {
+        let profile = &self.firmware.profile;
+        self.store.reset(profile);
+        self.queues = Queues::new(profile);
+        self.alarms = Alarms::new(profile.queue.alarms_hold);
+        self.motion = Motion::at(profile.power_up.joints.into(), profile.rail.length);
+        self.io = Io::new(profile, self.io.reported());
+        self.teaching = Teaching::at(self.now, self.teaching.held(), micros(profile.teach.period));
+        self.booted = self.now;
+        self.restarted = true;
+        if profile.power_up.reset_alarm {
+            // It stands from the start and is not raised: the log says that the controller has reset.
+            self.alarms.set(Alarm::ResetOccurred);
         }
     }
 
-    fn act_at_once(&mut self, set: &Set) {
-        if !self.allows_apply(set, Turn::Immediate) {
-            return;
+    /// Whether the controller has reset since this was asked last.
+    pub(crate) fn take_restarted(&mut self) -> bool {
+        std::mem::take(&mut self.restarted)
+    }
+
+    /// What a handler is lent.
+    pub(crate) fn lend(&mut self) -> Context<'_> {
+        Context {
+            now: self.now,
+            booted: self.booted,
+            firmware: &self.firmware,
+            store: &mut self.store,
+            io: &mut self.io,
+            teaching: &mut self.teaching,
+            record: &mut self.record,
+            motion: &self.motion,
+            queues: &self.queues,
+            alarms: &self.alarms,
+            world: &self.world,
         }
-        if self.teaching.held() && (moves(set) || matches!(set, Set::JogCmd(_))) {
-            // The motors are released.
-            let _: Step = self.refuse(set.row().id, Refusal::Busy);
-            return;
+    }
+
+    /// The arm, to plan its motions by.
+    pub(crate) fn view(&self) -> ArmView<'_> {
+        ArmView {
+            now: self.now,
+            firmware: &self.firmware,
+            settings: &self.store.settings,
+            motion: &self.motion,
         }
-        // The step of an immediate command is of no concern: nothing waits for it.
-        let _: Step = self.carry_out(set, Turn::Immediate);
-        self.feel_grip();
-        self.settle();
     }
 
-    pub(crate) fn carry_out(&mut self, set: &Set, turn: Turn) -> Step {
-        self.settings.told.add(set.row().id);
-        dispatch::apply(self, set, turn)
-    }
-
-    fn enqueue(&mut self, id: u8, ctrl: Ctrl, order: Order) -> Result<FrameBuf, EncodeError> {
-        self.count_index_assumptions();
-        let stored = self.store_line(id, &order);
-        let Some(index) = stored.unwrap_or_else(|| self.hosts_mut().push(id, order)) else {
-            self.log.push(Event::QueueFull { id });
-            return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
-        };
-        if stored.is_some() {
-            self.assume(Assumption::StoredLineIndex);
-        } else {
-            self.log.push(Event::Accepted { index, id });
-            if !self.runs_program() {
-                self.path_grows();
-            }
-            self.settle();
+    /// Lets the tools follow their wires, and tells the world what has become of them.
+    fn update_tools(&mut self) {
+        if let Some(grip) = self.io.update_tools(self.now) {
+            let pose = self.motion.true_pose(self.now);
+            // What is to come of a motion looks different with another tool.
+            self.motion.end_path(self.now, &mut self.world);
+            self.world.grip(self.now, grip, &pose);
+            self.motion.show_path(self.now, &mut self.world);
+            self.record_incidents();
         }
-        FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
     }
 
-    /// Whether a frame is answered although it finds the queue full, if it does.
-    pub(crate) fn may_overflow(&mut self, frame: &Frame<'_>) -> bool {
-        let id = frame.id();
-        !(frame.ctrl().queued() && queues(id) && self.is_full())
-            || self.allows(id, Assumption::FullQueue)
-    }
-
-    pub(crate) fn damaged_frame(&mut self, link: LinkId) {
-        self.log.push(Event::BadFrame { link });
-        self.assume(Assumption::DamagedFrame);
-    }
-
-    pub(crate) fn unknown_id(&mut self, link: LinkId, id: u8) {
-        self.log.push(Event::UnknownId { link, id });
-        if !self.allows(id, Assumption::UnknownId) {
-            return;
+    /// What has happened in the world goes into the log.
+    fn record_incidents(&mut self) {
+        while let Some(incident) = self.world.poll_incident() {
+            self.record.event(Event::World(incident));
         }
-        self.raise(Alarm::UndefinedInstruction);
     }
-
-    pub(crate) fn raise(&mut self, code: u8) {
-        let held = self.alarms.held();
-        if self.alarms.raise(code) {
-            self.log.push(Event::AlarmRaised { code });
-            if Alarm::is_kinematic(code) && self.settings.bias.is_zero() {
-                self.log.push(Event::ToolUnknown { code });
-            }
-        }
-        if !Alarm::blocks(code) {
-            self.assume(Assumption::QuietAlarms);
-        } else if !held {
-            self.assume(Assumption::AlarmHold);
-        }
-        self.replan_segment();
-    }
-
-    pub(crate) fn refuse(&mut self, id: u8, reason: Refusal) -> Step {
-        self.log.push(Event::Refused { id, reason });
-        Step::Done
-    }
-
-    pub(crate) fn not_simulated(&mut self, row: &'static Row) -> Step {
-        self.log.not_simulated(row);
-        Step::Done
-    }
-}
-
-/// Whether a frame that could not be read would have been queued.
-fn is_queued(ctrl: Ctrl, id: u8, error: DecodeError) -> bool {
-    ctrl.queued() && queues(id) && !matches!(error, DecodeError::UnknownId(_))
-}
-
-/// Whether a command may wait in the queue.
-fn queues(id: u8) -> bool {
-    Row::with_id(id).is_some_and(|row| row.set.is_some() && !row.steers_queue())
 }

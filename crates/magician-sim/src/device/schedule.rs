@@ -1,13 +1,14 @@
 //! Time and turns: what happens next, and what that lets happen.
 
+use magician_protocol::Set;
+
+use super::Device;
+use super::effect::{Completion, ExecMode};
+use super::io::steppers::Steppers;
+use super::queue::{Busy, Entry, QueuedCommand, Running};
 use crate::Micros;
-use crate::device::Device;
-use crate::device::dispatch::{Step, Turn};
-use crate::device::queue::program::Run;
-use crate::device::queue::{Busy, Entry, Order, Running};
 use crate::event::Event;
 use crate::fidelity::Assumption;
-use magician_protocol::{AlarmSet, Set};
 
 impl Device {
     /// Lets time pass up to `to`, from one event to the next.
@@ -20,7 +21,7 @@ impl Device {
     }
 
     /// Does all that can be done at the present instant: what is due, and what the queue may take.
-    pub(crate) fn settle(&mut self) {
+    pub(crate) fn run_until_idle(&mut self) {
         self.run_queue();
         self.advance(self.now);
     }
@@ -33,29 +34,21 @@ impl Device {
 
     /// Whether the arm does something that ends by itself, or waits for an input that the scenario will change.
     pub(crate) fn is_busy(&self) -> bool {
-        let waits = match self.queue.running.map(|running| running.busy) {
-            Some(Busy::Triggered(trigger)) => self.world.will_change(trigger.address),
-            _ => false,
-        };
+        let awaited = self.awaited_input();
+        let waits = awaited.is_some_and(|address| self.world.will_change(address));
         let jogs = self.motion.is_jogging() && !self.motion.ends_jog();
         !jogs && (waits || self.own_event().is_some())
     }
 
     /// When the arm itself next comes to an end of what it does.
     fn own_event(&self) -> Option<Micros> {
-        let waited = match self.queue.running.map(|running| running.busy) {
+        let waited = match self.queues.active().busy() {
             Some(Busy::Waiting(until)) => Some(until),
             _ => None,
         };
-        [
-            waited,
-            self.motion.next_event(),
-            self.actuators.next_change(self.now),
-            self.steppers.next_event(),
-        ]
-        .into_iter()
-        .flatten()
-        .min()
+        let motion = self.motion.next_event();
+        let ends = [waited, motion, self.io.next_event(self.now)];
+        ends.into_iter().flatten().min()
     }
 
     /// What is due at the present instant. The motion comes first: a wait that ends with it may begin another. What
@@ -66,18 +59,18 @@ impl Device {
             self.motion_event();
         }
         self.steppers_event();
-        self.feel_grip();
-        while let Some(happening) = self.world.happen(now) {
-            self.meet(happening);
+        self.update_tools();
+        while let Some(event) = self.world.happen(now) {
+            self.apply_external(event);
         }
-        if let Some(Busy::Waiting(until)) = self.queue.running.map(|running| running.busy)
+        if let Some(Busy::Waiting(until)) = self.queues.active().busy()
             && until <= now
         {
             self.finish_running();
         }
         self.run_queue();
-        self.come_to_rest();
-        self.tell_incidents();
+        self.finish_path();
+        self.record_incidents();
     }
 
     /// Takes commands from the queue as long as it may and they finish on the spot.
@@ -85,7 +78,7 @@ impl Device {
         self.look_at_input();
         self.change_queue();
         while self.may_take() {
-            let Some(entry) = self.queue.pop() else {
+            let Some(entry) = self.queues.active_mut().pop() else {
                 return;
             };
             self.read_ahead();
@@ -98,165 +91,237 @@ impl Device {
     /// taken all the same (model section 4). During a jog, which is over for the queue when it begins, it goes on to
     /// the next command that moves.
     fn may_take(&self) -> bool {
-        let Some(head) = self.queue.head() else {
+        let queue = self.queues.active();
+        let Some(head) = queue.head() else {
             return false;
         };
-        let homes = matches!(head, Order::Set(Set::HomeCmd(_)));
+        let homes = matches!(head, QueuedCommand::Set(Set::HomeCmd(_)));
         let moves_aside = self.motion.is_jogging() && !head.moves();
         self.is_free()
-            && self.queue.running.is_none()
+            && queue.running().is_none()
             && (!self.motion.is_moving() || moves_aside)
-            && (!self.is_held() || homes)
+            && (!self.alarms.hold_queue() || homes)
     }
 
     /// Whether the queue may take commands but for alarms: it is started, no hand has unlocked the motors, and the
     /// program in the flash does not wait for its turn.
     fn is_free(&self) -> bool {
-        self.queue.started && !self.teaching.held() && !matches!(self.run, Run::Due)
+        let started = self.queues.active().is_started();
+        started && !self.teaching.held() && !self.queues.program_is_due()
     }
 
     /// Whether the queue takes its next command as soon as nothing is under way.
-    pub(crate) fn goes_on(&self) -> bool {
-        self.is_free() && !self.is_held()
-    }
-
-    /// Whether an alarm holds the queue.
-    pub(crate) fn is_held(&self) -> bool {
-        self.alarms.held() && self.profile.queue.alarms_hold
+    pub(super) fn goes_on(&self) -> bool {
+        self.is_free() && !self.alarms.hold_queue()
     }
 
     fn start(&mut self, entry: Entry) {
         let Entry {
-            index, id, order, ..
+            index, id, command, ..
         } = entry;
-        if self.pass_over(index) {
+        if self.skip(index) {
             return;
         }
-        if !self.runs_program() {
-            self.log.push(Event::Started { index, id });
+        if !self.queues.program_runs() {
+            self.record.event(Event::Started { index, id });
             self.world.index_started(self.now, index);
         }
-        let step = match &order {
-            Order::Set(set) if self.allows_apply(set, Turn::Queued) => {
-                self.carry_out(set, Turn::Queued)
+        let completion = match &command {
+            QueuedCommand::Set(set) if self.lend().allows_apply(set, ExecMode::Queued) => {
+                self.carry_out(set, ExecMode::Queued)
             }
-            Order::Set(_) | Order::Nothing => Step::Done,
+            QueuedCommand::Set(_) | QueuedCommand::Nothing => Completion::Done,
         };
-        self.feel_grip();
-        if order.moves() && step == Step::Done && self.is_held() {
-            self.assume(Assumption::RefusedFinishes);
+        self.update_tools();
+        if command.moves() && completion == Completion::Done && self.alarms.hold_queue() {
+            self.record.assume(Assumption::RefusedFinishes);
         }
-        let busy = match step {
-            Step::Done => return self.finished(index, id),
-            Step::Moving => Busy::Moving,
-            Step::Waiting(until) => Busy::Waiting(until),
-            Step::Triggered(trigger) => Busy::Triggered(trigger),
-            Step::Turning(output) => Busy::Turning(output),
+        let busy = match completion {
+            Completion::Done => return self.finished(index, id),
+            Completion::Moving => Busy::Moving,
+            Completion::Waiting(until) => Busy::Waiting(until),
+            Completion::Triggered(trigger) => Busy::Triggered(trigger),
+            Completion::Turning(output) => Busy::Turning(output),
         };
-        self.queue.running = Some(Running { index, id, busy });
+        self.queues.active_mut().run(Running { index, id, busy });
     }
 
     /// EIO address of the input that a running trigger waits for.
     pub(crate) fn awaited_input(&self) -> Option<u8> {
-        match self.queue.running?.busy {
-            Busy::Triggered(trigger) => Some(trigger.address),
+        match self.queues.active().busy()? {
+            Busy::Triggered(trigger) => Some(trigger.address()),
             _ => None,
         }
     }
 
     /// Finishes a running trigger that is met.
     fn look_at_input(&mut self) {
-        if let Some(Busy::Triggered(trigger)) = self.queue.running.map(|running| running.busy)
-            && self.is_met(&trigger)
+        if let Some(Busy::Triggered(trigger)) = self.queues.active().busy()
+            && trigger.is_met(&self.io.pins, &self.world, self.now)
         {
             self.finish_running();
         }
     }
 
     /// The running command has ended, however it did.
-    pub(crate) fn finish_running(&mut self) {
-        if let Some(Running { index, id, .. }) = self.queue.running.take() {
+    pub(super) fn finish_running(&mut self) {
+        if let Some(Running { index, id, .. }) = self.queues.active_mut().take_running() {
             self.finished(index, id);
         }
     }
 
-    /// A motion has ended before its target: its command counts as finished all the same.
-    pub(crate) fn finishes_refused(&mut self) {
-        if let Some(Busy::Moving) = self.queue.running.map(|running| running.busy) {
-            self.assume(Assumption::RefusedFinishes);
-        }
-    }
-
     /// The running command has ended if the motion was its own.
-    pub(crate) fn finish_moving(&mut self) {
-        if let Some(Busy::Moving) = self.queue.running.map(|running| running.busy) {
+    pub(super) fn finish_moving(&mut self) {
+        if self.queues.active().busy() == Some(Busy::Moving) {
             self.finish_running();
         }
     }
 
     fn finished(&mut self, index: u64, id: u8) {
-        self.queue.current = index;
-        if !self.runs_program() {
-            self.log.push(Event::Finished { index, id });
+        self.queues.active_mut().set_current(index);
+        if !self.queues.program_runs() {
+            self.record.event(Event::Finished { index, id });
         }
     }
 }
 
+/// Stops.
 impl Device {
     /// Stops the queue, and the program if it runs: the running motion goes on to its end, a running wait or trigger is
     /// cut short (model section 14).
-    pub(crate) fn stop(&mut self) {
-        self.hosts_mut().started = false;
+    pub(super) fn stop_queue(&mut self) {
+        self.queues.hosts_mut().set_started(false);
         self.stop_program();
         self.replan_segment();
         self.cut_wait();
     }
 
     /// Ends a running wait or trigger.
-    pub(crate) fn cut_wait(&mut self) {
-        let busy = self.queue.running.map(|running| running.busy);
-        if let Some(Busy::Waiting(_) | Busy::Triggered(_)) = busy {
+    fn cut_wait(&mut self) {
+        if let Some(Busy::Waiting(_) | Busy::Triggered(_)) = self.queues.active().busy() {
             self.finish_running();
         }
     }
 
-    /// Stops the queue and brakes whatever moves.
-    pub(crate) fn force_stop(&mut self) {
-        self.stop();
-        self.cut_turning();
-        self.brake();
-    }
-
     /// Drops what hosts have queued. Numbering goes on and the current index stands.
-    pub(crate) fn clear_queue(&mut self) {
-        let count = self.hosts_mut().clear();
+    pub(super) fn clear_queue(&mut self) {
+        let count = self.queues.hosts_mut().clear();
         if count > 0 {
-            self.log.push(Event::Dropped { count });
+            self.record.event(Event::Dropped { count });
         }
-        if self.runs_program() {
+        if self.queues.program_runs() {
             return;
         }
         self.replan_segment();
-        let moving = self
-            .queue
-            .running
-            .is_some_and(|running| running.busy == Busy::Moving);
-        if moving && self.profile.queue.clear_ends_motion {
+        let moving = self.queues.active().busy() == Some(Busy::Moving);
+        if moving && self.firmware.profile.queue.clear_ends_motion {
             self.halt();
         }
     }
+}
 
-    /// Clears the alarms whose cause is gone, which may let the queue go on.
-    pub(crate) fn clear_alarms(&mut self) {
-        let before = self.alarms.standing();
-        let standing: AlarmSet = (before.codes())
-            .filter(|code| self.limit_stands(*code))
-            .collect();
-        self.alarms.clear(|code| standing.contains(code));
-        let after = self.alarms.standing();
-        for code in before.codes().filter(|code| !after.contains(*code)) {
-            self.log.push(Event::AlarmCleared { code });
+/// The program in the flash.
+impl Device {
+    /// The base key starts the program, or stops it.
+    pub(super) fn toggle_program(&mut self) {
+        if !self.queues.program_is_off() {
+            self.stop_program();
+        } else if !self.queues.is_downloading() && self.store.flash().program.line(0).is_some() {
+            self.queues.set_program_due();
+            self.replan_segment();
         }
-        self.replan_segment();
+    }
+
+    /// Ends the program: what moves comes to its end, a wait is cut short.
+    pub(super) fn stop_program(&mut self) {
+        if self.queues.stop_program() {
+            self.replan_segment();
+            self.cut_wait();
+        }
+    }
+
+    /// The program that was stored takes the place of the one in the flash, unless it is dropped.
+    pub(super) fn stop_download(&mut self, keep: bool) {
+        let download = self.queues.take_download();
+        if let Some((program, announced)) = download.filter(|_| keep) {
+            let stored = u32::try_from(program.lines.len()).unwrap_or(u32::MAX);
+            self.store.write_flash(|flash| flash.program = program);
+            self.record.event(Event::Downloaded { stored, announced });
+        }
+    }
+
+    /// The program takes the place of the hosts' queue or gives it back, when nothing is under way.
+    fn change_queue(&mut self) {
+        if self.queues.active().running().is_some() || self.motion.is_moving() {
+            return;
+        }
+        if let Some(runs) = self.queues.change() {
+            self.record.event(Event::Program { runs });
+            while runs && self.read_ahead() {}
+        }
+    }
+
+    /// Reads a line of the running program if there is room for it; whether there was one.
+    fn read_ahead(&mut self) -> bool {
+        let read = self.queues.read_ahead(&self.store.flash().program);
+        if read {
+            self.path_grows();
+        }
+        read
+    }
+
+    /// Whether a command is skipped that comes to its turn: the program has done what it does.
+    fn skip(&mut self, index: u64) -> bool {
+        let program = &self.store.flash().program;
+        let idle = self.queues.ends_idle_pass(program, index, self.now);
+        if idle {
+            self.stop_program();
+        }
+        idle
+    }
+}
+
+/// Stepper outputs.
+impl Device {
+    /// Turns an output at a rate from now on, for so many pulses if that is given. A command of the queue that it was
+    /// busy with has finished.
+    pub(super) fn turn(&mut self, output: usize, rate: f64, pulses: Option<u32>) -> Completion {
+        let Some(turned) = self.io.steppers.turn(self.now, output, rate, pulses) else {
+            return Completion::Done;
+        };
+        if let Some(rate) = turned.rate {
+            self.world.stepper(self.now, output, rate);
+        }
+        if self.queues.active().busy() == Some(Busy::Turning(output)) {
+            self.finish_running();
+        }
+        match turned.counts {
+            true => Completion::Turning(output),
+            false => Completion::Done,
+        }
+    }
+
+    /// Outputs that have put out their pulses come to rest.
+    fn steppers_event(&mut self) {
+        for output in 0..Steppers::COUNT {
+            if let Some(counted) = self.io.steppers.due(self.now, output) {
+                self.turn(output, 0.0, None);
+                self.io.steppers.set_counted(output, counted);
+            }
+        }
+    }
+
+    /// The queue's running command ends on the spot if it counts pulses, and its motor with it.
+    pub(super) fn cut_turning(&mut self) {
+        if let Some(Busy::Turning(output)) = self.queues.active().busy() {
+            self.turn(output, 0.0, None);
+        }
+    }
+
+    /// Both outputs come to rest.
+    pub(super) fn rest_steppers(&mut self) {
+        for output in 0..Steppers::COUNT {
+            self.turn(output, 0.0, None);
+        }
     }
 }

@@ -11,9 +11,6 @@ pub use assumptions::Assumption;
 
 use std::fmt;
 
-use crate::device::Device;
-use crate::event::{Event, Refusal};
-
 /// How sure it is that the real arm does so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Confidence {
@@ -184,7 +181,7 @@ impl AssumptionSet {
     }
 
     /// Takes the first one out, in the order of the list.
-    fn take(&mut self) -> Option<Assumption> {
+    pub(crate) fn take(&mut self) -> Option<Assumption> {
         let at = self.0.iter().position(|word| *word != 0)?;
         let word = self.0.get_mut(at)?;
         let bit = word.trailing_zeros() as usize;
@@ -225,52 +222,11 @@ impl Fidelity {
     }
 
     /// Counts a use; whether it is the first.
-    fn count(&mut self, assumption: Assumption) -> bool {
+    pub(crate) fn count(&mut self, assumption: Assumption) -> bool {
         let Some(uses) = self.uses.get_mut(assumption as usize) else {
             return false;
         };
         *uses = uses.saturating_add(1);
         *uses == 1
-    }
-}
-
-impl Device {
-    /// Counts what something rests on that a strict controller does, too.
-    pub(crate) fn assume(&mut self, assumption: Assumption) {
-        if self.fidelity.count(assumption) {
-            self.log.push(Event::Assumes { assumption });
-        }
-    }
-
-    /// Counts what a command of an id rests on; whether to go on. A strict controller does not where only a choice
-    /// exists, and says so.
-    #[must_use]
-    pub(crate) fn allows(&mut self, id: u8, assumption: Assumption) -> bool {
-        self.assume(assumption);
-        let refused =
-            self.profile.fidelity.strict && assumption.strictness() == Strictness::Refused;
-        if refused {
-            let reason = Refusal::OnlyAChoice(assumption);
-            self.log.push(Event::Refused { id, reason });
-        }
-        !refused
-    }
-
-    /// As [`allows`](Self::allows) for several: the first choice is the reason.
-    fn allows_all(&mut self, id: u8, mut assumptions: AssumptionSet) -> bool {
-        while let Some(assumption) = assumptions.take() {
-            if !self.allows(id, assumption) {
-                return false;
-            }
-        }
-        true
-    }
-}
-
-impl crate::Controller {
-    /// What the answers have rested on since power-up, resets included.
-    #[must_use]
-    pub fn fidelity(&self) -> &Fidelity {
-        &self.core.fidelity
     }
 }

@@ -7,16 +7,15 @@ use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Get, JogCommand, PtpMode, Readable, Request, Set};
 
 use super::{Assumption, AssumptionSet};
-use crate::device::Device;
-use crate::device::dispatch::Turn;
-use crate::device::motion::Purpose;
+use crate::device::context::Context;
+use crate::device::effect::ExecMode;
 use crate::device::queue::Busy;
 use crate::device::store::flash::Flash;
 
 /// The pins of laser, valve and pump.
 const TOOL_PINS: [u8; 4] = [2, 4, 16, 17];
 
-impl Device {
+impl Context<'_> {
     /// Whether a frame is taken for what it asks.
     pub(crate) fn allows_frame(&mut self, id: u8, ctrl: Ctrl, request: &Request) -> bool {
         let mut assumptions = AssumptionSet::default();
@@ -28,26 +27,26 @@ impl Device {
             Request::Queue(_) => assumptions.add_if(!ctrl.write(), Assumption::QueuedBitAlone),
             Request::Nothing => assumptions.add(Assumption::SetOnlyRead),
         }
-        self.allows_all(id, assumptions)
+        self.record.allows_all(id, assumptions)
     }
 
     /// Whether a value is reported.
     pub(crate) fn allows_report(&mut self, id: u8, get: &Get) -> bool {
         let assumptions = self.assumptions_of_get(get);
-        self.allows_all(id, assumptions)
+        self.record.allows_all(id, assumptions)
     }
 
     /// Whether a command is carried out.
-    pub(crate) fn allows_apply(&mut self, set: &Set, turn: Turn) -> bool {
-        let assumptions = self.assumptions_of_set(set, turn);
-        self.allows_all(set.row().id, assumptions)
+    pub(crate) fn allows_apply(&mut self, set: &Set, mode: ExecMode) -> bool {
+        let assumptions = self.assumptions_of_set(set, mode);
+        self.record.allows_all(set.row().id, assumptions)
     }
 
     /// Whether a command of the queue is given an index.
     pub(crate) fn count_index_assumptions(&mut self) {
-        self.assume(Assumption::Indices);
+        self.record.assume(Assumption::Indices);
         if self.hosts().is_unused() {
-            self.assume(Assumption::FirstIndex);
+            self.record.assume(Assumption::FirstIndex);
         }
     }
 
@@ -56,15 +55,16 @@ impl Device {
         assumptions.add(self.assumption_of_value(get));
         match get {
             Get::Pose(_) => {
-                assumptions.add_if(!self.homed, Assumption::BaseUnknown);
-                assumptions.add_if(!self.homed, Assumption::PowerUpPose);
+                assumptions.add_if(!self.motion.is_homed(), Assumption::BaseUnknown);
+                assumptions.add_if(!self.motion.is_homed(), Assumption::PowerUpPose);
                 let EndEffectorParams {
                     x_bias,
                     y_bias,
                     z_bias,
-                } = self.settings.bias;
+                } = self.store.settings.bias;
                 assumptions.add_if([x_bias, y_bias, z_bias] != [0.0; 3], Assumption::ToolBias);
                 let told = self
+                    .store
                     .settings
                     .told
                     .contains(<EndEffectorParams as Readable>::ROW.id);
@@ -88,11 +88,11 @@ impl Device {
             }
             Get::QueuedCmdCurrentIndex(_) => {
                 let hosts = self.hosts();
-                let unused = hosts.current == 0 && hosts.running.is_none();
+                let unused = hosts.current() == 0 && hosts.running().is_none();
                 assumptions.add_if(unused, Assumption::CurrentAtFirst);
             }
             Get::QueuedCmdLeftSpace(_) => {
-                assumptions.add_if(self.hosts().running.is_some(), Assumption::RunningPlace);
+                assumptions.add_if(self.hosts().running().is_some(), Assumption::RunningPlace);
             }
             _ => {}
         }
@@ -111,7 +111,7 @@ impl Device {
             Pose(_) => Assumption::CommandedPose,
             PoseL(_) => Assumption::RailPose,
             AlarmsState(_) => Assumption::AlarmBits,
-            HomeParams(_) if self.settings.home.is_none() => Assumption::HomeUnset,
+            HomeParams(_) if self.store.settings.home.is_none() => Assumption::HomeUnset,
             HomeParams(_) => Assumption::HomeUnchecked,
             HhtTrigMode(_) | HhtTrigOutputEnabled(_) | HhtTrigOutput(_) => {
                 Assumption::TeachSettings
@@ -120,7 +120,7 @@ impl Device {
             EndEffectorLaser(_) | EndEffectorSuctionCup(_) | EndEffectorGripper(_) => {
                 Assumption::Tools
             }
-            JogLParams(_) | PtpLParams(_) if !self.settings.told.contains(get.row().id) => {
+            JogLParams(_) | PtpLParams(_) if !self.store.settings.told.contains(get.row().id) => {
                 Assumption::RailDefaults
             }
             JogJointParams(_)
@@ -140,22 +140,26 @@ impl Device {
             IoDo(_) | IoPwm(_) => Assumption::IoOutputs,
             IoDi(_) | IoAdc(_) => Assumption::IoInputs,
             ColorSensor(_) | IrSwitch(_) => Assumption::Sensors,
-            WifiSsid(_) if self.flash.wifi_ssid == self.new_flash().wifi_ssid => {
+            WifiSsid(_) if self.store.flash().wifi_ssid == self.new_flash().wifi_ssid => {
                 Assumption::WifiDefaults
             }
-            WifiPassword(_) if self.flash.wifi_password == self.new_flash().wifi_password => {
+            WifiPassword(_)
+                if self.store.flash().wifi_password == self.new_flash().wifi_password =>
+            {
                 Assumption::WifiDefaults
             }
-            WifiIpAddress(_) if self.flash.wifi_address == self.new_flash().wifi_address => {
+            WifiIpAddress(_)
+                if self.store.flash().wifi_address == self.new_flash().wifi_address =>
+            {
                 Assumption::WifiDefaults
             }
-            WifiNetmask(_) if self.flash.wifi_netmask == self.new_flash().wifi_netmask => {
+            WifiNetmask(_) if self.store.flash().wifi_netmask == self.new_flash().wifi_netmask => {
                 Assumption::WifiDefaults
             }
-            WifiGateway(_) if self.flash.wifi_gateway == self.new_flash().wifi_gateway => {
+            WifiGateway(_) if self.store.flash().wifi_gateway == self.new_flash().wifi_gateway => {
                 Assumption::WifiDefaults
             }
-            WifiDns(_) if self.flash.wifi_dns == self.new_flash().wifi_dns => {
+            WifiDns(_) if self.store.flash().wifi_dns == self.new_flash().wifi_dns => {
                 Assumption::WifiDefaults
             }
             WifiConfigMode(_) | WifiSsid(_) | WifiPassword(_) | WifiIpAddress(_)
@@ -185,7 +189,7 @@ impl Device {
 
     /// The flash before anything was set.
     fn new_flash(&self) -> Flash {
-        Flash::new(&self.profile)
+        Flash::new(&self.firmware.profile)
     }
 
     /// Whether nothing is connected to a pin.
@@ -194,15 +198,15 @@ impl Device {
         world.digital(now, address).is_none() && world.analog(now, address).is_none()
     }
 
-    fn assumptions_of_set(&self, set: &Set, turn: Turn) -> AssumptionSet {
+    fn assumptions_of_set(&self, set: &Set, mode: ExecMode) -> AssumptionSet {
         let mut assumptions = AssumptionSet::default();
         assumptions.add(assumption_of_order(set));
         match set {
-            Set::HomeCmd(_) => self.homing_assumptions(turn, &mut assumptions),
-            Set::JogCmd(jog) => self.jog_assumptions(jog, turn, &mut assumptions),
+            Set::HomeCmd(_) => self.homing_assumptions(mode, &mut assumptions),
+            Set::JogCmd(jog) => self.jog_assumptions(jog, mode, &mut assumptions),
             Set::PtpCmd(_) | Set::PtpWithLCmd(_) | Set::PtpPoCmd(_) | Set::PtpPoWithLCmd(_) => {
                 self.ptp_assumptions(set, &mut assumptions);
-                self.motion_assumptions(turn, &mut assumptions);
+                self.motion_assumptions(mode, &mut assumptions);
             }
             Set::CpCmd(CpCmd { x, y, z, .. }) | Set::CpLeCmd(CpLeCmd { x, y, z, .. }) => {
                 finite(&[*x, *y, *z], &mut assumptions);
@@ -213,7 +217,7 @@ impl Device {
                 ] {
                     assumptions.add(assumption);
                 }
-                self.motion_assumptions(turn, &mut assumptions);
+                self.motion_assumptions(mode, &mut assumptions);
             }
             Set::ArcCmd(ArcCmd {
                 cir_point,
@@ -227,10 +231,10 @@ impl Device {
                 finite(cir_point, &mut assumptions);
                 finite(to_point, &mut assumptions);
                 assumptions.add(Assumption::ArcSpeeds);
-                self.motion_assumptions(turn, &mut assumptions);
+                self.motion_assumptions(mode, &mut assumptions);
             }
             Set::WaitCmd(_) | Set::TrigCmd(_) => {
-                assumptions.add_if(turn == Turn::Immediate, Assumption::ImmediateWait);
+                assumptions.add_if(mode == ExecMode::Immediate, Assumption::ImmediateWait);
             }
             Set::IoDo(IoDo { address, .. })
             | Set::IoPwm(IoPwm { address, .. })
@@ -241,7 +245,7 @@ impl Device {
             Set::SetEndEffectorSuctionCup(_) => assumptions.add(Assumption::VacuumDelay),
             Set::SetEndEffectorGripper(_) => assumptions.add(Assumption::GripperDelay),
             Set::QueuedCmdStartExec(_) => {
-                let again = self.hosts().started;
+                let again = self.hosts().is_started();
                 assumptions.add(if again {
                     Assumption::StartAgain
                 } else {
@@ -255,7 +259,7 @@ impl Device {
             }
             Set::QueuedCmdClear(_) => self.clear_assumptions(&mut assumptions),
             _ => assumptions.add_if(
-                beyond(set, &self.model.ceilings),
+                beyond(set, &self.firmware.model.ceilings),
                 Assumption::BeyondCeilings,
             ),
         }
@@ -263,10 +267,10 @@ impl Device {
     }
 
     /// Of a motion that is not homing or a jog.
-    fn motion_assumptions(&self, turn: Turn, assumptions: &mut AssumptionSet) {
+    fn motion_assumptions(&self, mode: ExecMode, assumptions: &mut AssumptionSet) {
         assumptions.add(Assumption::PlannedAtStart);
-        if turn == Turn::Immediate {
-            assumptions.add_if(self.is_held(), Assumption::ImmediateWhileHeld);
+        if mode == ExecMode::Immediate {
+            assumptions.add_if(self.alarms.hold_queue(), Assumption::ImmediateWhileHeld);
             self.replacing_assumptions(assumptions);
         }
     }
@@ -275,27 +279,27 @@ impl Device {
     fn replacing_assumptions(&self, assumptions: &mut AssumptionSet) {
         assumptions.add_if(self.teaching.held(), Assumption::MotionWhileUnlocked);
         assumptions.add_if(self.motion.is_moving(), Assumption::ReplacedMotion);
-        let moves = self.queue.running.map(|running| running.busy) == Some(Busy::Moving);
-        let waits = self.queue.started && self.queue.waiting() > 0;
+        let moves = self.queues.active().busy() == Some(Busy::Moving);
+        let waits = self.queues.active().is_started() && self.queues.active().waiting() > 0;
         assumptions.add_if(
-            (moves || waits) && !self.is_held(),
+            (moves || waits) && !self.alarms.hold_queue(),
             Assumption::QueueMeanwhile,
         );
     }
 
-    fn homing_assumptions(&self, turn: Turn, assumptions: &mut AssumptionSet) {
+    fn homing_assumptions(&self, mode: ExecMode, assumptions: &mut AssumptionSet) {
         assumptions.add(Assumption::HomePoint);
         assumptions.add_if(self.has_rail(), Assumption::RailHome);
         assumptions.add(Assumption::HomingFigures);
-        assumptions.add_if(self.is_held(), Assumption::HomeWhileHeld);
-        if turn == Turn::Immediate {
+        assumptions.add_if(self.alarms.hold_queue(), Assumption::HomeWhileHeld);
+        if mode == ExecMode::Immediate {
             self.replacing_assumptions(assumptions);
         }
     }
 
-    fn jog_assumptions(&self, jog: &JogCmd, turn: Turn, assumptions: &mut AssumptionSet) {
-        assumptions.add_if(turn == Turn::Queued, Assumption::QueuedJog);
-        assumptions.add_if(self.is_held(), Assumption::JogWhileHeld);
+    fn jog_assumptions(&self, jog: &JogCmd, mode: ExecMode, assumptions: &mut AssumptionSet) {
+        assumptions.add_if(mode == ExecMode::Queued, Assumption::QueuedJog);
+        assumptions.add_if(self.alarms.hold_queue(), Assumption::JogWhileHeld);
         let rail = matches!(jog.cmd, JogCommand::RailPlus | JogCommand::RailMinus);
         if rail {
             assumptions.add(match self.has_rail() {
@@ -308,10 +312,10 @@ impl Device {
             JogCommand::Unknown(_) => assumptions.add(Assumption::UnknownJog),
             _ if rail && !self.has_rail() => {}
             _ if self.motion.is_jogging() => {
-                let other = self.jogs_another(jog.is_joint.is_on(), jog.cmd);
+                let other = self.view().jogs_another(jog.is_joint.is_on(), jog.cmd);
                 assumptions.add_if(other, Assumption::JogAxisChange);
             }
-            _ if turn == Turn::Immediate => self.replacing_assumptions(assumptions),
+            _ if mode == ExecMode::Immediate => self.replacing_assumptions(assumptions),
             _ => {}
         }
     }
@@ -373,7 +377,7 @@ impl Device {
     }
 
     fn jump_assumptions(&self, mode: PtpMode, numbers: [f32; 4], assumptions: &mut AssumptionSet) {
-        let heights = self.jump_heights();
+        let heights = self.store.settings.jump_heights();
         assumptions.add(Assumption::JumpPath);
         assumptions.add_if(heights.start != heights.end, Assumption::UnequalJump);
         let numbers = numbers.map(f64::from);
@@ -397,28 +401,22 @@ impl Device {
             _ => 0.0,
         };
         let place = from + f64::from(rail);
-        let length = self.profile.rail.length;
+        let length = self.firmware.profile.rail.length;
         assumptions.add_if(!(0.0..=length).contains(&place), Assumption::RailEnds);
     }
 
     fn stop_assumptions(&self, assumptions: &mut AssumptionSet) {
-        let busy = self.queue.running.map(|running| running.busy);
+        let busy = self.queues.active().busy();
         let waits = busy.is_some_and(|busy| busy != Busy::Moving);
         assumptions.add_if(waits, Assumption::StopCutsWait);
-        assumptions.add_if(self.follows_path(), Assumption::CpStops);
+        assumptions.add_if(self.motion.follows_path(), Assumption::CpStops);
     }
 
     fn clear_assumptions(&self, assumptions: &mut AssumptionSet) {
         assumptions.add(Assumption::IndexAfterClear);
-        let moves = self.queue.running.map(|running| running.busy) == Some(Busy::Moving);
+        let moves = self.queues.active().busy() == Some(Busy::Moving);
         assumptions.add_if(moves, Assumption::ClearWhileMoving);
-        assumptions.add_if(self.follows_path(), Assumption::CpStops);
-    }
-
-    /// Whether a segment of a continuous path is under way.
-    fn follows_path(&self) -> bool {
-        let purpose = self.motion.under_way().map(|motion| motion.purpose);
-        matches!(purpose, Some(Purpose::Segment(_)))
+        assumptions.add_if(self.motion.follows_path(), Assumption::CpStops);
     }
 }
 

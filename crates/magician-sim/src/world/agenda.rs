@@ -4,8 +4,7 @@ use magician_motion::JointAngles;
 
 use super::Happening;
 use crate::Micros;
-use crate::device::io::pins::place_of;
-use crate::profile::PINS;
+use crate::profile::{PINS, pin_index};
 use crate::scenario::{Action, Script};
 
 /// A hand that moves the arm is told every so often.
@@ -81,11 +80,11 @@ impl Agenda {
     }
 
     pub(super) fn digital(&self, address: u8) -> Option<bool> {
-        self.digital[place_of(address)?]
+        self.digital[pin_index(address)?]
     }
 
     pub(super) fn analog(&self, address: u8) -> Option<u16> {
-        self.analog[place_of(address)?]
+        self.analog[pin_index(address)?]
     }
 
     /// Whether the script has yet to change an input of that address.
@@ -101,7 +100,7 @@ impl Agenda {
         let (Action::Digital { address, .. } | Action::Analog { address, .. }) = action else {
             return false;
         };
-        if place_of(address).is_none() {
+        if pin_index(address).is_none() {
             return false;
         }
         self.act(now, action);
@@ -166,13 +165,13 @@ impl Agenda {
         match action {
             Action::Do(happening) => happening,
             Action::Digital { address, level } => {
-                if let Some(pin) = place_of(address) {
+                if let Some(pin) = pin_index(address) {
                     self.digital[pin] = Some(level);
                 }
                 Happening::Input
             }
             Action::Analog { address, value } => {
-                if let Some(pin) = place_of(address) {
+                if let Some(pin) = pin_index(address) {
                     self.analog[pin] = Some(value);
                 }
                 Happening::Input

@@ -3,27 +3,26 @@
 use magician_protocol::NoArgs;
 use magician_protocol::commands::*;
 
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Report, Step, Turn};
+use crate::device::context::Context;
+use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::{Apply, Report};
 
 impl Report for AlarmsState {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
-            alarms_state: core.alarms.standing(),
+            alarms_state: cx.alarms.standing(),
         }
     }
 }
 
 impl Apply for ClearAlarmsState {
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        core.clear_alarms();
-        Step::Done
+    fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
+        Effect::ClearAlarms.into()
     }
 }
 
 impl Apply for ClearAllAlarmsState {
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        core.clear_alarms();
-        Step::Done
+    fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
+        Effect::ClearAlarms.into()
     }
 }

@@ -3,8 +3,8 @@
 use magician_protocol::NoArgs;
 use magician_protocol::commands::*;
 
-use crate::device::Device;
-use crate::device::dispatch::{Report, kept, not_simulated, stored};
+use crate::device::context::Context;
+use crate::device::handlers::{Report, kept, not_simulated, stored};
 
 kept!(
     AngleSensorStaticError in angle_error,
@@ -15,7 +15,7 @@ stored!(PulseMode in pulse_mode);
 not_simulated!(ZdfCalibRequest);
 
 impl Report for ZdfCalibStatus {
-    fn report(_: &mut Device, _: &NoArgs) -> Self {
+    fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self { status: 0 }
     }
 }

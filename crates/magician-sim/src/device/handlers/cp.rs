@@ -1,10 +1,12 @@
 //! Continuous path (document 1.11, model section 8).
 
+use magician_protocol::NoArgs;
 use magician_protocol::commands::*;
-use magician_protocol::{NoArgs, Writable};
 
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Report, Step, Turn, stored};
+use crate::device::context::Context;
+use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::{Apply, Report, stored};
+use crate::device::motion::PathPoint;
 
 stored!(
     CpCommonParams in cp_common,
@@ -12,38 +14,35 @@ stored!(
 );
 
 impl Report for CpParams {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        core.settings.cp
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        cx.store.settings.cp
     }
 }
 
 impl Apply for CpParams {
     /// For the segments that begin from now on; with a speed of 0 the path ends at rest.
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        core.settings.cp = *self;
-        core.replan_segment();
-        Step::Done
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        cx.store.settings.cp = *self;
+        Effect::PathChanged.into()
     }
 }
 
 impl Apply for CpCmd {
-    fn apply(&self, core: &mut Device, turn: Turn) -> Step {
-        let Self {
-            cp_mode, x, y, z, ..
-        } = *self;
-        core.begin_segment(Self::ROW.id, (cp_mode, [x, y, z]), 0.0, turn)
+    fn apply(&self, _: &mut Context<'_>, mode: ExecMode) -> Effects {
+        let point = PathPoint {
+            mode: self.cp_mode,
+            numbers: [self.x, self.y, self.z],
+        };
+        Effect::Segment(point, 0.0, mode).into()
     }
 }
 
 impl Apply for CpLeCmd {
-    fn apply(&self, core: &mut Device, turn: Turn) -> Step {
-        let Self {
-            cp_mode,
-            x,
-            y,
-            z,
-            velocity_or_power: power,
-        } = *self;
-        core.begin_segment(Self::ROW.id, (cp_mode, [x, y, z]), power, turn)
+    fn apply(&self, _: &mut Context<'_>, mode: ExecMode) -> Effects {
+        let point = PathPoint {
+            mode: self.cp_mode,
+            numbers: [self.x, self.y, self.z],
+        };
+        Effect::Segment(point, self.velocity_or_power, mode).into()
     }
 }

@@ -3,44 +3,47 @@
 use magician_protocol::commands::*;
 use magician_protocol::{Bytes, NoArgs};
 
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Report, Step, Turn, not_simulated, stored};
+use crate::device::context::Context;
+use crate::device::effect::{Effects, ExecMode};
+use crate::device::handlers::{Apply, Report, not_simulated, stored};
 use crate::profile::{MAX_NAME, MAX_SERIAL};
 
 stored!(FirmwareMode in firmware_mode, Uart4PeripheralsEnabled in uart4);
 not_simulated!(FirmwareSwitch);
 
 impl Report for DeviceSn {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        core.flash.serial
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        cx.store.flash().serial
     }
 }
 
 impl Apply for DeviceSn {
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let device_sn = self.device_sn.truncated(MAX_SERIAL);
-        core.write_flash(|flash| flash.serial = Self { device_sn });
-        Step::Done
+        cx.store
+            .write_flash(|flash| flash.serial = Self { device_sn });
+        Effects::none()
     }
 }
 
 impl Report for DeviceName {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        core.flash.name
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        cx.store.flash().name
     }
 }
 
 impl Apply for DeviceName {
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let device_name = self.device_name.truncated(MAX_NAME);
-        core.write_flash(|flash| flash.name = Self { device_name });
-        Step::Done
+        cx.store
+            .write_flash(|flash| flash.name = Self { device_name });
+        Effects::none()
     }
 }
 
 impl Report for DeviceVersion {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        let [major_version, minor_version, revision] = core.profile.identity.version;
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        let [major_version, minor_version, revision] = cx.firmware.profile.identity.version;
         Self {
             major_version,
             minor_version,
@@ -51,32 +54,32 @@ impl Report for DeviceVersion {
 }
 
 impl Report for DeviceWithL {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
-            with_l: core.settings.with_rail.with_l,
+            with_l: cx.store.settings.with_rail.with_l,
         }
     }
 }
 
 impl Apply for SetDeviceWithL {
     /// For the commands that begin from now on; a carriage on its way goes on. The rail's version changes nothing here.
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        core.settings.with_rail = *self;
-        Step::Done
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        cx.store.settings.with_rail = *self;
+        Effects::none()
     }
 }
 
 impl Report for DeviceTime {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         // Wraps after 49.7 days, as the arm's does.
-        let g_systick = (core.now.saturating_sub(core.booted) / 1000) as u32;
+        let g_systick = (cx.now.saturating_sub(cx.booted) / 1000) as u32;
         Self { g_systick }
     }
 }
 
 impl Report for DeviceId {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        let seed = core.profile.identity.device_id_seed;
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        let seed = cx.firmware.profile.identity.device_id_seed;
         let device_id = [1, 2, 3].map(|word| (scrambled(seed, word) >> 32) as u32);
         Self { device_id }
     }
@@ -91,7 +94,7 @@ fn scrambled(seed: u64, word: u64) -> u64 {
 }
 
 impl Report for DeviceInfo {
-    fn report(_: &mut Device, _: &NoArgs) -> Self {
+    fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             run_time: 0,
             power_on: 0,
@@ -101,13 +104,13 @@ impl Report for DeviceInfo {
 }
 
 impl Report for Uart4PeripheralsModel {
-    fn report(_: &mut Device, _: &NoArgs) -> Self {
+    fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self { type_: 0 }
     }
 }
 
 impl Report for UserParams {
-    fn report(_: &mut Device, _: &NoArgs) -> Self {
+    fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self { params: [0.0; 8] }
     }
 }

@@ -2,8 +2,9 @@
 
 use magician_protocol::commands::*;
 
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Step, Turn, stored};
+use crate::device::context::Context;
+use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::{Apply, stored};
 
 stored!(
     JogJointParams in jog_joint,
@@ -14,7 +15,7 @@ stored!(
 
 impl Apply for JogCmd {
     /// In the queue too it has finished at once, and the arm goes on (model section 10).
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        core.jog(self.is_joint.is_on(), self.cmd)
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        Effect::Jog(cx.view().jog(self.is_joint.is_on(), self.cmd)).into()
     }
 }

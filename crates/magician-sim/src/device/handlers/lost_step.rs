@@ -3,17 +3,18 @@
 use magician_protocol::commands::*;
 use magician_protocol::{Alarm, Writable};
 
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Step, Turn};
+use crate::device::context::Context;
+use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::Apply;
 use crate::fidelity::Assumption;
 
 /// Differences below this are rounding, deg; the arm's step is 0.01125.
 const ROUNDING: f64 = 1e-6;
 
 impl Apply for LostStepParams {
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        core.settings.lost_step = *self;
-        Step::Done
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        cx.store.settings.lost_step = *self;
+        Effects::none()
     }
 }
 
@@ -21,21 +22,22 @@ impl Apply for LostStepCmd {
     /// Compares the base encoder and the sensors of J2 and J3 with where the joints are commanded to be. J4 has no
     /// sensor, so 0x53 is never raised. The alarms hold the queue; homing is the cure, and who clears them without it
     /// has them raised again by the next look.
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        let threshold = f64::from(core.settings.lost_step.value);
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        let threshold = f64::from(cx.store.settings.lost_step.value);
         let codes = [
             Alarm::LoseStepAxis1,
             Alarm::LoseStepAxis2,
             Alarm::LoseStepAxis3,
         ];
-        for (code, lost) in codes.into_iter().zip(core.motion.lost(core.now)) {
+        let mut effects = Effects::none();
+        for (code, lost) in codes.into_iter().zip(cx.motion.lost(cx.now)) {
             let base = code == Alarm::LoseStepAxis1;
             if lost.abs() > threshold + ROUNDING
-                && (!base || core.allows(Self::ROW.id, Assumption::LostBase))
+                && (!base || cx.record.allows(Self::ROW.id, Assumption::LostBase))
             {
-                core.raise(code);
+                effects = effects.and(Effect::Raise(code));
             }
         }
-        Step::Done
+        effects
     }
 }

@@ -1,11 +1,13 @@
 //! Where the arm is (document 1.4).
 
+use magician_motion::JointAngles;
 use magician_protocol::commands::*;
 use magician_protocol::{NoArgs, Writable};
 
 use crate::convert::{from_wire, pose_to_wire, to_wire};
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Report, Step, Turn, stored};
+use crate::device::context::Context;
+use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::{Apply, Report, stored};
 use crate::event::Refusal;
 use crate::fidelity::Assumption;
 
@@ -15,21 +17,21 @@ stored!(ArmOrientation in orientation);
 const SENSIBLE: std::ops::RangeInclusive<f64> = -360.0..=360.0;
 
 impl Report for Pose {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        pose_to_wire(&core.arm())
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        pose_to_wire(&cx.arm())
     }
 }
 
 impl Report for PoseL {
     /// Where the carriage is commanded to be; without a rail where it was last.
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        let [pose_l] = to_wire([core.rail()]);
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        let [pose_l] = to_wire([cx.rail()]);
         Self { pose_l }
     }
 }
 
 impl Report for Kinematics {
-    fn report(_: &mut Device, _: &NoArgs) -> Self {
+    fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             velocity: 0.0,
             acceleration: 0.0,
@@ -39,22 +41,24 @@ impl Report for Kinematics {
 
 impl Apply for ResetPose {
     /// What the controller believes of J2 and J3: with manual 0 what their sensors read. The arm does not move.
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        let read = core.posture().joints;
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        let read = cx.true_joints();
         let [j2, j3] = if self.manual.is_on() {
             from_wire([self.rear_arm_angle, self.front_arm_angle])
         } else {
             [read.j2, read.j3]
         };
         let sensible = SENSIBLE.contains(&j2) && SENSIBLE.contains(&j3);
-        if core.motion.is_moving() || !sensible {
-            return match core.allows(Self::ROW.id, Assumption::UntimelyResetPose) {
-                true => core.refuse(Self::ROW.id, Refusal::Pose),
-                false => Step::Done,
+        if cx.motion.is_moving() || !sensible {
+            return match cx
+                .record
+                .allows(Self::ROW.id, Assumption::UntimelyResetPose)
+            {
+                true => Effect::Refuse(Refusal::Pose).into(),
+                false => Effects::none(),
             };
         }
-        let joints = core.arm().joints;
-        core.believe(magician_motion::JointAngles { j2, j3, ..joints });
-        Step::Done
+        let joints = cx.arm().joints;
+        Effect::SetReported(JointAngles { j2, j3, ..joints }).into()
     }
 }

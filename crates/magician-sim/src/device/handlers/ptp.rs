@@ -5,11 +5,12 @@ use magician_protocol::commands::{
     GetPtpTime, PtpCmd, PtpCommonParams, PtpCoordinateParams, PtpJointParams, PtpJump2Params,
     PtpJumpParams, PtpLParams, PtpPoCmd, PtpPoWithLCmd, PtpTime, PtpWithLCmd,
 };
-use magician_protocol::{Alarm, NoArgs, PoList, PtpMode, Row, Writable};
+use magician_protocol::{Alarm, NoArgs, PoList, PtpMode};
 
 use crate::convert::from_wire;
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Report, Step, Turn, stored};
+use crate::device::context::Context;
+use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::{Apply, Report, stored};
 use crate::event::Refusal;
 
 stored!(
@@ -21,10 +22,10 @@ stored!(
 );
 
 /// What a mode and its four numbers ask for; `None` for a mode that there is not (errata E28, model section 7).
-fn request(core: &Device, mode: PtpMode, numbers: [f32; 4]) -> Option<Move> {
+fn request(cx: &Context<'_>, mode: PtpMode, numbers: [f32; 4]) -> Option<Move> {
     let numbers = from_wire(numbers);
     let (pose, joints) = (Pose::from(numbers), JointAngles::from(numbers));
-    let jump = |transfer| MoveKind::Jump(core.jump_heights(), transfer);
+    let jump = |transfer| MoveKind::Jump(cx.store.settings.jump_heights(), transfer);
     let (target, kind) = match mode {
         PtpMode::JumpXyz => (Target::Pose(pose), jump(Transfer::Joint)),
         PtpMode::MovjXyz => (Target::Pose(pose), MoveKind::Joint),
@@ -42,31 +43,31 @@ fn request(core: &Device, mode: PtpMode, numbers: [f32; 4]) -> Option<Move> {
 }
 
 /// What a command asks for, apart from the outputs.
-struct Order {
+struct Destination {
     mode: PtpMode,
     numbers: [f32; 4],
     /// The rail's place or, in the incremental modes, its way, mm.
     rail: Option<f32>,
 }
 
-fn move_to(core: &mut Device, row: &Row, order: &Order, outputs: PoList) -> Step {
-    match request(core, order.mode, order.numbers) {
+fn move_to(cx: &mut Context<'_>, to: &Destination, outputs: PoList) -> Effects {
+    match request(cx, to.mode, to.numbers) {
         Some(request) => {
-            let rail = rail_target(core, order);
-            core.move_arm(row.id, &request, rail, outputs)
+            let rail = rail_target(cx, to);
+            Effect::Move(cx.view().plan_move(&request, rail, outputs)).into()
         }
         None => {
-            core.raise(Alarm::UndefinedInstruction);
-            core.refuse(row.id, Refusal::UnknownMode)
+            let raise = Effects::from(Effect::Raise(Alarm::UndefinedInstruction));
+            raise.and(Effect::Refuse(Refusal::UnknownMode))
         }
     }
 }
 
-/// Where on the rail an order leads; without the rail its number is ignored (model section 12).
-fn rail_target(core: &Device, order: &Order) -> Option<f64> {
-    let rail = f64::from(order.rail.filter(|_| core.has_rail())?);
-    Some(match order.mode {
-        PtpMode::MovjAngleInc | PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => core.rail() + rail,
+/// Where on the rail an to leads; without the rail its number is ignored (model section 12).
+fn rail_target(cx: &Context<'_>, to: &Destination) -> Option<f64> {
+    let rail = f64::from(to.rail.filter(|_| cx.has_rail())?);
+    Some(match to.mode {
+        PtpMode::MovjAngleInc | PtpMode::MovlXyzInc | PtpMode::MovjXyzInc => cx.rail() + rail,
         _ => rail,
     })
 }
@@ -75,15 +76,15 @@ fn rail_target(core: &Device, order: &Order) -> Option<f64> {
 macro_rules! moves {
     ($($command:ident, $extra:expr;)+) => {$(
         impl Apply for $command {
-            fn apply(&self, core: &mut Device, _: Turn) -> Step {
+            fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
                 let extra: fn(&Self) -> (Option<f32>, PoList) = $extra;
                 let (rail, outputs) = extra(self);
-                let order = Order {
+                let to = Destination {
                     mode: self.ptp_mode,
                     numbers: [self.x, self.y, self.z, self.r],
                     rail,
                 };
-                move_to(core, Self::ROW, &order, outputs)
+                move_to(cx, &to, outputs)
             }
         }
     )+};
@@ -97,27 +98,27 @@ moves! {
 }
 
 impl Report for PtpJumpParams {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        core.settings.ptp_jump
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        cx.store.settings.ptp_jump
     }
 }
 
 impl Apply for PtpJumpParams {
     /// One height is both heights of the second set (model section 7).
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        core.settings.ptp_jump = *self;
-        core.settings.ptp_jump2 = PtpJump2Params {
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        cx.store.settings.ptp_jump = *self;
+        cx.store.settings.ptp_jump2 = PtpJump2Params {
             start_jump_height: self.jump_height,
             end_jump_height: self.jump_height,
             z_limit: self.z_limit,
         };
-        Step::Done
+        Effects::none()
     }
 }
 
 impl Report for PtpTime {
     /// Rounded up; 0 for a move that would be refused.
-    fn report(core: &mut Device, query: &GetPtpTime) -> Self {
+    fn report(cx: &mut Context<'_>, query: &GetPtpTime) -> Self {
         let GetPtpTime {
             ptp_mode,
             x,
@@ -125,7 +126,7 @@ impl Report for PtpTime {
             z,
             r,
         } = *query;
-        let plan = request(core, ptp_mode, [x, y, z, r]).map(|request| core.plan(&request));
+        let plan = request(cx, ptp_mode, [x, y, z, r]).map(|request| cx.view().plan(&request));
         let lasting = match plan {
             Some(Ok(plan)) => plan.trajectory.duration_us().div_ceil(1000),
             _ => 0,

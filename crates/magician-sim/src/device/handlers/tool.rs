@@ -3,29 +3,29 @@
 use magician_protocol::NoArgs;
 use magician_protocol::commands::*;
 
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Report, Step, Turn};
-use crate::device::io::tools::{AirTool, Told};
+use crate::device::context::Context;
+use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::{Apply, Report};
+use crate::device::io::tools::{AirTool, Commanded};
 
 impl Report for EndEffectorParams {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        core.settings.bias
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        cx.store.settings.bias
     }
 }
 
 impl Apply for EndEffectorParams {
     /// The reported pose follows at once: it is computed from the joints when asked for. A motion under way goes where
     /// it was planned to go, a continuous path comes to rest at the end of its segment.
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        core.settings.bias = *self;
-        core.tool_changes();
-        Step::Done
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        cx.store.settings.bias = *self;
+        Effect::ToolChanged.into()
     }
 }
 
 impl Report for EndEffectorLaser {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        let Told { control, on } = core.actuators.laser_told;
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        let Commanded { control, on } = cx.io.tools.laser_set();
         Self {
             is_ctrl_enabled: control,
             is_on: on,
@@ -34,17 +34,17 @@ impl Report for EndEffectorLaser {
 }
 
 impl Apply for SetEndEffectorLaser {
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let (control, on) = (self.enable_ctrl, self.on);
-        core.actuators.tell_laser(Told { control, on });
-        Step::Done
+        cx.io.tools.set_laser(Commanded { control, on });
+        Effects::none()
     }
 }
 
 impl Report for EndEffectorSuctionCup {
     /// As it was set, whichever tool has the air.
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        let Told { control, on } = core.actuators.suction_told;
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        let Commanded { control, on } = cx.io.tools.air_set(AirTool::Suction);
         Self {
             is_ctrl_enabled: control,
             is_sucked: on,
@@ -53,18 +53,19 @@ impl Report for EndEffectorSuctionCup {
 }
 
 impl Apply for SetEndEffectorSuctionCup {
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let (control, on) = (self.enable_ctrl, self.suck);
-        core.actuators
-            .tell_air(AirTool::Suction, Told { control, on });
-        Step::Done
+        cx.io
+            .tools
+            .set_air(AirTool::Suction, Commanded { control, on });
+        Effects::none()
     }
 }
 
 impl Report for EndEffectorGripper {
     /// As it was set, whichever tool has the air.
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        let Told { control, on } = core.actuators.gripper_told;
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        let Commanded { control, on } = cx.io.tools.air_set(AirTool::Gripper);
         Self {
             is_ctrl_enabled: control,
             is_gripped: on,
@@ -73,10 +74,11 @@ impl Report for EndEffectorGripper {
 }
 
 impl Apply for SetEndEffectorGripper {
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let (control, on) = (self.enable_ctrl, self.grip);
-        core.actuators
-            .tell_air(AirTool::Gripper, Told { control, on });
-        Step::Done
+        cx.io
+            .tools
+            .set_air(AirTool::Gripper, Commanded { control, on });
+        Effects::none()
     }
 }

@@ -3,17 +3,18 @@
 use magician_protocol::commands::WaitCmd;
 
 use crate::Micros;
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Step, Turn};
+use crate::device::context::Context;
+use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::Apply;
 
 impl Apply for WaitCmd {
     /// In the queue it counts from its start; at once it has nothing to hold back (errata E34).
-    fn apply(&self, core: &mut Device, turn: Turn) -> Step {
-        match turn {
-            Turn::Immediate => Step::Done,
-            Turn::Queued => {
+    fn apply(&self, cx: &mut Context<'_>, mode: ExecMode) -> Effects {
+        match mode {
+            ExecMode::Immediate => Effects::none(),
+            ExecMode::Queued => {
                 let span = Micros::from(self.timeout).saturating_mul(1000);
-                Step::Waiting(core.now.saturating_add(span))
+                Effect::WaitUntil(cx.now.saturating_add(span)).into()
             }
         }
     }

@@ -5,21 +5,22 @@ use magician_protocol::commands::*;
 use magician_protocol::{Flag, NoArgs};
 
 use crate::convert::micros;
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Report, Step, Turn, kept};
+use crate::device::context::Context;
+use crate::device::effect::{Effects, ExecMode};
+use crate::device::handlers::{Apply, Report, kept};
 
 impl Report for WifiConfigMode {
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        core.settings.wifi_config
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        cx.store.settings.wifi_config
     }
 }
 
 impl Apply for WifiConfigMode {
     /// When the module leaves its command mode it looks for the network anew.
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
-        core.settings.wifi_config = *self;
-        core.wifi_begun = core.now;
-        Step::Done
+    fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+        cx.store.settings.wifi_config = *self;
+        cx.store.settings.wifi_begun = cx.now;
+        Effects::none()
     }
 }
 
@@ -34,13 +35,13 @@ kept!(
 
 impl Report for WifiConnectStatus {
     /// Any network that has a name is there, and is joined after a while.
-    fn report(core: &mut Device, _: &NoArgs) -> Self {
-        let named = !core.flash.wifi_ssid.ssid.as_bytes().is_empty();
-        let looks = !core.settings.wifi_config.enable.is_on();
-        let begun = core.wifi_begun.max(core.booted);
-        let found = begun.saturating_add(micros(core.profile.wifi.association));
+    fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
+        let named = !cx.store.flash().wifi_ssid.ssid.as_bytes().is_empty();
+        let looks = !cx.store.settings.wifi_config.enable.is_on();
+        let begun = cx.store.settings.wifi_begun.max(cx.booted);
+        let found = begun.saturating_add(micros(cx.firmware.profile.wifi.association));
         Self {
-            is_connected: Flag::from(named && looks && core.now >= found),
+            is_connected: Flag::from(named && looks && cx.now >= found),
         }
     }
 }

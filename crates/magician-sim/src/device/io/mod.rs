@@ -1,5 +1,58 @@
-//! What the connectors carry: pins, tools and motors (model section 13).
+//! What the connectors carry: pins, tools, motors and sensors (model section 13).
 
 pub(crate) mod pins;
+pub(crate) mod sensors;
 pub(crate) mod steppers;
 pub(crate) mod tools;
+pub(crate) mod trigger;
+
+use crate::world::Grip;
+use crate::{Micros, Profile};
+use pins::Pins;
+use sensors::Detectors;
+use steppers::Steppers;
+use tools::Actuators;
+
+/// Everything at the connectors; each keeps its own state.
+#[derive(Clone, Debug)]
+pub(crate) struct Io {
+    pub(crate) pins: Pins,
+    pub(crate) tools: Actuators,
+    pub(crate) steppers: Steppers,
+    pub(crate) color_sensors: Detectors,
+    pub(crate) infrared_sensors: Detectors,
+    /// Tool state last reported to the world.
+    reported: Grip,
+}
+
+impl Io {
+    /// As power finds it. The world knows the tool in a state already when the controller resets.
+    pub(crate) fn new(profile: &Profile, reported: Grip) -> Self {
+        let abilities = |at| profile.io.pins.get(at).copied().unwrap_or_default();
+        Self {
+            pins: Pins::new(std::array::from_fn(abilities)),
+            tools: Actuators::new(&profile.tools),
+            steppers: Steppers::default(),
+            color_sensors: Detectors::default(),
+            infrared_sensors: Detectors::default(),
+            reported,
+        }
+    }
+
+    /// Tool state last reported to the world.
+    pub(crate) fn reported(&self) -> Grip {
+        self.reported
+    }
+
+    /// Lets the tools follow their wires; what the world is to be told of them, if that is new.
+    pub(crate) fn update_tools(&mut self, now: Micros) -> Option<Grip> {
+        let grip = self.tools.follow_wires(now, &self.pins);
+        (std::mem::replace(&mut self.reported, grip) != grip).then_some(grip)
+    }
+
+    /// When a tool or a motor next comes to an end of what it does.
+    pub(crate) fn next_event(&self, now: Micros) -> Option<Micros> {
+        let ends = [self.tools.next_event(now), self.steppers.next_event()];
+        ends.into_iter().flatten().min()
+    }
+}

@@ -2,8 +2,8 @@
 
 use magician_protocol::{Flag, IoFunction};
 
-use crate::device::Device;
-use crate::profile::{PINS, PinFunctions};
+use crate::profile::{PINS, PinFunctions, pin_index};
+use crate::{Micros, World};
 
 /// Frequencies that a pulse-width output has, Hz (document 1.15.3).
 const FREQUENCIES: [f64; 2] = [10.0, 1e6];
@@ -105,30 +105,26 @@ impl Pin {
 
 /// The pins, by address less one.
 #[derive(Clone, Debug)]
-pub(crate) struct Connectors {
+pub(crate) struct Pins {
     pins: [Pin; PINS],
+    /// What each can do.
+    abilities: [PinFunctions; PINS],
     /// What a get without an address asks for (errata E39).
     last_address: u8,
 }
 
-impl Default for Connectors {
-    fn default() -> Self {
+impl Pins {
+    pub(crate) fn new(abilities: [PinFunctions; PINS]) -> Self {
         Self {
             pins: [Pin::NEW; PINS],
+            abilities,
             last_address: 1,
         }
     }
-}
 
-/// Where an address is among the pins, `None` when there is no such pin.
-pub(crate) fn place_of(address: u8) -> Option<usize> {
-    usize::from(address).checked_sub(1).filter(|at| *at < PINS)
-}
-
-impl Connectors {
     /// The pin of an address, `None` when there is none; it is now the one addressed last.
     pub(crate) fn addressed(&mut self, address: u8) -> Option<&mut Pin> {
-        let pin = self.pins.get_mut(place_of(address)?)?;
+        let pin = self.pins.get_mut(pin_index(address)?)?;
         self.last_address = address;
         Some(pin)
     }
@@ -143,7 +139,7 @@ impl Connectors {
     }
 
     fn at(&self, address: u8) -> Pin {
-        place_of(address)
+        pin_index(address)
             .and_then(|at| self.pins.get(at))
             .copied()
             .unwrap_or(Pin::NEW)
@@ -163,24 +159,25 @@ pub(crate) fn can_do(pin: PinFunctions, function: IoFunction) -> bool {
     }
 }
 
-impl Device {
+/// What they do.
+impl Pins {
     /// What a pin can do; nothing where there is none.
-    pub(crate) fn abilities(&self, address: u8) -> PinFunctions {
-        place_of(address)
-            .and_then(|at| self.profile.io.pins.get(at))
+    pub(crate) fn abilities_of(&self, address: u8) -> PinFunctions {
+        pin_index(address)
+            .and_then(|at| self.abilities.get(at))
             .copied()
             .unwrap_or_default()
     }
 
     /// What a pin puts out.
     pub(crate) fn signal(&self, address: u8) -> Signal {
-        self.connectors.at(address).signal(self.abilities(address))
+        self.at(address).signal(self.abilities_of(address))
     }
 
     /// The function of a pin, if it has it.
     fn function(&self, address: u8) -> IoFunction {
-        let function = self.connectors.at(address).function;
-        if can_do(self.abilities(address), function) {
+        let function = self.at(address).function;
+        if can_do(self.abilities_of(address), function) {
             function
         } else {
             IoFunction::None
@@ -188,79 +185,51 @@ impl Device {
     }
 
     /// What a digital input reads: without a connection what its resistor pulls it to. A pin that is none reads low.
-    pub(crate) fn digital(&self, address: u8) -> bool {
+    pub(crate) fn digital(&self, address: u8, world: &World, now: Micros) -> bool {
         let floating = match self.function(address) {
             IoFunction::DigitalInput | IoFunction::DigitalInputPullDown => false,
             IoFunction::DigitalInputPullUp => true,
             _ => return false,
         };
-        let analog = || Some(self.world.analog(self.now, address)? > FULL_SCALE / 2);
-        self.world
-            .digital(self.now, address)
+        let analog = || Some(world.analog(now, address)? > FULL_SCALE / 2);
+        world
+            .digital(now, address)
             .or_else(analog)
             .unwrap_or(floating)
     }
 
     /// What an analog input reads: 0 without a connection. A pin that is none reads 0.
-    pub(crate) fn analog(&self, address: u8) -> u16 {
+    pub(crate) fn analog(&self, address: u8, world: &World, now: Micros) -> u16 {
         if self.function(address) != IoFunction::AnalogInput {
             return 0;
         }
         let level = || {
-            let high = self.world.digital(self.now, address)?;
+            let high = world.digital(now, address)?;
             Some(if high { FULL_SCALE } else { 0 })
         };
-        self.world
-            .analog(self.now, address)
+        world
+            .analog(now, address)
             .or_else(level)
             .map_or(0, |value| value.min(FULL_SCALE))
     }
 
-    fn pin_state(&self, address: u8) -> PinState {
+    pub(crate) fn state(&self, address: u8, world: &World, now: Micros) -> PinState {
         let Pin {
             function,
             level,
             frequency,
             duty_cycle,
-        } = self.connectors.at(address);
+        } = self.at(address);
         PinState {
             address,
             function,
-            able: can_do(self.abilities(address), function),
+            able: can_do(self.abilities_of(address), function),
             level: level.is_on(),
             frequency,
             duty_cycle,
             signal: self.signal(address),
-            input: self.digital(address),
-            analog: self.analog(address),
+            input: self.digital(address, world, now),
+            analog: self.analog(address, world, now),
         }
-    }
-}
-
-impl crate::Controller {
-    /// The 20 EIO pins, address 1 first.
-    #[must_use]
-    pub fn pins(&self) -> [PinState; PINS] {
-        let mut address = 0;
-        [(); PINS].map(|()| {
-            address += 1;
-            self.core.pin_state(address)
-        })
-    }
-
-    /// Drives an input, address 1 to 20, high or low from now on; a TRIG that waits for it sees it at once. `false` if
-    /// there is no such address.
-    pub fn set_input(&mut self, address: u8, level: bool) -> bool {
-        let set = self.core.world.set_input(address, level);
-        self.core.settle();
-        set
-    }
-
-    /// Puts a voltage on an input, address 1 to 20: 0 to 4095 for 0 to 3.3 V, more counts as 4095. As
-    /// [`set_input`](Self::set_input) otherwise.
-    pub fn set_analog(&mut self, address: u8, value: u16) -> bool {
-        let set = self.core.world.set_analog(address, value);
-        self.core.settle();
-        set
     }
 }

@@ -2,9 +2,6 @@
 
 use crate::Micros;
 use crate::convert::micros;
-use crate::device::Device;
-use crate::device::dispatch::Step;
-use crate::device::queue::Busy;
 
 /// Pulses that move the vendor's conveyor belt by 1 mm: 16,000 a turn of its roller, 34 mm across (model section 13).
 pub const CONVEYOR_PULSES_PER_MM: f64 = 16_000.0 / (34.0 * std::f64::consts::PI);
@@ -59,24 +56,39 @@ pub(crate) struct Steppers {
     motors: [Motor; 2],
 }
 
+/// What a command has made of an output.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turned {
+    /// Its new rate, if that is another one.
+    pub(crate) rate: Option<f64>,
+    /// Whether it counts pulses from now on.
+    pub(crate) counts: bool,
+}
+
 impl Steppers {
+    pub(crate) const COUNT: usize = 2;
+
+    pub(crate) fn states(&self, now: Micros) -> [StepperState; Self::COUNT] {
+        self.motors.map(|motor| motor.state(now))
+    }
+
     /// When one next comes to rest by itself.
     pub(crate) fn next_event(&self) -> Option<Micros> {
         let ends = |motor: &Motor| motor.run.map(|run| run.ends);
         self.motors.iter().filter_map(ends).min()
     }
-}
 
-impl Device {
-    /// Turns an output at a rate from now on, for so many pulses if it is told. A command of the queue that it was busy
-    /// with has finished.
-    pub(crate) fn turn(&mut self, output: usize, rate: f64, pulses: Option<u32>) -> Step {
+    /// Turns an output at a rate from now on, for so many pulses if that is given; `None` where there is no output.
+    pub(crate) fn turn(
+        &mut self,
+        now: Micros,
+        output: usize,
+        rate: f64,
+        pulses: Option<u32>,
+    ) -> Option<Turned> {
         let rate = rate.clamp(-FASTEST, FASTEST);
         let nothing = rate == 0.0 || pulses == Some(0);
-        let now = self.now;
-        let Some(motor) = self.steppers.motors.get_mut(output) else {
-            return Step::Done;
-        };
+        let motor = self.motors.get_mut(output)?;
         let counted = motor.state(now).pulses;
         let run = pulses.filter(|_| !nothing).map(|pulses| {
             let pulses = f64::from(pulses);
@@ -93,57 +105,23 @@ impl Device {
             counted,
             run,
         };
-        if changed {
-            self.world.stepper(now, output, rate);
-        }
-        self.finish_turning(output);
-        if run.is_some() {
-            Step::Turning(output)
-        } else {
-            Step::Done
-        }
+        Some(Turned {
+            rate: changed.then_some(rate),
+            counts: run.is_some(),
+        })
     }
 
-    /// Outputs that have put out their pulses come to rest.
-    pub(crate) fn steppers_event(&mut self) {
-        let now = self.now;
-        for output in 0..self.steppers.motors.len() {
-            let run = self.steppers.motors.get(output).and_then(|motor| motor.run);
-            if let Some(Run { counted, .. }) = run.filter(|run| run.ends <= now) {
-                self.turn(output, 0.0, None);
-                if let Some(motor) = self.steppers.motors.get_mut(output) {
-                    motor.counted = counted;
-                }
-            }
-        }
+    /// The pulses at which an output has come to rest by now, if it has counted what it was to.
+    pub(crate) fn due(&self, now: Micros, output: usize) -> Option<f64> {
+        let run = self.motors.get(output)?.run?;
+        (run.ends <= now).then_some(run.counted)
     }
 
-    /// The queue's running command ends on the spot if it counts pulses, and its motor with it.
-    pub(crate) fn cut_turning(&mut self) {
-        if let Some(Busy::Turning(output)) = self.queue.running.map(|running| running.busy) {
-            self.turn(output, 0.0, None);
+    /// What an output that has come to rest has counted: exactly what it was to, without what rounding its end to a
+    /// microsecond made of it.
+    pub(crate) fn set_counted(&mut self, output: usize, counted: f64) {
+        if let Some(motor) = self.motors.get_mut(output) {
+            motor.counted = counted;
         }
-    }
-
-    /// Both outputs come to rest.
-    pub(crate) fn rest_steppers(&mut self) {
-        for output in 0..self.steppers.motors.len() {
-            self.turn(output, 0.0, None);
-        }
-    }
-
-    fn finish_turning(&mut self, output: usize) {
-        if self.queue.running.map(|running| running.busy) == Some(Busy::Turning(output)) {
-            self.finish_running();
-        }
-    }
-}
-
-impl crate::Controller {
-    /// The stepper outputs, 1 and 2.
-    #[must_use]
-    pub fn steppers(&self) -> [StepperState; 2] {
-        let now = self.core.now;
-        self.core.steppers.motors.map(|motor| motor.state(now))
     }
 }

@@ -5,10 +5,10 @@
 
 use magician_protocol::Flag;
 
+use super::pins::Pins;
+use crate::Micros;
 use crate::convert::micros;
-use crate::device::Device;
 use crate::world::Grip;
-use crate::{Micros, Output};
 
 /// EIO address of the air line's valve.
 const VALVE: u8 = 16;
@@ -29,15 +29,25 @@ pub(crate) enum AirTool {
 
 /// Two flags as a host set them.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Told {
+pub(crate) struct Commanded {
     pub(crate) control: Flag,
     pub(crate) on: Flag,
 }
 
-impl Told {
+impl Commanded {
     fn is_on(self) -> bool {
         self.control.is_on() && self.on.is_on()
     }
+}
+
+/// A tool that takes its time to do what it is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Output {
+    /// What it was told.
+    pub commanded: bool,
+    /// What it has come to.
+    pub reached: bool,
 }
 
 /// What takes its time to come to what it is told.
@@ -75,17 +85,19 @@ impl Actuator {
 /// The tools that can be switched.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Actuators {
-    pub(crate) laser_told: Told,
-    pub(crate) suction_told: Told,
-    pub(crate) gripper_told: Told,
+    laser_set: Commanded,
+    suction_set: Commanded,
+    gripper_set: Commanded,
     /// The tool whose command came last, and that command: it has the pump.
-    air: (AirTool, Told),
+    air: (AirTool, Commanded),
     /// Power of the laser along a continuous path, percent.
     path_power: f64,
     suction: Actuator,
     gripper: Actuator,
     /// The laser's power, percent.
     laser: f64,
+    vacuum_delay: Micros,
+    gripper_delay: Micros,
 }
 
 /// What the wires to the tools carry.
@@ -98,18 +110,39 @@ struct Wires {
 }
 
 impl Actuators {
-    /// A command for a tool of the air line.
-    pub(crate) fn tell_air(&mut self, tool: AirTool, told: Told) {
-        match tool {
-            AirTool::Suction => self.suction_told = told,
-            AirTool::Gripper => self.gripper_told = told,
+    pub(crate) fn new(delays: &crate::profile::Tools) -> Self {
+        Self {
+            vacuum_delay: micros(delays.vacuum_delay),
+            gripper_delay: micros(delays.gripper_delay),
+            ..Self::default()
         }
-        self.air = (tool, told);
+    }
+
+    /// A command for a tool of the air line.
+    pub(crate) fn set_air(&mut self, tool: AirTool, commanded: Commanded) {
+        match tool {
+            AirTool::Suction => self.suction_set = commanded,
+            AirTool::Gripper => self.gripper_set = commanded,
+        }
+        self.air = (tool, commanded);
     }
 
     /// A command for the laser.
-    pub(crate) fn tell_laser(&mut self, told: Told) {
-        self.laser_told = told;
+    pub(crate) fn set_laser(&mut self, commanded: Commanded) {
+        self.laser_set = commanded;
+    }
+
+    /// The command that a tool of the air line had last, whichever has the air.
+    pub(crate) fn air_set(&self, tool: AirTool) -> Commanded {
+        match tool {
+            AirTool::Suction => self.suction_set,
+            AirTool::Gripper => self.gripper_set,
+        }
+    }
+
+    /// The command that the laser had last.
+    pub(crate) fn laser_set(&self) -> Commanded {
+        self.laser_set
     }
 
     /// The laser burns with so much power along a continuous path; 0 turns it off.
@@ -119,7 +152,7 @@ impl Actuators {
 
     /// What the firmware makes of the laser, percent.
     fn laser_driven(&self) -> f64 {
-        if self.laser_told.is_on() {
+        if self.laser_set.is_on() {
             100.0
         } else {
             self.path_power
@@ -139,64 +172,45 @@ impl Actuators {
         self.laser
     }
 
-    /// When a tool next comes to what it was told.
-    pub(crate) fn next_change(&self, now: Micros) -> Option<Micros> {
+    /// When a tool next comes to what it was commanded to.
+    pub(crate) fn next_event(&self, now: Micros) -> Option<Micros> {
         [self.suction.settled, self.gripper.settled]
             .into_iter()
             .filter(|at| *at > now)
             .min()
     }
 
-    /// What the world feels of the tools.
-    fn grip(&self, now: Micros) -> Grip {
-        Grip {
-            sucking: self.suction(now).reached,
-            closed: self.gripper(now).reached,
-            laser: self.laser,
-        }
-    }
-}
-
-impl Device {
     /// What the wires carry: each what its pin puts out, else what the firmware drives it to.
-    fn wires(&self) -> Wires {
-        let (_, told) = self.actuators.air;
-        let laser_driven = self.actuators.laser_driven();
+    fn wires(&self, pins: &Pins) -> Wires {
+        let (_, commanded) = self.air;
+        let laser_driven = self.laser_driven();
         let level = |address, driven: bool| {
-            let share = self.signal(address).share();
+            let share = pins.signal(address).share();
             share.map_or(driven, |share| share > 0.0)
         };
         let supplied = level(LASER_SUPPLY, laser_driven > 0.0);
-        let power = self.signal(LASER_POWER).share().unwrap_or(laser_driven);
+        let power = pins.signal(LASER_POWER).share().unwrap_or(laser_driven);
         Wires {
-            pump: level(PUMP, told.control.is_on()),
-            valve: level(VALVE, told.on.is_on()),
+            pump: level(PUMP, commanded.control.is_on()),
+            valve: level(VALVE, commanded.on.is_on()),
             laser: if supplied { power } else { 0.0 },
         }
     }
 
-    /// Lets the tools follow their wires, and tells the world what has become of them.
-    pub(crate) fn feel_grip(&mut self) {
-        let (wires, now) = (self.wires(), self.now);
+    /// Lets the tools follow their wires; what the world then feels of them.
+    pub(crate) fn follow_wires(&mut self, now: Micros, pins: &Pins) -> Grip {
+        let Wires { pump, valve, laser } = self.wires(pins);
         // The pump blows while the valve is closed: there is no vacuum then, and the gripper opens.
-        let active = wires.pump && wires.valve;
-        let delays = &self.profile.tools;
-        let tools = &mut self.actuators;
-        let (tool, _) = tools.air;
+        let active = pump && valve;
+        let (tool, _) = self.air;
         let has_air = |wanted| active && tool == wanted;
-        let (vacuum, grip) = (micros(delays.vacuum_delay), micros(delays.gripper_delay));
-        (tools.suction).command(has_air(AirTool::Suction), now, vacuum);
-        (tools.gripper).command(has_air(AirTool::Gripper), now, grip);
-        tools.laser = wires.laser;
-        let grip = tools.grip(now);
-        if grip != self.grip {
-            self.grip = grip;
-            let posture = self.posture();
-            // What is to come of a motion looks different with another tool.
-            self.end_course();
-            self.world.grip(now, grip, &posture);
-            self.show_course();
-            self.tell_incidents();
+        (self.suction).command(has_air(AirTool::Suction), now, self.vacuum_delay);
+        (self.gripper).command(has_air(AirTool::Gripper), now, self.gripper_delay);
+        self.laser = laser;
+        Grip {
+            sucking: self.suction(now).reached,
+            closed: self.gripper(now).reached,
+            laser,
         }
     }
 }

@@ -4,16 +4,11 @@
 //! set. The switch stands where the base really is, so an arm that does not know its base angle finds it. The command
 //! runs through every stage; a stop, another motion or a reset ends it at whichever it is.
 
-use magician_motion::{JointAngles, Limits, MotionError, Move, MoveKind, Plan, Planner, Target};
-use magician_protocol::Writable;
-use magician_protocol::commands::HomeCmd;
+use magician_motion::{JointAngles, Limits, Move, MoveKind, Planner, Target};
 
-use super::plan::alarm_on_the_way;
-use super::{Outputs, Purpose};
-use crate::device::Device;
-use crate::device::dispatch::Step;
-use crate::event::{Event, Refusal};
-use crate::fidelity::Assumption;
+use super::plan::NoPlan;
+use super::{ArmView, Motion, MotionKind, Outputs, RailPath, Start};
+use crate::Micros;
 
 /// A part of the search for the switch of J1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,18 +26,25 @@ pub(crate) enum Stage {
 /// The base at the switch: closer than the arm's step of 0.01125 deg.
 const AT_SWITCH: f64 = 1e-3;
 
-impl Device {
-    /// Begins homing. Until J1 is set the arm is not homed, even if it was before.
-    pub(crate) fn home(&mut self) -> Step {
-        self.halt();
-        self.homed = false;
-        // A base that stands at its switch already has nothing to seek.
-        self.search_on(Stage::Seek)
+impl ArmView<'_> {
+    /// What comes after a stage; `None` when the switch has closed for the last time. The switch is felt, not counted:
+    /// a base that has slipped away from it goes on, and one that has slipped past it tries again.
+    pub(crate) fn stage_after(&self, stage: Stage) -> Option<Stage> {
+        let off = self.motion.true_pose(self.now).joints.j1 - self.firmware.model.homing.switch;
+        match stage {
+            Stage::Seek if off > AT_SWITCH => Some(Stage::Seek),
+            Stage::Seek => Some(Stage::BackOff),
+            Stage::BackOff => Some(Stage::Creep),
+            Stage::Creep => Some(Stage::Touch),
+            Stage::Touch if off > AT_SWITCH => Some(Stage::Touch),
+            Stage::Touch if off < -AT_SWITCH => Some(Stage::BackOff),
+            Stage::Touch => None,
+        }
     }
 
     /// The first stage takes the carriage on the rail to its end, and lasts until it is there.
-    fn search(&mut self, stage: Stage) -> Step {
-        let rules = &self.model.homing;
+    pub(crate) fn plan_search(&self, stage: Stage) -> Result<Start, NoPlan> {
+        let rules = &self.firmware.model.homing;
         let [creep, touch] = rules.creep;
         let (target, velocity) = match stage {
             Stage::Seek => (rules.switch, rules.search),
@@ -50,85 +52,70 @@ impl Device {
             Stage::Creep => (rules.switch + rules.back_off / 2.0, creep),
             Stage::Touch => (rules.switch, touch),
         };
-        let way = target - self.posture().joints.j1;
+        let way = target - self.motion.true_pose(self.now).joints.j1;
         let request = Move {
             target: Target::JointIncrement(JointAngles::from([way, 0.0, 0.0, 0.0])),
             kind: MoveKind::Joint,
         };
-        let mut speeds = self.model.homing.speeds();
+        let mut speeds = rules.speeds();
         speeds.joint_velocity[0] = velocity;
         let planner = Planner {
             limits: Limits::NONE,
             ..self.planner(speeds)
         };
-        match planner.plan(&self.arm(), &request) {
-            Ok(plan) => {
-                let (purpose, rail) = (Purpose::Search(stage), self.home_rail());
-                self.begin_with_rail(purpose, plan.trajectory, rail, None, Outputs::default())
-            }
-            Err(error) => self.unplannable(HomeCmd::ROW.id, &error),
+        let plan = planner.plan(&self.arm(), &request)?;
+        Ok(Start {
+            kind: MotionKind::Search(stage),
+            trajectory: plan.trajectory,
+            rail: self.plan_rail_home(),
+            alarm: None,
+            outputs: Outputs::default(),
+        })
+    }
+
+    /// The end of homing: a joint move to the home point that was set, or else to the joints at which homing ends.
+    pub(crate) fn plan_home_point(&self) -> Result<Start, NoPlan> {
+        match self.settings.home_point() {
+            Some(target) => self.plan_home(target),
+            None => self.plan_home_joints(),
         }
     }
 
-    /// What comes after a stage. The switch is felt, not counted: a base that has slipped away from it goes on, and
-    /// one that has slipped past it tries again.
-    pub(super) fn search_on(&mut self, stage: Stage) -> Step {
-        let off = self.posture().joints.j1 - self.model.homing.switch;
-        match stage {
-            Stage::Seek if off > AT_SWITCH => self.search(Stage::Seek),
-            Stage::Seek => self.search(Stage::BackOff),
-            Stage::BackOff => self.search(Stage::Creep),
-            Stage::Creep => self.search(Stage::Touch),
-            Stage::Touch if off > AT_SWITCH => self.search(Stage::Touch),
-            Stage::Touch if off < -AT_SWITCH => self.search(Stage::BackOff),
-            Stage::Touch => {
-                self.set_base();
-                self.go_home()
-            }
-        }
+    /// The end of homing when no home point is set.
+    pub(crate) fn plan_home_joints(&self) -> Result<Start, NoPlan> {
+        self.plan_home(Target::Joints(self.firmware.model.homing.joints))
     }
 
+    fn plan_home(&self, target: Target) -> Result<Start, NoPlan> {
+        let planner = self.planner(self.firmware.model.homing.speeds());
+        self.plan_joint_move(&planner, target)
+    }
+
+    /// The carriage's part of homing, for a motion that begins now: to the end of the rail where it is 0.
+    fn plan_rail_home(&self) -> RailPath {
+        if self.settings.has_rail() {
+            RailPath::home(
+                self.motion.true_pose(self.now).rail,
+                &self.firmware.profile.rail,
+            )
+        } else {
+            RailPath::standing(self.rail())
+        }
+    }
+}
+
+impl Motion {
     /// The base stands at its switch, and J2 and J3 are where their sensors say: no step counts as lost any more.
-    fn set_base(&mut self) {
-        let really = self.posture().joints;
-        let j1 = self.model.homing.switch;
-        self.place_at(JointAngles { j1, ..really });
-        self.motion.forget_slip();
+    pub(crate) fn set_base(
+        &mut self,
+        now: Micros,
+        geometry: &magician_motion::Geometry,
+        switch: f64,
+    ) {
+        let really = self.true_pose(now).joints;
+        let j1 = switch;
+        self.place_at(geometry, JointAngles { j1, ..really });
+        self.forget_slip();
         self.homed = true;
-    }
-
-    /// The end of homing: a joint move to the home point. One out of reach is passed over for the joints at which homing
-    /// ends when none is set: the vendor's own demonstration sets such a point and goes on (model section 15a).
-    fn go_home(&mut self) -> Step {
-        let usual = Target::Joints(self.model.homing.joints);
-        let target = self.home_point().unwrap_or(usual);
-        let planned = match self.plan_home(target) {
-            Err(MotionError::Unreachable(_) | MotionError::Limit { .. }) if target != usual => {
-                let id = HomeCmd::ROW.id;
-                if !self.allows(id, Assumption::HomeOutOfReach) {
-                    return self.refuse(id, Refusal::Unplannable);
-                }
-                self.log.push(Event::HomeOutOfReach);
-                self.plan_home(usual)
-            }
-            planned => planned,
-        };
-        match planned {
-            Ok((plan, alarm)) => {
-                self.begin(Purpose::Move, plan.trajectory, alarm, Outputs::default())
-            }
-            Err(error) => self.unplannable(HomeCmd::ROW.id, &error),
-        }
-    }
-
-    /// The joint move to a home point, and the alarm that ends it on the way.
-    fn plan_home(&self, target: Target) -> Result<(Plan, Option<u8>), MotionError> {
-        let request = Move {
-            target,
-            kind: MoveKind::Joint,
-        };
-        let plan = (self.planner(self.model.homing.speeds())).plan(&self.arm(), &request)?;
-        let alarm = alarm_on_the_way(&request, plan.crossing);
-        Ok((plan, alarm))
     }
 }

@@ -1,14 +1,11 @@
 //! Jogging: one axis at a time, until it is told to stop or a limit stops it (model section 10).
 
-use magician_motion::{Jog, JogAxis, MotionError, Plan, Rates};
-use magician_protocol::commands::JogCmd;
-use magician_protocol::{JogCommand, Writable};
+use magician_motion::{Jog, JogAxis, MotionError, Plan, Trajectory};
+use magician_protocol::JogCommand;
 
-use super::plan::{alarm_at_limit, alarm_on_a_path};
-use super::{Outputs, Purpose};
-use crate::convert::capped;
-use crate::device::Device;
-use crate::device::dispatch::Step;
+use super::plan::{NoPlan, alarm_at_limit, alarm_on_a_path};
+use super::{ArmView, MotionKind, Outputs, RailPath, Start};
+use crate::Micros;
 
 /// What a jog moves, and which way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,18 +19,42 @@ pub(crate) enum Jogged {
     },
 }
 
+/// What becomes of a jog. Nothing waits for one: its command has finished at once.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "it lives for a call")]
+pub(crate) enum JogPlan {
+    /// It goes on as it does.
+    Unchanged,
+    /// It begins in place of what moves.
+    Begin(Start),
+    /// What moves goes on as this.
+    Continue(Start),
+    /// It slows down already: only what follows changes.
+    Then(MotionKind),
+    /// It cannot be planned.
+    Refused(NoPlan),
+}
+
+impl From<Result<Start, NoPlan>> for JogPlan {
+    fn from(planned: Result<Start, NoPlan>) -> Self {
+        planned.map_or_else(Self::Refused, Self::Begin)
+    }
+}
+
 /// The axis and direction of a command; `None` for what is no axis of the arm.
 fn jog_of(is_joint: bool, command: JogCommand) -> Option<Jog> {
     let (number, positive) = command.axis()?;
     Jog::numbered(is_joint, number, positive)
 }
 
-impl Device {
+impl ArmView<'_> {
     /// Begins to jog, or turns a jog round, or slows it down to a stop. Without a rail its jogs are ignored.
-    pub(crate) fn jog(&mut self, is_joint: bool, command: JogCommand) -> Step {
+    pub(crate) fn jog(&self, is_joint: bool, command: JogCommand) -> JogPlan {
         let on_rail = |positive| Some(Jogged::Rail { positive });
         let jogged = match command {
-            JogCommand::RailPlus | JogCommand::RailMinus if !self.has_rail() => return Step::Done,
+            JogCommand::RailPlus | JogCommand::RailMinus if !self.settings.has_rail() => {
+                return JogPlan::Unchanged;
+            }
             JogCommand::RailPlus => on_rail(true),
             JogCommand::RailMinus => on_rail(false),
             _ => jog_of(is_joint, command).map(Jogged::Arm),
@@ -45,86 +66,77 @@ impl Device {
     }
 
     /// A jog of another axis slows down to a stop first; on the same axis the speed passes through zero.
-    fn jog_along(&mut self, jogged: Jogged) -> Step {
-        let purpose = self.motion.under_way().map(|motion| motion.purpose);
-        match (jogged, purpose) {
-            (Jogged::Arm(jog), Some(Purpose::Jog(running))) if running.axis == jog.axis => {
-                let entry = self.jog_velocity(jog.axis);
-                self.begin_jog(jog, entry)
+    fn jog_along(&self, jogged: Jogged) -> JogPlan {
+        match (jogged, self.motion.kind()) {
+            (Jogged::Arm(jog), Some(MotionKind::Jog(running))) if running.axis == jog.axis => {
+                self.plan_jog(jog, self.jog_velocity(jog.axis)).into()
             }
-            (Jogged::Rail { positive }, Some(Purpose::RailJog { .. })) => self.rail_jog(positive),
-            (_, Some(Purpose::Jog(_) | Purpose::JogStop { .. } | Purpose::RailJog { .. })) => {
-                self.stop_jog(Some(jogged))
+            (Jogged::Rail { positive }, Some(MotionKind::RailJog { .. })) => {
+                self.rail_jog(positive)
             }
-            _ => self.begin_jogged(jogged),
+            (
+                _,
+                Some(MotionKind::Jog(_) | MotionKind::JogStop { .. } | MotionKind::RailJog { .. }),
+            ) => self.stop_jog(Some(jogged)),
+            _ => self.jog_from_rest(jogged),
         }
     }
 
     /// Whether a command jogs another axis than the one under way.
     pub(crate) fn jogs_another(&self, is_joint: bool, command: JogCommand) -> bool {
-        let purpose = self.motion.under_way().map(|motion| motion.purpose);
         let asked = jog_of(is_joint, command).map(|jog| jog.axis);
-        match purpose {
-            Some(Purpose::Jog(jog)) => asked != Some(jog.axis),
-            Some(Purpose::JogStop { axis, .. }) => asked != Some(axis),
-            Some(Purpose::RailJog { .. }) => asked.is_some(),
+        match self.motion.kind() {
+            Some(MotionKind::Jog(jog)) => asked != Some(jog.axis),
+            Some(MotionKind::JogStop { axis, .. }) => asked != Some(axis),
+            Some(MotionKind::RailJog { .. }) => asked.is_some(),
             _ => false,
         }
     }
 
     /// Jogs from rest. What else moves is replaced, unless there are no speeds to jog with.
-    pub(super) fn begin_jogged(&mut self, jogged: Jogged) -> Step {
+    pub(crate) fn jog_from_rest(&self, jogged: Jogged) -> JogPlan {
         match jogged {
-            Jogged::Arm(jog) => self.begin_jog(jog, 0.0),
+            Jogged::Arm(jog) => self.plan_jog(jog, 0.0).into(),
             Jogged::Rail { positive } => self.rail_jog(positive),
         }
     }
 
     fn jog_velocity(&self, axis: JogAxis) -> f64 {
-        let motion = self.motion.under_way();
-        motion.map_or(0.0, |motion| {
-            motion
-                .trajectory
-                .velocity_along(axis, motion.elapsed(self.now))
+        (self.motion.under_way.as_ref()).map_or(0.0, |motion| {
+            let elapsed = motion.elapsed(self.now);
+            motion.trajectory.velocity_along(axis, elapsed)
         })
     }
 
     /// Jogs from a speed on the same axis.
-    fn begin_jog(&mut self, jog: Jog, entry: f64) -> Step {
-        let planner = self.planner_told_rates();
-        let rates = self.jog_rates(jog.axis);
-        match planner.jog(&self.arm(), jog, rates, entry) {
-            Ok(plan) => {
-                self.halt();
-                self.drive(Purpose::Jog(jog), &plan, jog.axis)
-            }
-            Err(error) => self.unplannable(JogCmd::ROW.id, &error),
-        }
+    fn plan_jog(&self, jog: Jog, entry: f64) -> Result<Start, NoPlan> {
+        let rates = self.settings.jog_rates(&self.firmware.model, jog.axis);
+        let planner = self.planner_given_rates();
+        let plan = planner.jog(&self.arm(), jog, rates, entry)?;
+        Ok(self.start_jog(MotionKind::Jog(jog), &plan, jog.axis))
     }
 
     /// Slows a jog down with the acceleration of jogging; `then` follows when it stands.
-    fn stop_jog(&mut self, then: Option<Jogged>) -> Step {
-        let (axis, trajectory, elapsed) = match self.motion.under_way() {
-            Some(motion) => match motion.purpose {
-                Purpose::Jog(jog) => (jog.axis, motion.trajectory, motion.elapsed(self.now)),
-                // It slows down already: only what follows may change.
-                Purpose::JogStop { axis, .. } => {
-                    self.motion.repurpose(Purpose::JogStop { axis, then });
-                    return Step::Done;
-                }
-                Purpose::RailJog { .. } => return self.rail_jog_stop(then),
-                _ => return Step::Done,
-            },
-            None => return Step::Done,
+    fn stop_jog(&self, then: Option<Jogged>) -> JogPlan {
+        let Some(motion) = &self.motion.under_way else {
+            return JogPlan::Unchanged;
         };
-        let planner = self.planner_told_rates();
-        let plan = planner.jog_stop(&trajectory, elapsed, self.jog_rates(axis).acceleration);
-        self.rest_here();
-        self.drive(Purpose::JogStop { axis, then }, &plan, axis)
+        let axis = match motion.kind {
+            MotionKind::Jog(jog) => jog.axis,
+            MotionKind::JogStop { axis, .. } => {
+                return JogPlan::Then(MotionKind::JogStop { axis, then });
+            }
+            MotionKind::RailJog { .. } => return self.rail_jog_stop(then),
+            _ => return JogPlan::Unchanged,
+        };
+        let rates = self.settings.jog_rates(&self.firmware.model, axis);
+        let planner = self.planner_given_rates();
+        let elapsed = motion.elapsed(self.now);
+        let plan = planner.jog_stop(&motion.trajectory, elapsed, rates.acceleration);
+        JogPlan::Continue(self.start_jog(MotionKind::JogStop { axis, then }, &plan, axis))
     }
 
-    /// Whatever happens on the way, the command has finished: the queue does not wait for a jog.
-    fn drive(&mut self, purpose: Purpose, plan: &Plan, axis: JogAxis) -> Step {
+    fn start_jog(&self, kind: MotionKind, plan: &Plan, axis: JogAxis) -> Start {
         let alarm = plan.crossing.map(|crossing| {
             if matches!(axis, JogAxis::X | JogAxis::Y | JogAxis::Z)
                 || !matches!(crossing.cause, MotionError::Limit { .. })
@@ -134,35 +146,59 @@ impl Device {
                 alarm_at_limit(&crossing)
             }
         });
-        self.begin(purpose, plan.trajectory, alarm, Outputs::default());
-        Step::Done
+        Start::of_arm(self, kind, plan.trajectory, alarm)
+    }
+}
+
+/// The carriage.
+impl ArmView<'_> {
+    /// Jogs the carriage towards the end of the rail, where it comes to rest without an alarm. Against the way that it
+    /// moves it first comes to rest; told again the direction that it has, it goes on as it does.
+    fn rail_jog(&self, positive: bool) -> JogPlan {
+        let Some(rates) = self.settings.rail_jog_rates() else {
+            return JogPlan::Refused(NoPlan::RailSpeed);
+        };
+        let (length, sign) = (self.motion.rail.length, if positive { 1.0 } else { -1.0 });
+        let (from, velocity) = match self.rail_jogging() {
+            Some((path, _)) if path.heading() == sign => return JogPlan::Unchanged,
+            Some((path, elapsed)) => (path.sample(elapsed), path.velocity(elapsed)),
+            None => (self.rail(), 0.0),
+        };
+        let to = if positive { length } else { 0.0 };
+        let path = RailPath::slowing(from, velocity, rates.acceleration, length);
+        self.start_rail_jog(path.then_going(to, &rates), None)
     }
 
-    /// The speeds of jogging an axis, each up to its ceiling: the ratio scales the velocity and not the
-    /// acceleration. A ratio that is none leaves no speed.
-    fn jog_rates(&self, axis: JogAxis) -> Rates {
-        let (joint, space) = (&self.settings.jog_joint, &self.settings.jog_coordinate);
-        let ([v1, v2, v3, v4], [a1, a2, a3, a4]) = (joint.velocity, joint.acceleration);
-        let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
-        let most = &self.model.ceilings;
-        let ([m1, m2, m3, m4], [n1, n2, n3, n4]) = (most.joint_velocity, most.joint_acceleration);
-        let (along, linear) = (most.linear_velocity, most.linear_acceleration);
-        let (round, rotation) = (most.rotation_velocity, most.rotation_acceleration);
-        let (velocity, fastest, acceleration, steepest) = match axis {
-            JogAxis::J1 => (v1, m1, a1, n1),
-            JogAxis::J2 => (v2, m2, a2, n2),
-            JogAxis::J3 => (v3, m3, a3, n3),
-            JogAxis::J4 => (v4, m4, a4, n4),
-            JogAxis::X => (vx, along, ax, linear),
-            JogAxis::Y => (vy, along, ay, linear),
-            JogAxis::Z => (vz, along, az, linear),
-            JogAxis::R => (vr, round, ar, rotation),
+    /// Ends a jog of the carriage: it comes to rest at the acceleration of the jog, and `then` follows.
+    fn rail_jog_stop(&self, then: Option<Jogged>) -> JogPlan {
+        let rates = self.settings.rail_jog_rates();
+        let deceleration = rates.map_or(f64::INFINITY, |rates| rates.acceleration);
+        let Some((path, elapsed)) = self.rail_jogging() else {
+            return JogPlan::Unchanged;
         };
-        let ratio = capped(self.settings.jog_common.velocity_ratio.into(), 100.0) / 100.0;
-        let ratio = if ratio > 0.0 { ratio } else { f64::NAN };
-        Rates {
-            velocity: capped(velocity.into(), fastest) * ratio,
-            acceleration: capped(acceleration.into(), steepest),
+        if path.heading() == 0.0 {
+            return JogPlan::Then(MotionKind::RailJog { then });
         }
+        let (from, velocity) = (path.sample(elapsed), path.velocity(elapsed));
+        let length = self.motion.rail.length;
+        let path = RailPath::slowing(from, velocity, deceleration, length);
+        self.start_rail_jog(path, then)
+    }
+
+    /// The jog of the carriage that is under way, and how long it has been.
+    fn rail_jogging(&self) -> Option<(RailPath, Micros)> {
+        let motion = self.motion.under_way.as_ref()?;
+        let jogs = matches!(motion.kind, MotionKind::RailJog { .. });
+        jogs.then(|| (motion.rail, motion.elapsed(self.now)))
+    }
+
+    fn start_rail_jog(&self, rail: RailPath, then: Option<Jogged>) -> JogPlan {
+        JogPlan::Begin(Start {
+            kind: MotionKind::RailJog { then },
+            trajectory: Trajectory::at_rest(&self.geometry(), &self.arm()),
+            rail,
+            alarm: None,
+            outputs: Outputs::default(),
+        })
     }
 }

@@ -1,13 +1,16 @@
-//! The joint limits as alarms (model section 4).
+//! The joint limits as alarms, and when one drops because its joint has come back inside (model section 4).
 
-use magician_motion::{Bound, JointAngles, Limits};
-use magician_protocol::Alarm;
+use magician_motion::{Bound, JointAngles, Limits, Trajectory};
+use magician_protocol::{Alarm, AlarmSet};
+
+use super::Motion;
+use crate::Micros;
 
 /// A joint this close to a bound stands at it, deg; the arm's step is 0.01125.
 const AT: f64 = 1e-6;
 
-/// The alarm of a bound, 0x40 to 0x49.
-pub(crate) fn alarm_of(bound: Bound) -> u8 {
+/// The alarm of a bound, 0x40 to 0x49: raised when a motion ends there.
+pub(crate) fn limit_alarm(bound: Bound) -> u8 {
     match bound {
         Bound::J1Max => Alarm::LimitAxis1Pos,
         Bound::J1Min => Alarm::LimitAxis1Neg,
@@ -23,11 +26,62 @@ pub(crate) fn alarm_of(bound: Bound) -> u8 {
 }
 
 /// Whether the joints stand at a bound or beyond it.
-pub(crate) fn is_at(bound: Bound, limits: &Limits, joints: &JointAngles) -> bool {
+fn is_at(bound: Bound, limits: &Limits, joints: &JointAngles) -> bool {
     let (value, limit) = (bound.value(joints), limits.at(bound));
     if bound.is_upper() {
         value >= limit - AT
     } else {
         value <= limit + AT
     }
+}
+
+impl Motion {
+    /// Whether the joints stand at the limit that an alarm is about: its cause stands.
+    pub(crate) fn limit_stands(&self, now: Micros, limits: &Limits, code: u8) -> bool {
+        let joints = self.joints(now);
+        Bound::ALL
+            .into_iter()
+            .any(|bound| limit_alarm(bound) == code && is_at(bound, limits, &joints))
+    }
+
+    /// Finds out when the motion takes a joint back inside whose limit alarm is among those that stand.
+    pub(crate) fn watch_limits(&mut self, now: Micros, limits: &Limits, standing: AlarmSet) {
+        let Some(motion) = &mut self.under_way else {
+            return;
+        };
+        let from = motion.elapsed(now);
+        let leaving = |trajectory: &Trajectory| {
+            let leaves = |bound: Bound| {
+                let outside = |t| is_at(bound, limits, &trajectory.sample(t).joints);
+                first_inside(from, trajectory.duration_us(), outside)
+            };
+            Bound::ALL
+                .into_iter()
+                .filter(|bound| standing.contains(limit_alarm(*bound)))
+                .filter_map(leaves)
+                .min()
+        };
+        motion.leaves_limit = leaving(&motion.trajectory).map(|t| motion.started.saturating_add(t));
+    }
+}
+
+/// Looks at a motion for where it comes inside, one that goes out and back included.
+const LOOKS: Micros = 64;
+
+/// The first microsecond after `from` that is inside, if a motion gets there; one that is inside for less than a
+/// [`LOOKS`]th of its time may be taken for one that does not.
+fn first_inside(from: Micros, to: Micros, outside: impl Fn(Micros) -> bool) -> Option<Micros> {
+    let span = to.saturating_sub(from);
+    let look = |step: Micros| from + span / LOOKS * step + span % LOOKS * step / LOOKS;
+    let first = (1..=LOOKS).find(|step| !outside(look(*step)))?;
+    let (mut out, mut inside) = (look(first - 1), look(first));
+    while inside - out > 1 {
+        let middle = out + (inside - out) / 2;
+        if outside(middle) {
+            out = middle;
+        } else {
+            inside = middle;
+        }
+    }
+    Some(inside)
 }

@@ -1,31 +1,30 @@
 //! Where the arm is and how it moves (model sections 4, 7, 11 and 14).
 //!
 //! All that moves is a [`Trajectory`]: it has a beginning and an end, and is asked where it is. What it is for, and what
-//! follows it, is its [`Purpose`].
+//! follows it, is its [`MotionKind`].
 
 mod homing;
 mod jog;
-mod limits;
+pub(crate) mod limits;
 mod outputs;
 mod path;
-mod plan;
+pub(crate) mod plan;
 mod rail;
-mod really;
-mod watch;
+mod true_pose;
+mod view;
 
 use magician_motion::{ArmState, Geometry, Jog, JogAxis, JointAngles, Trajectory};
+use magician_protocol::PoCmd;
 
-use crate::Micros;
-use crate::device::Device;
-use crate::device::dispatch::Step;
-use crate::fidelity::Assumption;
+use crate::{Micros, World};
 
 pub(crate) use homing::Stage;
-pub(crate) use jog::Jogged;
+pub(crate) use jog::{JogPlan, Jogged};
 pub(crate) use outputs::Outputs;
-pub(crate) use path::{Segment, Way};
+pub(crate) use path::{PathPoint, Segment, Way};
 use rail::Rail;
-pub(crate) use rail::RailCourse;
+pub(crate) use rail::RailPath;
+pub(crate) use view::ArmView;
 
 /// The arm, at rest or on its way: where it is commanded to be, and where it really is.
 #[derive(Clone, Debug)]
@@ -39,20 +38,51 @@ pub(crate) struct Motion {
     /// What of the slip of J1 its encoder cannot know: where the base stood at power-up.
     base: f64,
     /// The carriage that the arm stands on, if it does.
-    pub(crate) rail: Rail,
+    rail: Rail,
     /// The speed with which a segment of a continuous path has ended at this very instant, mm/s.
-    pub(crate) carried: f64,
+    junction_speed: f64,
+    /// Whether the arm has been homed since power-up.
+    homed: bool,
+}
+
+/// A motion that has been planned from where the arm stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Start {
+    pub(crate) kind: MotionKind,
+    pub(crate) trajectory: Trajectory,
+    /// The way of the carriage on the rail: the motion lasts until both rest.
+    pub(crate) rail: RailPath,
+    /// What to raise when it has ended: something stops it before its target.
+    pub(crate) alarm: Option<u8>,
+    /// What it switches on its way.
+    pub(crate) outputs: Outputs,
+}
+
+impl Start {
+    /// How long arm and carriage move.
+    pub(crate) fn duration(&self) -> Micros {
+        self.trajectory.duration_us().max(self.rail.duration())
+    }
+}
+
+/// What is to be known of a motion that has ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ended {
+    pub(crate) kind: MotionKind,
+    pub(crate) alarm: Option<u8>,
+    /// The speed of its end, mm/s.
+    pub(crate) speed: f64,
 }
 
 /// A motion and when it began.
 #[derive(Clone, Debug)]
-pub(crate) struct UnderWay {
-    pub(crate) purpose: Purpose,
-    pub(crate) trajectory: Trajectory,
+struct UnderWay {
+    kind: MotionKind,
+    trajectory: Trajectory,
     /// The way of the carriage that goes with it.
-    pub(crate) rail: RailCourse,
-    pub(crate) started: Micros,
-    pub(crate) ends: Micros,
+    rail: RailPath,
+    started: Micros,
+    ends: Micros,
     /// What to raise when it has ended: something stops it before its target.
     alarm: Option<u8>,
     /// What it switches on its way.
@@ -67,7 +97,7 @@ pub(crate) struct UnderWay {
 
 /// What a motion is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Purpose {
+pub(crate) enum MotionKind {
     /// A move to a target.
     Move,
     /// A segment of a continuous path.
@@ -85,7 +115,7 @@ pub(crate) enum Purpose {
 }
 
 impl UnderWay {
-    pub(crate) fn elapsed(&self, now: Micros) -> Micros {
+    fn elapsed(&self, now: Micros) -> Micros {
         now.saturating_sub(self.started)
     }
 
@@ -116,8 +146,17 @@ impl Motion {
             slip: [0.0; 4],
             base: 0.0,
             rail: Rail::new(rail_length),
-            carried: 0.0,
+            junction_speed: 0.0,
+            homed: false,
         }
+    }
+
+    pub(crate) fn is_homed(&self) -> bool {
+        self.homed
+    }
+
+    pub(crate) fn set_homed(&mut self, homed: bool) {
+        self.homed = homed;
     }
 
     /// Whether anything moves; the search of homing counts.
@@ -125,31 +164,43 @@ impl Motion {
         self.under_way.is_some()
     }
 
+    /// What moves is for.
+    pub(crate) fn kind(&self) -> Option<MotionKind> {
+        self.under_way.as_ref().map(|motion| motion.kind)
+    }
+
     /// Whether a jog is under way, its end included: the queue does not wait for it.
     pub(crate) fn is_jogging(&self) -> bool {
-        let purpose = self.under_way.as_ref().map(|motion| motion.purpose);
         matches!(
-            purpose,
-            Some(Purpose::Jog(_) | Purpose::JogStop { .. } | Purpose::RailJog { .. })
+            self.kind(),
+            Some(MotionKind::Jog(_) | MotionKind::JogStop { .. } | MotionKind::RailJog { .. })
         )
     }
 
     /// Whether it brakes at the end of a jog.
     pub(crate) fn ends_jog(&self) -> bool {
-        let purpose = self.under_way.as_ref().map(|motion| motion.purpose);
-        matches!(purpose, Some(Purpose::JogStop { .. }))
+        matches!(self.kind(), Some(MotionKind::JogStop { .. }))
     }
 
-    /// Gives what is under way another purpose.
-    fn repurpose(&mut self, purpose: Purpose) {
+    /// Whether a segment of a continuous path is under way.
+    pub(crate) fn follows_path(&self) -> bool {
+        matches!(self.kind(), Some(MotionKind::Segment(_)))
+    }
+
+    /// Gives what is under way another kind.
+    pub(crate) fn set_kind(&mut self, kind: MotionKind) {
         if let Some(motion) = &mut self.under_way {
-            motion.purpose = purpose;
+            motion.kind = kind;
         }
     }
 
-    /// What moves.
-    pub(crate) fn under_way(&self) -> Option<&UnderWay> {
-        self.under_way.as_ref()
+    /// The speed that is left of a segment which has ended at this very instant, mm/s.
+    pub(crate) fn junction_speed(&self) -> f64 {
+        self.junction_speed
+    }
+
+    pub(crate) fn set_junction_speed(&mut self, speed: f64) {
+        self.junction_speed = speed;
     }
 
     /// When the motion ends, or on its way switches an output or drops a limit alarm.
@@ -162,6 +213,11 @@ impl Motion {
         ];
         let first = on_the_way.into_iter().flatten().min();
         Some(first.map_or(motion.ends, |at| at.min(motion.ends)))
+    }
+
+    /// The joints that are commanded.
+    pub(crate) fn joints(&self, now: Micros) -> JointAngles {
+        self.commanded(now).joints
     }
 
     /// Where the arm is commanded to be under the measures in force when it began to move.
@@ -190,160 +246,81 @@ impl Motion {
             ArmState::at_joints(geometry, &state.joints)
         }
     }
-}
 
-impl Device {
-    /// Where the arm is commanded to be at the present instant.
-    pub(crate) fn arm(&self) -> ArmState {
-        self.motion.state(self.now, &self.geometry())
-    }
-
-    /// Begins a motion from where the arm stands. What moved before must have ended.
-    pub(crate) fn begin(
-        &mut self,
-        purpose: Purpose,
-        trajectory: Trajectory,
-        alarm: Option<u8>,
-        outputs: Outputs,
-    ) -> Step {
-        let rail = RailCourse::standing(self.rail());
-        self.begin_with_rail(purpose, trajectory, rail, alarm, outputs)
-    }
-
-    /// As [`begin`](Self::begin), together with a way of the carriage on the rail: the motion lasts until both rest.
-    pub(crate) fn begin_with_rail(
-        &mut self,
-        purpose: Purpose,
-        trajectory: Trajectory,
-        rail: RailCourse,
-        alarm: Option<u8>,
-        outputs: Outputs,
-    ) -> Step {
-        let lasting = trajectory.duration_us().max(rail.duration());
-        // What is left of a motion keeps the tool that it began with.
-        self.motion.measured = *trajectory.geometry();
-        self.motion.rest = *trajectory.start();
-        self.motion.under_way = Some(UnderWay {
-            purpose,
+    /// Takes up a motion. What moved before must have ended.
+    pub(crate) fn begin(&mut self, now: Micros, start: Start) {
+        let lasting = start.duration();
+        let Start {
+            kind,
             trajectory,
             rail,
-            started: self.now,
-            ends: self.now.saturating_add(lasting),
+            alarm,
+            outputs,
+        } = start;
+        // What is left of a motion keeps the tool that it began with.
+        self.measured = *trajectory.geometry();
+        self.rest = *trajectory.start();
+        self.under_way = Some(UnderWay {
+            kind,
+            trajectory,
+            rail,
+            started: now,
+            ends: now.saturating_add(lasting),
             alarm,
             outputs,
             leaves_limit: None,
-            shown: self.now,
+            shown: now,
             stalled: None,
         });
-        self.watch_limits();
-        if lasting > 0 {
-            self.show_course();
-            return Step::Moving;
-        }
-        self.switch_outputs();
-        if purpose == Purpose::Move {
-            self.assume(Assumption::ShortMove);
-        }
-        self.end_motion();
-        if self.motion.is_moving() {
-            Step::Moving
-        } else {
-            Step::Done
-        }
     }
 
-    /// Something is due in the motion: an output, the drop of a limit alarm, its end.
-    pub(crate) fn motion_event(&mut self) {
-        self.switch_outputs();
-        let ended = self.motion.under_way.as_ref().map(|motion| motion.ends);
-        if ended.is_some_and(|ends| ends <= self.now) {
-            self.end_motion();
-        } else {
-            self.drop_limit_alarms();
-            self.watch_limits();
-        }
+    /// The next output that the motion has come to by now; it counts as switched.
+    pub(crate) fn take_output(&mut self, now: Micros) -> Option<PoCmd> {
+        let motion = self.under_way.as_mut()?;
+        let elapsed = motion.elapsed(now);
+        let way = (&motion.trajectory, &motion.rail);
+        motion.outputs.take_due(elapsed, way)
     }
 
-    fn switch_outputs(&mut self) {
-        while let Some(motion) = &mut self.motion.under_way {
-            let elapsed = motion.elapsed(self.now);
-            let way = (&motion.trajectory, &motion.rail);
-            let Some(output) = motion.outputs.take_due(elapsed, way) else {
-                return;
-            };
-            self.switch(output);
-        }
+    /// Whether the motion is at its end by now.
+    pub(crate) fn is_over(&self, now: Micros) -> bool {
+        (self.under_way.as_ref()).is_some_and(|motion| motion.ends <= now)
     }
 
-    fn end_motion(&mut self) {
-        let Some(motion) = &self.motion.under_way else {
-            return;
-        };
-        let (purpose, alarm) = (motion.purpose, motion.alarm);
-        let speed = match alarm {
-            None => motion.trajectory.exit_speed(),
-            Some(_) => 0.0,
-        };
-        self.rest_here();
-        if let Some(code) = alarm {
-            self.assume(plan::ending_assumption(code));
-            self.assume(Assumption::SoftLimits);
-            self.raise(code);
-            self.finishes_refused();
-        }
-        if self.follow_up(purpose, speed) == Step::Done {
-            self.finish_moving();
-        }
-    }
-
-    /// What a motion that came to its end with such a speed leads to.
-    fn follow_up(&mut self, purpose: Purpose, speed: f64) -> Step {
-        match purpose {
-            Purpose::Search(stage) => self.search_on(stage),
-            Purpose::Segment(_) => {
-                self.segment_ended(speed);
-                Step::Done
-            }
-            Purpose::JogStop { then, .. } | Purpose::RailJog { then } => match then {
-                Some(jogged) => self.begin_jogged(jogged),
-                None => Step::Done,
+    /// What the end of the motion under way is.
+    pub(crate) fn end(&self) -> Option<Ended> {
+        let motion = self.under_way.as_ref()?;
+        Some(Ended {
+            kind: motion.kind,
+            alarm: motion.alarm,
+            speed: match motion.alarm {
+                None => motion.trajectory.exit_speed(),
+                Some(_) => 0.0,
             },
-            Purpose::Move | Purpose::Brake | Purpose::Jog(_) => Step::Done,
-        }
-    }
-
-    /// Ends what moves on the spot, without a ramp and without what would follow it: a command of the queue that it
-    /// belongs to has finished, and the laser of a path is off.
-    pub(crate) fn halt(&mut self) {
-        if self.rest_here() {
-            self.actuators.burn(0.0);
-            self.finish_moving();
-        }
+        })
     }
 
     /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was one.
-    pub(crate) fn rest_here(&mut self) -> bool {
-        let Some(motion) = &self.motion.under_way else {
+    pub(crate) fn rest(&mut self, now: Micros, world: &mut World) -> bool {
+        let Some(motion) = &self.under_way else {
             return false;
         };
-        let (state, rail) = (motion.sample(self.now), motion.sample_rail(self.now));
-        let really = motion.stalled.map(|_| self.posture().joints);
-        self.end_course();
-        self.motion.under_way = None;
-        self.motion.rest = state;
-        self.motion.rail.rest = rail;
-        if let Some(really) = really {
-            self.stand_at(really);
+        let (state, rail) = (motion.sample(now), motion.sample_rail(now));
+        let stalled = motion.stalled.map(|_| self.true_pose(now).joints);
+        self.end_path(now, world);
+        self.under_way = None;
+        self.rest = state;
+        self.rail.rest = rail;
+        if let Some(joints) = stalled {
+            self.stand_at(joints);
         }
-        self.drop_limit_alarms();
         true
     }
 
     /// Puts the commanded joints somewhere without a motion, and the arm with them.
-    pub(crate) fn place_at(&mut self, joints: JointAngles) {
-        self.motion.rest = ArmState::at_joints(&self.geometry(), &joints);
-        self.motion.measured = self.geometry();
-        self.motion.under_way = None;
-        self.drop_limit_alarms();
+    pub(crate) fn place_at(&mut self, geometry: &Geometry, joints: JointAngles) {
+        self.rest = ArmState::at_joints(geometry, &joints);
+        self.measured = *geometry;
+        self.under_way = None;
     }
 }

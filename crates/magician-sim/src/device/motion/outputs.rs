@@ -3,11 +3,11 @@
 use magician_motion::Trajectory;
 use magician_protocol::{PoCmd, PoList};
 
-use super::RailCourse;
+use super::RailPath;
 use crate::Micros;
 
 /// The ways of arm and carriage that make one motion.
-type Way<'a> = (&'a Trajectory, &'a RailCourse);
+type Way<'a> = (&'a Trajectory, &'a RailPath);
 
 /// The outputs of one move, and which of them have been switched.
 #[derive(Clone, Debug, Default)]

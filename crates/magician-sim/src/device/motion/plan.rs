@@ -1,148 +1,169 @@
 //! What is planned when a command asks for motion, and the alarms that planning raises.
 
 use magician_motion::{
-    Crossing, Limits, MotionError, Move, MoveKind, Plan, Planner, Speeds, Target,
+    Crossing, Limits, MotionError, Move, MoveKind, Plan, Planner, Target, Trajectory,
 };
 use magician_protocol::{Alarm, PoList};
 
-use super::limits::alarm_of;
-use super::{Outputs, Purpose};
-use crate::device::Device;
-use crate::device::dispatch::Step;
-use crate::event::Refusal;
+use super::limits::limit_alarm;
+use super::{ArmView, MotionKind, Outputs, RailPath, Start};
 use crate::fidelity::Assumption;
 
-impl Device {
-    pub(crate) fn planner(&self, speeds: Speeds) -> Planner {
-        self.model.planner(self.tool(), speeds)
-    }
+/// Why a motion is not begun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum NoPlan {
+    /// The arm has no way there.
+    Arm(MotionError),
+    /// The carriage on the rail has none: its place is no number.
+    RailPlace,
+    /// The carriage has no speed.
+    RailSpeed,
+}
 
-    /// The planner for jogs and paths, which are told their rates one by one.
-    pub(crate) fn planner_told_rates(&self) -> Planner {
-        self.planner(self.model.power_up.speeds)
-    }
-
-    /// What the arm would do about a move from where it is, at the speeds set now.
-    pub(crate) fn plan(&self, request: &Move) -> Result<Plan, MotionError> {
-        self.planner(self.ptp_speeds()).plan(&self.arm(), request)
-    }
-
-    /// Begins a move. One that is under way is replaced: if it was the queue's, its command has finished. A move
-    /// that cannot be planned is refused with an alarm and changes nothing. If the carriage on the rail has somewhere to
-    /// go, both begin and end together (model section 7).
-    pub(crate) fn move_arm(
-        &mut self,
-        id: u8,
-        request: &Move,
-        rail_to: Option<f64>,
-        outputs: PoList,
-    ) -> Step {
-        let rail = match self.plan_rail(rail_to.unwrap_or(self.rail())) {
-            Ok(course) => course,
-            Err(alarm) => {
-                self.raise(alarm);
-                return self.refuse(id, Refusal::Unplannable);
-            }
-        };
-        let planner = self.planner(self.ptp_speeds());
-        match planner.plan_lasting(&self.arm(), request, rail.duration()) {
-            Ok(plan) => {
-                self.halt();
-                let Plan {
-                    trajectory,
-                    crossing,
-                } = plan;
-                let alarm = alarm_on_the_way(request, crossing);
-                let rail = rail
-                    .along(trajectory.uncut_us(), self)
-                    .stopped_with(crossing.map(|crossing| crossing.at_us));
-                let outputs = Outputs::new(outputs, (&trajectory, &rail));
-                self.begin_with_rail(Purpose::Move, trajectory, rail, alarm, outputs)
-            }
-            Err(error) => self.unplannable(id, &error),
+impl NoPlan {
+    /// The alarm that says so.
+    pub(crate) fn alarm(&self) -> u8 {
+        match self {
+            Self::Arm(MotionError::Limit { .. }) => Alarm::PlanInvLimit,
+            Self::Arm(MotionError::Speed { .. }) | Self::RailSpeed => Alarm::PlanSpeedInputParam,
+            Self::Arm(MotionError::Coincident) => Alarm::PlanPushDataRepeat,
+            Self::Arm(MotionError::Collinear) => Alarm::PlanArcInputParam,
+            // Out of reach, and whatever else cannot be calculated.
+            Self::Arm(_) | Self::RailPlace => Alarm::PlanInvCalc,
         }
     }
 
-    /// Begins a path in space that has been planned, as [`move_arm`](Self::move_arm) does.
-    pub(crate) fn follow(&mut self, id: u8, plan: Result<Plan, MotionError>) -> Step {
-        match plan {
-            Ok(plan) => {
-                self.halt();
-                let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
-                self.begin(Purpose::Move, plan.trajectory, alarm, Outputs::default())
+    /// What the alarm rests on; that of the carriage rests on nothing that is counted.
+    pub(crate) fn assumption(&self) -> Option<Assumption> {
+        match self {
+            Self::Arm(MotionError::Speed { .. }) => Some(Assumption::NoSpeed),
+            Self::Arm(MotionError::Coincident | MotionError::Collinear) => {
+                Some(Assumption::ArcPoints)
             }
-            Err(error) => self.unplannable(id, &error),
-        }
-    }
-
-    /// A motion that cannot be planned.
-    pub(crate) fn unplannable(&mut self, id: u8, error: &MotionError) -> Step {
-        if self.allows(id, planning_assumption(error)) {
-            self.raise(alarm_in_planning(error));
-            self.refuse(id, Refusal::Unplannable)
-        } else {
-            Step::Done
-        }
-    }
-
-    /// Brakes what moves; a motion that brakes already goes on doing so.
-    pub(crate) fn brake(&mut self) {
-        let Some(motion) = self.motion.under_way() else {
-            return;
-        };
-        match motion.purpose {
-            Purpose::Brake => {}
-            purpose => {
-                let (elapsed, factor) = (motion.elapsed(self.now), self.profile.stop.force_factor);
-                let mut planner = self.planner(self.ptp_speeds());
-                if let Purpose::Search(_) = purpose {
-                    planner.limits = Limits::NONE;
-                }
-                let plan = planner.brake(&motion.trajectory, elapsed, factor);
-                let rail = self.brake_rail(&motion.rail, elapsed);
-                let alarm = plan.crossing.map(|crossing| alarm_at_limit(&crossing));
-                // Its command finishes when the arm stands; the laser of a path is off at once.
-                self.rest_here();
-                self.actuators.burn(0.0);
-                let none = Outputs::default();
-                self.begin_with_rail(Purpose::Brake, plan.trajectory, rail, alarm, none);
-            }
+            Self::Arm(_) => Some(Assumption::TargetChecked),
+            Self::RailPlace | Self::RailSpeed => None,
         }
     }
 }
 
-/// What the answer to a motion that cannot be planned rests on.
-fn planning_assumption(error: &MotionError) -> Assumption {
-    match error {
-        MotionError::Speed { .. } => Assumption::NoSpeed,
-        MotionError::Coincident | MotionError::Collinear => Assumption::ArcPoints,
-        _ => Assumption::TargetChecked,
+impl From<MotionError> for NoPlan {
+    fn from(error: MotionError) -> Self {
+        Self::Arm(error)
+    }
+}
+
+impl Start {
+    /// A motion of the arm alone: the carriage stays where it is.
+    pub(super) fn of_arm(
+        view: &ArmView<'_>,
+        kind: MotionKind,
+        trajectory: Trajectory,
+        alarm: Option<u8>,
+    ) -> Self {
+        Self {
+            kind,
+            trajectory,
+            rail: RailPath::standing(view.rail()),
+            alarm,
+            outputs: Outputs::default(),
+        }
+    }
+}
+
+impl ArmView<'_> {
+    /// A move. If the carriage on the rail has somewhere to go, both begin and end together (model section 7).
+    pub(crate) fn plan_move(
+        &self,
+        request: &Move,
+        rail_to: Option<f64>,
+        outputs: PoList,
+    ) -> Result<Start, NoPlan> {
+        let rail = self.plan_rail(rail_to.unwrap_or(self.rail()))?;
+        let planner = self.planner(self.settings.ptp_speeds());
+        let Plan {
+            trajectory,
+            crossing,
+        } = planner.plan_lasting(&self.arm(), request, rail.duration())?;
+        let rail = rail
+            .along(trajectory.uncut_us(), self.settings)
+            .stopped_with(crossing.map(|crossing| crossing.at_us));
+        Ok(Start {
+            kind: MotionKind::Move,
+            outputs: Outputs::new(outputs, (&trajectory, &rail)),
+            alarm: alarm_on_the_way(request, crossing),
+            trajectory,
+            rail,
+        })
+    }
+
+    /// A path in space that has been planned: an arc, a circle.
+    pub(crate) fn plan_path(&self, plan: Result<Plan, MotionError>) -> Result<Start, NoPlan> {
+        let plan = plan?;
+        let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
+        Ok(Start::of_arm(
+            self,
+            MotionKind::Move,
+            plan.trajectory,
+            alarm,
+        ))
+    }
+
+    /// The end of a forced stop; `None` where nothing moves, or it brakes already.
+    pub(crate) fn plan_brake(&self) -> Option<Start> {
+        let motion = self.motion.under_way.as_ref()?;
+        if motion.kind == MotionKind::Brake {
+            return None;
+        }
+        let (elapsed, factor) = (
+            motion.elapsed(self.now),
+            self.firmware.profile.stop.force_factor,
+        );
+        let mut planner = self.planner(self.settings.ptp_speeds());
+        if let MotionKind::Search(_) = motion.kind {
+            planner.limits = Limits::NONE;
+        }
+        let plan = planner.brake(&motion.trajectory, elapsed, factor);
+        Some(Start {
+            kind: MotionKind::Brake,
+            rail: self.brake_rail(&motion.rail, elapsed),
+            alarm: plan.crossing.map(|crossing| alarm_at_limit(&crossing)),
+            trajectory: plan.trajectory,
+            outputs: Outputs::default(),
+        })
+    }
+
+    /// The last part of homing, a joint move to a point.
+    pub(super) fn plan_joint_move(
+        &self,
+        planner: &Planner,
+        target: Target,
+    ) -> Result<Start, NoPlan> {
+        let request = Move {
+            target,
+            kind: MoveKind::Joint,
+        };
+        let plan = planner.plan(&self.arm(), &request)?;
+        let alarm = alarm_on_the_way(&request, plan.crossing);
+        Ok(Start::of_arm(
+            self,
+            MotionKind::Move,
+            plan.trajectory,
+            alarm,
+        ))
     }
 }
 
 /// What the end of a motion with an alarm rests on.
-pub(super) fn ending_assumption(code: u8) -> Assumption {
+pub(crate) fn assumption_of_end(code: u8) -> Assumption {
     match code {
         Alarm::MoveInvCalc | Alarm::MoveInvLimit => Assumption::PathChecked,
         _ => Assumption::JointTargets,
     }
 }
 
-/// The alarm for a motion that is not begun.
-pub(crate) fn alarm_in_planning(error: &MotionError) -> u8 {
-    match error {
-        MotionError::Limit { .. } => Alarm::PlanInvLimit,
-        MotionError::Speed { .. } => Alarm::PlanSpeedInputParam,
-        MotionError::Coincident => Alarm::PlanPushDataRepeat,
-        MotionError::Collinear => Alarm::PlanArcInputParam,
-        // Out of reach, and whatever else cannot be calculated.
-        _ => Alarm::PlanInvCalc,
-    }
-}
-
 /// The alarm for what stops a motion on its way: a move of joints runs into a limit, a path in space leaves the limits
 /// or the reach (model section 15a).
-pub(super) fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
+fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Option<u8> {
     let crossing = crossing?;
     let of_joints = matches!(
         request.target,
@@ -156,7 +177,7 @@ pub(super) fn alarm_on_the_way(request: &Move, crossing: Option<Crossing>) -> Op
 }
 
 /// The alarm for what stops a path in space.
-pub(crate) fn alarm_on_a_path(crossing: &Crossing) -> u8 {
+pub(super) fn alarm_on_a_path(crossing: &Crossing) -> u8 {
     match crossing.cause {
         MotionError::Limit { .. } => Alarm::MoveInvLimit,
         _ => Alarm::MoveInvCalc,
@@ -164,9 +185,9 @@ pub(crate) fn alarm_on_a_path(crossing: &Crossing) -> u8 {
 }
 
 /// The alarm for what stops a motion of joints.
-pub(crate) fn alarm_at_limit(crossing: &Crossing) -> u8 {
+pub(super) fn alarm_at_limit(crossing: &Crossing) -> u8 {
     match crossing.cause {
-        MotionError::Limit { bound, .. } => alarm_of(bound),
+        MotionError::Limit { bound, .. } => limit_alarm(bound),
         _ => Alarm::MoveInvCalc,
     }
 }

@@ -3,11 +3,10 @@
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, Text};
 
-use crate::device::Device;
-use crate::device::queue::program::Program;
+use super::program::Program;
+use crate::Profile;
 use crate::document::{self, DocumentError};
 use crate::profile::WifiDefaults;
-use crate::{Controller, Profile, World};
 
 mod file;
 
@@ -137,36 +136,5 @@ impl Flash {
     #[must_use]
     pub fn program(&self) -> (usize, u32) {
         (self.program.lines.len(), self.program.loops)
-    }
-}
-
-impl Device {
-    /// Changes what the flash keeps.
-    pub(crate) fn write_flash(&mut self, change: impl FnOnce(&mut Flash)) {
-        change(&mut self.flash);
-        self.flash_writes = self.flash_writes.saturating_add(1);
-    }
-}
-
-impl Controller {
-    /// Switches on an arm whose flash keeps what an arm kept before: power comes back.
-    #[must_use]
-    pub fn with_flash(profile: Profile, world: World, flash: Flash) -> Self {
-        Self {
-            links: crate::link::Links::default(),
-            core: Device::switched_on(profile, world, flash),
-        }
-    }
-
-    /// What the arm keeps without power.
-    #[must_use]
-    pub fn flash(&self) -> &Flash {
-        &self.core.flash
-    }
-
-    /// How often the flash has been written since power-up, a reset included: it has changed only if this has.
-    #[must_use]
-    pub fn flash_writes(&self) -> u64 {
-        self.core.flash_writes
     }
 }

@@ -49,6 +49,8 @@ pub(crate) struct Settings {
     pub(crate) arc: ArcParams,
     pub(crate) arc_common: ArcCommonParams,
     pub(crate) wifi_config: WifiConfigMode,
+    /// Since when the Wi-Fi module has been looking for its network, if not since power-up.
+    pub(crate) wifi_begun: crate::Micros,
     pub(crate) firmware_mode: FirmwareMode,
     pub(crate) lost_step: LostStepParams,
     pub(crate) uart4: Uart4PeripheralsEnabled,
@@ -153,6 +155,7 @@ impl Settings {
                 acceleration_ratio: arc.acceleration_ratio,
             },
             wifi_config: WifiConfigMode { enable: Flag::OFF },
+            wifi_begun: 0,
             firmware_mode: FirmwareMode { mode: 0, ctl: 0 },
             lost_step: LostStepParams {
                 value: lost_step.threshold,

@@ -1,10 +1,11 @@
 //! The stepper outputs (document 1.15.6, errata E41).
 
 use magician_protocol::commands::{EMotor, EMotorS};
-use magician_protocol::{Flag, Stepper, Writable};
+use magician_protocol::{Flag, Stepper};
 
-use crate::device::Device;
-use crate::device::dispatch::{Apply, Step, Turn};
+use crate::device::context::Context;
+use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::Apply;
 use crate::event::Refusal;
 
 /// The place of an output among its kind.
@@ -27,25 +28,30 @@ fn rate(enabled: Flag, pulses_per_second: f64) -> f64 {
 
 impl Apply for EMotor {
     /// The motor runs on until it is told otherwise: the command has finished at once (model section 14).
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+    fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(output) = output(self.index) else {
-            return core.refuse(Self::ROW.id, Refusal::Pin);
+            return Effect::Refuse(Refusal::Pin).into();
         };
-        core.turn(
+        Effect::Turn {
             output,
-            rate(self.is_enabled, self.pulses_per_second()),
-            None,
-        )
+            rate: rate(self.is_enabled, self.pulses_per_second()),
+            pulses: None,
+        }
+        .into()
     }
 }
 
 impl Apply for EMotorS {
     /// In the queue it has finished when the motor has: hosts wait for its index and then take from the belt.
-    fn apply(&self, core: &mut Device, _: Turn) -> Step {
+    fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(output) = output(self.index) else {
-            return core.refuse(Self::ROW.id, Refusal::Pin);
+            return Effect::Refuse(Refusal::Pin).into();
         };
-        let rate = rate(self.is_enabled, self.pulses_per_second());
-        core.turn(output, rate, Some(self.distance))
+        Effect::Turn {
+            output,
+            rate: rate(self.is_enabled, self.pulses_per_second()),
+            pulses: Some(self.distance),
+        }
+        .into()
     }
 }

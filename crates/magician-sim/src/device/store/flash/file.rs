@@ -7,7 +7,7 @@ use magician_protocol::{Ctrl, Flag, Frame, FrameBuf, Layout, Request, Set};
 use serde::{Deserialize, Serialize};
 
 use super::{Flash, FlashError};
-use crate::device::queue::program::Program;
+use crate::device::store::program::Program;
 use crate::profile::{MAX_LINES, MAX_NAME, MAX_SERIAL};
 
 /// The version that is written, and the only one that is read.

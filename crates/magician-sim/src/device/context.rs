@@ -1,0 +1,78 @@
+//! What a handler is lent: what it may change, and what it may only look at.
+
+use magician_motion::{ArmState, Geometry, JointAngles};
+
+use super::alarms::Alarms;
+use super::firmware::Firmware;
+use super::io::Io;
+use super::motion::{ArmView, Motion};
+use super::queue::Queue;
+use super::queue::program::Queues;
+use super::record::Record;
+use super::store::Store;
+use super::teaching::Teaching;
+use crate::{Micros, World};
+
+/// The parts of the device as a handler of a command sees them.
+pub(crate) struct Context<'a> {
+    pub(crate) now: Micros,
+    /// When the controller was switched on or reset last.
+    pub(crate) booted: Micros,
+    pub(crate) firmware: &'a Firmware,
+    pub(crate) store: &'a mut Store,
+    pub(crate) io: &'a mut Io,
+    pub(crate) teaching: &'a mut Teaching,
+    pub(crate) record: &'a mut Record,
+    pub(crate) motion: &'a Motion,
+    pub(crate) queues: &'a Queues,
+    pub(crate) alarms: &'a Alarms,
+    pub(crate) world: &'a World,
+}
+
+impl Context<'_> {
+    /// The arm, to plan its motions by.
+    pub(crate) fn view(&self) -> ArmView<'_> {
+        ArmView {
+            now: self.now,
+            firmware: self.firmware,
+            settings: &self.store.settings,
+            motion: self.motion,
+        }
+    }
+
+    /// Where the arm is commanded to be.
+    pub(crate) fn arm(&self) -> ArmState {
+        self.view().arm()
+    }
+
+    /// Where the carriage on the rail is commanded to be, mm.
+    pub(crate) fn rail(&self) -> f64 {
+        self.view().rail()
+    }
+
+    pub(crate) fn geometry(&self) -> Geometry {
+        self.view().geometry()
+    }
+
+    pub(crate) fn has_rail(&self) -> bool {
+        self.store.settings.has_rail()
+    }
+
+    /// Where the joints really are.
+    pub(crate) fn true_joints(&self) -> JointAngles {
+        self.motion.true_pose(self.now).joints
+    }
+
+    /// The queue that hosts fill.
+    pub(crate) fn hosts(&self) -> &Queue {
+        self.queues.hosts()
+    }
+
+    pub(crate) fn digital(&self, address: u8) -> bool {
+        self.io.pins.digital(address, self.world, self.now)
+    }
+
+    pub(crate) fn analog(&self, address: u8) -> u16 {
+        self.io.pins.analog(address, self.world, self.now)
+    }
+}

@@ -1,0 +1,21 @@
+//! What the firmware brings along and no command changes.
+
+use magician_motion::ArmModel;
+
+use crate::Profile;
+
+/// A profile, and the numbers of it by which motions are planned.
+#[derive(Clone)]
+pub(crate) struct Firmware {
+    pub(crate) profile: Profile,
+    pub(crate) model: ArmModel,
+}
+
+impl Firmware {
+    pub(crate) fn new(profile: Profile) -> Self {
+        Self {
+            model: profile.arm_model(),
+            profile,
+        }
+    }
+}

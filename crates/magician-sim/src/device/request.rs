@@ -1,0 +1,129 @@
+//! From a frame to its reply: what is carried out at once, what is queued, and what is refused.
+
+use magician_protocol::{
+    Alarm, Ctrl, DecodeError, EncodeError, Frame, FrameBuf, QueuedCmdIndex, Request, Row, Set,
+};
+
+use super::Device;
+use super::effect::{Completion, ExecMode};
+use super::handlers;
+use super::queue::program::Placed;
+use super::queue::{QueuedCommand, moves};
+use crate::LinkId;
+use crate::event::{Event, Refusal};
+use crate::fidelity::Assumption;
+
+impl Device {
+    /// Does what a frame asks and gives the reply: exactly one for a request that the controller knows, silence for
+    /// others (errata E09).
+    pub(crate) fn answer(&mut self, link: LinkId, frame: &Frame<'_>) -> Option<FrameBuf> {
+        if Row::with_id(frame.id()).is_none() {
+            self.unknown_id(link, frame.id());
+            return None;
+        }
+        if !self.may_overflow(frame) {
+            return None;
+        }
+        let reply = self.reply(frame);
+        // A reply holds what the controller stores, which fits a frame.
+        let nothing = |_| FrameBuf::new(frame.id(), frame.ctrl(), &[]);
+        reply.or_else(nothing).ok()
+    }
+
+    fn reply(&mut self, frame: &Frame<'_>) -> Result<FrameBuf, EncodeError> {
+        let (id, ctrl) = (frame.id(), frame.ctrl());
+        let nothing = || FrameBuf::new(id, ctrl, &[]);
+        let request = Request::decode(frame);
+        let taken =
+            (request.as_ref()).is_ok_and(|request| self.lend().allows_frame(id, ctrl, request));
+        match request {
+            Ok(Request::Get(get)) if taken && self.lend().allows_report(id, &get) => {
+                handlers::report(&mut self.lend(), &get, id, ctrl)
+            }
+            Ok(Request::Set(set)) if taken => {
+                self.act_at_once(&set);
+                nothing()
+            }
+            Ok(Request::Queue(set)) if taken => self.enqueue(id, ctrl, QueuedCommand::Set(set)),
+            Ok(Request::Queue(_)) => self.enqueue(id, ctrl, QueuedCommand::Nothing),
+            Ok(Request::Get(_) | Request::Set(_) | Request::Nothing) => nothing(),
+            Err(error) => {
+                self.record.assume(Assumption::WrongCount);
+                self.record.refuse(id, Refusal::Parameters);
+                if is_queued(ctrl, id, error) {
+                    self.enqueue(id, ctrl, QueuedCommand::Nothing)
+                } else {
+                    nothing()
+                }
+            }
+        }
+    }
+
+    fn act_at_once(&mut self, set: &Set) {
+        if !self.lend().allows_apply(set, ExecMode::Immediate) {
+            return;
+        }
+        if self.teaching.held() && (moves(set) || matches!(set, Set::JogCmd(_))) {
+            // The motors are released.
+            self.record.refuse(set.row().id, Refusal::Busy);
+            return;
+        }
+        // Nothing waits for an immediate command.
+        let _: Completion = self.carry_out(set, ExecMode::Immediate);
+        self.update_tools();
+        self.run_until_idle();
+    }
+
+    fn enqueue(
+        &mut self,
+        id: u8,
+        ctrl: Ctrl,
+        command: QueuedCommand,
+    ) -> Result<FrameBuf, EncodeError> {
+        self.lend().count_index_assumptions();
+        let index = match self.queues.place(id, command) {
+            Placed::Full => {
+                self.record.event(Event::QueueFull { id });
+                return FrameBuf::encode(id, ctrl.with_error(), &QueuedCmdIndex(0));
+            }
+            Placed::Stored(index) => {
+                self.record.event(Event::Stored { index, id });
+                self.record.assume(Assumption::StoredLineIndex);
+                index
+            }
+            Placed::Queued(index) => {
+                self.record.event(Event::Accepted { index, id });
+                if !self.queues.program_runs() {
+                    self.path_grows();
+                }
+                self.run_until_idle();
+                index
+            }
+        };
+        FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
+    }
+
+    /// Whether a frame is answered although it finds the queue full, if it does.
+    fn may_overflow(&mut self, frame: &Frame<'_>) -> bool {
+        let id = frame.id();
+        !(frame.ctrl().queued() && queues(id) && self.queues.is_full())
+            || self.record.allows(id, Assumption::FullQueue)
+    }
+
+    fn unknown_id(&mut self, link: LinkId, id: u8) {
+        self.record.event(Event::UnknownId { link, id });
+        if self.record.allows(id, Assumption::UnknownId) {
+            self.raise(Alarm::UndefinedInstruction);
+        }
+    }
+}
+
+/// Whether a frame that could not be read would have been queued.
+fn is_queued(ctrl: Ctrl, id: u8, error: DecodeError) -> bool {
+    ctrl.queued() && queues(id) && !matches!(error, DecodeError::UnknownId(_))
+}
+
+/// Whether a command may wait in the queue.
+fn queues(id: u8) -> bool {
+    Row::with_id(id).is_some_and(|row| row.set.is_some() && !row.steers_queue())
+}
