@@ -7,21 +7,7 @@
 use magician_motion::{JointAngles, Limits, Move, MoveKind, Planner, Target};
 
 use super::plan::NoPlan;
-use super::{ArmView, Motion, MotionKind, Outputs, RailPath, Start};
-use crate::Micros;
-
-/// A part of the search for the switch of J1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Stage {
-    /// Fast, to the switch.
-    Seek,
-    /// Off the switch again.
-    BackOff,
-    /// Slowly, half of the way back.
-    Creep,
-    /// Slower still, until the switch closes.
-    Touch,
-}
+use super::{ArmView, MotionKind, Outputs, RailPath, Stage, Start};
 
 /// The base at the switch: closer than the arm's step of 0.01125 deg.
 const AT_SWITCH: f64 = 1e-3;
@@ -101,21 +87,5 @@ impl ArmView<'_> {
         } else {
             RailPath::standing(self.rail())
         }
-    }
-}
-
-impl Motion {
-    /// The base stands at its switch, and J2 and J3 are where their sensors say: no step counts as lost any more.
-    pub(crate) fn set_base(
-        &mut self,
-        now: Micros,
-        geometry: &magician_motion::Geometry,
-        switch: f64,
-    ) {
-        let really = self.true_pose(now).joints;
-        let j1 = switch;
-        self.place_at(geometry, JointAngles { j1, ..really });
-        self.forget_slip();
-        self.homed = true;
     }
 }

@@ -4,20 +4,8 @@ use magician_motion::{Jog, JogAxis, MotionError, Plan, Trajectory};
 use magician_protocol::JogCommand;
 
 use super::plan::{NoPlan, alarm_at_limit, alarm_on_a_path};
-use super::{ArmView, MotionKind, Outputs, RailPath, Start};
+use super::{ArmView, Jogged, MotionKind, Outputs, RailPath, Start};
 use crate::Micros;
-
-/// What a jog moves, and which way.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Jogged {
-    /// An axis of the arm.
-    Arm(Jog),
-    /// The carriage on the rail.
-    Rail {
-        /// Whether its place grows.
-        positive: bool,
-    },
-}
 
 /// What becomes of a jog. Nothing waits for one: its command has finished at once.
 #[derive(Clone, Debug)]

@@ -1,10 +1,8 @@
 //! Continuous paths: one segment after the other without a stop between (model section 8).
 
-use magician_motion::{ArmState, CpSegment, JointAngles, LookAhead, MotionError, Planner, Pose};
+use magician_motion::{CpSegment, JointAngles, LookAhead, Planner, Pose, Rates};
 use magician_protocol::CpMode;
 
-use super::plan::{NoPlan, alarm_on_a_path};
-use super::{ArmView, Motion, MotionKind, Start};
 use crate::convert::from_wire;
 
 /// Where a segment leads, as its command says.
@@ -74,6 +72,16 @@ impl Segment {
         }
     }
 
+    /// Where it ends.
+    pub(super) fn to(&self) -> [f64; 3] {
+        self.way.to
+    }
+
+    /// The speeds along it.
+    pub(super) fn rates(&self) -> Rates {
+        self.look_ahead.rates(&self.way.segment)
+    }
+
     pub(crate) fn is_queued(&self) -> bool {
         self.queued
     }
@@ -83,68 +91,5 @@ impl Segment {
         let next = next.take_while(|way| way.reachable);
         let next = next.map(|way| &way.segment);
         self.look_ahead.exit_speed(&self.way.segment, next)
-    }
-}
-
-impl Motion {
-    /// Where the segment of the queue that is under way leads, if it was planned with the arm's present measures.
-    pub(crate) fn queued_segment_end(
-        &self,
-        geometry: &magician_motion::Geometry,
-    ) -> Option<[f64; 3]> {
-        match self.kind() {
-            Some(MotionKind::Segment(segment)) if segment.queued && self.measured == *geometry => {
-                Some(segment.way.to)
-            }
-            _ => None,
-        }
-    }
-
-    /// The segment under way.
-    pub(crate) fn segment(&self) -> Option<Segment> {
-        match self.kind() {
-            Some(MotionKind::Segment(segment)) => Some(segment),
-            _ => None,
-        }
-    }
-}
-
-impl ArmView<'_> {
-    /// The law of segments at the speeds that are set now.
-    pub(crate) fn look_ahead(&self) -> Result<LookAhead, MotionError> {
-        let model = &self.firmware.model;
-        LookAhead::new(&self.settings.cp_speeds(model), &model.ceilings)
-    }
-
-    /// A segment from where the arm is.
-    pub(crate) fn plan_segment(
-        &self,
-        planner: &Planner,
-        from: &ArmState,
-        segment: Segment,
-        [entry, exit]: [f64; 2],
-    ) -> Result<Start, NoPlan> {
-        let rates = segment.look_ahead.rates(&segment.way.segment);
-        let plan = planner.segment(from, segment.way.to, entry, exit, rates)?;
-        let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
-        let kind = MotionKind::Segment(segment);
-        Ok(Start::of_arm(self, kind, plan.trajectory, alarm))
-    }
-
-    /// The rest of the segment under way with another speed at its end; `None` where that changes nothing or cannot be.
-    pub(crate) fn replan_segment(&self, exit: f64) -> Option<Start> {
-        let motion = self.motion.under_way.as_ref()?;
-        let segment = self.motion.segment()?;
-        if motion.alarm.is_some() || exit == motion.trajectory.exit_speed() {
-            return None;
-        }
-        let rates = segment.look_ahead.rates(&segment.way.segment);
-        let elapsed = motion.elapsed(self.now);
-        let planner = self.planner_given_rates();
-        let plan = planner.segment_rest(&motion.trajectory, elapsed, exit, rates);
-        let plan = plan.ok()??;
-        let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
-        let kind = MotionKind::Segment(segment);
-        Some(Start::of_arm(self, kind, plan.trajectory, alarm))
     }
 }

@@ -1,12 +1,14 @@
 //! What is planned when a command asks for motion, and the alarms that planning raises.
 
 use magician_motion::{
-    Crossing, Limits, MotionError, Move, MoveKind, Plan, Planner, Target, Trajectory,
+    ArmState, Crossing, Limits, LookAhead, MotionError, Move, MoveKind, Plan, Planner, Target,
+    Trajectory,
 };
 use magician_protocol::{Alarm, PoList};
 
 use super::limits::limit_alarm;
-use super::{ArmView, MotionKind, Outputs, RailPath, Start};
+use super::{ArmView, MotionKind, Outputs, RailPath, Segment, Start};
+use crate::Micros;
 use crate::fidelity::Assumption;
 
 /// Why a motion is not begun.
@@ -150,6 +152,71 @@ impl ArmView<'_> {
             plan.trajectory,
             alarm,
         ))
+    }
+}
+
+/// The carriage on the rail.
+impl ArmView<'_> {
+    /// The carriage's way to a place, which the ends of the rail bound without an alarm (model section 15a).
+    fn plan_rail(&self, to: f64) -> Result<RailPath, NoPlan> {
+        if !to.is_finite() {
+            return Err(NoPlan::RailPlace);
+        }
+        let (from, to) = (self.rail(), to.clamp(0.0, self.motion.rail.length));
+        RailPath::to_place(from, to, self.settings.rail_rates()).ok_or(NoPlan::RailSpeed)
+    }
+
+    /// The carriage's end of an emergency stop: by itself, in the time that it needs (model section 14 says it of the
+    /// arm's joints only).
+    fn brake_rail(&self, path: &RailPath, elapsed: Micros) -> RailPath {
+        let factor = self.firmware.profile.stop.force_factor;
+        let rates = self.settings.rail_rates();
+        let deceleration = rates.map_or(f64::INFINITY, |rates| factor * rates.acceleration);
+        RailPath::slowing(
+            path.sample(elapsed),
+            path.velocity(elapsed),
+            deceleration,
+            self.motion.rail.length,
+        )
+    }
+}
+
+/// Continuous paths.
+impl ArmView<'_> {
+    /// The law of segments at the speeds that are set now.
+    pub(crate) fn look_ahead(&self) -> Result<LookAhead, MotionError> {
+        let model = &self.firmware.model;
+        LookAhead::new(&self.settings.cp_speeds(model), &model.ceilings)
+    }
+
+    /// A segment from where the arm is.
+    pub(crate) fn plan_segment(
+        &self,
+        planner: &Planner,
+        from: &ArmState,
+        segment: Segment,
+        [entry, exit]: [f64; 2],
+    ) -> Result<Start, NoPlan> {
+        let plan = planner.segment(from, segment.to(), entry, exit, segment.rates())?;
+        let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
+        let kind = MotionKind::Segment(segment);
+        Ok(Start::of_arm(self, kind, plan.trajectory, alarm))
+    }
+
+    /// The rest of the segment under way with another speed at its end; `None` where that changes nothing or cannot be.
+    pub(crate) fn replan_segment(&self, exit: f64) -> Option<Start> {
+        let motion = self.motion.under_way.as_ref()?;
+        let segment = self.motion.segment()?;
+        if motion.alarm.is_some() || exit == motion.trajectory.exit_speed() {
+            return None;
+        }
+        let elapsed = motion.elapsed(self.now);
+        let planner = self.planner_given_rates();
+        let plan = planner.segment_rest(&motion.trajectory, elapsed, exit, segment.rates());
+        let plan = plan.ok()??;
+        let alarm = plan.crossing.map(|crossing| alarm_on_a_path(&crossing));
+        let kind = MotionKind::Segment(segment);
+        Some(Start::of_arm(self, kind, plan.trajectory, alarm))
     }
 }
 

@@ -2,8 +2,6 @@
 
 use magician_motion::{Braking, Profile, Rates};
 
-use super::ArmView;
-use super::plan::NoPlan;
 use crate::Micros;
 use crate::device::store::settings::Settings;
 use crate::profile::Sliding;
@@ -72,6 +70,14 @@ impl RailPath {
             end: at,
             duration: 0,
         }
+    }
+
+    /// From rest to rest at the rates; a way shorter than [`SHORTEST`] takes no time.
+    pub(super) fn to_place(from: f64, to: f64, rates: Option<Rates>) -> Option<Self> {
+        if (to - from).abs() < SHORTEST {
+            return Some(Self::standing(to));
+        }
+        Some(Self::going(from, to, &rates?, 0))
     }
 
     /// From rest to rest in no less than `least`.
@@ -180,35 +186,6 @@ impl RailPath {
         let distance = share.clamp(0.0, 1.0) * self.going.length();
         let at = microseconds(self.going.time_at(distance));
         (at <= self.duration).then_some(at)
-    }
-}
-
-impl ArmView<'_> {
-    /// The carriage's way to a place, which the ends of the rail bound without an alarm (model section 15a).
-    pub(super) fn plan_rail(&self, to: f64) -> Result<RailPath, NoPlan> {
-        if !to.is_finite() {
-            return Err(NoPlan::RailPlace);
-        }
-        let (from, to) = (self.rail(), to.clamp(0.0, self.motion.rail.length));
-        if (to - from).abs() < SHORTEST {
-            return Ok(RailPath::standing(to));
-        }
-        let rates = self.settings.rail_rates().ok_or(NoPlan::RailSpeed)?;
-        Ok(RailPath::going(from, to, &rates, 0))
-    }
-
-    /// The carriage's end of an emergency stop: by itself, in the time that it needs (model section 14 says it of the
-    /// arm's joints only).
-    pub(super) fn brake_rail(&self, path: &RailPath, elapsed: Micros) -> RailPath {
-        let factor = self.firmware.profile.stop.force_factor;
-        let rates = self.settings.rail_rates();
-        let deceleration = rates.map_or(f64::INFINITY, |rates| factor * rates.acceleration);
-        RailPath::slowing(
-            path.sample(elapsed),
-            path.velocity(elapsed),
-            deceleration,
-            self.motion.rail.length,
-        )
     }
 }
 

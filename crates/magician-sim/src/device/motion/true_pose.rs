@@ -33,12 +33,6 @@ impl Motion {
         }
     }
 
-    /// The joints are where they are commanded to be.
-    pub(crate) fn forget_slip(&mut self) {
-        self.slip = [0.0; 4];
-        self.base = 0.0;
-    }
-
     /// J1 does not know where the base stands: it is so much further than its encoder says.
     fn forget_base(&mut self, base: f64) {
         self.slip = [base, 0.0, 0.0, 0.0];
@@ -72,6 +66,16 @@ impl Motion {
         let j1 = self.joints(now).j1;
         self.place_at(geometry, JointAngles { j1, ..really });
         self.forget_base(really.j1 - j1);
+    }
+
+    /// The base stands at its switch, and J2 and J3 are where their sensors say: no step counts as lost any more.
+    pub(crate) fn set_base(&mut self, now: Micros, geometry: &Geometry, switch: f64) {
+        let really = self.true_pose(now).joints;
+        let j1 = switch;
+        self.place_at(geometry, JointAngles { j1, ..really });
+        self.slip = [0.0; 4];
+        self.base = 0.0;
+        self.homed = true;
     }
 
     /// Sets the joints that are reported without a motion; the arm really stands where it stood.

@@ -1,0 +1,312 @@
+//! The arm at rest or on its way, and how it comes from one to the other.
+
+use magician_motion::{ArmState, Geometry, JointAngles, Trajectory};
+use magician_protocol::PoCmd;
+
+use super::outputs::Outputs;
+use super::rail::Rail;
+use super::{MotionKind, RailPath, Segment};
+use crate::{Micros, World};
+
+/// The arm, at rest or on its way: where it is commanded to be, and where it really is.
+#[derive(Clone, Debug)]
+pub(crate) struct Motion {
+    pub(super) rest: ArmState,
+    /// The arm's measures under which `rest.pose` holds; another tool bias makes another pose of the same joints.
+    pub(super) measured: Geometry,
+    pub(super) under_way: Option<UnderWay>,
+    /// By how much the joints really stand elsewhere than commanded: lost steps, and before homing the base angle.
+    pub(super) slip: [f64; 4],
+    /// What of the slip of J1 its encoder cannot know: where the base stood at power-up.
+    pub(super) base: f64,
+    /// The carriage that the arm stands on, if it does.
+    pub(super) rail: Rail,
+    /// The speed with which a segment of a continuous path has ended at this very instant, mm/s.
+    pub(super) junction_speed: f64,
+    /// Whether the arm has been homed since power-up.
+    pub(super) homed: bool,
+}
+
+/// A motion that has been planned from where the arm stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Start {
+    pub(crate) kind: MotionKind,
+    pub(crate) trajectory: Trajectory,
+    /// The way of the carriage on the rail: the motion lasts until both rest.
+    pub(crate) rail: RailPath,
+    /// What to raise when it has ended: something stops it before its target.
+    pub(crate) alarm: Option<u8>,
+    /// What it switches on its way.
+    pub(crate) outputs: Outputs,
+}
+
+impl Start {
+    /// How long arm and carriage move.
+    pub(crate) fn duration(&self) -> Micros {
+        self.trajectory.duration_us().max(self.rail.duration())
+    }
+}
+
+/// What is to be known of a motion that has ended.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ended {
+    pub(crate) kind: MotionKind,
+    pub(crate) alarm: Option<u8>,
+    /// The speed of its end, mm/s.
+    pub(crate) speed: f64,
+}
+
+/// A motion and when it began.
+#[derive(Clone, Debug)]
+pub(super) struct UnderWay {
+    pub(super) kind: MotionKind,
+    pub(super) trajectory: Trajectory,
+    /// The way of the carriage that goes with it.
+    pub(super) rail: RailPath,
+    pub(super) started: Micros,
+    pub(super) ends: Micros,
+    /// What to raise when it has ended: something stops it before its target.
+    pub(super) alarm: Option<u8>,
+    /// What it switches on its way.
+    pub(super) outputs: Outputs,
+    /// When a limit alarm drops because the joint has come back inside.
+    pub(super) leaves_limit: Option<Micros>,
+    /// Since when the world sees what it was shown last.
+    pub(super) shown: Micros,
+    /// Since when J2 and J3 stall, and where they really stand.
+    pub(super) stalled: Option<(Micros, [f64; 2])>,
+}
+
+impl UnderWay {
+    pub(super) fn elapsed(&self, now: Micros) -> Micros {
+        now.saturating_sub(self.started)
+    }
+
+    /// Where the motion is commanded to be.
+    fn sample(&self, now: Micros) -> ArmState {
+        if now >= self.ends {
+            return *self.trajectory.end();
+        }
+        self.trajectory.sample(self.elapsed(now))
+    }
+
+    /// Where the carriage is commanded to be.
+    fn sample_rail(&self, now: Micros) -> f64 {
+        if now >= self.ends {
+            return self.rail.end();
+        }
+        self.rail.sample(self.elapsed(now))
+    }
+}
+
+impl Motion {
+    pub(crate) fn at(joints: JointAngles, rail_length: f64) -> Self {
+        let measured = Geometry::default();
+        Self {
+            rest: ArmState::at_joints(&measured, &joints),
+            measured,
+            under_way: None,
+            slip: [0.0; 4],
+            base: 0.0,
+            rail: Rail::new(rail_length),
+            junction_speed: 0.0,
+            homed: false,
+        }
+    }
+
+    pub(crate) fn is_homed(&self) -> bool {
+        self.homed
+    }
+
+    pub(crate) fn set_homed(&mut self, homed: bool) {
+        self.homed = homed;
+    }
+
+    /// Whether anything moves; the search of homing counts.
+    pub(crate) fn is_moving(&self) -> bool {
+        self.under_way.is_some()
+    }
+
+    /// What moves is for.
+    pub(crate) fn kind(&self) -> Option<MotionKind> {
+        self.under_way.as_ref().map(|motion| motion.kind)
+    }
+
+    /// Whether a jog is under way, its end included: the queue does not wait for it.
+    pub(crate) fn is_jogging(&self) -> bool {
+        matches!(
+            self.kind(),
+            Some(MotionKind::Jog(_) | MotionKind::JogStop { .. } | MotionKind::RailJog { .. })
+        )
+    }
+
+    /// Whether it brakes at the end of a jog.
+    pub(crate) fn ends_jog(&self) -> bool {
+        matches!(self.kind(), Some(MotionKind::JogStop { .. }))
+    }
+
+    /// Whether a segment of a continuous path is under way.
+    pub(crate) fn follows_path(&self) -> bool {
+        matches!(self.kind(), Some(MotionKind::Segment(_)))
+    }
+
+    /// Gives what is under way another kind.
+    pub(crate) fn set_kind(&mut self, kind: MotionKind) {
+        if let Some(motion) = &mut self.under_way {
+            motion.kind = kind;
+        }
+    }
+
+    /// The speed that is left of a segment which has ended at this very instant, mm/s.
+    pub(crate) fn junction_speed(&self) -> f64 {
+        self.junction_speed
+    }
+
+    pub(crate) fn set_junction_speed(&mut self, speed: f64) {
+        self.junction_speed = speed;
+    }
+
+    /// When the motion ends, or on its way switches an output or drops a limit alarm.
+    pub(crate) fn next_event(&self) -> Option<Micros> {
+        let motion = self.under_way.as_ref()?;
+        let switches = motion.outputs.next_due();
+        let on_the_way = [
+            motion.leaves_limit,
+            switches.map(|at| motion.started.saturating_add(at)),
+        ];
+        let first = on_the_way.into_iter().flatten().min();
+        Some(first.map_or(motion.ends, |at| at.min(motion.ends)))
+    }
+
+    /// The joints that are commanded.
+    pub(crate) fn joints(&self, now: Micros) -> JointAngles {
+        self.commanded(now).joints
+    }
+
+    /// Where the arm is commanded to be under the measures in force when it began to move.
+    fn commanded(&self, now: Micros) -> ArmState {
+        match &self.under_way {
+            Some(motion) => motion.sample(now),
+            None => self.rest,
+        }
+    }
+
+    /// Where the carriage on the rail is commanded to be, mm.
+    pub(crate) fn rail_at(&self, now: Micros) -> f64 {
+        match &self.under_way {
+            Some(motion) => motion.sample_rail(now),
+            None => self.rail.rest,
+        }
+    }
+
+    /// Where the arm is commanded to be, for the tool bias in force. A target that has been reached reads back as it
+    /// was given.
+    pub(super) fn state(&self, now: Micros, geometry: &Geometry) -> ArmState {
+        let state = self.commanded(now);
+        if *geometry == self.measured {
+            state
+        } else {
+            ArmState::at_joints(geometry, &state.joints)
+        }
+    }
+
+    /// Takes up a motion. What moved before must have ended.
+    pub(crate) fn begin(&mut self, now: Micros, start: Start) {
+        let lasting = start.duration();
+        let Start {
+            kind,
+            trajectory,
+            rail,
+            alarm,
+            outputs,
+        } = start;
+        // What is left of a motion keeps the tool that it began with.
+        self.measured = *trajectory.geometry();
+        self.rest = *trajectory.start();
+        self.under_way = Some(UnderWay {
+            kind,
+            trajectory,
+            rail,
+            started: now,
+            ends: now.saturating_add(lasting),
+            alarm,
+            outputs,
+            leaves_limit: None,
+            shown: now,
+            stalled: None,
+        });
+    }
+
+    /// The next output that the motion has come to by now; it counts as switched.
+    pub(crate) fn take_output(&mut self, now: Micros) -> Option<PoCmd> {
+        let motion = self.under_way.as_mut()?;
+        let elapsed = motion.elapsed(now);
+        let way = (&motion.trajectory, &motion.rail);
+        motion.outputs.take_due(elapsed, way)
+    }
+
+    /// Whether the motion is at its end by now.
+    pub(crate) fn is_over(&self, now: Micros) -> bool {
+        (self.under_way.as_ref()).is_some_and(|motion| motion.ends <= now)
+    }
+
+    /// What the end of the motion under way is.
+    pub(crate) fn end(&self) -> Option<Ended> {
+        let motion = self.under_way.as_ref()?;
+        Some(Ended {
+            kind: motion.kind,
+            alarm: motion.alarm,
+            speed: match motion.alarm {
+                None => motion.trajectory.exit_speed(),
+                Some(_) => 0.0,
+            },
+        })
+    }
+
+    /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was one.
+    pub(crate) fn rest(&mut self, now: Micros, world: &mut World) -> bool {
+        let Some(motion) = &self.under_way else {
+            return false;
+        };
+        let (state, rail) = (motion.sample(now), motion.sample_rail(now));
+        let stalled = motion.stalled.map(|_| self.true_pose(now).joints);
+        self.end_path(now, world);
+        self.under_way = None;
+        self.rest = state;
+        self.rail.rest = rail;
+        if let Some(joints) = stalled {
+            self.stand_at(joints);
+        }
+        true
+    }
+
+    /// Puts the commanded joints somewhere without a motion, and the arm with them.
+    pub(crate) fn place_at(&mut self, geometry: &Geometry, joints: JointAngles) {
+        self.rest = ArmState::at_joints(geometry, &joints);
+        self.measured = *geometry;
+        self.under_way = None;
+    }
+}
+
+/// Continuous paths.
+impl Motion {
+    /// Where the segment of the queue that is under way leads, if it was planned with the arm's present measures.
+    pub(crate) fn queued_segment_end(&self, geometry: &Geometry) -> Option<[f64; 3]> {
+        match self.kind() {
+            Some(MotionKind::Segment(segment))
+                if segment.is_queued() && self.measured == *geometry =>
+            {
+                Some(segment.to())
+            }
+            _ => None,
+        }
+    }
+
+    /// The segment under way.
+    pub(crate) fn segment(&self) -> Option<Segment> {
+        match self.kind() {
+            Some(MotionKind::Segment(segment)) => Some(segment),
+            _ => None,
+        }
+    }
+}
