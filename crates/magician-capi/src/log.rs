@@ -5,7 +5,7 @@ use std::sync::Once;
 
 use magician::protocol::visible_lines;
 use tracing::{Event, Level, Subscriber};
-use tracing_subscriber::filter::{LevelFilter, ParseError, Targets};
+use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::format::Writer;
 use tracing_subscriber::fmt::{FmtContext, FormatEvent, FormatFields};
 use tracing_subscriber::layer::SubscriberExt;
@@ -44,16 +44,32 @@ pub(crate) fn begin() {
     });
 }
 
-/// What the text lets through.
+/// What the text lets through: levels by commas, of all or of a part (`magician=debug`).
 fn filter(text: &str) -> Result<Targets, String> {
-    // `tracing` takes a word that is no level for a part of some program, and is silent on all others.
-    let is_word = text.chars().all(|c| c.is_ascii_alphanumeric());
-    if is_word && text.parse::<LevelFilter>().is_err() {
-        return Err(format!(
-            "{text} is none of off, error, warn, info, debug and trace"
-        ));
+    let is_part = |name: &str| {
+        !name.is_empty()
+            && name
+                .chars()
+                .all(|c| c.is_alphanumeric() || "_:".contains(c))
+    };
+    let mut filter = Targets::new();
+    for word in text.split(',').map(str::trim) {
+        let (part, level) = match word.split_once('=') {
+            Some((part, level)) => (Some(part), level),
+            None => (None, word),
+        };
+        let level = level.parse::<LevelFilter>().ok();
+        filter = match (part, level) {
+            (None, Some(level)) => filter.with_default(level),
+            (Some(part), Some(level)) if is_part(part) => filter.with_target(part, level),
+            _ => {
+                return Err(format!(
+                    "{word} is none of off, error, warn, info, debug and trace"
+                ));
+            }
+        };
     }
-    text.parse().map_err(|error: ParseError| error.to_string())
+    Ok(filter)
 }
 
 /// `DobotDll: warning: what happened name=value`.
@@ -98,7 +114,9 @@ mod tests {
         ] {
             assert!(filter(right).is_ok(), "{right}");
         }
-        for wrong in ["warning", "verbose", "true", "[", "="] {
+        for wrong in [
+            "warning", "verbose", "true", "[", "=", "magician", "a b=warn", "warn,",
+        ] {
             assert!(filter(wrong).is_err(), "{wrong}");
         }
     }
