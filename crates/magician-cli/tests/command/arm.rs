@@ -1,9 +1,7 @@
 //! The verbs that need an arm, on the virtual one inside the process: its clock jumps, so nothing
 //! here takes time or depends on it.
 
-mod magician;
-
-use magician::{Run, command, run, run_with};
+use crate::magician::{Run, command, run, run_with};
 use serde_json::{Value, json};
 
 /// Runs a verb on a fresh virtual arm.

@@ -1,8 +1,6 @@
 //! What stands beside the arm: rail, belt and sensors, on the virtual arm in the process.
 
-mod magician;
-
-use magician::{Run, run_with};
+use crate::magician::{Run, run_with};
 use serde_json::json;
 
 /// Runs lines in a shell on one fresh virtual arm, with JSON.

@@ -1,11 +1,9 @@
 //! `magician calibrate`: what is found, where it is kept, and that drawings lie on it.
 
-mod magician;
-
 use std::path::PathBuf;
 use std::process::Command;
 
-use magician::command;
+use crate::magician::command;
 use serde_json::Value;
 
 /// A page with one line along its left and its lower edge, from corner to corner.
@@ -282,10 +280,10 @@ fn what_cannot_be_is_refused_with_what_to_do() {
 
 #[cfg(target_os = "linux")]
 mod at_a_terminal {
-    use super::magician::run;
-    use super::magician::served::Served;
-    use super::magician::terminal::Terminal;
     use super::*;
+    use crate::magician::run;
+    use crate::magician::served::Served;
+    use crate::magician::terminal::Terminal;
 
     const UP: &str = "\x1b[A";
     const LEFT: &str = "\x1b[D";

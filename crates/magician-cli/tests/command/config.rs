@@ -1,11 +1,9 @@
 //! The file of settings: what goes before what, and what is wrong with one.
 
-mod magician;
-
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use magician::command;
+use crate::magician::command;
 use serde_json::{Value, json};
 
 /// A directory for a file of settings.

@@ -1,8 +1,6 @@
 //! `magician conform`: on the virtual arm inside the process, whose clock it steps, and on one at the end of a line.
 
-mod magician;
-
-use magician::run;
+use crate::magician::run;
 
 #[test]
 fn the_virtual_arm_passes_and_every_case_is_an_object() {
@@ -76,8 +74,8 @@ fn what_makes_no_sense_is_refused() {
 
 #[cfg(unix)]
 mod on_a_line {
-    use super::magician::run;
-    use super::magician::served::Served;
+    use crate::magician::run;
+    use crate::magician::served::Served;
 
     #[test]
     fn an_arm_moves_only_when_somebody_says_so() {

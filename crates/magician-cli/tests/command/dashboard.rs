@@ -1,13 +1,11 @@
 //! `magician sim --tui` as a person at a terminal meets it.
 #![cfg(target_os = "linux")]
 
-mod magician;
-
 use std::io::Read;
 use std::process::{Command, Stdio};
 
-use magician::terminal::Terminal;
-use magician::{command, run};
+use crate::magician::terminal::Terminal;
+use crate::magician::{command, run};
 use rustix::termios::{Termios, tcgetattr};
 
 /// What a terminal's mode is, as far as a program changes it.

@@ -1,13 +1,11 @@
 //! What a verb that was killed owes the arm: settings of before, which the next one that moves or sets gives back.
 #![cfg(unix)]
 
-mod magician;
-
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 
-use magician::command;
-use magician::served::Served;
+use crate::magician::command;
+use crate::magician::served::Served;
 use serde_json::Value;
 
 const BEFORE: &str = "given back now: PTPCommonParams";

@@ -1,13 +1,11 @@
 //! `magician decode`: every golden vector and stream, and every way to hand them in.
 
-mod magician;
-
 use std::fs;
 
-use magician::{run, run_with};
+use crate::magician::{run, run_with};
 use serde_json::{Value, json};
 
-const VECTORS: &str = include_str!("../../magician-protocol/tests/data/vectors.toml");
+const VECTORS: &str = include_str!("../../../magician-protocol/tests/data/vectors.toml");
 
 fn vectors(kind: &str) -> Vec<toml::Table> {
     let mut data: toml::Table = VECTORS.parse().expect("TOML");

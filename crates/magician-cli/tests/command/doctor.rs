@@ -1,11 +1,10 @@
 //! `magician doctor` and `magician bench`: with an arm, and in every way without one that can be had here.
 #![cfg(unix)]
 
-mod magician;
-
-use magician::device::Device;
-use magician::served::Served;
-use magician::{Run, run};
+use crate::magician;
+use crate::magician::device::Device;
+use crate::magician::served::Served;
+use crate::magician::{Run, run};
 use rustix::fs::{FlockOperation, flock};
 use serde_json::{Value, json};
 

@@ -1,12 +1,10 @@
 //! How drawings end: the pen goes up, the tool is parked, and an arm that was not homed is not drawn with.
 #![cfg(unix)]
 
-mod magician;
-
 use std::process::{Child, Command, Output, Stdio};
 
-use magician::drawing::{PAPER, Place, last};
-use magician::{command, run};
+use crate::magician::drawing::{PAPER, Place, last};
+use crate::magician::{command, run};
 use serde_json::{Value, json};
 
 /// A drawing whose pen is on the paper, and goes along it.

@@ -1,14 +1,12 @@
 //! What others send, and who may send it, fills no log and goes not unsaid.
 #![cfg(unix)]
 
-mod magician;
-
 use std::io::Write;
 use std::net::TcpStream;
 use std::process::{Command, Stdio};
 
-use magician::run;
-use magician::served::Served;
+use crate::magician::run;
+use crate::magician::served::Served;
 
 /// Frames with a wrong checksum.
 const DAMAGED: [u8; 6] = [0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF7];

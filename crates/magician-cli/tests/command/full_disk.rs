@@ -1,11 +1,9 @@
 //! A full disk costs the file, and never the work.
 #![cfg(target_os = "linux")]
 
-mod magician;
-
 use std::os::unix::fs::symlink;
 
-use magician::{Run, run};
+use crate::magician::{Run, run};
 use serde_json::json;
 
 /// A drawing of some strokes.

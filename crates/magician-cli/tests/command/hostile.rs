@@ -1,10 +1,8 @@
 //! Text from outside is shown, and no terminal obeys it.
 
-mod magician;
-
 use std::path::Path;
 
-use magician::{Run, run, run_with};
+use crate::magician::{Run, run, run_with};
 use magician_protocol::is_deceptive;
 
 /// Sets the window's title, clears the screen, hides what follows, turns the direction of writing.

@@ -1,13 +1,11 @@
 //! Ctrl-C and SIGTERM while the arm moves: the command ends when the arm stands.
 #![cfg(unix)]
 
-mod magician;
-
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 
-use magician::served::Served;
-use magician::{command, run};
+use crate::magician::served::Served;
+use crate::magician::{command, run};
 use serde_json::{Value, json};
 
 /// An arm at real speed behind a pseudo-terminal, its alarms cleared, and a second door to look in.

@@ -1,15 +1,13 @@
 //! The laser of a real arm, which is any arm but one in the command itself: who may light it, and how it goes out.
 #![cfg(target_os = "linux")]
 
-mod magician;
-
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use magician::served::Served;
-use magician::terminal::Terminal;
-use magician::{Run, command, run, run_with};
+use crate::magician::served::Served;
+use crate::magician::terminal::Terminal;
+use crate::magician::{Run, command, run, run_with};
 use serde_json::{Value, json};
 
 /// An arm behind a pseudo-terminal, with a second door to look in.

@@ -1,8 +1,6 @@
 //! The verbs that need no arm, and how the command fails.
 
-mod magician;
-
-use magician::{command, run};
+use crate::magician::{command, run};
 use serde_json::{Value, json};
 
 fn close(value: &Value, to: f64) -> bool {

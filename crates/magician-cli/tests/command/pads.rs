@@ -1,15 +1,13 @@
 //! `magician jog`, `teach` and `watch` as a person at a terminal meets them.
 #![cfg(target_os = "linux")]
 
-mod magician;
-
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use magician::served::Served;
-use magician::terminal::Terminal;
-use magician::{command, run, run_with};
+use crate::magician::served::Served;
+use crate::magician::terminal::Terminal;
+use crate::magician::{command, run, run_with};
 use magician_program::{Action, Content, Format, Plan, ReadOptions, Tool};
 use serde_json::{Value, json};
 

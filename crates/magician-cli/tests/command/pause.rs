@@ -1,13 +1,11 @@
 //! A job that is paused, goes on and is stopped: by lines of JSON on stdin, and by keys at a terminal.
 #![cfg(unix)]
 
-mod magician;
-
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use magician::drawing::{PAPER, Place, last};
-use magician::terminal::Terminal;
+use crate::magician::drawing::{PAPER, Place, last};
+use crate::magician::terminal::Terminal;
 use rustix::termios::{LocalModes, tcgetattr};
 use serde_json::{Value, json};
 

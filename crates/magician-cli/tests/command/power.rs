@@ -1,11 +1,9 @@
 //! How strong what burns is: which S is full power, `--power` and its default, and what is told of it.
 
-mod magician;
-
 use std::path::PathBuf;
 use std::process::Command;
 
-use magician::command;
+use crate::magician::command;
 use serde_json::{Value, json};
 
 const LIGHTBURN: &str = "; LightBurn 1.4.00\n; GRBL device profile, absolute coords\nG00 G17 G40 G21 G54\nG90\nM3\n; Cut @ 600 mm/min, 20% power\n\

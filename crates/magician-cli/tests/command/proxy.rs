@@ -1,16 +1,15 @@
 //! `magician proxy` as other programs use it: an arm that several share.
 #![cfg(unix)]
 
-mod magician;
-
+use crate::magician;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
 
+use crate::magician::run;
+use crate::magician::served::Served;
 use ::magician::commands::JogCmd;
 use ::magician::protocol::{Ctrl, Flag, FrameBuf, JogCommand, Writable};
-use magician::run;
-use magician::served::Served;
 use serde_json::{Value, json};
 
 /// A directory with paths for an arm and two programs.

@@ -1,14 +1,12 @@
 //! `magician record`: an arm that somebody else moves, as readings and as a program.
 #![cfg(unix)]
 
-mod magician;
-
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use magician::served::Served;
-use magician::{Run, command, run};
+use crate::magician::served::Served;
+use crate::magician::{Run, command, run};
 use serde_json::Value;
 
 /// An arm at real speed in another process, its alarms cleared, and a directory.

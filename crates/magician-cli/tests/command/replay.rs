@@ -1,14 +1,13 @@
 //! `magician replay`: a session that was recorded, on a virtual arm and in the decoder.
 #![cfg(unix)]
 
-mod magician;
-
+use crate::magician;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
-use magician::served::Served;
-use magician::{command, run};
+use crate::magician::served::Served;
+use crate::magician::{command, run};
 use magician_protocol::Direction::{Reply, Request};
 use magician_record::trace::{TraceWriter, read_trace};
 use serde_json::{Value, json};

@@ -1,13 +1,11 @@
 //! A run that ends before its end, and the one that goes on with it.
 #![cfg(unix)]
 
-mod magician;
-
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-use magician::command;
-use magician::served::Served;
+use crate::magician::command;
+use crate::magician::served::Served;
 use serde_json::Value;
 
 /// Pairs of a move and a wait.

@@ -1,10 +1,8 @@
 //! `run`, `draw`, `engrave`, `play` and `convert` on virtual arms in the process, and without any arm.
 
-mod magician;
-
 use std::path::PathBuf;
 
-use magician::{Run, command, run, run_with};
+use crate::magician::{Run, command, run, run_with};
 use serde_json::{Value, json};
 
 /// A sample of the program crate.

@@ -1,13 +1,12 @@
 //! A job on the whole terminal.
 #![cfg(target_os = "linux")]
 
-mod magician;
-
+use crate::magician;
 use std::process::Stdio;
 
-use magician::drawing::{PAPER, Place};
-use magician::run;
-use magician::terminal::Terminal;
+use crate::magician::drawing::{PAPER, Place};
+use crate::magician::run;
+use crate::magician::terminal::Terminal;
 use rustix::process::Signal;
 use rustix::termios::{LocalModes, tcgetattr};
 

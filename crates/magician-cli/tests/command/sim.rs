@@ -1,14 +1,13 @@
 //! `magician sim` as other programs use it: a process with doors.
 #![cfg(unix)]
 
-mod magician;
-
+use crate::magician;
 use std::net::UdpSocket;
 use std::path::Path;
 use std::time::Duration;
 
-use magician::run;
-use magician::served::Served;
+use crate::magician::run;
+use crate::magician::served::Served;
 use serde_json::json;
 
 #[test]

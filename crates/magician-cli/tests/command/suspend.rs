@@ -1,13 +1,11 @@
 //! Ctrl-Z while a job runs: the arm pauses before the command stops, and nothing burns again by itself.
 #![cfg(target_os = "linux")]
 
-mod magician;
-
 use std::fs;
 use std::process::Child;
 
-use magician::drawing::{PAPER, Place, last};
-use magician::terminal::Terminal;
+use crate::magician::drawing::{PAPER, Place, last};
+use crate::magician::terminal::Terminal;
 use rustix::process::Signal;
 use rustix::termios::{LocalModes, tcgetattr};
 

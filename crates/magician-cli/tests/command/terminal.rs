@@ -1,12 +1,10 @@
 //! `magician shell` as a person at a terminal meets it.
 #![cfg(target_os = "linux")]
 
-mod magician;
-
 use std::path::Path;
 
-use magician::command;
-use magician::terminal::Terminal;
+use crate::magician::command;
+use crate::magician::terminal::Terminal;
 
 fn shell(state: &Path) -> Terminal {
     let mut command = command();

@@ -1,8 +1,7 @@
 //! `--trace` and `--faults`: what this program says and hears, written down or spoilt.
 
-mod magician;
-
-use magician::run;
+use crate::magician;
+use crate::magician::run;
 use serde_json::Value;
 
 /// The commands in a trace, in order, with the direction of each.

@@ -1,13 +1,12 @@
 //! The alarms against `alarms.toml`, and the order of their bits.
 
-mod material;
-
+use crate::material;
 use magician_protocol::commands::AlarmsState;
 use magician_protocol::{Alarm, AlarmGroup, AlarmSet};
 use toml::Table;
 
 fn written() -> Vec<Table> {
-    let table: Table = toml::from_str(include_str!("data/alarms.toml")).unwrap();
+    let table: Table = toml::from_str(include_str!("../data/alarms.toml")).unwrap();
     let alarms = table["alarm"].as_array().unwrap().iter();
     alarms
         .map(|alarm| alarm.as_table().unwrap().clone())

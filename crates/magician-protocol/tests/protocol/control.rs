@@ -1,9 +1,7 @@
 //! What the control byte and the id ask for, in both directions.
 
-mod material;
-
+use crate::material::{fields, frame, noted, notes, request};
 use magician_protocol::{DecodeError, Description, Direction, Get, Request, Set};
-use material::{fields, frame, noted, notes, request};
 
 #[test]
 fn e05_destination_and_error_bits_are_kept_and_noted() {

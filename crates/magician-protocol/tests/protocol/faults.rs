@@ -1,10 +1,8 @@
 //! What a damaged byte costs: nothing false gets through that the checksum can tell, and the
 //! stream is found again at once.
 
-mod material;
-
+use crate::material::frames;
 use magician_protocol::{Deframer, Description, Event, Frame, Request};
-use material::frames;
 
 /// Offset and bytes of every frame in `bytes`; the stream ends with a silence.
 fn deframe(bytes: &[u8]) -> Vec<(usize, Vec<u8>)> {

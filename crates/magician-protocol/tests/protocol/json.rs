@@ -1,8 +1,7 @@
 //! The JSON shape of values (feature `serde`).
 #![cfg(feature = "serde")]
 
-mod material;
-
+use crate::material;
 use magician_protocol::commands::{AlarmsState, DeviceVersion, Pose, PtpPoCmd, SetDeviceWithL};
 use magician_protocol::{Ctrl, Description, Direction, FrameBuf, Layout, describe};
 use serde_json::{json, to_string};

@@ -1,7 +1,6 @@
 //! Forms that known hosts and controllers send and a strict one would not, by erratum.
 
-mod material;
-
+use crate::material::{fields, frame, get_again, noted, notes, request, set_again};
 use magician_protocol::commands::{
     AutoLeveling, CpCmd, CpLeCmd, DeviceVersion, EMotor, EMotorS, HhtTrigMode, PtpJumpParams,
     PtpPoCmd, PtpPoWithLCmd, QueuedCmdLeftSpace, QueuedCmdStartDownload,
@@ -9,7 +8,6 @@ use magician_protocol::commands::{
 use magician_protocol::{
     DecodeError, Direction, JogCommand, Layout, PoCmd, Port, PtpMode, Request, Row, Set, describe,
 };
-use material::{fields, frame, get_again, noted, notes, request, set_again};
 
 fn length(expected: usize, found: usize) -> DecodeError {
     DecodeError::Length { expected, found }

@@ -1,12 +1,10 @@
 //! Bytes to values and back, over every layout, with whatever bytes.
 
-mod material;
-
+use crate::material::{bytes_of, get_again, set_again, value_again};
 use magician_protocol::{
     AlarmSet, Ctrl, DecodeError, Description, Direction, Field, FieldType, FieldValue, FrameBuf,
     LayoutInfo, PoList, Request, Row, Scalar, TABLE, describe, encode_text,
 };
-use material::{bytes_of, get_again, set_again, value_again};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 

@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 /// Every id of the Magician family; the rows of other devices are not ours.
 fn documented() -> BTreeMap<u8, Table> {
-    let table: Table = toml::from_str(include_str!("data/commands.toml")).unwrap();
+    let table: Table = toml::from_str(include_str!("../data/commands.toml")).unwrap();
     let commands = table["command"].as_array().unwrap().iter();
     let magician = commands.filter(|c| c["device_family"].as_str() == Some("Magician"));
     magician

@@ -1,9 +1,8 @@
 //! The recorded frames of real arms, real hosts and independent implementations.
 
-mod material;
-
+use crate::material;
+use crate::material::{check, hex, vectors};
 use magician_protocol::{Deframer, Event, Rejection};
-use material::{check, hex, vectors};
 
 #[test]
 fn valid_frames_read_as_recorded_and_write_back() {

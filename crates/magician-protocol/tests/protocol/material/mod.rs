@@ -1,5 +1,5 @@
 //! The recorded frames that several tests stand on, and how their values are compared.
-#![allow(dead_code, unreachable_pub)]
+#![allow(unreachable_pub)]
 
 use magician_protocol::{
     Ctrl, DecodeError, Deframer, Direction, Event, FieldValue, Frame, FrameBuf, Get, Layout,
@@ -7,8 +7,8 @@ use magician_protocol::{
 };
 use toml::{Table, Value};
 
-pub const VECTORS: &str = include_str!("../data/vectors.toml");
-pub const GOLDEN: &str = include_str!("../data/golden.toml");
+pub const VECTORS: &str = include_str!("../../data/vectors.toml");
+pub const GOLDEN: &str = include_str!("../../data/golden.toml");
 
 /// A frame that somebody else made, and what it says.
 pub struct Recorded {

@@ -1,0 +1,35 @@
+//! The command as people and programs use it: started, fed, killed, its output read.
+//!
+//! One program, so that what all of these share is compiled and linked once. `cargo test --test command pads::` does those of a file.
+
+mod magician;
+
+mod arm;
+mod beside;
+mod calibrate;
+mod config;
+mod conform;
+mod dashboard;
+mod debts;
+mod decode;
+mod doctor;
+mod ending;
+mod floods;
+mod full_disk;
+mod hostile;
+mod interrupt;
+mod laser;
+mod offline;
+mod pads;
+mod pause;
+mod power;
+mod proxy;
+mod record;
+mod replay;
+mod resume;
+mod run;
+mod screen;
+mod sim;
+mod suspend;
+mod terminal;
+mod trace;
