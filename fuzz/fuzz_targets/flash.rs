@@ -3,7 +3,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use magician_sim::world::Press;
-use magician_sim::{Controller, Flash, Happening, Profile, World};
+use magician_sim::{Controller, ExternalEvent, Flash, Profile, World};
 
 fuzz_target!(|data: &[u8]| {
     let Ok(text) = std::str::from_utf8(data) else {
@@ -20,7 +20,7 @@ fuzz_target!(|data: &[u8]| {
     let again = Flash::from_toml(&written).expect("what we have written");
     assert_eq!(again.to_toml(), written);
     let mut arm = Controller::with_flash(Profile::default(), World::default(), flash);
-    arm.inject(Happening::Key(Press::Short));
+    arm.inject(ExternalEvent::Key(Press::Short));
     for _ in 0..200 {
         let Some(next) = arm.poll_timeout() else {
             break;

@@ -6,7 +6,7 @@ use magician_protocol::{
     Ctrl, Frame, FrameBuf, Layout, LayoutInfo, MAX_PARAMS, NoArgs, QueuedCmdIndex, Row, Writer,
     encode_text,
 };
-use magician_sim::Happening;
+use magician_sim::ExternalEvent;
 use magician_sim::world::Press;
 
 use crate::expect::Check;
@@ -51,7 +51,7 @@ pub(crate) enum Action {
     /// Which alarms stand.
     Alarms(Alarms),
     /// Something happens to the arm.
-    Happens(Happening),
+    Happens(ExternalEvent),
 }
 
 /// What an answer must be.
@@ -313,25 +313,25 @@ fn alarms(words: &[String]) -> Result<Alarms, String> {
     }
 }
 
-fn happening(words: &[String]) -> Result<Happening, String> {
+fn happening(words: &[String]) -> Result<ExternalEvent, String> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let number = |text: &str| {
         text.parse::<f64>()
             .map_err(|_| format!("'{text}' is no number"))
     };
     Ok(match words.as_slice() {
-        ["key", "short"] => Happening::Key(Press::Short),
-        ["key", "long"] => Happening::Key(Press::Long),
-        ["unlock", "press"] => Happening::Unlock(true),
-        ["unlock", "release"] => Happening::Unlock(false),
-        ["reset"] => Happening::Reset,
-        ["alarm", code] => Happening::Alarm(words::code(code)?),
-        ["slip", joint, degrees] => Happening::Slip {
+        ["key", "short"] => ExternalEvent::Key(Press::Short),
+        ["key", "long"] => ExternalEvent::Key(Press::Long),
+        ["unlock", "press"] => ExternalEvent::Unlock(true),
+        ["unlock", "release"] => ExternalEvent::Unlock(false),
+        ["reset"] => ExternalEvent::Reset,
+        ["alarm", code] => ExternalEvent::Alarm(words::code(code)?),
+        ["slip", joint, degrees] => ExternalEvent::Slip {
             joint: words::code(joint)?,
             degrees: number(degrees)?,
         },
         ["guide", j1, j2, j3, j4] => {
-            Happening::Guide([number(j1)?, number(j2)?, number(j3)?, number(j4)?].into())
+            ExternalEvent::Guide([number(j1)?, number(j2)?, number(j3)?, number(j4)?].into())
         }
         _ => {
             return Err(

@@ -256,7 +256,7 @@ async fn an_arm_that_was_reset_is_homed_first() {
     let job = start(&arm, &program);
     sleep(secs(4.0)).await;
     job.pause(PERSON).await.expect("it runs");
-    cell.with(|arm| arm.inject(magician::sim::Happening::Alarm(Alarm::ResetOccurred)));
+    cell.with(|arm| arm.inject(magician::sim::ExternalEvent::Alarm(Alarm::ResetOccurred)));
     let error = job.resume().await.expect_err("it has lost its place");
     assert!(error.wants_homing(), "{error}");
     assert!(paused(&job), "it stays so");

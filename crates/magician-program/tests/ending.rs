@@ -5,7 +5,7 @@ mod interrupted;
 use std::time::Duration;
 
 use magician::commands::Pose;
-use magician::sim::Happening;
+use magician::sim::ExternalEvent;
 use magician::sim::world::{Drawing, Stroke};
 use magician::{Arm, words};
 use magician_program::resume::Verdict;
@@ -180,7 +180,7 @@ async fn an_arm_that_an_alarm_holds_is_not_moved() {
     let (cell, arm) = place(&program).await;
     let stopped = run(&arm, &program, 0, Some(Duration::from_secs(8))).await;
     stopped.expect("it was stopped");
-    cell.with(|arm| arm.inject(Happening::Alarm(0x10)));
+    cell.with(|arm| arm.inject(ExternalEvent::Alarm(0x10)));
     let before: Pose = arm.get().await.expect("a pose");
     for error in [
         arm.lift(10.0).await.map(drop),

@@ -1,7 +1,7 @@
 //! Virtual arms that are looked at from outside.
 
 use magician::sim::scenario::Scenario;
-use magician::sim::world::{Happening, ObjectView, Press, Rest};
+use magician::sim::world::{ExternalEvent, ObjectView, Press, Rest};
 use magician::sim::{Controller, Profile, World};
 use magician::{Arm, Error, JointAngles, SimSpeed, ToolBias, VirtualArm};
 use magician_program::preview::Snapshot;
@@ -221,26 +221,26 @@ impl Cell {
             ));
             return Err(errors::raise(py, &error));
         }
-        self.with(py, |arm| arm.inject(Happening::Slip { joint, degrees }));
+        self.with(py, |arm| arm.inject(ExternalEvent::Slip { joint, degrees }));
         Ok(())
     }
 
     fn raise_alarm(&self, py: Python<'_>, code: u8) {
-        self.with(py, |arm| arm.inject(Happening::Alarm(code)));
+        self.with(py, |arm| arm.inject(ExternalEvent::Alarm(code)));
     }
 
     fn plug(&self, py: Python<'_>, plugged: bool) {
-        self.with(py, |arm| arm.inject(Happening::Cable { plugged }));
+        self.with(py, |arm| arm.inject(ExternalEvent::Cable { plugged }));
     }
 
     fn delay(&self, py: Python<'_>, time: f64) -> PyResult<()> {
         let time = u64::try_from(seconds(py, "the time", time)?.as_micros()).unwrap_or(u64::MAX);
-        self.with(py, |arm| arm.inject(Happening::Delay(time)));
+        self.with(py, |arm| arm.inject(ExternalEvent::Delay(time)));
         Ok(())
     }
 
     fn reset(&self, py: Python<'_>) {
-        self.with(py, |arm| arm.inject(Happening::Reset));
+        self.with(py, |arm| arm.inject(ExternalEvent::Reset));
     }
 
     /// What has happened since the last call, in words.

@@ -9,7 +9,7 @@ use crate::fidelity::{Assumption, Fidelity};
 use crate::link::{Link, Links};
 use crate::observer::{self, Observer, Patience};
 use crate::profile::PINS;
-use crate::world::{Drawing, Happening, Look, Press};
+use crate::world::{Drawing, ExternalEvent, Look, Press};
 use crate::{Flash, LineState, LinkId, Micros, PinState, Profile, State, StepperState, World};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
@@ -303,21 +303,21 @@ impl Controller {
     }
 
     /// Lets something happen to the arm now: a key is pressed, a joint slips, the cable is pulled.
-    pub fn inject(&mut self, happening: Happening) {
-        self.device.apply_external(happening);
+    pub fn inject(&mut self, event: ExternalEvent) {
+        self.device.apply_external(event);
         self.device.run_until_idle();
         self.forget_links();
     }
 
     /// Presses the base key: short, it runs the program in the flash or stops it; long, it homes the arm.
     pub fn press(&mut self, press: Press) {
-        self.inject(Happening::Key(press));
+        self.inject(ExternalEvent::Key(press));
     }
 
     /// Presses or releases the unlock key on the forearm. While it is held the motors are released: what moves ends,
     /// the queue waits, immediate motions are refused, and [`guide`](Self::guide) moves the arm.
     pub fn unlock(&mut self, held: bool) {
-        self.inject(Happening::Unlock(held));
+        self.inject(ExternalEvent::Unlock(held));
     }
 
     /// Moves the arm by hand to where its joints really are to stand, deg, as far as the limits let it; what is not a
@@ -331,7 +331,7 @@ impl Controller {
     /// assert_eq!(arm.state().joints.to_array(), [20.0, 30.0, 40.0, 0.0]);
     /// ```
     pub fn guide(&mut self, joints: JointAngles) {
-        self.inject(Happening::Guide(joints));
+        self.inject(ExternalEvent::Guide(joints));
     }
 
     /// Drives an input, address 1 to 20, high or low from now on; a TRIG that waits for it sees it at once. `false` if

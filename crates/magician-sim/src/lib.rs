@@ -54,7 +54,7 @@ pub use profile::{
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};
 pub use state::{QueueState, State};
-pub use world::{Happening, World};
+pub use world::{ExternalEvent, World};
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.
 pub type Micros = u64;

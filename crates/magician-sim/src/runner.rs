@@ -3,7 +3,7 @@ use std::collections::BTreeMap;
 use magician_protocol::{FrameBuf, INTER_BYTE_TIMEOUT_MS};
 
 use crate::pace::{ArmClock, Line, Speed};
-use crate::{Controller, Happening, LinkId, Micros, Observer};
+use crate::{Controller, ExternalEvent, LinkId, Micros, Observer};
 
 mod link;
 
@@ -153,13 +153,15 @@ impl Runner {
     /// every link, half-received frames and replies not taken among it, and so is what comes until
     /// it is [plugged](Self::plug) in again. The arm goes on with what it has.
     pub fn unplug(&mut self) {
-        self.controller.inject(Happening::Cable { plugged: false });
+        self.controller
+            .inject(ExternalEvent::Cable { plugged: false });
         self.follow_cable();
     }
 
     /// The cable is back, now. Every link begins anew with its next bytes.
     pub fn plug(&mut self) {
-        self.controller.inject(Happening::Cable { plugged: true });
+        self.controller
+            .inject(ExternalEvent::Cable { plugged: true });
     }
 
     /// Whether the cable is in.
@@ -179,7 +181,7 @@ impl Runner {
     /// turnaround; 0 is the arm as it was. Answers that are under way are not held up, and none
     /// overtakes another.
     pub fn set_delay(&mut self, delay: Micros) {
-        self.controller.inject(Happening::Delay(delay));
+        self.controller.inject(ExternalEvent::Delay(delay));
     }
 
     /// Bytes that the peer may put on its line before it should wait: a serial driver holds 4096

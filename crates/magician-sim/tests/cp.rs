@@ -5,7 +5,7 @@ mod arm;
 use arm::{Bench, SECOND, arm, ptp, running_arm};
 use magician_protocol::commands::*;
 use magician_protocol::{CpMode, Flag};
-use magician_sim::Happening;
+use magician_sim::ExternalEvent;
 
 /// From here all ways of these tests are free.
 const START: [f32; 4] = [200.0, 0.0, 0.0, 0.0];
@@ -229,7 +229,7 @@ fn a_path_that_runs_dry_rests_at_its_end_and_begins_again() {
 fn stop_and_clear_end_a_path_at_the_end_of_its_segment() {
     let stop = |bench: &mut Bench| bench.set(&QueuedCmdStopExec {});
     let clear = |bench: &mut Bench| bench.set(&QueuedCmdClear {});
-    let alarm = |bench: &mut Bench| bench.arm.inject(Happening::Alarm(0x20));
+    let alarm = |bench: &mut Bench| bench.arm.inject(ExternalEvent::Alarm(0x20));
     let endings: [(&str, Act<'_>); 3] = [("stop", &stop), ("clear", &clear), ("alarm", &alarm)];
     for (name, end) in endings {
         let mut bench = collecting();

@@ -6,7 +6,7 @@ use arm::{Bench, arm, arm_with, ptp, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, Layout, PoCmd, PoList, PtpMode, Text};
 use magician_sim::world::Press;
-use magician_sim::{Controller, Flash, Happening, Profile, World};
+use magician_sim::{Controller, ExternalEvent, Flash, Profile, World};
 
 fn text(of: &str) -> Text {
     Text::new(of).unwrap()
@@ -97,7 +97,7 @@ fn it_outlives_a_reset() {
     fill(&mut bench);
     let (before, writes) = (kept(&mut bench), bench.arm.flash_writes());
     bench.full_speed();
-    bench.arm.inject(Happening::Reset);
+    bench.arm.inject(ExternalEvent::Reset);
     assert_eq!(kept(&mut bench), before);
     assert_eq!(bench.arm.flash_writes(), writes);
     assert_eq!(bench.get::<PtpCommonParams>().velocity_ratio, 50.0);

@@ -9,7 +9,7 @@ use arm::{
 use magician_protocol::Flag;
 use magician_protocol::commands::*;
 use magician_sim::scenario::Scenario;
-use magician_sim::{Controller, Event, Happening, LimitChoice, Micros, Profile, World};
+use magician_sim::{Controller, Event, ExternalEvent, LimitChoice, Micros, Profile, World};
 
 /// An arm that really stands there when it is switched on.
 fn standing_at(joints: [f64; 4]) -> Bench {
@@ -142,7 +142,7 @@ fn a_base_past_its_switch_backs_off_to_it() {
 fn lost_steps_are_gone_after_it() {
     let mut bench = running_arm();
     for (joint, degrees) in [(1, 8.0), (2, -6.0), (3, 7.5)] {
-        bench.arm.inject(Happening::Slip { joint, degrees });
+        bench.arm.inject(ExternalEvent::Slip { joint, degrees });
     }
     assert_eq!(bench.joints(), [0.0, 45.0, 45.0, 0.0]);
     assert_eq!(bench.state().true_joints.to_array(), [8.0, 39.0, 52.5, 0.0]);
@@ -159,7 +159,7 @@ fn a_base_that_slips_on_the_way_is_found_all_the_same() {
             let mut bench = running_arm();
             bench.enqueue(&home());
             bench.pass(after);
-            bench.arm.inject(Happening::Slip { joint: 1, degrees });
+            bench.arm.inject(ExternalEvent::Slip { joint: 1, degrees });
             bench.rest();
             let state = bench.state();
             assert!(state.homed, "{degrees} after {after}");
@@ -264,7 +264,7 @@ fn a_reset_ends_it_at_every_stage() {
         bench.enqueue(&home());
         bench.pass(after);
         let there = true_base(&bench);
-        bench.arm.inject(Happening::Reset);
+        bench.arm.inject(ExternalEvent::Reset);
         let state = bench.state();
         assert!(!state.homed && !state.moving);
         assert_eq!((state.joints.j1, state.true_joints.j1), (0.0, there));
@@ -280,7 +280,7 @@ fn alarms_clear_and_stop_let_it_go_on() {
         bench.enqueue(&home());
         bench.enqueue(&joints_to([30.0, 45.0, 45.0, 0.0]));
         bench.pass(after);
-        bench.arm.inject(Happening::Alarm(0x23));
+        bench.arm.inject(ExternalEvent::Alarm(0x23));
         bench.set(&QueuedCmdStopExec {});
         about(after + bench.rest(), homing_lasts(0.0));
         assert!(bench.state().homed);

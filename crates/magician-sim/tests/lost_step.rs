@@ -4,10 +4,10 @@ mod arm;
 
 use arm::{Bench, arm, home, joints_to, running_arm, wait};
 use magician_protocol::commands::*;
-use magician_sim::{Controller, Happening};
+use magician_sim::{Controller, ExternalEvent};
 
 fn slip(bench: &mut Bench, joint: u8, degrees: f64) {
-    bench.arm.inject(Happening::Slip { joint, degrees });
+    bench.arm.inject(ExternalEvent::Slip { joint, degrees });
 }
 
 #[test]
@@ -34,7 +34,7 @@ fn a_joint_that_is_off_by_more_than_the_threshold_has_lost_steps() {
 fn the_threshold_is_the_hosts() {
     let mut bench = arm();
     for (value, found) in [(1.5, false), (0.9, true), (f32::NAN, false), (0.0, true)] {
-        bench.arm.inject(Happening::Reset);
+        bench.arm.inject(ExternalEvent::Reset);
         bench.set(&ClearAlarmsState {});
         slip(&mut bench, 2, 1.0);
         bench.set(&LostStepParams { value });
@@ -96,7 +96,7 @@ fn a_stall_on_the_way_is_found() {
     bench.enqueue(&joints_to([0.0, 60.0, 45.0, 0.0]));
     bench.pass(400_000);
     let thing = magician_sim::world::Thing::Table;
-    bench.arm.inject(Happening::Touch {
+    bench.arm.inject(ExternalEvent::Touch {
         thing,
         stalls: true,
     });

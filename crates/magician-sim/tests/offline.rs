@@ -6,7 +6,7 @@ use arm::{Bench, SECOND, arm_with, home, homing_lasts, joints_to, ptp, running_a
 use magician_protocol::commands::*;
 use magician_protocol::{CpMode, Ctrl};
 use magician_sim::world::Press;
-use magician_sim::{Event, Happening, Micros};
+use magician_sim::{Event, ExternalEvent, Micros};
 
 fn download(bench: &mut Bench, total_loop: u32, lines: impl FnOnce(&mut Bench)) {
     bench.set(&QueuedCmdStartDownload {
@@ -258,7 +258,7 @@ fn alarms_hold_it_and_homing_in_it_runs_all_the_same() {
         bench.enqueue(&home());
         bench.enqueue(&ptp(6, [10.0, 0.0, 0.0, 0.0]));
     });
-    bench.arm.inject(Happening::Alarm(0x23));
+    bench.arm.inject(ExternalEvent::Alarm(0x23));
     bench.arm.press(Press::Short);
     bench.rest();
     assert!(bench.state().homed && bench.state().program);
@@ -309,7 +309,7 @@ fn the_key_does_nothing_during_a_download_or_without_a_program() {
     });
     bench.arm.press(Press::Short);
     assert!(!bench.state().program);
-    bench.arm.inject(Happening::Reset);
+    bench.arm.inject(ExternalEvent::Reset);
     assert_eq!(
         bench.arm.flash().program(),
         (2, 1),

@@ -5,7 +5,7 @@ mod host;
 use magician_motion::{Geometry, ToolBias};
 use magician_protocol::{Ctrl, FrameBuf, TABLE};
 use magician_sim::world::{Press, Thing};
-use magician_sim::{Controller, Flash, Happening, LinkId, Micros, Profile, State};
+use magician_sim::{Controller, ExternalEvent, Flash, LinkId, Micros, Profile, State};
 use proptest::prelude::*;
 
 /// A number as a host, a bad host or chance sends it. Boxed: strategies lie on the stack with all that they may become.
@@ -219,13 +219,13 @@ fn connectors() -> impl Strategy<Value = Vec<u8>> {
 #[derive(Clone, Debug)]
 enum Deed {
     Send(Vec<u8>),
-    Happen(Happening),
+    Happen(ExternalEvent),
     Level(u8, bool),
     Voltage(u8, u16),
 }
 
 /// What keys, hands and mishaps do to the arm.
-fn happening() -> impl Strategy<Value = Happening> {
+fn external_event() -> impl Strategy<Value = ExternalEvent> {
     let degrees = prop_oneof![4 => -20.0f64..20.0, 1 => number().prop_map(f64::from)];
     let posture = (
         -150.0f64..150.0,
@@ -234,14 +234,14 @@ fn happening() -> impl Strategy<Value = Happening> {
         -160.0f64..160.0,
     );
     prop_oneof![
-        2 => (0..6u8, degrees).prop_map(|(joint, degrees)| Happening::Slip { joint, degrees }),
-        3 => any::<bool>().prop_map(Happening::Unlock),
-        2 => posture.prop_map(|(a, b, c, d)| Happening::Guide([a, b, c, d].into())),
-        1 => any::<bool>().prop_map(|stalls| Happening::Touch { thing: Thing::Table, stalls }),
-        1 => any::<u8>().prop_map(Happening::Alarm),
-        1 => Just(Happening::Reset),
-        3 => Just(Happening::Key(Press::Short)),
-        1 => Just(Happening::Key(Press::Long)),
+        2 => (0..6u8, degrees).prop_map(|(joint, degrees)| ExternalEvent::Slip { joint, degrees }),
+        3 => any::<bool>().prop_map(ExternalEvent::Unlock),
+        2 => posture.prop_map(|(a, b, c, d)| ExternalEvent::Guide([a, b, c, d].into())),
+        1 => any::<bool>().prop_map(|stalls| ExternalEvent::Touch { thing: Thing::Table, stalls }),
+        1 => any::<u8>().prop_map(ExternalEvent::Alarm),
+        1 => Just(ExternalEvent::Reset),
+        3 => Just(ExternalEvent::Key(Press::Short)),
+        1 => Just(ExternalEvent::Key(Press::Long)),
     ]
 }
 
@@ -255,7 +255,7 @@ fn life() -> impl Strategy<Value = Vec<(Micros, Deed)>> {
         4 => connectors().prop_map(Deed::Send),
         1 => (input.clone(), any::<bool>()).prop_map(|(input, level)| Deed::Level(input, level)),
         1 => (input, 0..5000u16).prop_map(|(input, value)| Deed::Voltage(input, value)),
-        1 => happening().prop_map(Deed::Happen),
+        1 => external_event().prop_map(Deed::Happen),
         1 => (0..4u32).prop_map(|loops| {
             let [a, b] = [loops, 3].map(u32::to_le_bytes);
             Deed::Send(frame(243, 1, &[a, b].concat()))
@@ -274,7 +274,7 @@ fn act(arm: &mut Controller, deed: &Deed) {
 fn act_by(arm: &mut Controller, deed: &Deed, send: impl FnOnce(&mut Controller, &[u8])) {
     match deed {
         Deed::Send(bytes) => send(arm, bytes),
-        Deed::Happen(happening) => arm.inject(*happening),
+        Deed::Happen(event) => arm.inject(*event),
         Deed::Level(input, level) => {
             arm.set_input(*input, *level);
         }
@@ -497,7 +497,7 @@ proptest! {
             let state = arm.state();
             let taken = state.queue.waiting + usize::from(state.queue.running.is_some());
             prop_assert!(taken <= state.queue.capacity);
-            if matches!(deed, Deed::Happen(Happening::Reset)) {
+            if matches!(deed, Deed::Happen(ExternalEvent::Reset)) {
                 last = 0;
             }
             prop_assert!(state.queue.current_index >= last, "the current index never falls");

@@ -5,7 +5,7 @@ mod arm;
 use arm::{Bench, SECOND, arm, arm_with, home, joints_to, multiplex, running_arm};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, IoFunction, JogCommand, PoCmd, PoList, PtpMode};
-use magician_sim::{Event, Happening, Micros, Signal};
+use magician_sim::{Event, ExternalEvent, Micros, Signal};
 
 const HOME: [f32; 4] = [0.0, 45.0, 45.0, 0.0];
 
@@ -581,7 +581,7 @@ fn power_finds_the_carriage_at_0_and_homing_finds_out_where_it_is() {
     let mut bench = on_rail();
     bench.enqueue(&rail_to(600.0));
     bench.rest();
-    bench.arm.inject(Happening::Reset);
+    bench.arm.inject(ExternalEvent::Reset);
     bench.set(&ClearAlarmsState {});
     assert_eq!(bench.state().rail, None);
     assert_eq!(place(&mut bench), 0.0);

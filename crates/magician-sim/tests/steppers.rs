@@ -5,7 +5,7 @@ mod arm;
 use arm::{Bench, SECOND, arm, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, Port, Stepper};
-use magician_sim::{CONVEYOR_PULSES_PER_MM, Event, Happening};
+use magician_sim::{CONVEYOR_PULSES_PER_MM, Event, ExternalEvent};
 
 fn steady(index: u8, enabled: bool, speed: i32) -> EMotor {
     EMotor {
@@ -173,7 +173,7 @@ fn a_reset_stops_the_motors() {
     let mut bench = arm();
     bench.set(&steady(0, true, 100));
     bench.pass(SECOND);
-    bench.arm.inject(Happening::Reset);
+    bench.arm.inject(ExternalEvent::Reset);
     bench.pass(SECOND);
     turns(&bench, 0, 0.0, 0.0);
 }

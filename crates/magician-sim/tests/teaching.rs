@@ -7,7 +7,7 @@ use magician_protocol::commands::*;
 use magician_protocol::{Flag, TeachTrigger};
 use magician_sim::scenario::Scenario;
 use magician_sim::world::{Posture, Press};
-use magician_sim::{Controller, Happening, Profile, World};
+use magician_sim::{Controller, ExternalEvent, Profile, World};
 
 fn teach(bench: &mut Bench, mode: TeachTrigger) {
     bench.set(&HhtTrigMode { mode });
@@ -80,7 +80,7 @@ fn a_base_that_is_not_homed_stays_as_unsure_as_it_was() {
 fn pressing_the_key_reads_the_sensors() {
     let mut bench = arm();
     for (joint, degrees) in [(1, 9.0), (2, 8.0), (3, -7.0)] {
-        bench.arm.inject(Happening::Slip { joint, degrees });
+        bench.arm.inject(ExternalEvent::Slip { joint, degrees });
     }
     bench.arm.unlock(true);
     let state = bench.state();
@@ -238,7 +238,7 @@ fn a_reset_finds_the_key_still_held() {
     let mut bench = running_arm();
     bench.arm.unlock(true);
     bench.arm.guide([10.0, 20.0, 30.0, 0.0].into());
-    bench.arm.inject(Happening::Reset);
+    bench.arm.inject(ExternalEvent::Reset);
     assert!(bench.state().unlocked);
     assert_eq!(bench.joints(), [0.0, 20.0, 30.0, 0.0]);
     bench.start();

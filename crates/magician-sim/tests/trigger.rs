@@ -6,7 +6,7 @@ use arm::{Bench, SECOND, multiplex, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, IoFunction, TriggerCondition, TriggerMode};
 use magician_sim::world::Press;
-use magician_sim::{Event, Happening, Refusal};
+use magician_sim::{Event, ExternalEvent, Refusal};
 
 fn trig(address: u8, mode: u8, condition: u8, threshold: u16) -> TrigCmd {
     TrigCmd {
@@ -216,7 +216,7 @@ fn an_alarm_meanwhile_holds_what_comes_after_it() {
     let mut bench = with_input(IoFunction::DigitalInput);
     let index = bench.enqueue(&trig(9, 0, 0, 1));
     bench.enqueue(&wait(10));
-    bench.arm.inject(Happening::Alarm(0x40));
+    bench.arm.inject(ExternalEvent::Alarm(0x40));
     bench.arm.set_input(9, true);
     assert_eq!(bench.current_index(), index);
     assert!(bench.state().queue.held && bench.state().queue.waiting == 1);

@@ -6,7 +6,7 @@ use arm::{Bench, arm, arm_with, running_arm};
 use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FieldType, Flag, IoFunction, Row, TABLE, Text};
-use magician_sim::{Controller, Event, Happening, Profile, Scenario, World};
+use magician_sim::{Controller, Event, ExternalEvent, Profile, Scenario, World};
 
 /// Bytes that are no number's natural value: NaN payloads, signalling NaNs, subnormals among them.
 fn pattern(count: usize, seed: u8) -> Vec<u8> {
@@ -349,7 +349,7 @@ fn the_tool_at_power_up_is_the_one_that_was_chosen() {
             y_bias: 0.0,
             z_bias: 0.0,
         });
-        bench.arm.inject(Happening::Reset);
+        bench.arm.inject(ExternalEvent::Reset);
         (first, bench.get::<EndEffectorParams>().x_bias)
     };
     let in_world = |text: &str| {

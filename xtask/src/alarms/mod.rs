@@ -20,7 +20,7 @@ after it has done to a virtual arm what stands in each row and found it true; a 
 
 Of every alarm, however it arose:
 
-* It can be injected: by a scenario, or by `Controller::inject(Happening::Alarm(code))`. An injected one has no cause
+* It can be injected: by a scenario, or by `Controller::inject(ExternalEvent::Alarm(code))`. An injected one has no cause
   that lasts, so the first ClearAllAlarmsState (id 20 or 21) drops it.
 * A motion under way goes on to its end.
 * Where the queue waits, it waits for ClearAllAlarmsState, even if the alarm has dropped by itself before. Homing runs

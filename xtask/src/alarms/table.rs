@@ -2,7 +2,7 @@
 
 use magician_protocol::commands::*;
 use magician_protocol::{Alarm, Flag, JogCommand, PtpMode, Set};
-use magician_sim::world::Happening;
+use magician_sim::world::ExternalEvent;
 
 /// What is claimed of an alarm.
 pub(super) struct Claim {
@@ -41,7 +41,7 @@ pub(super) enum Act {
     Now(Set),
     Queue(Set),
     Bytes(&'static [u8]),
-    Happen(Happening),
+    Happen(ExternalEvent),
     /// Half a second passes.
     Pass,
     /// Until nothing moves and nothing is due.
@@ -79,7 +79,7 @@ fn common() -> Vec<Claim> {
         when(
             Alarm::ResetOccurred,
             "the controller is switched on, or resets",
-            vec![Act::Happen(Happening::Reset)],
+            vec![Act::Happen(ExternalEvent::Reset)],
         ),
         when(
             Alarm::UndefinedInstruction,
@@ -340,7 +340,7 @@ fn lost_step(code: u8, joint: u8) -> Claim {
 
 fn slipped(joint: u8) -> Vec<Act> {
     let degrees = 6.0;
-    let mut acts = vec![Act::Happen(Happening::Slip { joint, degrees })];
+    let mut acts = vec![Act::Happen(ExternalEvent::Slip { joint, degrees })];
     acts.extend(look());
     acts
 }

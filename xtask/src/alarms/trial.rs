@@ -2,7 +2,7 @@
 
 use magician_protocol::commands::{ClearAlarmsState, HomeCmd, QueuedCmdStartExec, WaitCmd};
 use magician_protocol::{Ctrl, FrameBuf, PtpMode, Set};
-use magician_sim::world::Happening;
+use magician_sim::world::ExternalEvent;
 use magician_sim::{Controller, LinkId, Micros};
 
 use super::table::{Act, Arises, Claim, Goes, ptp};
@@ -177,7 +177,7 @@ fn never(code: u8, acts: &[Act]) -> Verdict {
 /// At rest: the cause does not stand, so the first clear is enough, for a limit too.
 fn injected(code: u8, holds: bool) -> Verdict {
     let mut trial = Trial::new();
-    trial.0.inject(Happening::Alarm(code));
+    trial.0.inject(ExternalEvent::Alarm(code));
     trial.stand(&[code], "injected,")?;
     trial.holds(holds)?;
     trial.pass(60 * SECOND);
@@ -193,7 +193,7 @@ fn while_moving(code: u8, holds: bool) -> Verdict {
         trial.send(&goal, Ctrl::QUEUED);
     }
     trial.pass(SECOND / 10);
-    trial.0.inject(Happening::Alarm(code));
+    trial.0.inject(ExternalEvent::Alarm(code));
     trial.rest();
     let j1 = if holds { 30.0 } else { 60.0 };
     expect(
@@ -206,7 +206,7 @@ fn while_moving(code: u8, holds: bool) -> Verdict {
 /// Immediate commands are carried out.
 fn at_once(code: u8) -> Verdict {
     let mut trial = Trial::new();
-    trial.0.inject(Happening::Alarm(code));
+    trial.0.inject(ExternalEvent::Alarm(code));
     let goal = ptp(PtpMode::MovjAngle, [30.0, 45.0, 45.0, 0.0]);
     trial.send(&goal, Ctrl::SET);
     trial.rest();
@@ -217,7 +217,7 @@ fn at_once(code: u8) -> Verdict {
 /// Homing runs all the same, and frees nothing.
 fn homing(code: u8) -> Verdict {
     let mut trial = Trial::new();
-    trial.0.inject(Happening::Alarm(code));
+    trial.0.inject(ExternalEvent::Alarm(code));
     trial.send(&Set::HomeCmd(HomeCmd { reserved: 0 }), Ctrl::QUEUED);
     trial.rest();
     expect(trial.0.state().homed, "homing does not run")?;
@@ -227,8 +227,8 @@ fn homing(code: u8) -> Verdict {
 /// A reset leaves none but its own.
 fn reset(code: u8) -> Verdict {
     let mut trial = Trial::new();
-    trial.0.inject(Happening::Alarm(code));
-    trial.0.inject(Happening::Reset);
+    trial.0.inject(ExternalEvent::Alarm(code));
+    trial.0.inject(ExternalEvent::Reset);
     trial.stand(&[0x00], "after a reset")?;
     trial.holds(false)
 }

@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use magician::{RawLine, Result};
-use magician_sim::{Happening, Micros, World};
+use magician_sim::{ExternalEvent, Micros, World};
 use tokio::time::{sleep, timeout};
 
 use super::Target;
@@ -53,7 +53,7 @@ impl Target for LineTarget {
         false
     }
 
-    fn happens(&mut self, _: Happening) -> bool {
+    fn happens(&mut self, _: ExternalEvent) -> bool {
         false
     }
 }

@@ -7,7 +7,7 @@ use std::future::Future;
 use std::time::Duration;
 
 use magician::Result;
-use magician_sim::{Happening, Micros, World};
+use magician_sim::{ExternalEvent, Micros, World};
 
 pub use line::LineTarget;
 pub use sim::SimTarget;
@@ -36,5 +36,5 @@ pub trait Target {
     fn power_up(&mut self, world: World) -> bool;
 
     /// Lets something happen to the arm from outside its protocol; whether that can be done.
-    fn happens(&mut self, happening: Happening) -> bool;
+    fn happens(&mut self, happening: ExternalEvent) -> bool;
 }

@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use magician::Result;
 use magician_protocol::INTER_BYTE_TIMEOUT_MS;
-use magician_sim::{Controller, Happening, LinkId, Micros, Profile, World};
+use magician_sim::{Controller, ExternalEvent, LinkId, Micros, Profile, World};
 
 use super::Target;
 
@@ -89,7 +89,7 @@ impl Target for SimTarget {
         true
     }
 
-    fn happens(&mut self, happening: Happening) -> bool {
+    fn happens(&mut self, happening: ExternalEvent) -> bool {
         self.arm.inject(happening);
         true
     }

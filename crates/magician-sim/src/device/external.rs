@@ -8,42 +8,42 @@ use crate::convert::tool_to_wire;
 use crate::event::Event;
 use crate::fidelity::Assumption;
 use crate::scenario::Arm;
-use crate::world::{Happening, Press};
+use crate::world::{ExternalEvent, Press};
 use crate::{Flash, Profile, Scenario, World};
 
 impl Device {
     /// Something happens to the arm at the present instant.
-    pub(crate) fn apply_external(&mut self, event: Happening) {
+    pub(crate) fn apply_external(&mut self, event: ExternalEvent) {
         match event {
-            Happening::Input => {}
-            Happening::Touch { stalls, .. } => {
+            ExternalEvent::Input => {}
+            ExternalEvent::Touch { stalls, .. } => {
                 if stalls {
                     self.motion.stall(self.now, &mut self.world);
                 }
             }
-            Happening::Slip { joint, degrees } => {
+            ExternalEvent::Slip { joint, degrees } => {
                 self.record.event(Event::Slipped { joint, degrees });
                 (self.motion).slip(self.now, joint, degrees, &mut self.world);
             }
-            Happening::Alarm(code) => self.raise(code),
-            Happening::Reset => self.reset(),
-            Happening::Cable { plugged } => {
+            ExternalEvent::Alarm(code) => self.raise(code),
+            ExternalEvent::Reset => self.reset(),
+            ExternalEvent::Cable { plugged } => {
                 if plugged != self.line.plugged {
                     self.record.event(Event::Cable { plugged });
                     self.line.plugged = plugged;
                     self.line.pulls += u64::from(!plugged);
                 }
             }
-            Happening::Delay(delay) => self.line.delay = delay,
-            Happening::Key(press) => {
+            ExternalEvent::Delay(delay) => self.line.delay = delay,
+            ExternalEvent::Key(press) => {
                 self.record.event(Event::Key { press });
                 self.press(press);
             }
-            Happening::Unlock(held) => {
+            ExternalEvent::Unlock(held) => {
                 self.record.event(Event::Unlocked { held });
                 self.unlock(held);
             }
-            Happening::Guide(joints) => self.guide(joints),
+            ExternalEvent::Guide(joints) => self.guide(joints),
         }
         self.update_tools();
     }

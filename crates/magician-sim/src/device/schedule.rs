@@ -60,7 +60,7 @@ impl Device {
         }
         self.steppers_event();
         self.update_tools();
-        while let Some(event) = self.world.happen(now) {
+        while let Some(event) = self.world.poll_external(now) {
             self.apply_external(event);
         }
         if let Some(Busy::Waiting(until)) = self.queues.active().busy()

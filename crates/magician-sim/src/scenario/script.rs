@@ -3,13 +3,13 @@
 use magician_motion::JointAngles;
 
 use crate::Micros;
-use crate::world::Happening;
+use crate::world::ExternalEvent;
 
 /// Something that is done at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
     /// It happens to the arm.
-    Do(Happening),
+    Do(ExternalEvent),
     /// A digital input changes.
     Digital { address: u8, level: bool },
     /// An analog input changes.

@@ -2,7 +2,7 @@
 
 use magician_motion::JointAngles;
 
-use super::Happening;
+use super::ExternalEvent;
 use crate::Micros;
 use crate::profile::{PINS, pin_index};
 use crate::scenario::{Action, Script};
@@ -110,7 +110,7 @@ impl Agenda {
 
     /// The inputs may read something else now.
     pub(super) fn look_again(&mut self, now: Micros) {
-        let look = (now, Action::Do(Happening::Input));
+        let look = (now, Action::Do(ExternalEvent::Input));
         // Once an instant will do.
         if !self.soon.contains(&look) {
             self.schedule(look.0, look.1);
@@ -143,7 +143,7 @@ impl Agenda {
     }
 
     /// Does what is due, the earliest first.
-    pub(super) fn happen(&mut self, script: &Script, now: Micros) -> Option<Happening> {
+    pub(super) fn happen(&mut self, script: &Script, now: Micros) -> Option<ExternalEvent> {
         let at = self.next_event(script).filter(|at| *at <= now)?;
         if self.hand.is_some_and(|hand| hand.next() == at) {
             return self.move_hand();
@@ -155,26 +155,26 @@ impl Agenda {
         self.step(script)
     }
 
-    fn step(&mut self, script: &Script) -> Option<Happening> {
+    fn step(&mut self, script: &Script) -> Option<ExternalEvent> {
         let (at, action) = *script.timed.get(self.cursor)?;
         self.cursor += 1;
         Some(self.act(at, action))
     }
 
-    fn act(&mut self, at: Micros, action: Action) -> Happening {
+    fn act(&mut self, at: Micros, action: Action) -> ExternalEvent {
         match action {
-            Action::Do(happening) => happening,
+            Action::Do(event) => event,
             Action::Digital { address, level } => {
                 if let Some(pin) = pin_index(address) {
                     self.digital[pin] = Some(level);
                 }
-                Happening::Input
+                ExternalEvent::Input
             }
             Action::Analog { address, value } => {
                 if let Some(pin) = pin_index(address) {
                     self.analog[pin] = Some(value);
                 }
-                Happening::Input
+                ExternalEvent::Input
             }
             Action::Guide { from, to, over } => {
                 self.hand = Some(Hand {
@@ -184,18 +184,18 @@ impl Agenda {
                     over,
                     told: 0,
                 });
-                Happening::Guide(from)
+                ExternalEvent::Guide(from)
             }
         }
     }
 
-    fn move_hand(&mut self) -> Option<Happening> {
+    fn move_hand(&mut self) -> Option<ExternalEvent> {
         let hand = self.hand.as_mut()?;
         hand.told = hand.told_next();
         let joints = hand.at(hand.told);
         if hand.told >= hand.over {
             self.hand = None;
         }
-        Some(Happening::Guide(joints))
+        Some(ExternalEvent::Guide(joints))
     }
 }

@@ -28,7 +28,7 @@ pub enum Press {
 /// What happens to the arm by itself: from a scenario, or injected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub enum Happening {
+pub enum ExternalEvent {
     /// An input or a sensor may read something else from now on.
     Input,
     /// The tool touches something. If it presses harder than the tool gives way, J2 and J3 stall and lose steps.

@@ -34,7 +34,7 @@ use crate::scenario::{Action, Scenario};
 
 pub use course::{Course, Posture};
 pub use drawing::{Drawing, Stroke, StrokeKind};
-pub use external::{Happening, Press, Thing};
+pub use external::{ExternalEvent, Press, Thing};
 pub use grip::Grip;
 pub use incident::{Incident, What};
 pub use look::{Look, ObjectView};
@@ -206,7 +206,7 @@ impl World {
     }
 
     /// What happens at the present instant: call again until there is nothing.
-    pub(crate) fn happen(&mut self, now: Micros) -> Option<Happening> {
-        self.state.as_mut()?.happen(now)
+    pub(crate) fn poll_external(&mut self, now: Micros) -> Option<ExternalEvent> {
+        self.state.as_mut()?.poll_external(now)
     }
 }

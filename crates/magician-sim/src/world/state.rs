@@ -13,7 +13,7 @@ use super::ink::Ink;
 use super::scene::{Frames, Rest, Scene};
 use super::touch::{Contact, Reach};
 use super::traffic::{self, Traffic};
-use super::{Grip, Happening, Place, Posture, Thing};
+use super::{ExternalEvent, Grip, Place, Posture, Thing};
 use crate::Micros;
 use crate::scenario::{Action, Scenario, SensorKind};
 
@@ -41,7 +41,7 @@ pub(super) struct State {
     /// For each object a bit for each sensor that has seen it.
     seen_by: Vec<u8>,
     /// The second of two things that happen at once.
-    pending: Option<Happening>,
+    pending: Option<ExternalEvent>,
     ink: Ink,
     /// Whether a course is under way.
     moves: bool,

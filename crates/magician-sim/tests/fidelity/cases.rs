@@ -6,7 +6,7 @@ use magician_protocol::{
     Readable, Stepper, TeachTrigger, TriggerCondition, TriggerMode, Writable,
 };
 use magician_sim::fidelity::Assumption;
-use magician_sim::world::{Happening, Press};
+use magician_sim::world::{ExternalEvent, Press};
 
 use crate::arm::{self, Bench, SECOND, home, joints_to, ptp, wait};
 
@@ -50,7 +50,7 @@ fn to_the_limit(bench: &mut Bench) {
 
 /// The queue is held by an alarm that nothing here depends on.
 fn hold(bench: &mut Bench) {
-    bench.arm.inject(Happening::Alarm(0x30));
+    bench.arm.inject(ExternalEvent::Alarm(0x30));
 }
 
 fn jog(cmd: JogCommand) -> JogCmd {
@@ -98,7 +98,7 @@ fn arc(to_point: [f32; 4]) -> ArcCmd {
 }
 
 fn slip(bench: &mut Bench, joint: u8) {
-    bench.arm.inject(Happening::Slip {
+    bench.arm.inject(ExternalEvent::Slip {
         joint,
         degrees: 6.0,
     });
@@ -109,7 +109,7 @@ fn teach(bench: &mut Bench, mode: TeachTrigger) {
     now(bench, &HhtTrigMode { mode });
     let is_enabled = Flag::ON;
     now(bench, &HhtTrigOutputEnabled { is_enabled });
-    bench.arm.inject(Happening::Unlock(true));
+    bench.arm.inject(ExternalEvent::Unlock(true));
     bench.pass(SECOND);
 }
 
@@ -170,8 +170,12 @@ pub(crate) const CASES: &[Case] = &[
     (Assumption::Version, |b| _ = ask::<DeviceVersion>(b)),
     (Assumption::Clock, |b| _ = ask::<DeviceTime>(b)),
     (Assumption::DeviceIdWords, |b| _ = ask::<DeviceId>(b)),
-    (Assumption::FlashKeeps, |b| b.arm.inject(Happening::Reset)),
-    (Assumption::ResetAlarm, |b| b.arm.inject(Happening::Reset)),
+    (Assumption::FlashKeeps, |b| {
+        b.arm.inject(ExternalEvent::Reset)
+    }),
+    (Assumption::ResetAlarm, |b| {
+        b.arm.inject(ExternalEvent::Reset)
+    }),
     (Assumption::Parameters, |b| _ = ask::<PtpJointParams>(b)),
     (Assumption::BeyondCeilings, |b| _ = now(b, &speeds(1000.0))),
     (Assumption::RailDefaults, |b| _ = ask::<PtpLParams>(b)),
@@ -234,7 +238,7 @@ pub(crate) const CASES: &[Case] = &[
     }),
     (Assumption::AlarmHold, to_the_limit),
     (Assumption::QuietAlarms, |b| {
-        b.arm.inject(Happening::Alarm(0x04))
+        b.arm.inject(ExternalEvent::Alarm(0x04))
     }),
     (Assumption::LatchedHold, jog_back),
     (Assumption::LimitDrops, jog_back),
@@ -299,33 +303,33 @@ pub(crate) const CASES: &[Case] = &[
         ask::<HomeParams>(b);
     }),
     (Assumption::TeachKey, |b| {
-        b.arm.inject(Happening::Unlock(true))
+        b.arm.inject(ExternalEvent::Unlock(true))
     }),
     (Assumption::TeachSettings, |b| _ = ask::<HhtTrigMode>(b)),
     (Assumption::PointCleared, |b| {
         teach(b, TeachTrigger::OnRelease);
-        b.arm.inject(Happening::Unlock(false));
+        b.arm.inject(ExternalEvent::Unlock(false));
         ask::<HhtTrigOutput>(b);
     }),
     (Assumption::TeachPeriod, |b| {
         teach(b, TeachTrigger::Periodic);
-        b.arm.inject(Happening::Unlock(false));
+        b.arm.inject(ExternalEvent::Unlock(false));
     }),
     (Assumption::MotionWhileUnlocked, |b| {
-        b.arm.inject(Happening::Unlock(true));
+        b.arm.inject(ExternalEvent::Unlock(true));
         now(b, &joints_to([30.0, 45.0, 45.0, 0.0]));
     }),
     (Assumption::BaseKey, |b| {
-        b.arm.inject(Happening::Key(Press::Short))
+        b.arm.inject(ExternalEvent::Key(Press::Short))
     }),
     (Assumption::BaseKeyHeld, |b| {
-        b.arm.inject(Happening::Key(Press::Long))
+        b.arm.inject(ExternalEvent::Key(Press::Long))
     }),
     (Assumption::OfflineProgram, |b| download(b, 1)),
     (Assumption::OfflineMismatch, |b| download(b, 2)),
     (Assumption::OfflineBusy, |b| {
         download(b, 1);
-        b.arm.inject(Happening::Key(Press::Short));
+        b.arm.inject(ExternalEvent::Key(Press::Short));
         now(
             b,
             &QueuedCmdStartDownload {

@@ -11,7 +11,7 @@ use cases::{CASES, ask, now, queue, raw, start};
 use magician_protocol::Ctrl;
 use magician_protocol::commands::*;
 use magician_sim::fidelity::{Assumption, Confidence, Strictness};
-use magician_sim::world::Happening;
+use magician_sim::world::ExternalEvent;
 use magician_sim::{Controller, Event, Profile, Refusal};
 
 fn strict() -> Bench {
@@ -140,7 +140,7 @@ fn a_first_use_is_told_once_and_all_are_counted() {
         assert_eq!(told(&mut bench), told_now);
     }
     assert_eq!(bench.arm.fidelity().uses(Assumption::Clock), 3);
-    bench.arm.inject(Happening::Reset);
+    bench.arm.inject(ExternalEvent::Reset);
     assert_eq!(
         bench.arm.fidelity().uses(Assumption::Clock),
         3,

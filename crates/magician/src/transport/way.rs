@@ -3,7 +3,7 @@ use std::fmt;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 #[cfg(all(feature = "sim", feature = "faults"))]
-use magician_sim::Happening;
+use magician_sim::ExternalEvent;
 
 #[cfg(feature = "sim")]
 use super::Sim;
@@ -223,7 +223,7 @@ impl fmt::Debug for Way {
 #[cfg(all(feature = "sim", feature = "faults"))]
 fn deal(arm: &VirtualArm, blow: Blow) {
     match blow {
-        Blow::Reset => arm.with(|controller| controller.inject(Happening::Reset)),
+        Blow::Reset => arm.with(|controller| controller.inject(ExternalEvent::Reset)),
         Blow::Replugged => {
             let mut cell = arm.lock();
             cell.runner.unplug();

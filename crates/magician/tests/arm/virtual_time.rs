@@ -7,7 +7,7 @@ use std::time::Duration;
 use magician::faults::Faults;
 use magician::protocol::Set;
 use magician::protocol::commands::{DeviceTime, Pose};
-use magician::sim::{Happening, State};
+use magician::sim::{ExternalEvent, State};
 use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, words};
 use tokio::task::yield_now;
 use tokio::time::Instant;
@@ -116,7 +116,7 @@ async fn an_arm_whose_clock_stands_was_not_reset() {
         arm.get::<DeviceTime>().await.unwrap();
         tokio::time::sleep(Duration::from_secs(3600)).await;
     }
-    cell.with(|arm| arm.inject(Happening::Reset));
+    cell.with(|arm| arm.inject(ExternalEvent::Reset));
     arm.get::<DeviceTime>().await.unwrap();
     assert_eq!(
         arm.run(&program).await.unwrap_err().kind(),
@@ -197,7 +197,7 @@ async fn an_alarm_ends_a_run() {
     let program = curve(2000);
     let raise = async {
         once(&cell, |state| state.queue.current_index > 100).await;
-        cell.with(|arm| arm.inject(Happening::Alarm(0x20)));
+        cell.with(|arm| arm.inject(ExternalEvent::Alarm(0x20)));
     };
     let (ran, ()) = tokio::join!(arm.run(&program), raise);
     assert_eq!(ran.unwrap_err().kind(), ErrorKind::Alarm);
@@ -207,7 +207,7 @@ async fn an_alarm_ends_a_run() {
 #[tokio::test(start_paused = true)]
 async fn an_arm_that_answers_late_goes_on_by_the_wall() {
     let (cell, arm) = arm(1).await;
-    cell.with(|arm| arm.inject(Happening::Delay(30_000)));
+    cell.with(|arm| arm.inject(ExternalEvent::Delay(30_000)));
     let wait = words::wait(Duration::from_millis(100));
     let late = async {
         cell.advance(Duration::from_millis(30));
@@ -240,7 +240,7 @@ async fn a_pulled_cable_ends_a_run_and_the_arm_goes_on_by_the_wall_meanwhile() {
     let program = curve(2000);
     let pull = async {
         once(&cell, |state| state.queue.current_index > 100).await;
-        cell.with(|arm| arm.inject(Happening::Cable { plugged: false }));
+        cell.with(|arm| arm.inject(ExternalEvent::Cable { plugged: false }));
         clock(&cell)
     };
     let begun = Instant::now();

@@ -7,7 +7,7 @@ use super::rules::{At, Checked};
 use crate::Micros;
 use crate::profile::PINS;
 use crate::scenario::{Action, Script};
-use crate::world::{Happening, Press};
+use crate::world::{ExternalEvent, Press};
 
 /// Greatest value of an analog input (model section 13).
 const ANALOG: i64 = 4095;
@@ -110,7 +110,7 @@ impl HandState {
             return at.flaw("kind", message);
         }
         (self.unlocked, self.last) = (unlock, None);
-        Ok(Action::Do(Happening::Unlock(unlock)))
+        Ok(Action::Do(ExternalEvent::Unlock(unlock)))
     }
 
     fn guide(&mut self, at: &At, hand: &file::Hand) -> Checked<Action> {
@@ -126,7 +126,7 @@ impl HandState {
         let to = JointAngles::from(joints);
         let from = self.last.replace(to);
         let Some(seconds) = hand.over else {
-            return Ok(Action::Do(Happening::Guide(to)));
+            return Ok(Action::Do(ExternalEvent::Guide(to)));
         };
         let over = at.span("over", seconds)?;
         let Some(from) = from else {
@@ -145,7 +145,9 @@ pub(super) fn keys(keys: &[file::Key], script: &mut Script) -> Checked<()> {
             file::Press::Long => Press::Long,
         };
         let at = At::entry("key", nth).time("at", key.at)?;
-        script.timed.push((at, Action::Do(Happening::Key(press))));
+        script
+            .timed
+            .push((at, Action::Do(ExternalEvent::Key(press))));
     }
     Ok(())
 }
@@ -175,8 +177,8 @@ impl Moment {
         }
     }
 
-    fn then(&self, delay: Micros, happening: Happening, script: &mut Script) {
-        let action = Action::Do(happening);
+    fn then(&self, delay: Micros, event: ExternalEvent, script: &mut Script) {
+        let action = Action::Do(event);
         match self {
             Self::At(at) => script.timed.push((at.saturating_add(delay), action)),
             Self::Index(index) => script.at_index.push((*index, delay, action)),
@@ -191,12 +193,12 @@ pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()>
         let moment = Moment::of(&at, fault)?;
         match fault.kind {
             FaultKind::Slip => moment.then(0, slip(&at, fault)?, script),
-            FaultKind::Reset => moment.then(0, Happening::Reset, script),
-            FaultKind::Alarm => moment.then(0, Happening::Alarm(alarm(&at, fault)?), script),
+            FaultKind::Reset => moment.then(0, ExternalEvent::Reset, script),
+            FaultKind::Alarm => moment.then(0, ExternalEvent::Alarm(alarm(&at, fault)?), script),
             FaultKind::Cable => {
                 let lasting = lasting(&at, fault)?;
-                moment.then(0, Happening::Cable { plugged: false }, script);
-                moment.then(lasting, Happening::Cable { plugged: true }, script);
+                moment.then(0, ExternalEvent::Cable { plugged: false }, script);
+                moment.then(lasting, ExternalEvent::Cable { plugged: true }, script);
             }
             FaultKind::Slow => {
                 let lasting = lasting(&at, fault)?;
@@ -206,8 +208,8 @@ pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()>
                     "by how many seconds each answer is late",
                 )?;
                 let delay = at.span("delay", delay)?;
-                moment.then(0, Happening::Delay(delay), script);
-                moment.then(lasting, Happening::Delay(0), script);
+                moment.then(0, ExternalEvent::Delay(delay), script);
+                moment.then(lasting, ExternalEvent::Delay(0), script);
             }
         }
     }
@@ -261,7 +263,7 @@ fn lasting(at: &At, fault: &file::Fault) -> Checked<Micros> {
     )
 }
 
-fn slip(at: &At, fault: &file::Fault) -> Checked<Happening> {
+fn slip(at: &At, fault: &file::Fault) -> Checked<ExternalEvent> {
     let joint = at.needed("joint", fault.joint, "which joint slips, 1 to 4")?;
     let degrees = at.needed("degrees", fault.degrees, "by how much the joint slips")?;
     let joint = match u8::try_from(joint) {
@@ -269,7 +271,7 @@ fn slip(at: &At, fault: &file::Fault) -> Checked<Happening> {
         _ => return at.flaw("joint", format!("joint is {joint}, it must be 1 to 4")),
     };
     at.number("degrees", degrees, -360.0..=360.0, "deg")?;
-    Ok(Happening::Slip { joint, degrees })
+    Ok(ExternalEvent::Slip { joint, degrees })
 }
 
 fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {

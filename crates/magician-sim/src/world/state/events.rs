@@ -6,7 +6,7 @@ use crate::world::forecast::Change;
 use crate::world::incident::What;
 use crate::world::touch::Contact;
 use crate::world::traffic;
-use crate::world::{Happening, Thing};
+use crate::world::{ExternalEvent, Thing};
 
 impl State {
     pub(in crate::world) fn next_event(&self) -> Option<Micros> {
@@ -20,14 +20,14 @@ impl State {
             .min()
     }
 
-    pub(in crate::world) fn happen(&mut self, now: Micros) -> Option<Happening> {
+    pub(in crate::world) fn poll_external(&mut self, now: Micros) -> Option<ExternalEvent> {
         self.now = self.now.max(now);
-        if let Some(happening) = self.pending.take() {
-            return Some(happening);
+        if let Some(event) = self.pending.take() {
+            return Some(event);
         }
         loop {
             let at = self.next_event().filter(|at| *at <= now)?;
-            let happening = if self
+            let event = if self
                 .changes
                 .front()
                 .is_some_and(|(change, _)| *change == at)
@@ -38,13 +38,13 @@ impl State {
             } else {
                 self.agenda.happen(self.scenario.script(), now)
             };
-            if happening.is_some() {
-                return happening;
+            if event.is_some() {
+                return event;
             }
         }
     }
 
-    fn change(&mut self) -> Option<Happening> {
+    fn change(&mut self) -> Option<ExternalEvent> {
         let (at, change) = self.changes.pop_front()?;
         match change {
             Change::Contact(thing, contact) => self.touch(at, thing, contact),
@@ -53,23 +53,28 @@ impl State {
                     *carried = object;
                 }
                 self.mark_seen(at);
-                Some(Happening::Input)
+                Some(ExternalEvent::Input)
             }
         }
     }
 
     /// The tool comes to a thing, or to press it, or away from it: what of it the arm feels.
-    fn touch(&mut self, at: Micros, thing: Thing, contact: Option<Contact>) -> Option<Happening> {
+    fn touch(
+        &mut self,
+        at: Micros,
+        thing: Thing,
+        contact: Option<Contact>,
+    ) -> Option<ExternalEvent> {
         let place = self.contacts.iter().position(|(other, _)| *other == thing);
         let before = place.map(|place| self.contacts.swap_remove(place).1);
         self.contacts
             .extend(contact.map(|contact| (thing, contact)));
         let contact = contact?;
-        let touches = Happening::Touch {
+        let touches = ExternalEvent::Touch {
             thing,
             stalls: false,
         };
-        let stalls = Happening::Touch {
+        let stalls = ExternalEvent::Touch {
             thing,
             stalls: true,
         };
@@ -91,7 +96,7 @@ impl State {
     }
 
     /// The belt has brought an object before a sensor, past it, or to its own end.
-    fn belt_event(&mut self) -> Option<Happening> {
+    fn belt_event(&mut self) -> Option<ExternalEvent> {
         let traffic = self.traffic.take()?;
         if let Some(object) = traffic.falls {
             let frames = self.frames_of_ground(traffic.at);
@@ -101,6 +106,6 @@ impl State {
         }
         self.mark_seen(traffic.at);
         self.watch_belt(traffic.at);
-        Some(Happening::Input)
+        Some(ExternalEvent::Input)
     }
 }

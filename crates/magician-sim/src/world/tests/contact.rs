@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{Arm, SECOND, Way, posture};
 use crate::Micros;
-use crate::world::{Course, Grip, Happening, Incident, Thing, What};
+use crate::world::{Course, ExternalEvent, Grip, Incident, Thing, What};
 
 const TABLE: &str = r#"
 [table]
@@ -19,12 +19,12 @@ fn arm(tool: &str, at: [f64; 4]) -> Arm {
     Arm::new(&format!("[tool]\nkind = \"{tool}\"\n{TABLE}"), at)
 }
 
-fn touch(thing: Thing, stalls: bool) -> Happening {
-    Happening::Touch { thing, stalls }
+fn touch(thing: Thing, stalls: bool) -> ExternalEvent {
+    ExternalEvent::Touch { thing, stalls }
 }
 
 /// Compares up to a microsecond.
-fn assert_touches(arm: &Arm, expected: &[(Micros, Happening)]) {
+fn assert_touches(arm: &Arm, expected: &[(Micros, ExternalEvent)]) {
     let touches = arm.touches();
     let alike = touches.len() == expected.len()
         && touches
@@ -148,7 +148,10 @@ fn an_arm_that_stalled_stalls_again_only_if_it_goes_deeper() {
     arm.go([240.0, 100.0, -75.0, 0.0], SECOND);
     let touches = arm.touches();
     assert!(
-        matches!(touches[..], [(_, Happening::Touch { stalls: true, .. })]),
+        matches!(
+            touches[..],
+            [(_, ExternalEvent::Touch { stalls: true, .. })]
+        ),
         "{touches:?}"
     );
     arm.happened.clear();
@@ -308,7 +311,7 @@ fn what_was_let_go_on_the_way_touches_nothing() {
     arm.suck(false);
     // Nothing is known of the rest until it is told.
     forgotten.grip(arm.now, Grip::default(), &arm.posture(&arm.at));
-    assert_eq!(forgotten.happen(arm.now), Some(Happening::Input));
+    assert_eq!(forgotten.poll_external(arm.now), Some(ExternalEvent::Input));
     assert_eq!(forgotten.next_event(), None);
     // Told again with the rest: the cup comes to the cube, which has fallen.
     arm.world

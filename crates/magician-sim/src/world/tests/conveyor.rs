@@ -4,7 +4,7 @@ use magician_protocol::Port;
 
 use super::{Arm, SECOND, near};
 use crate::Micros;
-use crate::world::{Happening, Incident, Rest, What};
+use crate::world::{ExternalEvent, Incident, Rest, What};
 
 /// A belt along X at -50, 300 long; the light barrier across it at 200, the colour sensor above 100.
 const BELT: &str = r#"
@@ -63,7 +63,7 @@ fn a_cube_passes_the_light_barrier_at_the_computed_instants() {
     assert!(
         arm.happened
             .iter()
-            .all(|(_, what)| *what == Happening::Input)
+            .all(|(_, what)| *what == ExternalEvent::Input)
     );
 }
 
@@ -77,7 +77,7 @@ fn a_sensor_has_changed_when_it_is_told() {
             arm.world.infrared(at - 1, Port::Gp2),
             levels.last() == Some(&true)
         );
-        assert_eq!(arm.world.happen(at), Some(Happening::Input));
+        assert_eq!(arm.world.poll_external(at), Some(ExternalEvent::Input));
         levels.push(arm.world.infrared(at, Port::Gp2));
     }
     // Colour on and off, the barrier on and off, the end of the belt.

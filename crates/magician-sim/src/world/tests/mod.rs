@@ -11,7 +11,7 @@ mod script;
 
 use magician_motion::{Geometry, Pose};
 
-use super::{Course, Grip, Happening, Look, Posture, World};
+use super::{Course, ExternalEvent, Grip, Look, Posture, World};
 use crate::Micros;
 use crate::scenario::Scenario;
 
@@ -31,7 +31,7 @@ struct Arm {
     now: Micros,
     at: Pose,
     grip: Grip,
-    happened: Vec<(Micros, Happening)>,
+    happened: Vec<(Micros, ExternalEvent)>,
 }
 
 impl Arm {
@@ -57,8 +57,8 @@ impl Arm {
         let mut told = 0;
         while let Some(at) = self.world.next_event().filter(|at| *at <= to) {
             self.now = self.now.max(at);
-            while let Some(happening) = self.world.happen(self.now) {
-                self.happened.push((self.now, happening));
+            while let Some(event) = self.world.poll_external(self.now) {
+                self.happened.push((self.now, event));
                 told += 1;
                 assert!(told < 10_000, "{:?}", self.happened.last());
             }
@@ -119,11 +119,11 @@ impl Arm {
     }
 
     /// Touches and stalls, and when.
-    fn touches(&self) -> Vec<(Micros, Happening)> {
-        let touch = |happening: &Happening| matches!(happening, Happening::Touch { .. });
+    fn touches(&self) -> Vec<(Micros, ExternalEvent)> {
+        let touch = |event: &ExternalEvent| matches!(event, ExternalEvent::Touch { .. });
         self.happened
             .iter()
-            .filter(|(_, happening)| touch(happening))
+            .filter(|(_, event)| touch(event))
             .copied()
             .collect()
     }

@@ -4,13 +4,13 @@ use magician_motion::JointAngles;
 
 use super::{SECOND, world};
 use crate::Micros;
-use crate::world::{Happening, Posture, Press, World};
+use crate::world::{ExternalEvent, Posture, Press, World};
 
 /// Everything that happens up to an instant, and when.
-fn until(world: &mut World, to: Micros) -> Vec<(Micros, Happening)> {
+fn until(world: &mut World, to: Micros) -> Vec<(Micros, ExternalEvent)> {
     let mut happened = Vec::new();
     while let Some(at) = world.next_event().filter(|at| *at <= to) {
-        happened.extend(world.happen(at).map(|happening| (at, happening)));
+        happened.extend(world.poll_external(at).map(|event| (at, event)));
     }
     happened
 }
@@ -22,7 +22,7 @@ fn an_empty_world_is_still() {
     world.stepper(5, 0, 100.0);
     assert_eq!(size_of::<World>(), size_of::<usize>());
     assert_eq!(world.next_event(), None);
-    assert_eq!(world.happen(9 * SECOND), None);
+    assert_eq!(world.poll_external(9 * SECOND), None);
     assert!(world.digital(0, 1).is_none() && world.analog(0, 1).is_none() && !world.holding());
     let posture = Posture {
         joints: JointAngles::HOME,
@@ -44,13 +44,13 @@ fn inputs_change_when_they_should() {
         (None, Some(2048))
     );
     assert_eq!(world.next_event(), Some(3_200_000));
-    assert_eq!(world.happen(3_199_999), None);
-    assert_eq!(world.happen(3_200_000), Some(Happening::Input));
-    assert_eq!(world.happen(3_200_000), None);
+    assert_eq!(world.poll_external(3_199_999), None);
+    assert_eq!(world.poll_external(3_200_000), Some(ExternalEvent::Input));
+    assert_eq!(world.poll_external(3_200_000), None);
     assert_eq!(world.digital(3_200_000, 5), Some(true));
     assert_eq!(
         until(&mut world, 9 * SECOND),
-        [(4 * SECOND, Happening::Input)]
+        [(4 * SECOND, ExternalEvent::Input)]
     );
     assert_eq!(world.digital(5 * SECOND, 5), Some(false));
     assert_eq!(world.next_event(), None);
@@ -62,12 +62,12 @@ fn an_input_is_overridden_until_it_changes() {
     assert!(world.set_input(5, true) && world.set_analog(1, 9000));
     assert_eq!(
         until(&mut world, 0),
-        [(0, Happening::Input)],
+        [(0, ExternalEvent::Input)],
         "once for both"
     );
     assert_eq!(world.digital(0, 5), Some(true));
     assert_eq!(world.analog(0, 1), Some(4095));
-    assert_eq!(until(&mut world, SECOND), [(SECOND, Happening::Input)]);
+    assert_eq!(until(&mut world, SECOND), [(SECOND, ExternalEvent::Input)]);
     assert_eq!(world.digital(SECOND, 5), Some(false));
     assert!(!world.set_input(0, true) && !world.set_input(21, true));
 }
@@ -78,7 +78,7 @@ fn an_empty_world_takes_inputs() {
     assert!(world.set_input(20, true));
     assert_eq!(world.digital(0, 20), Some(true));
     assert_eq!(world.digital(0, 19), None);
-    assert_eq!(until(&mut world, 0), [(0, Happening::Input)]);
+    assert_eq!(until(&mut world, 0), [(0, ExternalEvent::Input)]);
 }
 
 #[test]
@@ -91,19 +91,19 @@ fn faults_come_at_their_time_and_pass() {
          [[key]]\npress = \"long\"\nat = 0\n",
     );
     let expected = [
-        (0, Happening::Key(Press::Long)),
-        (SECOND, Happening::Delay(250_000)),
-        (5 * SECOND, Happening::Cable { plugged: false }),
-        (6 * SECOND, Happening::Delay(0)),
+        (0, ExternalEvent::Key(Press::Long)),
+        (SECOND, ExternalEvent::Delay(250_000)),
+        (5 * SECOND, ExternalEvent::Cable { plugged: false }),
+        (6 * SECOND, ExternalEvent::Delay(0)),
         (
             6_500_000,
-            Happening::Slip {
+            ExternalEvent::Slip {
                 joint: 2,
                 degrees: 8.0,
             },
         ),
-        (7 * SECOND, Happening::Cable { plugged: true }),
-        (9 * SECOND, Happening::Reset),
+        (7 * SECOND, ExternalEvent::Cable { plugged: true }),
+        (9 * SECOND, ExternalEvent::Reset),
     ];
     assert_eq!(until(&mut world, 10 * SECOND), expected);
 }
@@ -118,9 +118,9 @@ fn a_fault_waits_for_its_index_and_comes_once() {
     assert_eq!(world.next_event(), None);
     world.index_started(2 * SECOND, 40);
     let expected = [
-        (2 * SECOND, Happening::Alarm(0x40)),
-        (2 * SECOND, Happening::Cable { plugged: false }),
-        (4 * SECOND, Happening::Cable { plugged: true }),
+        (2 * SECOND, ExternalEvent::Alarm(0x40)),
+        (2 * SECOND, ExternalEvent::Cable { plugged: false }),
+        (4 * SECOND, ExternalEvent::Cable { plugged: true }),
     ];
     assert_eq!(until(&mut world, 10 * SECOND), expected);
     world.index_started(11 * SECOND, 40);
@@ -135,15 +135,15 @@ fn a_hand_leads_the_arm_evenly() {
          [[hand]]\nkind = \"guide\"\nat = 3\njoints = [40, 30, 50, 0]\nover = 0.05\n\
          [[hand]]\nkind = \"release\"\nat = 4\n",
     );
-    let guide = |j1, j2, j3| Happening::Guide(JointAngles::new(j1, j2, j3, 0.0));
+    let guide = |j1, j2, j3| ExternalEvent::Guide(JointAngles::new(j1, j2, j3, 0.0));
     let expected = [
-        (SECOND, Happening::Unlock(true)),
+        (SECOND, ExternalEvent::Unlock(true)),
         (2 * SECOND, guide(0.0, 45.0, 45.0)),
         (3 * SECOND, guide(0.0, 45.0, 45.0)),
         (3_020_000, guide(16.0, 39.0, 47.0)),
         (3_040_000, guide(32.0, 33.0, 49.0)),
         (3_050_000, guide(40.0, 30.0, 50.0)),
-        (4 * SECOND, Happening::Unlock(false)),
+        (4 * SECOND, ExternalEvent::Unlock(false)),
     ];
     assert_eq!(until(&mut world, 10 * SECOND), expected);
 }

@@ -6,7 +6,7 @@ use magician::serve::{Ended, Handle};
 use magician_motion::{Limits, TopView};
 use magician_protocol::Alarm;
 use magician_sim::scenario::{Conveyor, Table};
-use magician_sim::{Happening, Runner};
+use magician_sim::{ExternalEvent, Runner};
 
 use super::feed::{Feed, Told};
 use super::keys::{self, Action, Axis, Mode, Nudge, Question};
@@ -177,9 +177,9 @@ impl App {
         match action {
             Action::Quit => return Ok(Some(End::Quit)),
             Action::Interrupt => return Ok(Some(End::Interrupt)),
-            Action::Press(press) => self.inject(Happening::Key(press))?,
-            Action::Reset => self.inject(Happening::Reset)?,
-            Action::Unlock => self.inject(Happening::Unlock(!self.unlocked()))?,
+            Action::Press(press) => self.inject(ExternalEvent::Key(press))?,
+            Action::Reset => self.inject(ExternalEvent::Reset)?,
+            Action::Unlock => self.inject(ExternalEvent::Unlock(!self.unlocked()))?,
             Action::Nudge(nudge) => self.nudge(nudge)?,
             Action::Cable => self.pull_or_plug()?,
             Action::Toggle => self.toggle()?,
@@ -231,7 +231,7 @@ impl App {
         self.shown = shown.wrapping_add_signed(by).wrapping_add(count) % count.max(1);
     }
 
-    fn inject(&self, happening: Happening) -> Result<(), Ended> {
+    fn inject(&self, happening: ExternalEvent) -> Result<(), Ended> {
         let inject = move |runner: &mut Runner| runner.controller_mut().inject(happening);
         self.subject().handle.with(inject).wait()
     }
@@ -297,9 +297,9 @@ impl App {
             return Ok(());
         };
         let happening = match question {
-            Question::Alarm => keys::alarm(text).map(Happening::Alarm),
+            Question::Alarm => keys::alarm(text).map(ExternalEvent::Alarm),
             Question::Slip => {
-                keys::slip(text).map(|(joint, degrees)| Happening::Slip { joint, degrees })
+                keys::slip(text).map(|(joint, degrees)| ExternalEvent::Slip { joint, degrees })
             }
         };
         match happening {

@@ -5,7 +5,7 @@ use magician_motion::TopView;
 use magician_protocol::commands::{PtpCmd, QueuedCmdStartExec, WaitCmd};
 use magician_protocol::{Ctrl, FrameBuf, PtpMode, Set};
 use magician_sim::scenario::Scenario;
-use magician_sim::{Controller, Happening, LinkId, Profile, World};
+use magician_sim::{Controller, ExternalEvent, LinkId, Profile, World};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
@@ -121,7 +121,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "arrows x+ ↑ y+ ←",
                 "? help J1 coarse",
             ]),
-            |arm, _| arm.inject(Happening::Unlock(true)),
+            |arm, _| arm.inject(ExternalEvent::Unlock(true)),
         ),
         example(
             "sim that asks",
@@ -190,7 +190,7 @@ fn a_queue_at_work_and_one_that_is_held() {
     let full = |line: &String| line.matches('█').count();
     assert_eq!(busy.iter().map(full).sum::<usize>(), 10);
 
-    arm.inject(Happening::Alarm(0x12));
+    arm.inject(ExternalEvent::Alarm(0x12));
     let held = screen(&app(&arm), 120, 40);
     shows(
         &held,
@@ -215,12 +215,12 @@ fn a_world_on_a_wide_terminal() {
     shows(&looks[0], &["20 ○ -"]);
     assert!(dots(&looks[1]) > dots(&looks[2]));
 
-    arm.inject(Happening::Slip {
+    arm.inject(ExternalEvent::Slip {
         joint: 2,
         degrees: 8.0,
     });
     shows(&screen(&app(&arm), 160, 50), &["really J2 +8.0"]);
-    arm.inject(Happening::Unlock(true));
+    arm.inject(ExternalEvent::Unlock(true));
     shows(
         &screen(&app(&arm), 160, 50),
         &["unlocked, not homed", "arrows x+ ↑ y+ ←"],
@@ -309,7 +309,7 @@ fn what_is_asked_is_answered_in_the_last_line() {
 #[test]
 fn every_size_has_a_picture() {
     let mut arm = sorting();
-    (0..=255).for_each(|code| arm.inject(Happening::Alarm(code)));
+    (0..=255).for_each(|code| arm.inject(ExternalEvent::Alarm(code)));
     let mut app = app(&arm);
     let text = "a line that is longer than many a terminal is wide, and that is cut off".repeat(3);
     (0..300).for_each(|_| {
