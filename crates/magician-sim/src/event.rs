@@ -6,7 +6,7 @@ use magician_protocol::Row;
 
 use crate::LinkId;
 use crate::fidelity::Assumption;
-use crate::world::{Incident, Press};
+use crate::world::{Press, WorldEvent};
 
 mod words;
 
@@ -94,7 +94,7 @@ pub enum Event {
         code: u8,
     },
     /// Something has happened in the world: the tool has taken an object, or touches the table.
-    World(Incident),
+    World(WorldEvent),
     /// A joint has slipped: it stands elsewhere than commanded.
     Slipped {
         /// J1 to J4 as 1 to 4.

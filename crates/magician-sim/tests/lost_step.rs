@@ -95,11 +95,10 @@ fn a_stall_on_the_way_is_found() {
     let mut bench = running_arm();
     bench.enqueue(&joints_to([0.0, 60.0, 45.0, 0.0]));
     bench.pass(400_000);
-    let thing = magician_sim::world::Thing::Table;
-    bench.arm.inject(ExternalEvent::Touch {
-        thing,
-        stalls: true,
-    });
+    let body = magician_sim::world::Body::Table;
+    bench
+        .arm
+        .inject(ExternalEvent::Touch { body, stalls: true });
     bench.rest();
     bench.set(&LostStepCmd {});
     assert_eq!(bench.alarms(), [0x51]);

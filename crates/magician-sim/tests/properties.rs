@@ -4,7 +4,7 @@ mod host;
 
 use magician_motion::{Geometry, ToolBias};
 use magician_protocol::{Ctrl, FrameBuf, TABLE};
-use magician_sim::world::{Press, Thing};
+use magician_sim::world::{Body, Press};
 use magician_sim::{Controller, ExternalEvent, Flash, LinkId, Micros, Profile, State};
 use proptest::prelude::*;
 
@@ -237,7 +237,7 @@ fn external_event() -> impl Strategy<Value = ExternalEvent> {
         2 => (0..6u8, degrees).prop_map(|(joint, degrees)| ExternalEvent::Slip { joint, degrees }),
         3 => any::<bool>().prop_map(ExternalEvent::Unlock),
         2 => posture.prop_map(|(a, b, c, d)| ExternalEvent::Guide([a, b, c, d].into())),
-        1 => any::<bool>().prop_map(|stalls| ExternalEvent::Touch { thing: Thing::Table, stalls }),
+        1 => any::<bool>().prop_map(|stalls| ExternalEvent::Touch { body: Body::Table, stalls }),
         1 => any::<u8>().prop_map(ExternalEvent::Alarm),
         1 => Just(ExternalEvent::Reset),
         3 => Just(ExternalEvent::Key(Press::Short)),

@@ -141,14 +141,14 @@ impl Device {
             self.motion.end_path(self.now, &mut self.world);
             self.world.grip(self.now, grip, &pose);
             self.motion.show_path(self.now, &mut self.world);
-            self.record_incidents();
+            self.record_world_events();
         }
     }
 
     /// What has happened in the world goes into the log.
-    fn record_incidents(&mut self) {
-        while let Some(incident) = self.world.poll_incident() {
-            self.record.event(Event::World(incident));
+    fn record_world_events(&mut self) {
+        while let Some(event) = self.world.poll_event() {
+            self.record.event(Event::World(event));
         }
     }
 }

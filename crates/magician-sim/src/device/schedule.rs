@@ -70,7 +70,7 @@ impl Device {
         }
         self.run_queue();
         self.finish_path();
-        self.record_incidents();
+        self.record_world_events();
     }
 
     /// Takes commands from the queue as long as it may and they finish on the spot.

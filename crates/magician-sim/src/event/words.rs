@@ -7,7 +7,7 @@ use magician_protocol::{Alarm, Row};
 use super::{Event, Refusal};
 use crate::Scenario;
 use crate::fidelity::Confidence;
-use crate::world::{Press, Rest, Thing, What};
+use crate::world::{Body, Press, Rest, WorldEventKind};
 
 impl Event {
     /// Whether it belongs to the daily course of any program: a command that comes, begins or ends, and what an answer
@@ -69,7 +69,7 @@ impl fmt::Display for InWords<'_> {
                 "the home point is out of reach: homing ends at its usual joints, without an alarm",
             ),
             Event::AlarmCleared { code } => write!(f, "alarm {} cleared", Code(code)),
-            Event::World(incident) => self.objects.incident(f, incident.what),
+            Event::World(event) => self.objects.event(f, event.kind),
             Event::Slipped { joint, degrees } => write!(f, "J{joint} slips by {degrees} deg"),
             Event::Reset => f.write_str("the controller resets: what was queued and set is gone"),
             Event::Cable { plugged: true } => f.write_str("the cable is back"),
@@ -120,11 +120,11 @@ impl Objects<'_> {
         object.map_or("an object", |object| &object.name)
     }
 
-    fn thing(&self, thing: Thing) -> &str {
-        match thing {
-            Thing::Table => "the table",
-            Thing::Belt => "the belt",
-            Thing::Object(number) => self.object(number),
+    fn body(&self, body: Body) -> &str {
+        match body {
+            Body::Table => "the table",
+            Body::Belt => "the belt",
+            Body::Object(number) => self.object(number),
         }
     }
 
@@ -138,29 +138,29 @@ impl Objects<'_> {
         }
     }
 
-    fn incident(&self, f: &mut fmt::Formatter<'_>, what: What) -> fmt::Result {
+    fn event(&self, f: &mut fmt::Formatter<'_>, kind: WorldEventKind) -> fmt::Result {
         let lies = |f: &mut fmt::Formatter<'_>, rest| {
             let (on, what) = self.place(rest);
             write!(f, " and lies {on} {what}")
         };
-        match what {
-            What::Picked(number) => write!(f, "the tool takes {}", self.object(number)),
-            What::Released(number, rest) => {
+        match kind {
+            WorldEventKind::Picked(number) => write!(f, "the tool takes {}", self.object(number)),
+            WorldEventKind::Released(number, rest) => {
                 write!(f, "{} is let go", self.object(number))?;
                 lies(f, rest)
             }
-            What::FellOffBelt(number, rest) => {
+            WorldEventKind::FellOffBelt(number, rest) => {
                 write!(f, "{} falls off the belt", self.object(number))?;
                 lies(f, rest)
             }
-            What::Touched(what) => write!(f, "the tool touches {}", self.thing(what)),
-            What::Knocked(number) => {
+            WorldEventKind::Touched(what) => write!(f, "the tool touches {}", self.body(what)),
+            WorldEventKind::Knocked(number) => {
                 write!(f, "the tool knocks against {}", self.object(number))
             }
-            What::Pressed(what) => write!(
+            WorldEventKind::Pressed(what) => write!(
                 f,
                 "the tool presses on {}: J2 and J3 lose steps",
-                self.thing(what)
+                self.body(what)
             ),
         }
     }

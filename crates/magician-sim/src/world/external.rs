@@ -7,7 +7,7 @@ use crate::Micros;
 /// Something that the arm can touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Thing {
+pub enum Body {
     /// The table.
     Table,
     /// The conveyor's belt.
@@ -34,7 +34,7 @@ pub enum ExternalEvent {
     /// The tool touches something. If it presses harder than the tool gives way, J2 and J3 stall and lose steps.
     Touch {
         /// What.
-        thing: Thing,
+        body: Body,
         /// Whether J2 and J3 stall there.
         stalls: bool,
     },

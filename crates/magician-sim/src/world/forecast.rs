@@ -1,18 +1,18 @@
-//! What a course will bring: when the tool touches things, and when what it carries passes a sensor.
+//! What a course will bring: when the tool touches bodies, and when what it carries passes a sensor.
 
 use std::collections::VecDeque;
 
 use super::looks::{Looks, first};
 use super::scene::Frames;
 use super::touch::{Contact, Reach};
-use super::{Course, Thing};
+use super::{Body, Course};
 use crate::Micros;
 
 /// Something that a course will bring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
-    /// The tool is at a thing in another way, or clear of it.
-    Contact(Thing, Option<Contact>),
+    /// The tool is at a body in another way, or clear of it.
+    Contact(Body, Option<Contact>),
     /// A sensor, by its place in the scenario, sees another of the carried objects, or none.
     Carried(usize, Option<u16>),
 }
@@ -40,12 +40,12 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         self.reach((self.frames)(at))
     }
 
-    /// Everything that the course will bring to a tool that is at things as told, and carries things that the sensors
+    /// Everything that the course will bring to a tool that is at bodies as told, and carries bodies that the sensors
     /// see as told.
     pub(super) fn changes(
         &self,
         course: &Course<'_>,
-        contacts: &[(Thing, Contact)],
+        contacts: &[(Body, Contact)],
         seen: &[Option<u16>],
     ) -> Changes {
         let carries = self.reach.scene.held().is_some();
@@ -61,10 +61,10 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         let mut changes = Vec::new();
         let comes_near = |(_, frames): &View| self.reach(*frames).lowest() < highest;
         if !contacts.is_empty() || views.iter().any(comes_near) {
-            for thing in self.things() {
-                let before = contacts.iter().find(|(other, _)| *other == thing);
+            for body in self.bodies() {
+                let before = contacts.iter().find(|(other, _)| *other == body);
                 let before = before.map(|(_, contact)| *contact);
-                self.contacts(thing, before, &views, &mut changes);
+                self.contacts(body, before, &views, &mut changes);
             }
         }
         if carries {
@@ -77,21 +77,21 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         changes.into()
     }
 
-    fn things(&self) -> impl Iterator<Item = Thing> + use<F> {
-        let objects = self.reach.scene.ids().map(Thing::Object);
-        [Thing::Table, Thing::Belt].into_iter().chain(objects)
+    fn bodies(&self) -> impl Iterator<Item = Body> + use<F> {
+        let objects = self.reach.scene.ids().map(Body::Object);
+        [Body::Table, Body::Belt].into_iter().chain(objects)
     }
 
-    /// The height of the highest thing that there is to touch.
+    /// The height of the highest body that there is to touch.
     fn highest(&self) -> Option<f64> {
-        self.things()
-            .filter_map(|thing| Some(self.reach.top(thing)?.place.z))
+        self.bodies()
+            .filter_map(|body| Some(self.reach.top(body)?.place.z))
             .reduce(f64::max)
     }
 
     fn contacts(
         &self,
-        thing: Thing,
+        body: Body,
         before: Option<Contact>,
         views: &[View],
         changes: &mut Vec<(Micros, Change)>,
@@ -99,9 +99,9 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         let Some(((start, frames), rest)) = views.split_first() else {
             return;
         };
-        let mut tell = |at, contact| changes.push((at, Change::Contact(thing, contact)));
-        let touches = |at| self.reach_at(at).depth(thing).is_some();
-        let (mut contact, mut limit) = self.reach(*frames).at_start(thing, before);
+        let mut tell = |at, contact| changes.push((at, Change::Contact(body, contact)));
+        let touches = |at| self.reach_at(at).depth(body).is_some();
+        let (mut contact, mut limit) = self.reach(*frames).at_start(body, before);
         if contact.is_some() != before.is_some() {
             // Something other than a course has brought the tool here, or away.
             tell(*start, contact);
@@ -109,20 +109,20 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         let mut last = *start;
         for (next, frames) in rest {
             let here = self.reach(*frames);
-            // Between two looks the tool can come to a thing and press it too hard.
+            // Between two looks the tool can come to a body and press it too hard.
             for _ in 0..2 {
-                let then = here.contact(thing, contact, limit);
+                let then = here.contact(body, contact, limit);
                 if then == contact {
                     break;
                 }
-                let presses = |at| self.reach_at(at).depth(thing) > Some(limit);
+                let presses = |at| self.reach_at(at).depth(body) > Some(limit);
                 last = match (contact, then) {
                     (None, _) => first(last, *next, touches),
                     (_, None) => first(last, *next, |at| !touches(at)),
                     (_, Some(Contact::Stall)) => first(last, *next, presses),
                     _ => first(last, *next, |at| !presses(at)),
                 };
-                contact = self.reach_at(last).contact(thing, contact, limit);
+                contact = self.reach_at(last).contact(body, contact, limit);
                 tell(last, contact);
                 if contact.is_none() {
                     limit = self.reach.give();

@@ -8,10 +8,10 @@ mod agenda;
 mod belt;
 mod course;
 mod drawing;
+mod event;
 mod external;
 mod forecast;
 mod grip;
-mod incident;
 mod ink;
 mod look;
 mod looks;
@@ -34,9 +34,9 @@ use crate::scenario::{Action, Scenario};
 
 pub use course::{Course, Posture};
 pub use drawing::{Drawing, Stroke, StrokeKind};
-pub use external::{ExternalEvent, Press, Thing};
+pub use event::{WorldEvent, WorldEventKind};
+pub use external::{Body, ExternalEvent, Press};
 pub use grip::Grip;
-pub use incident::{Incident, What};
 pub use look::{Look, ObjectView};
 #[cfg(feature = "picture")]
 pub use picture::PictureError;
@@ -112,9 +112,9 @@ impl World {
         }
     }
 
-    /// The next thing that has happened in the world, oldest first; the latest 256 are kept.
-    pub fn poll_incident(&mut self) -> Option<Incident> {
-        self.state.as_mut()?.incident()
+    /// The next body that has happened in the world, oldest first; the latest 256 are kept.
+    pub fn poll_event(&mut self) -> Option<WorldEvent> {
+        self.state.as_mut()?.event()
     }
 
     fn state_mut(&mut self) -> &mut State {

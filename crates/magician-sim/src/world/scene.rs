@@ -161,7 +161,7 @@ impl Scene {
         Some((object, rest))
     }
 
-    /// An object falls straight down from a place, onto the highest thing that is under its middle.
+    /// An object falls straight down from a place, onto the highest body that is under its middle.
     pub(super) fn fall(
         &mut self,
         object: u16,

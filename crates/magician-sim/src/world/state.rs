@@ -7,13 +7,13 @@ use magician_protocol::Port;
 
 use super::agenda::Agenda;
 use super::belt::Belt;
+use super::event::{WorldEvent, WorldEvents};
 use super::forecast::Changes;
-use super::incident::{Incident, Incidents};
 use super::ink::Ink;
 use super::scene::{Frames, Rest, Scene};
 use super::touch::{Contact, Reach};
 use super::traffic::{self, Traffic};
-use super::{ExternalEvent, Grip, Place, Posture, Thing};
+use super::{Body, ExternalEvent, Grip, Place, Posture};
 use crate::Micros;
 use crate::scenario::{Action, Scenario, SensorKind};
 
@@ -33,19 +33,19 @@ pub(super) struct State {
     traffic: Option<Traffic>,
     grip: Grip,
     /// What the tool touches.
-    contacts: Vec<(Thing, Contact)>,
+    contacts: Vec<(Body, Contact)>,
     /// The carried object that each sensor sees.
     carried: Vec<Option<u16>>,
     /// What the course under way will bring.
     changes: Changes,
     /// For each object a bit for each sensor that has seen it.
     seen_by: Vec<u8>,
-    /// The second of two things that happen at once.
+    /// The second of two bodies that happen at once.
     pending: Option<ExternalEvent>,
     ink: Ink,
     /// Whether a course is under way.
     moves: bool,
-    incidents: Incidents,
+    events: WorldEvents,
 }
 
 impl State {
@@ -66,7 +66,7 @@ impl State {
             pending: None,
             ink: Ink::default(),
             moves: false,
-            incidents: Incidents::default(),
+            events: WorldEvents::default(),
             scenario: Arc::new(scenario),
         };
         state.mark_seen(0);
@@ -85,8 +85,8 @@ impl State {
         self.scene.rest(object)
     }
 
-    pub(super) fn incident(&mut self) -> Option<Incident> {
-        self.incidents.pop()
+    pub(super) fn event(&mut self) -> Option<WorldEvent> {
+        self.events.pop()
     }
 
     pub(super) fn seen_by(&self, object: u16) -> u8 {

@@ -1,13 +1,13 @@
-//! How deep the tool is in things, and what it can take.
+//! How deep the tool is in bodies, and what it can take.
 
 use super::scene::{Frames, Scene};
 use super::sight::Solid;
-use super::{Footprint, Grip, Place, Thing};
+use super::{Body, Footprint, Grip, Place};
 use crate::scenario::{Scenario, Tool, ToolKind};
 
 /// Less than this is a rounding error and no touch, mm.
 const TOUCH: f64 = 1e-3;
-/// A tool that is deeper than this at the instant at which it comes to a thing has come from the side, mm.
+/// A tool that is deeper than this at the instant at which it comes to a body has come from the side, mm.
 const FROM_THE_SIDE: f64 = 0.1;
 /// A tool that stalled stalls again when it is deeper by this, mm.
 const DEEPER: f64 = 0.01;
@@ -18,7 +18,7 @@ const BITE: f64 = 2.0;
 /// How far above an object the suction cup may end and still take it, mm (G).
 const SUCK: f64 = 1.0;
 
-/// How the tool is at a thing; nothing is said of a thing that it is clear of.
+/// How the tool is at a body; nothing is said of a body that it is clear of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Contact {
     /// It touches it, no deeper than it gives way.
@@ -42,7 +42,7 @@ impl Reach<'_> {
         self.scenario.tool()
     }
 
-    /// The points of the tool that touch things, in the base frame.
+    /// The points of the tool that touch bodies, in the base frame.
     fn points(&self) -> [Option<Place>; 3] {
         let tip = &self.frames.tool;
         let at = |y: f64, z: f64| {
@@ -61,19 +61,19 @@ impl Reach<'_> {
         }
     }
 
-    /// The upper side of a thing that is there to be touched.
-    pub(super) fn top(&self, thing: Thing) -> Option<Footprint> {
-        match thing {
-            Thing::Table => Some(self.scenario.table()?.footprint()),
-            Thing::Belt => Some(self.scenario.conveyor()?.footprint()),
-            Thing::Object(object) if self.scene.is_carried(object) => None,
-            Thing::Object(object) => Some(self.solid(object).top()),
+    /// The upper side of a body that is there to be touched.
+    pub(super) fn top(&self, body: Body) -> Option<Footprint> {
+        match body {
+            Body::Table => Some(self.scenario.table()?.footprint()),
+            Body::Belt => Some(self.scenario.conveyor()?.footprint()),
+            Body::Object(object) if self.scene.is_carried(object) => None,
+            Body::Object(object) => Some(self.solid(object).top()),
         }
     }
 
-    /// How far tool or held object are below the upper side of a thing that they are over, mm.
-    pub(super) fn depth(&self, thing: Thing) -> Option<f64> {
-        let top = self.top(thing)?;
+    /// How far tool or held object are below the upper side of a body that they are over, mm.
+    pub(super) fn depth(&self, body: Body) -> Option<f64> {
+        let top = self.top(body)?;
         let of_points = self.points().into_iter().flatten().filter_map(|point| {
             let depth = top.place.z - point.z;
             (depth > TOUCH && top.contains(point.xy())).then_some(depth)
@@ -101,15 +101,15 @@ impl Reach<'_> {
         self.tool().give
     }
 
-    /// How the tool is at a thing, when it was so the instant before; deeper than `limit` it stalls.
+    /// How the tool is at a body, when it was so the instant before; deeper than `limit` it stalls.
     pub(super) fn contact(
         &self,
-        thing: Thing,
+        body: Body,
         before: Option<Contact>,
         limit: f64,
     ) -> Option<Contact> {
-        let depth = self.depth(thing)?;
-        let yields = matches!(thing, Thing::Object(_));
+        let depth = self.depth(body)?;
+        let yields = matches!(body, Body::Object(_));
         Some(match before {
             Some(Contact::Knock) => Contact::Knock,
             None if depth > FROM_THE_SIDE && yields => Contact::Knock,
@@ -120,11 +120,11 @@ impl Reach<'_> {
         })
     }
 
-    /// How the tool is at a thing when a course begins, and how deep it may go there without a stall. One that is
+    /// How the tool is at a body when a course begins, and how deep it may go there without a stall. One that is
     /// pressed in already, because it stalled there, stalls again only if it goes deeper.
-    pub(super) fn at_start(&self, thing: Thing, before: Option<Contact>) -> (Option<Contact>, f64) {
+    pub(super) fn at_start(&self, body: Body, before: Option<Contact>) -> (Option<Contact>, f64) {
         let give = self.give();
-        let depth = self.depth(thing);
+        let depth = self.depth(body);
         let contact = depth.map(|depth| match before {
             Some(Contact::Knock) => Contact::Knock,
             None if depth > give => Contact::Stall,

@@ -3,11 +3,11 @@
 use super::State;
 use crate::Micros;
 use crate::scenario::ToolKind;
+use crate::world::event::WorldEventKind;
 use crate::world::forecast::{Changes, Forecast, carried_before};
-use crate::world::incident::What;
 use crate::world::scene::Frames;
 use crate::world::traffic;
-use crate::world::{Course, Drawing, Grip, Posture, Thing};
+use crate::world::{Body, Course, Drawing, Grip, Posture};
 
 impl State {
     pub(in crate::world) fn begin(&mut self, course: &Course<'_>) {
@@ -100,26 +100,27 @@ impl State {
 
     fn take(&mut self, now: Micros, object: u16, frames: &Frames) {
         self.scene.take(object, frames);
-        self.incidents.push(now, What::Picked(object));
+        self.events.push(now, WorldEventKind::Picked(object));
     }
 
     fn release(&mut self, now: Micros, frames: &Frames) {
         let slack = self.scenario.tool().give + 1.0;
         if let Some((object, rest)) = self.scene.drop_held(&self.scenario, frames, slack) {
-            self.incidents.push(now, What::Released(object, rest));
+            self.events
+                .push(now, WorldEventKind::Released(object, rest));
         }
     }
 
-    /// The tool has taken or let go of something: what it touches and carries is another thing, and so is what was
+    /// The tool has taken or let go of something: what it touches and carries is another body, and so is what was
     /// foretold. What it touches now is no news.
     fn settle(&mut self, now: Micros, frames: &Frames) {
         self.changes.clear();
         let reach = self.reach(*frames);
-        let things = [Thing::Table, Thing::Belt]
+        let bodies = [Body::Table, Body::Belt]
             .into_iter()
-            .chain(self.scene.ids().map(Thing::Object));
-        let contacts = things
-            .filter_map(|thing| Some((thing, reach.at_start(thing, None).0?)))
+            .chain(self.scene.ids().map(Body::Object));
+        let contacts = bodies
+            .filter_map(|body| Some((body, reach.at_start(body, None).0?)))
             .collect();
         let carried = (0..self.carried.len())
             .map(|sensor| carried_before(&reach, sensor))

@@ -1,12 +1,12 @@
-//! What happens by itself, each thing at its instant.
+//! What happens by itself, each body at its instant.
 
 use super::State;
 use crate::Micros;
+use crate::world::event::WorldEventKind;
 use crate::world::forecast::Change;
-use crate::world::incident::What;
 use crate::world::touch::Contact;
 use crate::world::traffic;
-use crate::world::{ExternalEvent, Thing};
+use crate::world::{Body, ExternalEvent};
 
 impl State {
     pub(in crate::world) fn next_event(&self) -> Option<Micros> {
@@ -47,7 +47,7 @@ impl State {
     fn change(&mut self) -> Option<ExternalEvent> {
         let (at, change) = self.changes.pop_front()?;
         match change {
-            Change::Contact(thing, contact) => self.touch(at, thing, contact),
+            Change::Contact(body, contact) => self.touch(at, body, contact),
             Change::Carried(sensor, object) => {
                 if let Some(carried) = self.carried.get_mut(sensor) {
                     *carried = object;
@@ -58,38 +58,29 @@ impl State {
         }
     }
 
-    /// The tool comes to a thing, or to press it, or away from it: what of it the arm feels.
-    fn touch(
-        &mut self,
-        at: Micros,
-        thing: Thing,
-        contact: Option<Contact>,
-    ) -> Option<ExternalEvent> {
-        let place = self.contacts.iter().position(|(other, _)| *other == thing);
+    /// The tool comes to a body, or to press it, or away from it: what of it the arm feels.
+    fn touch(&mut self, at: Micros, body: Body, contact: Option<Contact>) -> Option<ExternalEvent> {
+        let place = self.contacts.iter().position(|(other, _)| *other == body);
         let before = place.map(|place| self.contacts.swap_remove(place).1);
-        self.contacts
-            .extend(contact.map(|contact| (thing, contact)));
+        self.contacts.extend(contact.map(|contact| (body, contact)));
         let contact = contact?;
         let touches = ExternalEvent::Touch {
-            thing,
+            body,
             stalls: false,
         };
-        let stalls = ExternalEvent::Touch {
-            thing,
-            stalls: true,
-        };
-        let first = match (before, contact, thing) {
-            (None, Contact::Knock, Thing::Object(object)) => What::Knocked(object),
-            (None, ..) => What::Touched(thing),
-            (Some(_), Contact::Stall, _) => What::Pressed(thing),
+        let stalls = ExternalEvent::Touch { body, stalls: true };
+        let first = match (before, contact, body) {
+            (None, Contact::Knock, Body::Object(object)) => WorldEventKind::Knocked(object),
+            (None, ..) => WorldEventKind::Touched(body),
+            (Some(_), Contact::Stall, _) => WorldEventKind::Pressed(body),
             _ => return None,
         };
-        self.incidents.push(at, first);
+        self.events.push(at, first);
         if before.is_some() {
             return Some(stalls);
         }
         if contact == Contact::Stall {
-            self.incidents.push(at, What::Pressed(thing));
+            self.events.push(at, WorldEventKind::Pressed(body));
             self.pending = Some(stalls);
         }
         Some(touches)
@@ -101,8 +92,8 @@ impl State {
         if let Some(object) = traffic.falls {
             let frames = self.frames_of_ground(traffic.at);
             let rest = traffic::run_off(&self.scenario, &mut self.scene, &frames, object);
-            self.incidents
-                .push(traffic.at, What::FellOffBelt(object, rest));
+            self.events
+                .push(traffic.at, WorldEventKind::FellOffBelt(object, rest));
         }
         self.mark_seen(traffic.at);
         self.watch_belt(traffic.at);

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{Arm, SECOND, Way, posture};
 use crate::Micros;
-use crate::world::{Course, ExternalEvent, Grip, Incident, Thing, What};
+use crate::world::{Body, Course, ExternalEvent, Grip, WorldEvent, WorldEventKind};
 
 const TABLE: &str = r#"
 [table]
@@ -19,8 +19,8 @@ fn arm(tool: &str, at: [f64; 4]) -> Arm {
     Arm::new(&format!("[tool]\nkind = \"{tool}\"\n{TABLE}"), at)
 }
 
-fn touch(thing: Thing, stalls: bool) -> ExternalEvent {
-    ExternalEvent::Touch { thing, stalls }
+fn touch(body: Body, stalls: bool) -> ExternalEvent {
+    ExternalEvent::Touch { body, stalls }
 }
 
 /// Compares up to a microsecond.
@@ -42,17 +42,24 @@ fn the_pen_touches_the_table_then_stalls() {
     assert_touches(
         &arm,
         &[
-            (500_000, touch(Thing::Table, false)),
-            (650_000, touch(Thing::Table, true)),
+            (500_000, touch(Body::Table, false)),
+            (650_000, touch(Body::Table, true)),
         ],
     );
-    let told: Vec<_> = std::iter::from_fn(|| arm.world.poll_incident()).collect();
-    let [Incident { what: first, .. }, Incident { what: second, .. }] = told[..] else {
+    let told: Vec<_> = std::iter::from_fn(|| arm.world.poll_event()).collect();
+    let [
+        WorldEvent { kind: first, .. },
+        WorldEvent { kind: second, .. },
+    ] = told[..]
+    else {
         panic!("{told:?}")
     };
     assert_eq!(
         [first, second],
-        [What::Touched(Thing::Table), What::Pressed(Thing::Table)]
+        [
+            WorldEventKind::Touched(Body::Table),
+            WorldEventKind::Pressed(Body::Table)
+        ]
     );
 }
 
@@ -81,7 +88,7 @@ fn the_cup_touches_the_cube_not_the_table() {
     let mut arm = arm("suction", [220.0, 0.0, -20.0, 0.0]);
     arm.go([220.0, 0.0, -54.0, 0.0], SECOND);
     let at = 30.0 / 34.0 * 1e6;
-    assert_touches(&arm, &[(at as Micros, touch(Thing::Object(0), false))]);
+    assert_touches(&arm, &[(at as Micros, touch(Body::Object(0), false))]);
 }
 
 #[test]
@@ -98,8 +105,8 @@ fn a_held_cube_touches_with_its_underside() {
     assert_touches(
         &arm,
         &[
-            (at(50.0), touch(Thing::Table, false)),
-            (at(55.0), touch(Thing::Table, true)),
+            (at(50.0), touch(Body::Table, false)),
+            (at(55.0), touch(Body::Table, true)),
         ],
     );
 }
@@ -112,13 +119,13 @@ fn from_the_side_an_object_is_knocked_and_stays() {
         &arm,
         &[(
             50.0_f64.mul_add(1e6 / 120.0, 0.0) as Micros,
-            touch(Thing::Object(0), false),
+            touch(Body::Object(0), false),
         )],
     );
-    let Some(Incident { what, .. }) = arm.world.poll_incident() else {
+    let Some(WorldEvent { kind, .. }) = arm.world.poll_event() else {
         panic!("told")
     };
-    assert_eq!(what, What::Knocked(0));
+    assert_eq!(kind, WorldEventKind::Knocked(0));
     assert_eq!(arm.look().object("cube").unwrap().place().y, 0.0);
 }
 
@@ -130,8 +137,8 @@ fn the_side_of_a_belt_does_not_give_way() {
     assert_touches(
         &arm,
         &[
-            (500_000, touch(Thing::Belt, false)),
-            (500_000, touch(Thing::Belt, true)),
+            (500_000, touch(Body::Belt, false)),
+            (500_000, touch(Body::Belt, true)),
         ],
     );
 }
@@ -175,7 +182,7 @@ fn an_arm_that_slipped_into_the_table_touches_when_it_sets_out() {
     arm.at.z = -71.0;
     let start = arm.now;
     arm.go([220.0, 120.0, -71.0, 0.0], SECOND);
-    assert_touches(&arm, &[(start, touch(Thing::Table, false))]);
+    assert_touches(&arm, &[(start, touch(Body::Table, false))]);
 }
 
 #[test]
@@ -189,7 +196,7 @@ fn an_open_gripper_goes_over_what_fits_and_its_palm_touches() {
     arm.go([220.0, 8.0, 0.0, 0.0], SECOND);
     arm.go([220.0, 8.0, -50.5, 0.0], SECOND);
     let at = start + SECOND + (50.0 / 50.5 * 1e6) as Micros;
-    assert_touches(&arm, &[(at, touch(Thing::Object(0), false))]);
+    assert_touches(&arm, &[(at, touch(Body::Object(0), false))]);
 }
 
 #[test]
@@ -255,7 +262,7 @@ proptest! {
 fn a_cube_that_is_pressed_too_hard_stalls_the_arm() {
     let mut arm = arm("suction", [220.0, 0.0, -40.0, 0.0]);
     arm.go([220.0, 0.0, -60.0, 0.0], SECOND);
-    let cube = Thing::Object(0);
+    let cube = Body::Object(0);
     assert_touches(
         &arm,
         &[(500_000, touch(cube, false)), (750_000, touch(cube, true))],
@@ -281,10 +288,7 @@ fn an_arm_that_has_lifted_stalls_where_it_first_would() {
     arm.world.begin(&Course::new(start, start + SECOND, &at));
     arm.wait_until(start + SECOND);
     let told: Vec<_> = arm.touches().into_iter().map(|(_, what)| what).collect();
-    assert_eq!(
-        told,
-        [touch(Thing::Table, false), touch(Thing::Table, true)]
-    );
+    assert_eq!(told, [touch(Body::Table, false), touch(Body::Table, true)]);
 }
 
 #[test]
@@ -320,8 +324,8 @@ fn what_was_let_go_on_the_way_touches_nothing() {
     assert_touches(
         &arm,
         &[
-            (way.start + 833_350, touch(Thing::Object(0), false)),
-            (way.start + 916_667, touch(Thing::Object(0), true)),
+            (way.start + 833_350, touch(Body::Object(0), false)),
+            (way.start + 916_667, touch(Body::Object(0), true)),
         ],
     );
 }
@@ -338,7 +342,7 @@ fn a_corner_of_a_held_cube_is_enough() {
     arm.happened.clear();
     let start = arm.now;
     arm.go([238.0, 42.0, -32.0, 0.0], SECOND);
-    assert_touches(&arm, &[(start + 937_500, touch(Thing::Object(1), false))]);
+    assert_touches(&arm, &[(start + 937_500, touch(Body::Object(1), false))]);
 }
 
 #[test]
@@ -354,6 +358,6 @@ fn thin_posts_are_not_missed() {
     arm.at = [200.0, -110.0, -40.0, 0.0].into();
     arm.go([200.0, 110.0, -40.0, 0.0], SECOND / 2);
     let told: Vec<_> = arm.touches().into_iter().map(|(_, what)| what).collect();
-    let expected: Vec<_> = (0..8).map(|nth| touch(Thing::Object(nth), false)).collect();
+    let expected: Vec<_> = (0..8).map(|nth| touch(Body::Object(nth), false)).collect();
     assert_eq!(told, expected);
 }

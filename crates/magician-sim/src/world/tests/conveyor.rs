@@ -4,7 +4,7 @@ use magician_protocol::Port;
 
 use super::{Arm, SECOND, near};
 use crate::Micros;
-use crate::world::{ExternalEvent, Incident, Rest, What};
+use crate::world::{ExternalEvent, Rest, WorldEvent, WorldEventKind};
 
 /// A belt along X at -50, 300 long; the light barrier across it at 200, the colour sensor above 100.
 const BELT: &str = r#"
@@ -145,10 +145,10 @@ fn the_belt_runs_a_cube_off_its_end() {
         "{:?}",
         cube.place()
     );
-    let Some(Incident { what, .. }) = arm.world.poll_incident() else {
+    let Some(WorldEvent { kind, .. }) = arm.world.poll_event() else {
         panic!("told")
     };
-    assert_eq!(what, What::FellOffBelt(0, Rest::Table));
+    assert_eq!(kind, WorldEventKind::FellOffBelt(0, Rest::Table));
     assert_eq!(arm.world.next_event(), None);
 }
 

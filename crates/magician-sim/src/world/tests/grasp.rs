@@ -1,7 +1,7 @@
 //! Taking, carrying, putting down.
 
 use super::{Arm, SECOND, near};
-use crate::world::{Incident, Rest, What};
+use crate::world::{Rest, WorldEvent, WorldEventKind};
 
 const TABLE: &str = r#"
 [table]
@@ -22,9 +22,9 @@ fn arm(tool: &str) -> Arm {
     Arm::new(&text, [200.0, 50.0, 0.0, 0.0])
 }
 
-fn incidents(arm: &mut Arm) -> Vec<What> {
-    std::iter::from_fn(|| arm.world.poll_incident())
-        .map(|Incident { what, .. }| what)
+fn events(arm: &mut Arm) -> Vec<WorldEventKind> {
+    std::iter::from_fn(|| arm.world.poll_event())
+        .map(|WorldEvent { kind, .. }| kind)
         .collect()
 }
 
@@ -50,8 +50,11 @@ fn a_cube_is_picked_carried_and_put_on_another() {
     );
     assert!(near(place.yaw, 45.0));
     assert_eq!(
-        incidents(&mut arm),
-        [What::Picked(0), What::Released(0, Rest::Object(1))]
+        events(&mut arm),
+        [
+            WorldEventKind::Picked(0),
+            WorldEventKind::Released(0, Rest::Object(1))
+        ]
     );
 }
 

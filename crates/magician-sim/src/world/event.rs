@@ -2,22 +2,22 @@
 
 use std::collections::VecDeque;
 
-use super::{Rest, Thing};
+use super::{Body, Rest};
 use crate::Micros;
 
 /// Something that happened in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Incident {
+pub struct WorldEvent {
     /// When.
     pub at: Micros,
     /// What.
-    pub what: What,
+    pub kind: WorldEventKind,
 }
 
 /// What can happen in the world. Objects are named by their place in the scenario, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum What {
+pub enum WorldEventKind {
     /// The tool has taken an object.
     Picked(u16),
     /// The tool has let go of an object, which has come to rest.
@@ -25,28 +25,28 @@ pub enum What {
     /// The belt has run an object off its end, and it has come to rest.
     FellOffBelt(u16, Rest),
     /// The tool touches something.
-    Touched(Thing),
+    Touched(Body),
     /// The tool has run into an object from the side. It stays where it is: a knock moves nothing here.
     Knocked(u16),
     /// The tool presses harder than it gives way.
-    Pressed(Thing),
+    Pressed(Body),
 }
 
-/// The latest incidents; when it is full the oldest goes.
+/// The latest events; when it is full the oldest goes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Incidents(VecDeque<Incident>);
+pub(super) struct WorldEvents(VecDeque<WorldEvent>);
 
-impl Incidents {
+impl WorldEvents {
     const CAPACITY: usize = 256;
 
-    pub(super) fn push(&mut self, at: Micros, what: What) {
+    pub(super) fn push(&mut self, at: Micros, kind: WorldEventKind) {
         if self.0.len() >= Self::CAPACITY {
             self.0.pop_front();
         }
-        self.0.push_back(Incident { at, what });
+        self.0.push_back(WorldEvent { at, kind });
     }
 
-    pub(super) fn pop(&mut self) -> Option<Incident> {
+    pub(super) fn pop(&mut self) -> Option<WorldEvent> {
         self.0.pop_front()
     }
 }
