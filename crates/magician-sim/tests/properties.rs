@@ -227,7 +227,7 @@ enum Deed {
 /// What keys, hands and mishaps do to the arm.
 fn external_event() -> impl Strategy<Value = ExternalEvent> {
     let degrees = prop_oneof![4 => -20.0f64..20.0, 1 => number().prop_map(f64::from)];
-    let posture = (
+    let joint_state = (
         -150.0f64..150.0,
         -20.0f64..100.0,
         -30.0f64..100.0,
@@ -236,7 +236,7 @@ fn external_event() -> impl Strategy<Value = ExternalEvent> {
     prop_oneof![
         2 => (0..6u8, degrees).prop_map(|(joint, degrees)| ExternalEvent::Slip { joint, degrees }),
         3 => any::<bool>().prop_map(ExternalEvent::Unlock),
-        2 => posture.prop_map(|(a, b, c, d)| ExternalEvent::Guide([a, b, c, d].into())),
+        2 => joint_state.prop_map(|(a, b, c, d)| ExternalEvent::Guide([a, b, c, d].into())),
         1 => any::<bool>().prop_map(|stalls| ExternalEvent::Touch { body: Body::Table, stalls }),
         1 => any::<u8>().prop_map(ExternalEvent::Alarm),
         1 => Just(ExternalEvent::Reset),

@@ -6,7 +6,7 @@ use arm::{Bench, SECOND, arm, arm_with, home, joints_to, ptp, running_arm, suck,
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, TeachTrigger};
 use magician_sim::scenario::Scenario;
-use magician_sim::world::{Posture, Press};
+use magician_sim::world::{JointState, Press};
 use magician_sim::{Controller, ExternalEvent, Profile, World};
 
 fn teach(bench: &mut Bench, mode: TeachTrigger) {
@@ -281,11 +281,11 @@ fn what_the_tool_holds_goes_with_the_hand() {
     bench.set(&suck(false));
     bench.rest();
     let state = bench.state();
-    let posture = Posture {
+    let joint_state = JointState {
         joints: state.true_joints,
         rail: 0.0,
     };
-    let look = bench.arm.world().look(state.now, &posture);
+    let look = bench.arm.world().look(state.now, &joint_state);
     let place = look.object("cube").unwrap().place();
     assert!((place.x - state.pose.x).abs() < 1e-9 && (place.y - state.pose.y).abs() < 1e-9);
     assert!(place.y > 100.0);

@@ -6,7 +6,7 @@ use crate::Micros;
 
 /// Where the arm really is: after lost steps, not where the controller believes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Posture {
+pub struct JointState {
     /// The joints, deg.
     pub joints: JointAngles,
     /// The carriage on the rail, mm along Y of the arm's base.
@@ -19,18 +19,18 @@ pub struct Course<'a> {
     pub from: Micros,
     /// When it ends.
     pub to: Micros,
-    at: &'a dyn Fn(Micros) -> Posture,
+    at: &'a dyn Fn(Micros) -> JointState,
 }
 
 impl<'a> Course<'a> {
     /// The course that `at` describes from one instant to another.
-    pub fn new(from: Micros, to: Micros, at: &'a dyn Fn(Micros) -> Posture) -> Self {
+    pub fn new(from: Micros, to: Micros, at: &'a dyn Fn(Micros) -> JointState) -> Self {
         Self { from, to, at }
     }
 
-    /// The posture at an instant of the course.
+    /// The joint_state at an instant of the course.
     #[must_use]
-    pub fn at(&self, now: Micros) -> Posture {
+    pub fn at(&self, now: Micros) -> JointState {
         (self.at)(now.clamp(self.from, self.to))
     }
 }

@@ -32,7 +32,7 @@ use magician_protocol::Port;
 use crate::Micros;
 use crate::scenario::{Action, Scenario};
 
-pub use course::{Course, Posture};
+pub use course::{Course, JointState};
 pub use drawing::{Drawing, Stroke, StrokeKind};
 pub use event::{WorldEvent, WorldEventKind};
 pub use external::{Body, ExternalEvent, Press};
@@ -88,10 +88,10 @@ impl World {
 
     /// The world at an instant at which the arm stands so.
     #[must_use]
-    pub fn look(&self, now: Micros, posture: &Posture) -> Look<'_> {
+    pub fn look(&self, now: Micros, joint_state: &JointState) -> Look<'_> {
         let state = self.state.as_deref();
         Look {
-            state: state.map(|state| (state, state.frames(now, posture))),
+            state: state.map(|state| (state, state.frames(now, joint_state))),
             now,
         }
     }
@@ -180,7 +180,7 @@ impl World {
     }
 
     /// The tool has come to another state, at rest or on its way.
-    pub(crate) fn grip(&mut self, now: Micros, grip: Grip, at: &Posture) {
+    pub(crate) fn grip(&mut self, now: Micros, grip: Grip, at: &JointState) {
         if let Some(state) = &mut self.state {
             state.grip(now, grip, at);
         }

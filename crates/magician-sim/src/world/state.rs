@@ -13,7 +13,7 @@ use super::ink::Ink;
 use super::scene::{Frames, Rest, Scene};
 use super::touch::{Contact, Reach};
 use super::traffic::{self, Traffic};
-use super::{Body, ExternalEvent, Grip, Place, Posture};
+use super::{Body, ExternalEvent, Grip, JointState, Place};
 use crate::Micros;
 use crate::scenario::{Action, Scenario, SensorKind};
 
@@ -101,21 +101,21 @@ impl State {
 /// Frames.
 impl State {
     /// The tool's tip on an arm that stands so.
-    fn tip(&self, posture: &Posture) -> Place {
+    fn tip(&self, joint_state: &JointState) -> Place {
         let geometry = Geometry::magician(self.scenario.tool().bias());
-        let pose = geometry.forward(&posture.joints);
+        let pose = geometry.forward(&joint_state.joints);
         Place {
             x: pose.x,
-            y: pose.y + posture.rail,
+            y: pose.y + joint_state.rail,
             z: pose.z,
             yaw: pose.r,
         }
     }
 
-    pub(super) fn frames(&self, now: Micros, posture: &Posture) -> Frames {
+    pub(super) fn frames(&self, now: Micros, joint_state: &JointState) -> Frames {
         Frames {
             belt: frame_of_belt(&self.scenario, &self.belt, now),
-            tool: self.tip(posture),
+            tool: self.tip(joint_state),
         }
     }
 

@@ -3,7 +3,7 @@
 use magician_motion::{Geometry, JointAngles};
 
 use super::Motion;
-use crate::world::{Course, Drawing, Posture};
+use crate::world::{Course, Drawing, JointState};
 use crate::{Micros, World};
 
 /// No joint is further from where it is commanded to be, deg: a full turn.
@@ -11,12 +11,12 @@ const MOST_SLIP: f64 = 360.0;
 
 impl Motion {
     /// Where the arm really is.
-    pub(crate) fn true_pose(&self, now: Micros) -> Posture {
+    pub(crate) fn true_pose(&self, now: Micros) -> JointState {
         self.true_pose_of(now, self.joints(now))
     }
 
     /// Where the arm really is when it is commanded to be there.
-    pub(crate) fn true_pose_of(&self, now: Micros, commanded: JointAngles) -> Posture {
+    pub(crate) fn true_pose_of(&self, now: Micros, commanded: JointAngles) -> JointState {
         let mut joints = commanded.to_array();
         for (angle, slip) in joints.iter_mut().zip(self.slip) {
             *angle += slip;
@@ -27,7 +27,7 @@ impl Motion {
         {
             (*j2, *j3) = (at2, at3);
         }
-        Posture {
+        JointState {
             joints: joints.into(),
             rail: self.rail.true_place(self.rail_at(now)),
         }

@@ -7,7 +7,7 @@ use crate::world::event::WorldEventKind;
 use crate::world::forecast::{Changes, Forecast, carried_before};
 use crate::world::scene::Frames;
 use crate::world::traffic;
-use crate::world::{Body, Course, Drawing, Grip, Posture};
+use crate::world::{Body, Course, Drawing, Grip, JointState};
 
 impl State {
     pub(in crate::world) fn begin(&mut self, course: &Course<'_>) {
@@ -53,15 +53,15 @@ impl State {
         ink.into_drawing()
     }
 
-    pub(in crate::world) fn grip(&mut self, now: Micros, grip: Grip, posture: &Posture) {
+    pub(in crate::world) fn grip(&mut self, now: Micros, grip: Grip, joint_state: &JointState) {
         self.now = self.now.max(now);
         if self.scenario.tool().kind == ToolKind::Laser && grip.laser != self.grip.laser {
-            let tip = self.tip(posture);
+            let tip = self.tip(joint_state);
             let resting = (!self.moves).then(|| tip.xy());
             self.ink.power(now, grip.laser, resting);
         }
         let (before, after) = (self.grips(&self.grip), self.grips(&grip));
-        let frames = self.frames(now, posture);
+        let frames = self.frames(now, joint_state);
         let reached_for = (after && !before && self.scene.held().is_none())
             .then(|| self.reach(frames).within_grasp())
             .flatten();
@@ -86,12 +86,12 @@ impl State {
     }
 
     /// A cup that sucks already takes what it is put on.
-    fn take_if_sucking(&mut self, now: Micros, posture: &Posture) {
+    fn take_if_sucking(&mut self, now: Micros, joint_state: &JointState) {
         let sucks = self.scenario.tool().kind == ToolKind::Suction && self.grip.sucking;
         if !sucks || self.scene.held().is_some() {
             return;
         }
-        let frames = self.frames(now, posture);
+        let frames = self.frames(now, joint_state);
         if let Some(object) = self.reach(frames).within_grasp() {
             self.take(now, object, &frames);
             self.settle(now, &frames);

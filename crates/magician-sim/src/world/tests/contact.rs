@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use super::{Arm, SECOND, Way, posture};
+use super::{Arm, SECOND, Way, joint_state};
 use crate::Micros;
 use crate::world::{Body, Course, ExternalEvent, Grip, WorldEvent, WorldEventKind};
 
@@ -283,7 +283,7 @@ fn an_arm_that_has_lifted_stalls_where_it_first_would() {
             -74.0
         };
         let lift = 20.0 * (1.0 - ((at - start) as f64 / 5e5 - 1.0).abs());
-        posture(&geometry, &[220.0, 100.0, z + lift, 0.0].into())
+        joint_state(&geometry, &[220.0, 100.0, z + lift, 0.0].into())
     };
     arm.world.begin(&Course::new(start, start + SECOND, &at));
     arm.wait_until(start + SECOND);
@@ -306,7 +306,7 @@ fn what_was_let_go_on_the_way_touches_nothing() {
         start: arm.now,
         lasting: SECOND,
     };
-    let at = |at| way.posture(at);
+    let at = |at| way.joint_state(at);
     arm.world
         .begin(&Course::new(way.start, way.start + SECOND, &at));
     arm.wait_until(way.start + SECOND / 6);
@@ -314,7 +314,7 @@ fn what_was_let_go_on_the_way_touches_nothing() {
     let mut forgotten = arm.world.clone();
     arm.suck(false);
     // Nothing is known of the rest until it is told.
-    forgotten.grip(arm.now, Grip::default(), &arm.posture(&arm.at));
+    forgotten.grip(arm.now, Grip::default(), &arm.joint_state(&arm.at));
     assert_eq!(forgotten.poll_external(arm.now), Some(ExternalEvent::Input));
     assert_eq!(forgotten.next_event(), None);
     // Told again with the rest: the cup comes to the cube, which has fallen.

@@ -1,6 +1,6 @@
 //! What pen and laser leave.
 
-use super::{Arm, SECOND, posture};
+use super::{Arm, SECOND, joint_state};
 use crate::Micros;
 use crate::world::{Course, Drawing, PictureOptions, Stroke, StrokeKind};
 
@@ -143,12 +143,12 @@ fn a_touch_of_the_paper_is_a_dot() {
 }
 
 /// A course round and round a circle of 20 mm.
-fn circle(arm: &Arm, turns: f64) -> impl Fn(Micros) -> crate::world::Posture + use<> {
+fn circle(arm: &Arm, turns: f64) -> impl Fn(Micros) -> crate::world::JointState + use<> {
     let geometry = arm.geometry;
     move |at| {
         let angle = at as f64 / 1e6 * turns * std::f64::consts::TAU;
         let pose = [200.0 + 20.0 * angle.cos(), 20.0 * angle.sin(), -60.0, 0.0];
-        posture(&geometry, &pose.into())
+        joint_state(&geometry, &pose.into())
     }
 }
 
@@ -253,7 +253,7 @@ fn power_that_changes_on_the_way_splits_the_stroke_there() {
     let geometry = arm.geometry;
     let at = |at: Micros| {
         let pose = [200.0 + 40.0 * at as f64 / 1e6, 0.0, -20.0, 0.0];
-        posture(&geometry, &pose.into())
+        joint_state(&geometry, &pose.into())
     };
     let course = Course::new(0, SECOND, &at);
     arm.world.begin(&course);

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{Arm, SECOND};
 use crate::Micros;
-use crate::world::{Course, Grip, Posture};
+use crate::world::{Course, Grip, JointState};
 
 const TEXT: &str = r#"
 [tool]
@@ -90,7 +90,7 @@ fn run(tool: &str, all: &[Told]) -> String {
         match *told {
             Told::Go([x, y, z], lasting, cut) => arm.go_until([x, y, z, 0.0], lasting, cut),
             Told::Wild(angle, lasting) => {
-                let at = |_| Posture {
+                let at = |_| JointState {
                     joints: [angle; 4].into(),
                     rail: angle,
                 };

@@ -186,9 +186,9 @@ fn the_rail_carries_the_arm_and_what_it_holds() {
     let mut arm = arm("suction");
     arm.go([200.0, 50.0, -50.0, 0.0], SECOND);
     arm.suck(true);
-    let mut posture = arm.posture(&arm.at);
-    posture.rail = 300.0;
-    let look = arm.world.look(arm.now, &posture);
+    let mut joint_state = arm.joint_state(&arm.at);
+    joint_state.rail = 300.0;
+    let look = arm.world.look(arm.now, &joint_state);
     assert!(near(look.object("red").unwrap().place().y, 350.0));
 }
 

@@ -11,7 +11,7 @@ mod script;
 
 use magician_motion::{Geometry, Pose};
 
-use super::{Course, ExternalEvent, Grip, Look, Posture, World};
+use super::{Course, ExternalEvent, Grip, JointState, Look, World};
 use crate::Micros;
 use crate::scenario::Scenario;
 
@@ -48,8 +48,8 @@ impl Arm {
         }
     }
 
-    fn posture(&self, pose: &Pose) -> Posture {
-        posture(&self.geometry, pose)
+    fn joint_state(&self, pose: &Pose) -> JointState {
+        joint_state(&self.geometry, pose)
     }
 
     /// Lets time pass up to an instant.
@@ -80,7 +80,7 @@ impl Arm {
             start: self.now,
             lasting,
         };
-        let at = |now| way.posture(now);
+        let at = |now| way.joint_state(now);
         self.world
             .begin(&Course::new(way.start, way.start + lasting, &at));
         let end = way.start + stopped;
@@ -92,7 +92,7 @@ impl Arm {
 
     fn grip(&mut self, grip: Grip) {
         self.grip = grip;
-        self.world.grip(self.now, grip, &self.posture(&self.at));
+        self.world.grip(self.now, grip, &self.joint_state(&self.at));
         self.wait_until(self.now);
     }
 
@@ -115,7 +115,7 @@ impl Arm {
     }
 
     fn look(&self) -> Look<'_> {
-        self.world.look(self.now, &self.posture(&self.at))
+        self.world.look(self.now, &self.joint_state(&self.at))
     }
 
     /// Touches and stalls, and when.
@@ -147,13 +147,13 @@ impl Way {
         }))
     }
 
-    fn posture(&self, now: Micros) -> Posture {
-        posture(&self.geometry, &self.pose(now))
+    fn joint_state(&self, now: Micros) -> JointState {
+        joint_state(&self.geometry, &self.pose(now))
     }
 }
 
-fn posture(geometry: &Geometry, pose: &Pose) -> Posture {
-    Posture {
+fn joint_state(geometry: &Geometry, pose: &Pose) -> JointState {
+    JointState {
         joints: geometry.inverse(pose).expect("within reach"),
         rail: 0.0,
     }

@@ -4,7 +4,7 @@ use magician_motion::JointAngles;
 
 use super::{SECOND, world};
 use crate::Micros;
-use crate::world::{ExternalEvent, Posture, Press, World};
+use crate::world::{ExternalEvent, JointState, Press, World};
 
 /// Everything that happens up to an instant, and when.
 fn until(world: &mut World, to: Micros) -> Vec<(Micros, ExternalEvent)> {
@@ -24,11 +24,11 @@ fn an_empty_world_is_still() {
     assert_eq!(world.next_event(), None);
     assert_eq!(world.poll_external(9 * SECOND), None);
     assert!(world.digital(0, 1).is_none() && world.analog(0, 1).is_none() && !world.holding());
-    let posture = Posture {
+    let joint_state = JointState {
         joints: JointAngles::HOME,
         rail: 0.0,
     };
-    assert!(world.look(0, &posture).object("cube").is_none());
+    assert!(world.look(0, &joint_state).object("cube").is_none());
     assert!(world.drawing().is_none() && world.drawing_at(0, None).is_empty());
 }
 
