@@ -1,14 +1,14 @@
-//! What a course will bring: when the tool touches bodies, and when what it carries passes a sensor.
+//! What a path will bring: when the tool touches bodies, and when what it carries passes a sensor.
 
 use std::collections::VecDeque;
 
 use super::looks::{Looks, first};
 use super::scene::Frames;
 use super::touch::{Contact, Reach};
-use super::{Body, Course};
+use super::{Body, TimedPath};
 use crate::Micros;
 
-/// Something that a course will bring.
+/// Something that a path will bring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Change {
     /// The tool is at a body in another way, or clear of it.
@@ -20,11 +20,11 @@ pub(super) enum Change {
 /// When what will change, in order of time.
 pub(super) type Changes = VecDeque<(Micros, Change)>;
 
-/// Foretells a course.
+/// Foretells a path.
 pub(super) struct Forecast<'a, F> {
     /// The tool in the world, its frames those of any instant.
     pub(super) reach: Reach<'a>,
-    /// The frames at an instant of the course.
+    /// The frames at an instant of the path.
     pub(super) frames: F,
 }
 
@@ -40,11 +40,11 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         self.reach((self.frames)(at))
     }
 
-    /// Everything that the course will bring to a tool that is at bodies as told, and carries bodies that the sensors
+    /// Everything that the path will bring to a tool that is at bodies as told, and carries bodies that the sensors
     /// see as told.
     pub(super) fn changes(
         &self,
-        course: &Course<'_>,
+        path: &TimedPath<'_>,
         contacts: &[(Body, Contact)],
         seen: &[Option<u16>],
     ) -> Changes {
@@ -53,7 +53,7 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         if contacts.is_empty() && highest.is_infinite() && !carries {
             return Changes::new();
         }
-        let looks = Looks::along(course.from, course.to, |at| (self.frames)(at).tool);
+        let looks = Looks::along(path.from, path.to, |at| (self.frames)(at).tool);
         let views: Vec<View> = (0..=looks.count)
             .map(|nth| looks.at(nth))
             .map(|at| (at, (self.frames)(at)))
@@ -103,7 +103,7 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         let touches = |at| self.reach_at(at).depth(body).is_some();
         let (mut contact, mut limit) = self.reach(*frames).at_start(body, before);
         if contact.is_some() != before.is_some() {
-            // Something other than a course has brought the tool here, or away.
+            // Something other than a path has brought the tool here, or away.
             tell(*start, contact);
         }
         let mut last = *start;

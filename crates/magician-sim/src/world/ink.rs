@@ -2,7 +2,7 @@
 
 use super::drawing::{Drawing, StrokeKind};
 use super::looks::{Looks, first};
-use super::{Course, Place};
+use super::{Place, TimedPath};
 use crate::Micros;
 use crate::scenario::{Scenario, ToolKind};
 
@@ -27,7 +27,7 @@ pub(super) struct Ink {
     until: Micros,
     /// The laser's power at `until`, percent.
     power: f64,
-    /// The power from instants on that a course under way has yet to pass.
+    /// The power from instants on that a path under way has yet to pass.
     powers: Vec<(Micros, f64)>,
     /// What the last stroke can go on as.
     open: Option<(StrokeKind, f64)>,
@@ -56,23 +56,23 @@ impl Ink {
         self.until = self.until.max(now);
     }
 
-    /// Draws what the course adds.
+    /// Draws what the path adds.
     pub(super) fn follow(
         &mut self,
         scenario: &Scenario,
-        course: &Course<'_>,
+        path: &TimedPath<'_>,
         tip: impl Fn(Micros) -> Place,
     ) {
-        let from = course.from.max(self.until);
-        if from > course.to {
+        let from = path.from.max(self.until);
+        if from > path.to {
             return;
         }
         match scenario.tool().kind {
-            ToolKind::Pen => self.write(scenario, from, course.to, &tip),
-            ToolKind::Laser => self.burn(from, course.to, &tip),
+            ToolKind::Pen => self.write(scenario, from, path.to, &tip),
+            ToolKind::Laser => self.burn(from, path.to, &tip),
             ToolKind::None | ToolKind::Suction | ToolKind::Gripper => return,
         }
-        self.until = course.to;
+        self.until = path.to;
     }
 
     fn write(

@@ -6,7 +6,6 @@
 
 mod agenda;
 mod belt;
-mod course;
 mod drawing;
 mod event;
 mod external;
@@ -24,6 +23,7 @@ mod state;
 mod svg;
 #[cfg(test)]
 mod tests;
+mod timed_path;
 mod touch;
 mod traffic;
 
@@ -32,7 +32,6 @@ use magician_protocol::Port;
 use crate::Micros;
 use crate::scenario::{Action, Scenario};
 
-pub use course::{Course, JointState};
 pub use drawing::{Drawing, Stroke, StrokeKind};
 pub use event::{WorldEvent, WorldEventKind};
 pub use external::{Body, ExternalEvent, Press};
@@ -44,6 +43,7 @@ pub use place::Place;
 pub(crate) use place::{Footprint, rotate};
 pub use scene::Rest;
 pub use svg::PictureOptions;
+pub use timed_path::{JointState, TimedPath};
 
 use state::State;
 
@@ -104,9 +104,9 @@ impl World {
 
     /// What pen and laser have left up to now, what the motion under way has added included.
     #[must_use]
-    pub fn drawing_at(&self, now: Micros, under_way: Option<&Course<'_>>) -> Drawing {
+    pub fn drawing_at(&self, now: Micros, under_way: Option<&TimedPath<'_>>) -> Drawing {
         match (&self.state, under_way) {
-            (Some(state), Some(course)) => state.drawing_with(now, course),
+            (Some(state), Some(path)) => state.drawing_with(now, path),
             (Some(state), None) => state.drawing().clone(),
             (None, _) => Drawing::default(),
         }
@@ -125,7 +125,7 @@ impl World {
 
 /// What the controller asks and tells.
 ///
-/// A course is foretold when it begins and forgotten when the tool takes or lets go of something, and it is foretold
+/// A path is foretold when it begins and forgotten when the tool takes or lets go of something, and it is foretold
 /// with the belt as it runs then. So a grip or a stepper that changes while the arm moves, and a joint that slips or
 /// stalls, is told between the [`end`](World::end) of what has been gone and the [`begin`](World::begin) of the rest.
 /// Power of the laser is not: it may change on the way.
@@ -164,18 +164,18 @@ impl World {
         state.is_some_and(|state| state.scene().held().is_some())
     }
 
-    /// The arm has begun a motion; unless it is told otherwise it follows the course to its end. May be told again
-    /// with the rest of a course.
-    pub(crate) fn begin(&mut self, course: &Course<'_>) {
+    /// The arm has begun a motion; unless it is told otherwise it follows the path to its end. May be told again
+    /// with the rest of a path.
+    pub(crate) fn begin(&mut self, path: &TimedPath<'_>) {
         if let Some(state) = &mut self.state {
-            state.begin(course);
+            state.begin(path);
         }
     }
 
-    /// The arm has followed the course until the course's end, which may lie before the one told at its beginning.
-    pub(crate) fn end(&mut self, course: &Course<'_>) {
+    /// The arm has followed the path until the path's end, which may lie before the one told at its beginning.
+    pub(crate) fn end(&mut self, path: &TimedPath<'_>) {
         if let Some(state) = &mut self.state {
-            state.end(course);
+            state.end(path);
         }
     }
 

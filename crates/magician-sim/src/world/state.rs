@@ -36,14 +36,14 @@ pub(super) struct State {
     contacts: Vec<(Body, Contact)>,
     /// The carried object that each sensor sees.
     carried: Vec<Option<u16>>,
-    /// What the course under way will bring.
+    /// What the path under way will bring.
     changes: Changes,
     /// For each object a bit for each sensor that has seen it.
     seen_by: Vec<u8>,
     /// The second of two bodies that happen at once.
     pending: Option<ExternalEvent>,
     ink: Ink,
-    /// Whether a course is under way.
+    /// Whether a path is under way.
     moves: bool,
     events: WorldEvents,
 }

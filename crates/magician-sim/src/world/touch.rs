@@ -120,7 +120,7 @@ impl Reach<'_> {
         })
     }
 
-    /// How the tool is at a body when a course begins, and how deep it may go there without a stall. One that is
+    /// How the tool is at a body when a path begins, and how deep it may go there without a stall. One that is
     /// pressed in already, because it stalled there, stalls again only if it goes deeper.
     pub(super) fn at_start(&self, body: Body, before: Option<Contact>) -> (Option<Contact>, f64) {
         let give = self.give();

@@ -3,7 +3,7 @@
 use magician_motion::{Geometry, JointAngles};
 
 use super::Motion;
-use crate::world::{Course, Drawing, JointState};
+use crate::world::{Drawing, JointState, TimedPath};
 use crate::{Micros, World};
 
 /// No joint is further from where it is commanded to be, deg: a full turn.
@@ -99,7 +99,7 @@ impl Motion {
         self.place_at(geometry, JointAngles { j1, ..really });
         self.forget_base(base);
         let pose = |now| self.true_pose(now);
-        let there = Course::new(now, now, &pose);
+        let there = TimedPath::new(now, now, &pose);
         world.begin(&there);
         world.end(&there);
     }
@@ -146,7 +146,7 @@ impl Motion {
         }
         if let Some(motion) = &self.under_way {
             let pose = |now| self.true_pose(now);
-            world.begin(&Course::new(motion.shown, motion.ends, &pose));
+            world.begin(&TimedPath::new(motion.shown, motion.ends, &pose));
         }
     }
 
@@ -155,15 +155,15 @@ impl Motion {
         if let Some(motion) = &self.under_way {
             let to = now.min(motion.ends);
             let pose = |now| self.true_pose(now);
-            world.end(&Course::new(motion.shown, to, &pose));
+            world.end(&TimedPath::new(motion.shown, to, &pose));
         }
     }
 
     /// What pen and laser have left, with what the motion under way has added.
     pub(crate) fn drawing(&self, now: Micros, world: &World) -> Drawing {
         let pose = |now| self.true_pose(now);
-        let path =
-            (self.under_way.as_ref()).map(|motion| Course::new(motion.shown, motion.ends, &pose));
+        let path = (self.under_way.as_ref())
+            .map(|motion| TimedPath::new(motion.shown, motion.ends, &pose));
         world.drawing_at(now, path.as_ref())
     }
 }

@@ -7,37 +7,37 @@ use crate::world::event::WorldEventKind;
 use crate::world::forecast::{Changes, Forecast, carried_before};
 use crate::world::scene::Frames;
 use crate::world::traffic;
-use crate::world::{Body, Course, Drawing, Grip, JointState};
+use crate::world::{Body, Drawing, Grip, JointState, TimedPath};
 
 impl State {
-    pub(in crate::world) fn begin(&mut self, course: &Course<'_>) {
-        self.now = self.now.max(course.from);
-        self.changes = self.forecast(course);
+    pub(in crate::world) fn begin(&mut self, path: &TimedPath<'_>) {
+        self.now = self.now.max(path.from);
+        self.changes = self.forecast(path);
         self.moves = true;
     }
 
-    fn forecast(&self, course: &Course<'_>) -> Changes {
-        let frames = |at| self.frames(at, &course.at(at));
+    fn forecast(&self, path: &TimedPath<'_>) -> Changes {
+        let frames = |at| self.frames(at, &path.at(at));
         let forecast = Forecast {
-            reach: self.reach(frames(course.from)),
+            reach: self.reach(frames(path.from)),
             frames,
         };
-        forecast.changes(course, &self.contacts, &self.carried)
+        forecast.changes(path, &self.contacts, &self.carried)
     }
 
-    pub(in crate::world) fn end(&mut self, course: &Course<'_>) {
-        self.now = self.now.max(course.to);
-        let end = course.to;
-        self.draw(course);
+    pub(in crate::world) fn end(&mut self, path: &TimedPath<'_>) {
+        self.now = self.now.max(path.to);
+        let end = path.to;
+        self.draw(path);
         self.moves = false;
         // What was due until now is still told; the rest will not come.
         self.changes.retain(|(at, _)| *at <= end);
-        self.take_if_sucking(end, &course.at(end));
+        self.take_if_sucking(end, &path.at(end));
     }
 
-    fn draw(&mut self, course: &Course<'_>) {
+    fn draw(&mut self, path: &TimedPath<'_>) {
         let mut ink = std::mem::take(&mut self.ink);
-        ink.follow(&self.scenario, course, |at| self.tip(&course.at(at)));
+        ink.follow(&self.scenario, path, |at| self.tip(&path.at(at)));
         self.ink = ink;
     }
 
@@ -45,11 +45,11 @@ impl State {
         self.ink.drawing()
     }
 
-    pub(in crate::world) fn drawing_with(&self, now: Micros, course: &Course<'_>) -> Drawing {
+    pub(in crate::world) fn drawing_with(&self, now: Micros, path: &TimedPath<'_>) -> Drawing {
         let mut ink = self.ink.clone();
-        let at = |at| course.at(at);
-        let so_far = Course::new(course.from, course.to.min(now), &at);
-        ink.follow(&self.scenario, &so_far, |at| self.tip(&course.at(at)));
+        let at = |at| path.at(at);
+        let so_far = TimedPath::new(path.from, path.to.min(now), &at);
+        ink.follow(&self.scenario, &so_far, |at| self.tip(&path.at(at)));
         ink.into_drawing()
     }
 

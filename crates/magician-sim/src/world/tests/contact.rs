@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{Arm, SECOND, Way, joint_state};
 use crate::Micros;
-use crate::world::{Body, Course, ExternalEvent, Grip, WorldEvent, WorldEventKind};
+use crate::world::{Body, ExternalEvent, Grip, TimedPath, WorldEvent, WorldEventKind};
 
 const TABLE: &str = r#"
 [table]
@@ -285,7 +285,7 @@ fn an_arm_that_has_lifted_stalls_where_it_first_would() {
         let lift = 20.0 * (1.0 - ((at - start) as f64 / 5e5 - 1.0).abs());
         joint_state(&geometry, &[220.0, 100.0, z + lift, 0.0].into())
     };
-    arm.world.begin(&Course::new(start, start + SECOND, &at));
+    arm.world.begin(&TimedPath::new(start, start + SECOND, &at));
     arm.wait_until(start + SECOND);
     let told: Vec<_> = arm.touches().into_iter().map(|(_, what)| what).collect();
     assert_eq!(told, [touch(Body::Table, false), touch(Body::Table, true)]);
@@ -308,7 +308,7 @@ fn what_was_let_go_on_the_way_touches_nothing() {
     };
     let at = |at| way.joint_state(at);
     arm.world
-        .begin(&Course::new(way.start, way.start + SECOND, &at));
+        .begin(&TimedPath::new(way.start, way.start + SECOND, &at));
     arm.wait_until(way.start + SECOND / 6);
     arm.at = way.pose(arm.now);
     let mut forgotten = arm.world.clone();
@@ -319,7 +319,7 @@ fn what_was_let_go_on_the_way_touches_nothing() {
     assert_eq!(forgotten.next_event(), None);
     // Told again with the rest: the cup comes to the cube, which has fallen.
     arm.world
-        .begin(&Course::new(arm.now, way.start + SECOND, &at));
+        .begin(&TimedPath::new(arm.now, way.start + SECOND, &at));
     arm.wait_until(way.start + SECOND);
     assert_touches(
         &arm,

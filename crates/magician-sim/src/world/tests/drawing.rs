@@ -2,7 +2,7 @@
 
 use super::{Arm, SECOND, joint_state};
 use crate::Micros;
-use crate::world::{Course, Drawing, PictureOptions, Stroke, StrokeKind};
+use crate::world::{Drawing, PictureOptions, Stroke, StrokeKind, TimedPath};
 
 fn pen() -> Arm {
     let text = "[tool]\nkind = \"pen\"\n[table]\nheight = -60\n";
@@ -142,7 +142,7 @@ fn a_touch_of_the_paper_is_a_dot() {
     assert!(drawing.to_svg().contains("M200 0h0"));
 }
 
-/// A course round and round a circle of 20 mm.
+/// A path round and round a circle of 20 mm.
 fn circle(arm: &Arm, turns: f64) -> impl Fn(Micros) -> crate::world::JointState + use<> {
     let geometry = arm.geometry;
     move |at| {
@@ -157,9 +157,9 @@ fn a_circle_is_as_round_as_promised() {
     for turns in [1.0, 4.0] {
         let mut arm = pen();
         let at = circle(&arm, turns);
-        let course = Course::new(0, SECOND, &at);
-        arm.world.begin(&course);
-        arm.world.end(&course);
+        let path = TimedPath::new(0, SECOND, &at);
+        arm.world.begin(&path);
+        arm.world.end(&path);
         let drawing = arm.world.drawing().unwrap();
         let [stroke] = drawing.strokes() else {
             panic!("{drawing:?}")
@@ -183,17 +183,17 @@ fn a_circle_is_as_round_as_promised() {
 fn a_picture_shows_the_motion_under_way() {
     let mut arm = pen();
     let at = circle(&arm, 1.0);
-    let course = Course::new(0, SECOND, &at);
-    arm.world.begin(&course);
+    let path = TimedPath::new(0, SECOND, &at);
+    arm.world.begin(&path);
     assert!(arm.world.drawing().unwrap().is_empty());
-    let half = arm.world.drawing_at(SECOND / 2, Some(&course));
+    let half = arm.world.drawing_at(SECOND / 2, Some(&path));
     let last = half.strokes()[0].points.last().unwrap();
     assert!(
         (last[0] - 180.0).abs() < 1e-6 && last[1].abs() < 1e-6,
         "{last:?}"
     );
     // It was asked, not told: nothing is drawn twice.
-    arm.world.end(&course);
+    arm.world.end(&path);
     let drawing = arm.world.drawing().unwrap();
     assert_eq!(drawing.strokes().len(), 1);
     assert_eq!(arm.world.drawing_at(SECOND, None), *drawing);
@@ -204,8 +204,8 @@ fn a_course_told_in_parts_is_one_stroke() {
     let mut arm = pen();
     let at = circle(&arm, 1.0);
     for (from, to) in [(0, 300_000), (300_000, 310_000), (310_000, SECOND)] {
-        arm.world.begin(&Course::new(from, SECOND, &at));
-        arm.world.end(&Course::new(from, to, &at));
+        arm.world.begin(&TimedPath::new(from, SECOND, &at));
+        arm.world.end(&TimedPath::new(from, to, &at));
     }
     assert_eq!(arm.world.drawing().unwrap().strokes().len(), 1);
 }
@@ -255,8 +255,8 @@ fn power_that_changes_on_the_way_splits_the_stroke_there() {
         let pose = [200.0 + 40.0 * at as f64 / 1e6, 0.0, -20.0, 0.0];
         joint_state(&geometry, &pose.into())
     };
-    let course = Course::new(0, SECOND, &at);
-    arm.world.begin(&course);
+    let path = TimedPath::new(0, SECOND, &at);
+    arm.world.begin(&path);
     for (now, laser) in [(250_000, 20.0), (500_000, 100.0), (750_000, 0.0)] {
         let grip = crate::world::Grip {
             laser,
@@ -264,7 +264,7 @@ fn power_that_changes_on_the_way_splits_the_stroke_there() {
         };
         arm.world.grip(now, grip, &at(now));
     }
-    let half = arm.world.drawing_at(600_000, Some(&course));
+    let half = arm.world.drawing_at(600_000, Some(&path));
     assert_eq!(
         burns(&half),
         [
@@ -272,7 +272,7 @@ fn power_that_changes_on_the_way_splits_the_stroke_there() {
             (100.0, vec![[220.0, 0.0], [224.0, 0.0]])
         ]
     );
-    arm.world.end(&course);
+    arm.world.end(&path);
     let expected = [
         (20.0, vec![[210.0, 0.0], [220.0, 0.0]]),
         (100.0, vec![[220.0, 0.0], [230.0, 0.0]]),
@@ -354,7 +354,7 @@ fn what_is_told_again_is_not_drawn_again() {
     let mut arm = pen();
     let at = circle(&arm, 0.5);
     for to in [400_000, 700_000, SECOND] {
-        arm.world.end(&Course::new(0, to, &at));
+        arm.world.end(&TimedPath::new(0, to, &at));
     }
     let [stroke] = arm.world.drawing().unwrap().strokes() else {
         panic!("one stroke")

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{Arm, SECOND};
 use crate::Micros;
-use crate::world::{Course, Grip, JointState};
+use crate::world::{Grip, JointState, TimedPath};
 
 const TEXT: &str = r#"
 [tool]
@@ -94,10 +94,10 @@ fn run(tool: &str, all: &[Told]) -> String {
                     joints: [angle; 4].into(),
                     rail: angle,
                 };
-                let course = Course::new(arm.now, arm.now + lasting, &at);
-                arm.world.begin(&course);
-                arm.wait_until(course.to);
-                arm.world.end(&course);
+                let path = TimedPath::new(arm.now, arm.now + lasting, &at);
+                arm.world.begin(&path);
+                arm.wait_until(path.to);
+                arm.world.end(&path);
             }
             Told::Grip(sucking, closed, laser) => arm.grip(Grip {
                 sucking,

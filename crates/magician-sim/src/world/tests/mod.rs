@@ -1,4 +1,4 @@
-//! The world told by hand: courses are closures here, and time goes from event to event.
+//! The world told by hand: paths are closures here, and time goes from event to event.
 
 mod contact;
 mod conveyor;
@@ -11,7 +11,7 @@ mod script;
 
 use magician_motion::{Geometry, Pose};
 
-use super::{Course, ExternalEvent, Grip, JointState, Look, World};
+use super::{ExternalEvent, Grip, JointState, Look, TimedPath, World};
 use crate::Micros;
 use crate::scenario::Scenario;
 
@@ -82,10 +82,10 @@ impl Arm {
         };
         let at = |now| way.joint_state(now);
         self.world
-            .begin(&Course::new(way.start, way.start + lasting, &at));
+            .begin(&TimedPath::new(way.start, way.start + lasting, &at));
         let end = way.start + stopped;
         self.wait_until(end);
-        self.world.end(&Course::new(way.start, end, &at));
+        self.world.end(&TimedPath::new(way.start, end, &at));
         self.wait_until(end);
         self.at = way.pose(end);
     }

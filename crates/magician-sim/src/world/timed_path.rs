@@ -14,7 +14,7 @@ pub struct JointState {
 }
 
 /// A stretch of the arm's motion, as a function of the arm's time.
-pub struct Course<'a> {
+pub struct TimedPath<'a> {
     /// When it begins.
     pub from: Micros,
     /// When it ends.
@@ -22,13 +22,13 @@ pub struct Course<'a> {
     at: &'a dyn Fn(Micros) -> JointState,
 }
 
-impl<'a> Course<'a> {
-    /// The course that `at` describes from one instant to another.
+impl<'a> TimedPath<'a> {
+    /// The path that `at` describes from one instant to another.
     pub fn new(from: Micros, to: Micros, at: &'a dyn Fn(Micros) -> JointState) -> Self {
         Self { from, to, at }
     }
 
-    /// The joint_state at an instant of the course.
+    /// The joint_state at an instant of the path.
     #[must_use]
     pub fn at(&self, now: Micros) -> JointState {
         (self.at)(now.clamp(self.from, self.to))
