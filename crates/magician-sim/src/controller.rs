@@ -7,9 +7,9 @@ use crate::device::Device;
 use crate::event::Event;
 use crate::fidelity::{Assumption, Fidelity};
 use crate::link::{Link, Links};
-use crate::observer::{self, Observer, Patience};
+use crate::observer::{self, Observer, SampleBudget};
 use crate::profile::PINS;
-use crate::world::{Drawing, ExternalEvent, Look, Press};
+use crate::world::{Drawing, ExternalEvent, Press, WorldView};
 use crate::{Flash, LineState, LinkId, Micros, PinState, Profile, State, StepperState, World};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
@@ -139,7 +139,7 @@ impl Controller {
 
     /// The world around the arm at the present instant: where its objects are, and what the tool holds.
     #[must_use]
-    pub fn look(&self) -> Look<'_> {
+    pub fn look(&self) -> WorldView<'_> {
         let Device {
             now, motion, world, ..
         } = &self.device;
@@ -352,7 +352,7 @@ impl Controller {
 
     /// As [`advance`](Self::advance), by way of every instant that the observer is to see.
     pub fn advance_observed(&mut self, to: Micros, observer: &mut impl Observer) {
-        while !observer::advance(self, observer, to, &mut Patience::new(u32::MAX)) {}
+        while !observer::advance(self, observer, to, &mut SampleBudget::new(u32::MAX)) {}
     }
 
     /// After a reset nobody is owed an answer.

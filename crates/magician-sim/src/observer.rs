@@ -131,11 +131,11 @@ fn lock<O>(observer: &Mutex<O>) -> MutexGuard<'_, O> {
 }
 
 /// Instants that an observer may still be shown before somebody else gets a word in.
-pub(crate) struct Patience(u32);
+pub(crate) struct SampleBudget(u32);
 
-impl Patience {
-    pub(crate) const fn new(looks: u32) -> Self {
-        Self(looks)
+impl SampleBudget {
+    pub(crate) const fn new(samples: u32) -> Self {
+        Self(samples)
     }
 
     /// Whether there is one more.
@@ -147,12 +147,12 @@ impl Patience {
 }
 
 /// Lets the arm's time pass up to `to` by way of every instant that the observer is to see. Whether it got there, or
-/// patience ran out on the way.
+/// budget ran out on the way.
 pub(crate) fn advance<O: Observer>(
     arm: &mut Controller,
     observer: &mut O,
     to: Micros,
-    patience: &mut Patience,
+    budget: &mut SampleBudget,
 ) -> bool {
     while let Some(look) = observer.next_look() {
         let event = arm.poll_timeout().unwrap_or(Micros::MAX);
@@ -160,7 +160,7 @@ pub(crate) fn advance<O: Observer>(
         if at > to {
             break;
         }
-        if !patience.spend() {
+        if !budget.spend() {
             return false;
         }
         arm.advance(at);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::num::NonZeroU32;
 use std::str::FromStr;
 
-use crate::observer::{self, Patience};
+use crate::observer::{self, SampleBudget};
 use crate::{Controller, Micros, Observer};
 
 /// Bits on the line for one byte at 8N1: start, eight data bits, stop (document 1.1).
@@ -163,9 +163,9 @@ impl ArmClock {
         observer: &mut O,
         wall: Micros,
     ) {
-        let patience = &mut Patience::new(JUMP_EVENTS);
+        let budget = &mut SampleBudget::new(JUMP_EVENTS);
         if self.speed != Speed::Max {
-            if !observer::advance(controller, observer, self.arm_at(wall), patience) {
+            if !observer::advance(controller, observer, self.arm_at(wall), budget) {
                 (self.wall, self.arm) = (wall, controller.now());
             }
             return;
@@ -175,10 +175,10 @@ impl ArmClock {
             let end = self.arm_at(wall);
             match controller.poll_timeout() {
                 Some(event) if event <= end => {
-                    observer::advance(controller, observer, event, patience);
+                    observer::advance(controller, observer, event, budget);
                 }
                 _ => {
-                    observer::advance(controller, observer, end, patience);
+                    observer::advance(controller, observer, end, budget);
                     break;
                 }
             }
@@ -198,11 +198,11 @@ impl ArmClock {
         if self.speed != Speed::Max {
             return;
         }
-        let patience = &mut Patience::new(JUMP_EVENTS);
+        let budget = &mut SampleBudget::new(JUMP_EVENTS);
         for _ in 0..JUMP_EVENTS {
             match Self::jump_to(controller) {
                 Some(event) => {
-                    if !observer::advance(controller, observer, event, patience) {
+                    if !observer::advance(controller, observer, event, budget) {
                         break;
                     }
                 }

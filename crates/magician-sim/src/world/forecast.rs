@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::looks::{Looks, first};
+use super::samples::{SampleTimes, first};
 use super::scene::Frames;
 use super::touch::{Contact, Reach};
 use super::{Body, TimedPath};
@@ -53,9 +53,9 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         if contacts.is_empty() && highest.is_infinite() && !carries {
             return Changes::new();
         }
-        let looks = Looks::along(path.from, path.to, |at| (self.frames)(at).tool);
-        let views: Vec<View> = (0..=looks.count)
-            .map(|nth| looks.at(nth))
+        let samples = SampleTimes::along(path.from, path.to, |at| (self.frames)(at).tool);
+        let views: Vec<View> = (0..=samples.count)
+            .map(|nth| samples.at(nth))
             .map(|at| (at, (self.frames)(at)))
             .collect();
         let mut changes = Vec::new();

@@ -1,7 +1,7 @@
 //! The pen leaves a line where its tip is at the paper, the laser burns wherever it is on.
 
 use super::drawing::{Drawing, StrokeKind};
-use super::looks::{Looks, first};
+use super::samples::{SampleTimes, first};
 use super::{Place, TimedPath};
 use crate::Micros;
 use crate::scenario::{Scenario, ToolKind};
@@ -90,11 +90,11 @@ impl Ink {
             let tip = tip(at);
             tip.z <= paper.height + AT_PAPER && sheet.contains(tip.xy())
         };
-        let looks = Looks::along(from, to, tip);
+        let samples = SampleTimes::along(from, to, tip);
         let mut since = writes(from).then_some(from);
         let mut last = from;
-        for nth in 1..=looks.count {
-            let next = looks.at(nth);
+        for nth in 1..=samples.count {
+            let next = samples.at(nth);
             match (since, writes(next)) {
                 (None, true) => since = Some(first(last, next, writes)),
                 (Some(start), false) => {

@@ -4,7 +4,6 @@
 //! costs what happens in it, not what its milliseconds cost: it is told when a motion begins and ends, and it says when
 //! something is due.
 
-mod agenda;
 mod belt;
 mod drawing;
 mod event;
@@ -12,13 +11,13 @@ mod external;
 mod forecast;
 mod grip;
 mod ink;
-mod look;
-mod looks;
 #[cfg(feature = "picture")]
 mod picture;
 mod place;
+mod samples;
 mod scene;
-mod sight;
+mod script;
+mod solid;
 mod state;
 mod svg;
 #[cfg(test)]
@@ -26,6 +25,7 @@ mod tests;
 mod timed_path;
 mod touch;
 mod traffic;
+mod view;
 
 use magician_protocol::Port;
 
@@ -36,7 +36,6 @@ pub use drawing::{Drawing, Stroke, StrokeKind};
 pub use event::{WorldEvent, WorldEventKind};
 pub use external::{Body, ExternalEvent, Press};
 pub use grip::Grip;
-pub use look::{Look, ObjectView};
 #[cfg(feature = "picture")]
 pub use picture::PictureError;
 pub use place::Place;
@@ -44,6 +43,7 @@ pub(crate) use place::{Footprint, rotate};
 pub use scene::Rest;
 pub use svg::PictureOptions;
 pub use timed_path::{JointState, TimedPath};
+pub use view::{ObjectView, WorldView};
 
 use state::State;
 
@@ -88,9 +88,9 @@ impl World {
 
     /// The world at an instant at which the arm stands so.
     #[must_use]
-    pub fn look(&self, now: Micros, joint_state: &JointState) -> Look<'_> {
+    pub fn look(&self, now: Micros, joint_state: &JointState) -> WorldView<'_> {
         let state = self.state.as_deref();
-        Look {
+        WorldView {
             state: state.map(|state| (state, state.frames(now, joint_state))),
             now,
         }

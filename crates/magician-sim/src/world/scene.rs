@@ -1,6 +1,6 @@
 //! Where the objects are: each is carried by something, and carries what stands on it.
 
-use super::sight::Solid;
+use super::solid::Solid;
 use super::{Footprint, Place};
 use crate::scenario::{Object, On, Scenario, footprint};
 

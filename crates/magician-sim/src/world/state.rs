@@ -5,12 +5,12 @@ use std::sync::Arc;
 use magician_motion::Geometry;
 use magician_protocol::Port;
 
-use super::agenda::Agenda;
 use super::belt::Belt;
 use super::event::{WorldEvent, WorldEvents};
 use super::forecast::Changes;
 use super::ink::Ink;
 use super::scene::{Frames, Rest, Scene};
+use super::script::ScriptPlayer;
 use super::touch::{Contact, Reach};
 use super::traffic::{self, Traffic};
 use super::{Body, ExternalEvent, Grip, JointState, Place};
@@ -26,7 +26,7 @@ pub(super) struct State {
     scenario: Arc<Scenario>,
     /// The latest instant that the world was told.
     now: Micros,
-    agenda: Agenda,
+    script: ScriptPlayer,
     scene: Scene,
     belt: Belt,
     /// What the belt does next by itself.
@@ -54,7 +54,7 @@ impl State {
         let start = frame_of_belt(&scenario, &belt, 0);
         let mut state = Self {
             now: 0,
-            agenda: Agenda::new(scenario.script()),
+            script: ScriptPlayer::new(scenario.script()),
             scene: Scene::new(&scenario, &start),
             belt,
             traffic: None,
@@ -146,19 +146,19 @@ fn frame_of_belt(scenario: &Scenario, belt: &Belt, now: Micros) -> Place {
 /// Inputs and sensors.
 impl State {
     pub(super) fn digital(&self, address: u8) -> Option<bool> {
-        self.agenda.digital(address)
+        self.script.digital(address)
     }
 
     pub(super) fn analog(&self, address: u8) -> Option<u16> {
-        self.agenda.analog(address)
+        self.script.analog(address)
     }
 
     pub(super) fn will_change(&self, address: u8) -> bool {
-        self.agenda.will_change(self.scenario.script(), address)
+        self.script.will_change(self.scenario.script(), address)
     }
 
     pub(super) fn override_input(&mut self, action: Action) -> bool {
-        self.agenda.override_input(self.now, action)
+        self.script.override_input(self.now, action)
     }
 
     pub(super) fn color(&self, now: Micros, port: Port) -> Option<[u8; 3]> {

@@ -1,7 +1,7 @@
 //! How deep the tool is in bodies, and what it can take.
 
 use super::scene::{Frames, Scene};
-use super::sight::Solid;
+use super::solid::Solid;
 use super::{Body, Footprint, Grip, Place};
 use crate::scenario::{Scenario, Tool, ToolKind};
 

@@ -65,7 +65,7 @@ impl Motion {
     }
 }
 
-/// Looks at a motion for where it comes inside, one that goes out and back included.
+/// SampleTimes at a motion for where it comes inside, one that goes out and back included.
 const LOOKS: Micros = 64;
 
 /// The first microsecond after `from` that is inside, if a motion gets there; one that is inside for less than a

@@ -129,7 +129,7 @@ impl State {
         self.carried = carried;
         self.mark_seen(now);
         self.watch_belt(now);
-        self.agenda.look_again(now);
+        self.script.look_again(now);
     }
 
     pub(in crate::world) fn stepper(&mut self, now: Micros, index: usize, pulses_per_second: f64) {
@@ -151,7 +151,7 @@ impl State {
 
     pub(in crate::world) fn index_started(&mut self, now: Micros, index: u64) {
         self.now = self.now.max(now);
-        self.agenda
+        self.script
             .index_started(self.scenario.script(), now, index);
     }
 }

@@ -13,8 +13,8 @@ impl State {
         let pending = self.pending.map(|_| self.now);
         let change = self.changes.front().map(|(at, _)| *at);
         let traffic = self.traffic.map(|traffic| traffic.at);
-        let agenda = self.agenda.next_event(self.scenario.script());
-        [pending, change, traffic, agenda]
+        let script = self.script.next_event(self.scenario.script());
+        [pending, change, traffic, script]
             .into_iter()
             .flatten()
             .min()
@@ -36,7 +36,7 @@ impl State {
             } else if self.traffic.is_some_and(|traffic| traffic.at == at) {
                 self.belt_event()
             } else {
-                self.agenda.happen(self.scenario.script(), now)
+                self.script.happen(self.scenario.script(), now)
             };
             if event.is_some() {
                 return event;

@@ -11,7 +11,7 @@ mod script;
 
 use magician_motion::{Geometry, Pose};
 
-use super::{ExternalEvent, Grip, JointState, Look, TimedPath, World};
+use super::{ExternalEvent, Grip, JointState, TimedPath, World, WorldView};
 use crate::Micros;
 use crate::scenario::Scenario;
 
@@ -114,7 +114,7 @@ impl Arm {
         self.grip(Grip { laser, ..self.grip });
     }
 
-    fn look(&self) -> Look<'_> {
+    fn look(&self) -> WorldView<'_> {
         self.world.look(self.now, &self.joint_state(&self.at))
     }
 

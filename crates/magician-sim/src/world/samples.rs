@@ -20,13 +20,13 @@ const COARSE_MOST: u64 = 64;
 
 /// The instants at which a path is looked at: evenly spread, the first and the last included.
 #[derive(Clone, Copy)]
-pub(super) struct Looks {
+pub(super) struct SampleTimes {
     pub(super) from: Micros,
     span: Micros,
     pub(super) count: u64,
 }
 
-impl Looks {
+impl SampleTimes {
     pub(super) fn at(&self, nth: u64) -> Micros {
         let (whole, part) = (self.span / self.count, self.span % self.count);
         self.from + whole * nth + part * nth / self.count

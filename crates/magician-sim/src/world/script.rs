@@ -12,7 +12,7 @@ const HAND_PERIOD: Micros = 20_000;
 
 /// How far the script has come, and what the inputs read.
 #[derive(Clone, Debug)]
-pub(super) struct Agenda {
+pub(super) struct ScriptPlayer {
     /// The next of the script's timed actions.
     cursor: usize,
     /// Which of the actions that wait for an index have been set off.
@@ -60,9 +60,9 @@ impl Hand {
     }
 }
 
-impl Agenda {
+impl ScriptPlayer {
     pub(super) fn new(script: &Script) -> Self {
-        let mut agenda = Self {
+        let mut player = Self {
             cursor: 0,
             set_off: vec![false; script.at_index.len()],
             soon: Vec::new(),
@@ -72,11 +72,11 @@ impl Agenda {
         };
         // What the inputs read at power-up is not a change.
         while let Some((0, Action::Digital { .. } | Action::Analog { .. })) =
-            script.timed.get(agenda.cursor)
+            script.timed.get(player.cursor)
         {
-            agenda.step(script);
+            player.step(script);
         }
-        agenda
+        player
     }
 
     pub(super) fn digital(&self, address: u8) -> Option<bool> {

@@ -10,12 +10,12 @@ use crate::scenario::{Color, Object};
 
 /// The world at an instant.
 #[derive(Clone, Copy, Debug)]
-pub struct Look<'a> {
+pub struct WorldView<'a> {
     pub(super) state: Option<(&'a State, Frames)>,
     pub(super) now: Micros,
 }
 
-impl<'a> Look<'a> {
+impl<'a> WorldView<'a> {
     /// The object of that name.
     #[must_use]
     pub fn object(&self, name: &str) -> Option<ObjectView<'a>> {
