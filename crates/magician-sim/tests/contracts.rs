@@ -2,7 +2,7 @@
 
 mod arm;
 
-use arm::{SECOND, USB, arm, arm_with, home, homing_lasts, joints_to, ptp, running_arm, wait};
+use arm::{SECOND, arm, arm_with, home, homing_lasts, joints_to, ptp, running_arm, wait};
 use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, FrameBuf, TABLE};
@@ -27,14 +27,15 @@ fn bias(x_bias: f32, y_bias: f32) -> EndEffectorParams {
 #[test]
 fn every_ctrl_of_every_command_is_echoed_to_the_bit() {
     for row in TABLE {
-        let mut arm = Controller::default();
+        let mut bench = arm();
         for ctrl in 0..=255u8 {
             let count = row.set.map_or(0, |set| set.size().unwrap_or(3));
             let request = FrameBuf::new(row.id, Ctrl(ctrl), &vec![0; count]).unwrap();
-            arm.receive(USB, request.bytes());
-            let reply = arm.poll_transmit(USB).expect("one reply");
-            assert_eq!(arm.poll_transmit(USB), None, "and only one");
-            let full = ctrl & 2 != 0 && arm.state().queue.overflows > 0;
+            let replies = bench.send(request.bytes());
+            let [reply] = &replies[..] else {
+                panic!("{}: one reply and only one", row.name)
+            };
+            let full = ctrl & 2 != 0 && bench.state().queue.overflows > 0;
             let queued = full && reply.frame().params().len() == 8 && row.set.is_some();
             let added = if queued && !row.steers_queue() { 4 } else { 0 };
             assert_eq!(reply.bytes()[3..5], [row.id, ctrl | added], "{}", row.name);
@@ -496,13 +497,13 @@ fn replies_of_two_links_that_talk_at_once_do_not_mix() {
         }
     }
     for (link, first, sent) in [(usb, 1, &frames[..15]), (udp, 2, &frames[15..30])] {
-        for (at, request) in sent.iter().enumerate() {
-            let reply = bench.arm.poll_transmit(link).expect("a reply");
+        let replies = bench.replies(link);
+        assert_eq!(replies.len(), sent.len());
+        for (at, (request, reply)) in sent.iter().zip(replies).enumerate() {
             assert_eq!(reply.frame().ctrl(), request.frame().ctrl());
             let index = first + 2 * at as u64;
             assert_eq!(reply.frame().params(), index.to_le_bytes());
         }
-        assert_eq!(bench.arm.poll_transmit(link), None);
     }
 }
 

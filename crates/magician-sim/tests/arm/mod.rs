@@ -69,6 +69,11 @@ impl Bench {
 
     pub fn send_over(&mut self, link: LinkId, bytes: &[u8]) -> Vec<FrameBuf> {
         self.arm.receive(link, bytes);
+        self.replies(link)
+    }
+
+    /// Every reply that waits for a peer.
+    pub fn replies(&mut self, link: LinkId) -> Vec<FrameBuf> {
         std::iter::from_fn(|| self.arm.poll_transmit(link)).collect()
     }
 
