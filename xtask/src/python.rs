@@ -158,7 +158,7 @@ fn alarms() -> String {
     }
     page += ALARMS_TAIL;
     for alarm in Alarm::TABLE {
-        let (code, cause, cure) = (alarm.code, alarm.cause, alarm.cure);
+        let (code, cause, cure) = (alarm.code, alarm.cause, alarm.remedy);
         let entry = format!("    0x{code:02X}: ({cause:?}, {cure:?}),");
         let _ = match entry.len() {
             0..=120 => writeln!(page, "{entry}"),

@@ -34,7 +34,7 @@ pub struct Alarm {
     /// What raises it.
     pub cause: &'static str,
     /// What to do about it.
-    pub cure: &'static str,
+    pub remedy: &'static str,
     /// Whether the controller drops it by itself when the cause is gone.
     pub clears_itself: bool,
     /// Whether the Magician is known to raise it; the others come from its siblings' lists.
@@ -50,7 +50,7 @@ const REHOME: &str = "remove the obstacle, home the arm, then clear the alarms";
 const POWER: &str = "switch the arm off and on";
 
 macro_rules! alarms {
-    ($( $code:literal $name:ident $group:ident $cause:literal $cure:expr, $itself:ident $magician:ident; )+) => {
+    ($( $code:literal $name:ident $group:ident $cause:literal $remedy:expr, $itself:ident $magician:ident; )+) => {
         impl Alarm {
             $(
                 #[doc = concat!("Alarm ", $code, ": ", $cause, ".")]
@@ -64,7 +64,7 @@ macro_rules! alarms {
                 name: stringify!($name),
                 group: AlarmGroup::$group,
                 cause: $cause,
-                cure: $cure,
+                remedy: $remedy,
                 clears_itself: alarms!(@ $itself),
                 magician: alarms!(@ $magician),
             }, )+ ];

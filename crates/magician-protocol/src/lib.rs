@@ -9,7 +9,7 @@
 //!   structs ([`commands::Pose`], [`commands::PtpCmd`], ...) that implement [`Layout`].
 //! * [`Request`] is what a frame asks of the controller; [`Row`] and [`LayoutInfo`] describe a
 //!   command to programs that learn of it at run time (command line, JSON, documentation).
-//! * [`Alarm`] and [`AlarmSet`] name the controller's alarms, with cause and cure.
+//! * [`Alarm`] and [`AlarmSet`] name the controller's alarms, with cause and remedy.
 //!
 //! Lengths are mm, angles degrees, everywhere. "Document" is the vendor's description of the protocol, its errata (E37)
 //! are in `docs/ERRATA.md` of the repository.

@@ -35,10 +35,7 @@ fn one_reply_per_request_in_order_and_nothing_unsolicited() {
     bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
     bench.enqueue(&ptp(1, [900.0, 0.0, 0.0, 0.0]));
     bench.rest();
-    assert!(
-        bench.replies(USB).is_empty(),
-        "not even about an alarm"
-    );
+    assert!(bench.replies(USB).is_empty(), "not even about an alarm");
 }
 
 #[test]

@@ -147,7 +147,7 @@ fn held(alarms: &AlarmSet, tool_unknown: bool) -> String {
         .map(|code| match Alarm::with_code(code) {
             Some(alarm) => format!(
                 "{code:#04X} {}: {} ({})",
-                alarm.name, alarm.cause, alarm.cure
+                alarm.name, alarm.cause, alarm.remedy
             ),
             None => format!("{code:#04X}, which has no name"),
         })

@@ -57,8 +57,11 @@ fn alarm(code: u8, causes: bool) -> (Name, Vec<String>) {
         None => (format!("{code:#04x}"), vec![String::new()]),
         Some(alarm) => {
             let texts = match causes {
-                true => vec![format!(": {}", alarm.cause), format!("     {}", alarm.cure)],
-                false => vec![format!(": {}", alarm.cure)],
+                true => vec![
+                    format!(": {}", alarm.cause),
+                    format!("     {}", alarm.remedy),
+                ],
+                false => vec![format!(": {}", alarm.remedy)],
             };
             (format!("{code:#04x} {}", alarm.name), texts)
         }

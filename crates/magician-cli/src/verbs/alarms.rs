@@ -62,7 +62,7 @@ fn entries(alarms: &AlarmSet) -> Vec<Entry> {
             code,
             name: alarm.map(|alarm| alarm.name),
             cause: alarm.map(|alarm| alarm.cause),
-            cure: alarm.map(|alarm| alarm.cure),
+            cure: alarm.map(|alarm| alarm.remedy),
             holds_queue: Alarm::blocks(code),
         }
     };

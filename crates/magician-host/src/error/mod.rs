@@ -318,7 +318,7 @@ impl Error {
                 Some(alarm) => {
                     message += &format!(
                         "; {code:#04x} {}: {} ({})",
-                        alarm.name, alarm.cause, alarm.cure
+                        alarm.name, alarm.cause, alarm.remedy
                     )
                 }
                 None => message += &format!("; {code:#04x}: unknown to this program"),

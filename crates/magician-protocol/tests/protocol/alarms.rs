@@ -71,7 +71,7 @@ fn names_of_the_siblings_alarms_are_on_record_too() {
 fn alarms_are_in_order_explained_and_in_their_group() {
     assert!(Alarm::TABLE.is_sorted_by(|a, b| a.code < b.code));
     for alarm in Alarm::TABLE {
-        assert!(!alarm.name.is_empty() && !alarm.cause.is_empty() && !alarm.cure.is_empty());
+        assert!(!alarm.name.is_empty() && !alarm.cause.is_empty() && !alarm.remedy.is_empty());
         let expected = [
             AlarmGroup::Common,
             AlarmGroup::Plan,

@@ -16,7 +16,7 @@ pub(super) const KEPT: usize = 256;
 #[non_exhaustive]
 pub enum Event {
     /// An alarm stands that did not at the last reading. [`Alarm::with_code`](crate::Alarm::with_code) tells its name,
-    /// cause and cure.
+    /// cause and remedy.
     AlarmRaised {
         /// Its code, 0x00 to 0xFF.
         code: u8,

@@ -173,7 +173,7 @@ async fn alarms(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), 
             true => Finding::bad("alarms", format!("{text}; it holds the queue")),
             false => Finding::note("alarms", text),
         };
-        let cure = known.map_or("", |alarm| alarm.cure);
+        let cure = known.map_or("", |alarm| alarm.remedy);
         let hint = match (Alarm::blocks(code), cure) {
             (false, _) | (true, "") => "`magician alarms --clear` clears it".to_owned(),
             (true, cure) => format!("{cure}; then `magician alarms --clear`"),
