@@ -28,7 +28,7 @@ use crate::convert::micros;
 use crate::event::Event;
 use crate::fidelity::Assumption;
 use crate::link::LineState;
-use crate::world::Grip;
+use crate::world::ToolState;
 use crate::{Flash, Micros, Profile, World};
 use alarms::Alarms;
 use context::Context;
@@ -70,7 +70,7 @@ impl Device {
             queues: Queues::new(&profile),
             alarms: Alarms::new(profile.queue.alarms_hold),
             motion: Motion::at(profile.power_up.joints.into(), profile.rail.length),
-            io: Io::new(&profile, Grip::default()),
+            io: Io::new(&profile, ToolState::default()),
             teaching: Teaching::at(0, false, micros(profile.teach.period)),
             world,
             line: LineState::default(),
@@ -135,11 +135,11 @@ impl Device {
 
     /// Lets the tools follow their wires, and tells the world what has become of them.
     fn update_tools(&mut self) {
-        if let Some(grip) = self.io.update_tools(self.now) {
+        if let Some(tool) = self.io.update_tools(self.now) {
             let pose = self.motion.true_pose(self.now);
             // What is to come of a motion looks different with another tool.
             self.motion.end_path(self.now, &mut self.world);
-            self.world.grip(self.now, grip, &pose);
+            self.world.set_tool(self.now, tool, &pose);
             self.motion.show_path(self.now, &mut self.world);
             self.record_world_events();
         }

@@ -9,7 +9,6 @@ mod drawing;
 mod event;
 mod external;
 mod forecast;
-mod grip;
 mod ink;
 #[cfg(feature = "picture")]
 mod picture;
@@ -23,6 +22,7 @@ mod svg;
 #[cfg(test)]
 mod tests;
 mod timed_path;
+mod tool_state;
 mod touch;
 mod traffic;
 mod view;
@@ -35,7 +35,6 @@ use crate::scenario::{Action, Scenario};
 pub use drawing::{Drawing, Stroke, StrokeKind};
 pub use event::{WorldEvent, WorldEventKind};
 pub use external::{Body, ExternalEvent, Press};
-pub use grip::Grip;
 #[cfg(feature = "picture")]
 pub use picture::PictureError;
 pub use place::Place;
@@ -43,6 +42,7 @@ pub(crate) use place::{Footprint, rotate};
 pub use scene::Rest;
 pub use svg::PictureOptions;
 pub use timed_path::{JointState, TimedPath};
+pub use tool_state::ToolState;
 pub use view::{ObjectView, WorldView};
 
 use state::State;
@@ -180,9 +180,9 @@ impl World {
     }
 
     /// The tool has come to another state, at rest or on its way.
-    pub(crate) fn grip(&mut self, now: Micros, grip: Grip, at: &JointState) {
+    pub(crate) fn set_tool(&mut self, now: Micros, tool: ToolState, at: &JointState) {
         if let Some(state) = &mut self.state {
-            state.grip(now, grip, at);
+            state.set_tool(now, tool, at);
         }
     }
 

@@ -13,7 +13,7 @@ use super::scene::{Frames, Rest, Scene};
 use super::script::ScriptPlayer;
 use super::touch::{Contact, Reach};
 use super::traffic::{self, Traffic};
-use super::{Body, ExternalEvent, Grip, JointState, Place};
+use super::{Body, ExternalEvent, JointState, Place, ToolState};
 use crate::Micros;
 use crate::scenario::{Action, Scenario, SensorKind};
 
@@ -31,7 +31,7 @@ pub(super) struct State {
     belt: Belt,
     /// What the belt does next by itself.
     traffic: Option<Traffic>,
-    grip: Grip,
+    tool: ToolState,
     /// What the tool touches.
     contacts: Vec<(Body, Contact)>,
     /// The carried object that each sensor sees.
@@ -58,7 +58,7 @@ impl State {
             scene: Scene::new(&scenario, &start),
             belt,
             traffic: None,
-            grip: Grip::default(),
+            tool: ToolState::default(),
             contacts: Vec::new(),
             carried: vec![None; scenario.sensors().len()],
             changes: Changes::new(),
@@ -131,7 +131,7 @@ impl State {
         Reach {
             scenario: &self.scenario,
             scene: &self.scene,
-            grip: self.grip,
+            tool: self.tool,
             frames,
         }
     }

@@ -2,7 +2,7 @@
 
 use super::scene::{Frames, Scene};
 use super::solid::Solid;
-use super::{Body, Footprint, Grip, Place};
+use super::{Body, Footprint, Place, ToolState};
 use crate::scenario::{Scenario, Tool, ToolKind};
 
 /// Less than this is a rounding error and no touch, mm.
@@ -33,7 +33,7 @@ pub(super) enum Contact {
 pub(super) struct Reach<'a> {
     pub(super) scenario: &'a Scenario,
     pub(super) scene: &'a Scene,
-    pub(super) grip: Grip,
+    pub(super) tool: ToolState,
     pub(super) frames: Frames,
 }
 
@@ -53,7 +53,7 @@ impl Reach<'_> {
             }))
         };
         match self.tool().kind {
-            ToolKind::Gripper if !self.grip.closed => {
+            ToolKind::Gripper if !self.tool.closed => {
                 let half = self.tool().opening / 2.0;
                 [at(half, 0.0), at(-half, 0.0), at(0.0, FINGERS)]
             }

@@ -6,7 +6,7 @@ pub(crate) mod steppers;
 pub(crate) mod tools;
 pub(crate) mod trigger;
 
-use crate::world::Grip;
+use crate::world::ToolState;
 use crate::{Micros, Profile};
 use pins::Pins;
 use sensors::Detectors;
@@ -22,12 +22,12 @@ pub(crate) struct Io {
     pub(crate) color_sensors: Detectors,
     pub(crate) infrared_sensors: Detectors,
     /// Tool state last reported to the world.
-    reported: Grip,
+    reported: ToolState,
 }
 
 impl Io {
     /// As power finds it. The world knows the tool in a state already when the controller resets.
-    pub(crate) fn new(profile: &Profile, reported: Grip) -> Self {
+    pub(crate) fn new(profile: &Profile, reported: ToolState) -> Self {
         let abilities = |at| profile.io.pins.get(at).copied().unwrap_or_default();
         Self {
             pins: Pins::new(std::array::from_fn(abilities)),
@@ -40,14 +40,14 @@ impl Io {
     }
 
     /// Tool state last reported to the world.
-    pub(crate) fn reported(&self) -> Grip {
+    pub(crate) fn reported(&self) -> ToolState {
         self.reported
     }
 
     /// Lets the tools follow their wires; what the world is to be told of them, if that is new.
-    pub(crate) fn update_tools(&mut self, now: Micros) -> Option<Grip> {
-        let grip = self.tools.follow_wires(now, &self.pins);
-        (std::mem::replace(&mut self.reported, grip) != grip).then_some(grip)
+    pub(crate) fn update_tools(&mut self, now: Micros) -> Option<ToolState> {
+        let tool = self.tools.follow_wires(now, &self.pins);
+        (std::mem::replace(&mut self.reported, tool) != tool).then_some(tool)
     }
 
     /// When a tool or a motor next comes to an end of what it does.

@@ -8,7 +8,7 @@ use magician_protocol::Flag;
 use super::pins::Pins;
 use crate::Micros;
 use crate::convert::micros;
-use crate::world::Grip;
+use crate::world::ToolState;
 
 /// EIO address of the air line's valve.
 const VALVE: u8 = 16;
@@ -198,7 +198,7 @@ impl Actuators {
     }
 
     /// Lets the tools follow their wires; what the world then feels of them.
-    pub(crate) fn follow_wires(&mut self, now: Micros, pins: &Pins) -> Grip {
+    pub(crate) fn follow_wires(&mut self, now: Micros, pins: &Pins) -> ToolState {
         let Wires { pump, valve, laser } = self.wires(pins);
         // The pump blows while the valve is closed: there is no vacuum then, and the gripper opens.
         let active = pump && valve;
@@ -207,7 +207,7 @@ impl Actuators {
         (self.suction).command(has_air(AirTool::Suction), now, self.vacuum_delay);
         (self.gripper).command(has_air(AirTool::Gripper), now, self.gripper_delay);
         self.laser = laser;
-        Grip {
+        ToolState {
             sucking: self.suction(now).reached,
             closed: self.gripper(now).reached,
             laser,

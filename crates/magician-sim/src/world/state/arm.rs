@@ -7,7 +7,7 @@ use crate::world::event::WorldEventKind;
 use crate::world::forecast::{Changes, Forecast, carried_before};
 use crate::world::scene::Frames;
 use crate::world::traffic;
-use crate::world::{Body, Drawing, Grip, JointState, TimedPath};
+use crate::world::{Body, Drawing, JointState, TimedPath, ToolState};
 
 impl State {
     pub(in crate::world) fn begin(&mut self, path: &TimedPath<'_>) {
@@ -53,19 +53,24 @@ impl State {
         ink.into_drawing()
     }
 
-    pub(in crate::world) fn grip(&mut self, now: Micros, grip: Grip, joint_state: &JointState) {
+    pub(in crate::world) fn set_tool(
+        &mut self,
+        now: Micros,
+        tool: ToolState,
+        joint_state: &JointState,
+    ) {
         self.now = self.now.max(now);
-        if self.scenario.tool().kind == ToolKind::Laser && grip.laser != self.grip.laser {
+        if self.scenario.tool().kind == ToolKind::Laser && tool.laser != self.tool.laser {
             let tip = self.tip(joint_state);
             let resting = (!self.moves).then(|| tip.xy());
-            self.ink.power(now, grip.laser, resting);
+            self.ink.power(now, tool.laser, resting);
         }
-        let (before, after) = (self.grips(&self.grip), self.grips(&grip));
+        let (before, after) = (self.grips(&self.tool), self.grips(&tool));
         let frames = self.frames(now, joint_state);
         let reached_for = (after && !before && self.scene.held().is_none())
             .then(|| self.reach(frames).within_grasp())
             .flatten();
-        self.grip = grip;
+        self.tool = tool;
         if let Some(object) = reached_for {
             self.take(now, object, &frames);
         } else if before && !after {
@@ -77,17 +82,17 @@ impl State {
     }
 
     /// Whether a tool in that state holds what it has.
-    fn grips(&self, grip: &Grip) -> bool {
+    fn grips(&self, tool: &ToolState) -> bool {
         match self.scenario.tool().kind {
-            ToolKind::Suction => grip.sucking,
-            ToolKind::Gripper => grip.closed,
+            ToolKind::Suction => tool.sucking,
+            ToolKind::Gripper => tool.closed,
             ToolKind::None | ToolKind::Pen | ToolKind::Laser => false,
         }
     }
 
     /// A cup that sucks already takes what it is put on.
     fn take_if_sucking(&mut self, now: Micros, joint_state: &JointState) {
-        let sucks = self.scenario.tool().kind == ToolKind::Suction && self.grip.sucking;
+        let sucks = self.scenario.tool().kind == ToolKind::Suction && self.tool.sucking;
         if !sucks || self.scene.held().is_some() {
             return;
         }

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{Arm, SECOND, Way, joint_state};
 use crate::Micros;
-use crate::world::{Body, ExternalEvent, Grip, TimedPath, WorldEvent, WorldEventKind};
+use crate::world::{Body, ExternalEvent, TimedPath, ToolState, WorldEvent, WorldEventKind};
 
 const TABLE: &str = r#"
 [table]
@@ -314,7 +314,7 @@ fn what_was_let_go_on_the_way_touches_nothing() {
     let mut forgotten = arm.world.clone();
     arm.suck(false);
     // Nothing is known of the rest until it is told.
-    forgotten.grip(arm.now, Grip::default(), &arm.joint_state(&arm.at));
+    forgotten.set_tool(arm.now, ToolState::default(), &arm.joint_state(&arm.at));
     assert_eq!(forgotten.poll_external(arm.now), Some(ExternalEvent::Input));
     assert_eq!(forgotten.next_event(), None);
     // Told again with the rest: the cup comes to the cube, which has fallen.

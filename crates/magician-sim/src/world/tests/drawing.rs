@@ -258,11 +258,11 @@ fn power_that_changes_on_the_way_splits_the_stroke_there() {
     let path = TimedPath::new(0, SECOND, &at);
     arm.world.begin(&path);
     for (now, laser) in [(250_000, 20.0), (500_000, 100.0), (750_000, 0.0)] {
-        let grip = crate::world::Grip {
+        let tool = crate::world::ToolState {
             laser,
             ..Default::default()
         };
-        arm.world.grip(now, grip, &at(now));
+        arm.world.set_tool(now, tool, &at(now));
     }
     let half = arm.world.drawing_at(600_000, Some(&path));
     assert_eq!(

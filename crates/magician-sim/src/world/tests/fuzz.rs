@@ -4,7 +4,7 @@ use proptest::prelude::*;
 
 use super::{Arm, SECOND};
 use crate::Micros;
-use crate::world::{Grip, JointState, TimedPath};
+use crate::world::{JointState, TimedPath, ToolState};
 
 const TEXT: &str = r#"
 [tool]
@@ -60,7 +60,7 @@ for = 1
 enum Told {
     Go([f64; 3], Micros, Micros),
     Wild(f64, Micros),
-    Grip(bool, bool, f64),
+    ToolState(bool, bool, f64),
     Stepper(f64),
     Wait(Micros),
     Index(u64),
@@ -77,7 +77,7 @@ fn told() -> impl Strategy<Value = Told> {
     prop_oneof![
         4 => (place, 1..3 * SECOND, 0..3 * SECOND).prop_map(|(to, lasting, cut)| Told::Go(to, lasting, cut.min(lasting))),
         1 => (wild, 0..SECOND).prop_map(|(angle, lasting)| Told::Wild(angle, lasting)),
-        3 => (any::<bool>(), any::<bool>(), 0.0..120.0_f64).prop_map(|(one, two, power)| Told::Grip(one, two, power)),
+        3 => (any::<bool>(), any::<bool>(), 0.0..120.0_f64).prop_map(|(one, two, power)| Told::ToolState(one, two, power)),
         2 => prop_oneof![-2e4..2e4_f64, Just(0.0), Just(1e300), Just(f64::NAN)].prop_map(Told::Stepper),
         1 => (0..5 * SECOND).prop_map(Told::Wait),
         1 => (0..4_u64).prop_map(Told::Index),
@@ -99,7 +99,7 @@ fn run(tool: &str, all: &[Told]) -> String {
                 arm.wait_until(path.to);
                 arm.world.end(&path);
             }
-            Told::Grip(sucking, closed, laser) => arm.grip(Grip {
+            Told::ToolState(sucking, closed, laser) => arm.set_tool(ToolState {
                 sucking,
                 closed,
                 laser,

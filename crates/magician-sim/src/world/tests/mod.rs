@@ -11,7 +11,7 @@ mod script;
 
 use magician_motion::{Geometry, Pose};
 
-use super::{ExternalEvent, Grip, JointState, TimedPath, World, WorldView};
+use super::{ExternalEvent, JointState, TimedPath, ToolState, World, WorldView};
 use crate::Micros;
 use crate::scenario::Scenario;
 
@@ -30,7 +30,7 @@ struct Arm {
     geometry: Geometry,
     now: Micros,
     at: Pose,
-    grip: Grip,
+    tool: ToolState,
     happened: Vec<(Micros, ExternalEvent)>,
 }
 
@@ -43,7 +43,7 @@ impl Arm {
             geometry: Geometry::magician(tool),
             now: 0,
             at: at.into(),
-            grip: Grip::default(),
+            tool: ToolState::default(),
             happened: Vec::new(),
         }
     }
@@ -90,28 +90,29 @@ impl Arm {
         self.at = way.pose(end);
     }
 
-    fn grip(&mut self, grip: Grip) {
-        self.grip = grip;
-        self.world.grip(self.now, grip, &self.joint_state(&self.at));
+    fn set_tool(&mut self, tool: ToolState) {
+        self.tool = tool;
+        self.world
+            .set_tool(self.now, tool, &self.joint_state(&self.at));
         self.wait_until(self.now);
     }
 
     fn suck(&mut self, sucking: bool) {
-        self.grip(Grip {
+        self.set_tool(ToolState {
             sucking,
-            ..self.grip
+            ..self.tool
         });
     }
 
     fn close(&mut self, closed: bool) {
-        self.grip(Grip {
+        self.set_tool(ToolState {
             closed,
-            ..self.grip
+            ..self.tool
         });
     }
 
     fn laser(&mut self, laser: f64) {
-        self.grip(Grip { laser, ..self.grip });
+        self.set_tool(ToolState { laser, ..self.tool });
     }
 
     fn look(&self) -> WorldView<'_> {

@@ -2,7 +2,7 @@
 
 /// The tool as the world feels it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Grip {
+pub struct ToolState {
     /// There is vacuum at the suction cup.
     pub sucking: bool,
     /// The gripper is closed.
