@@ -45,7 +45,7 @@ pub use timed_path::{JointState, TimedPath};
 pub use tool_state::ToolState;
 pub use view::{ObjectView, WorldView};
 
-use state::State;
+use state::WorldState;
 
 /// The world around one arm. Lengths are mm and angles deg in the frame of the arm's base; a height is the z that the
 /// arm reports when its tool touches it (model section 1).
@@ -53,7 +53,7 @@ use state::State;
 /// The default is empty: nothing to touch, nothing connected. It costs nothing.
 #[derive(Clone, Debug, Default)]
 pub struct World {
-    state: Option<Box<State>>,
+    state: Option<Box<WorldState>>,
 }
 
 impl World {
@@ -61,7 +61,7 @@ impl World {
     #[must_use]
     pub fn from_scenario(scenario: &Scenario) -> Self {
         Self {
-            state: Some(Box::new(State::new(scenario.clone()))),
+            state: Some(Box::new(WorldState::new(scenario.clone()))),
         }
     }
 
@@ -117,9 +117,9 @@ impl World {
         self.state.as_mut()?.event()
     }
 
-    fn state_mut(&mut self) -> &mut State {
+    fn state_mut(&mut self) -> &mut WorldState {
         self.state
-            .get_or_insert_with(|| Box::new(State::new(Scenario::default())))
+            .get_or_insert_with(|| Box::new(WorldState::new(Scenario::default())))
     }
 }
 

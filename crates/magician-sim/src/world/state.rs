@@ -22,7 +22,7 @@ mod events;
 
 /// A world that is not empty.
 #[derive(Clone, Debug)]
-pub(super) struct State {
+pub(super) struct WorldState {
     scenario: Arc<Scenario>,
     /// The latest instant that the world was told.
     now: Micros,
@@ -48,7 +48,7 @@ pub(super) struct State {
     events: WorldEvents,
 }
 
-impl State {
+impl WorldState {
     pub(super) fn new(scenario: Scenario) -> Self {
         let belt = Belt::default();
         let start = frame_of_belt(&scenario, &belt, 0);
@@ -99,7 +99,7 @@ impl State {
 }
 
 /// Frames.
-impl State {
+impl WorldState {
     /// The tool's tip on an arm that stands so.
     fn tip(&self, joint_state: &JointState) -> Place {
         let geometry = Geometry::magician(self.scenario.tool().bias());
@@ -144,7 +144,7 @@ fn frame_of_belt(scenario: &Scenario, belt: &Belt, now: Micros) -> Place {
 }
 
 /// Inputs and sensors.
-impl State {
+impl WorldState {
     pub(super) fn digital(&self, address: u8) -> Option<bool> {
         self.script.digital(address)
     }

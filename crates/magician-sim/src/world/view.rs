@@ -3,7 +3,7 @@
 use magician_protocol::Port;
 
 use super::scene::Frames;
-use super::state::State;
+use super::state::WorldState;
 use super::{Place, Rest};
 use crate::Micros;
 use crate::scenario::{Color, Object};
@@ -11,7 +11,7 @@ use crate::scenario::{Color, Object};
 /// The world at an instant.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldView<'a> {
-    pub(super) state: Option<(&'a State, Frames)>,
+    pub(super) state: Option<(&'a WorldState, Frames)>,
     pub(super) now: Micros,
 }
 
@@ -54,14 +54,14 @@ impl<'a> WorldView<'a> {
 /// An object at an instant.
 #[derive(Clone, Copy, Debug)]
 pub struct ObjectView<'a> {
-    state: &'a State,
+    state: &'a WorldState,
     id: u16,
     object: &'a Object,
     place: Place,
 }
 
 impl<'a> ObjectView<'a> {
-    fn of(state: &'a State, frames: &Frames, id: u16) -> Option<Self> {
+    fn of(state: &'a WorldState, frames: &Frames, id: u16) -> Option<Self> {
         let object = state.scenario().objects().get(usize::from(id))?;
         let place = state.scene().place(id, frames);
         Some(Self {

@@ -1,6 +1,6 @@
 //! What the world is told: the arm moves and grips, the belt runs, a command comes to its turn.
 
-use super::State;
+use super::WorldState;
 use crate::Micros;
 use crate::scenario::ToolKind;
 use crate::world::event::WorldEventKind;
@@ -9,7 +9,7 @@ use crate::world::scene::Frames;
 use crate::world::traffic;
 use crate::world::{Body, Drawing, JointState, TimedPath, ToolState};
 
-impl State {
+impl WorldState {
     pub(in crate::world) fn begin(&mut self, path: &TimedPath<'_>) {
         self.now = self.now.max(path.from);
         self.changes = self.forecast(path);

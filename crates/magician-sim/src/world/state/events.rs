@@ -1,6 +1,6 @@
 //! What happens by itself, each body at its instant.
 
-use super::State;
+use super::WorldState;
 use crate::Micros;
 use crate::world::event::WorldEventKind;
 use crate::world::forecast::Change;
@@ -8,7 +8,7 @@ use crate::world::touch::Contact;
 use crate::world::traffic;
 use crate::world::{Body, ExternalEvent};
 
-impl State {
+impl WorldState {
     pub(in crate::world) fn next_event(&self) -> Option<Micros> {
         let pending = self.pending.map(|_| self.now);
         let change = self.changes.front().map(|(at, _)| *at);
