@@ -117,7 +117,7 @@ impl Profile {
     /// [`ProfileError`] for text that is no profile, names that are not known, or values that make no sense.
     pub fn from_toml(text: &str) -> Result<Self, ProfileError> {
         let syntax = |error: toml::de::Error| {
-            let (line, column, message) = crate::document::flaw(text, &error);
+            let (line, column, message) = crate::document::locate(text, &error);
             ProfileError::Syntax {
                 line,
                 column,

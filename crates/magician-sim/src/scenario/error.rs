@@ -28,14 +28,14 @@ pub(super) enum Key {
 
 /// Something in the file that makes no sense, by the way to it.
 #[derive(Debug)]
-pub(super) struct Flaw {
+pub(super) struct Diagnostic {
     pub(super) path: Vec<Key>,
     pub(super) message: String,
 }
 
 impl ScenarioError {
     pub(super) fn syntax(text: &str, error: &toml::de::Error) -> Self {
-        let (line, column, message) = document::flaw(text, error);
+        let (line, column, message) = document::locate(text, error);
         Self {
             line,
             column,
@@ -69,12 +69,12 @@ impl ScenarioError {
         Some(Self::at(text, span.start, message))
     }
 
-    /// The flaw at its value; one that is not there is told where it ought to be.
-    pub(super) fn locate(text: &str, flaw: Flaw) -> Self {
+    /// The diagnostic at its value; one that is not there is told where it ought to be.
+    pub(super) fn locate(text: &str, diagnostic: Diagnostic) -> Self {
         let span = DeTable::parse(text)
-            .map(|file| find(&file, &flaw.path))
+            .map(|file| find(&file, &diagnostic.path))
             .unwrap_or_default();
-        Self::at(text, span.start, flaw.message)
+        Self::at(text, span.start, diagnostic.message)
     }
 
     fn at(text: &str, offset: usize, message: String) -> Self {

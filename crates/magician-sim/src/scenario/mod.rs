@@ -93,7 +93,7 @@ impl Scenario {
             return Err(error);
         }
         let file = toml::from_str(text).map_err(syntax)?;
-        check::scenario(file).map_err(|flaw| ScenarioError::locate(text, flaw))
+        check::scenario(file).map_err(|diagnostic| ScenarioError::locate(text, diagnostic))
     }
 
     /// What it is called.

@@ -73,7 +73,7 @@ pub enum FlashError {
 
 impl FlashError {
     fn syntax(text: &str, error: &toml::de::Error) -> Self {
-        let (line, column, message) = document::flaw(text, error);
+        let (line, column, message) = document::locate(text, error);
         Self::Syntax {
             line,
             column,

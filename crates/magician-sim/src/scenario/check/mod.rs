@@ -2,7 +2,7 @@
 
 use magician_protocol::Port;
 
-use super::error::{Flaw, Key};
+use super::error::{Diagnostic, Key};
 use super::file::{self, Facing, File};
 use super::setting::{Arm, Beam, Conveyor, Sensor, SensorKind, Table, Tool, ToolKind};
 use super::{Scenario, Script};
@@ -45,7 +45,7 @@ fn arm(arm: &file::Arm) -> Checked<Arm> {
     at.number("base_angle", base_angle, -180.0..=180.0, "deg")?;
     let homed = arm.homed.unwrap_or_default();
     if homed && base_angle != 0.0 {
-        return at.flaw(
+        return at.diagnostic(
             "base_angle",
             "a homed arm knows where its base stands: leave out base_angle, or set homed = false",
         );
@@ -68,7 +68,7 @@ fn tool(tool: &file::Tool) -> Checked<Tool> {
     }
     if let Some(opening) = tool.opening {
         if kind != ToolKind::Gripper {
-            return at.flaw(
+            return at.diagnostic(
                 "opening",
                 "only a gripper opens: leave opening out, or set kind = \"gripper\"",
             );
@@ -86,7 +86,7 @@ fn table(table: &file::Table) -> Checked<Table> {
         if from >= to {
             let message =
                 format!("{name} is [{from}, {to}], it must go from the smaller to the larger");
-            return at.flaw(name, message);
+            return at.diagnostic(name, message);
         }
         Ok([from, to])
     };
@@ -105,7 +105,7 @@ fn conveyor(conveyor: &file::Conveyor) -> Checked<Conveyor> {
             "stepper is {}, the arm has stepper outputs 0 and 1",
             conveyor.stepper
         );
-        return at.flaw("stepper", message);
+        return at.diagnostic("stepper", message);
     }
     let roller = conveyor.roller_diameter.unwrap_or(34.0);
     let pulses = conveyor.pulses_per_turn.unwrap_or(16_000.0);
@@ -132,7 +132,7 @@ fn sensors(sensors: &[file::Sensor], conveyor: Option<&Conveyor>) -> Checked<Vec
             file::Port::Gp5 => Port::Gp5,
         };
         if checked.iter().any(|other| other.port == port) {
-            return at.flaw(
+            return at.diagnostic(
                 "port",
                 "another sensor is at this port: choose GP1, GP2, GP4 or GP5",
             );
@@ -151,8 +151,10 @@ fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<
     match (sensor.at, sensor.belt_at) {
         (Some(from), None) => free_beam(at, sensor, from),
         (None, Some(along)) => belt_beam(at, sensor, along, conveyor),
-        (Some(_), Some(_)) => at.flaw("belt_at", "a sensor has one place: give at or belt_at"),
-        (None, None) => at.flaw(
+        (Some(_), Some(_)) => {
+            at.diagnostic("belt_at", "a sensor has one place: give at or belt_at")
+        }
+        (None, None) => at.diagnostic(
             "",
             "where is the sensor? Give at = [x, y, z], or belt_at = mm along the belt",
         ),
@@ -182,7 +184,7 @@ fn belt_beam(
     conveyor: Option<&Conveyor>,
 ) -> Checked<Beam> {
     let Some(belt) = conveyor else {
-        return at.flaw(
+        return at.diagnostic(
             "belt_at",
             "there is no belt: add [conveyor], or give at = [x, y, z]",
         );
@@ -220,8 +222,8 @@ fn belt_beam(
     }
 }
 
-/// The flaw of a value, by the way to it.
-fn flaw<T>(path: Vec<Key>, message: impl Into<String>) -> Checked<T> {
+/// The diagnostic of a value, by the way to it.
+fn diagnostic<T>(path: Vec<Key>, message: impl Into<String>) -> Checked<T> {
     let message = message.into();
-    Err(Flaw { path, message })
+    Err(Diagnostic { path, message })
 }

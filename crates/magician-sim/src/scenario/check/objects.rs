@@ -21,7 +21,7 @@ pub(super) fn objects(
     for (nth, object) in objects.iter().enumerate() {
         let at = At::entry("object", nth);
         if nth >= MOST {
-            return at.flaw("", format!("more than {MOST} objects: take some away"));
+            return at.diagnostic("", format!("more than {MOST} objects: take some away"));
         }
         let stage = Stage {
             table,
@@ -52,7 +52,7 @@ impl Stage<'_> {
             let message = format!(
                 "a side of object '{name}' is {side}, it must be above 0 and at most {LONGEST} mm"
             );
-            return at.flaw("size", message);
+            return at.diagnostic("size", message);
         }
         at.numbers("at", &object.at, -FAR..=FAR, "mm")?;
         let yaw = at.number("yaw", object.yaw.unwrap_or(0.0), -360.0..=360.0, "deg")?;
@@ -76,15 +76,15 @@ impl Stage<'_> {
 
     fn name<'n>(&self, at: &At, name: &'n str) -> Checked<&'n str> {
         if name.trim().is_empty() {
-            return at.flaw("name", "an object needs a name");
+            return at.diagnostic("name", "an object needs a name");
         }
         if name == "table" || name == "belt" {
             let message = format!("'{name}' is the {name}'s own name: choose another");
-            return at.flaw("name", message);
+            return at.diagnostic("name", message);
         }
         if self.others.iter().any(|other| other.name == name) {
             let message = format!("another object is called '{name}': choose another name");
-            return at.flaw("name", message);
+            return at.diagnostic("name", message);
         }
         Ok(name)
     }
@@ -106,7 +106,7 @@ impl Stage<'_> {
                             "there is no '{name}' above this object: on is \"table\", \"belt\" or the name of an object \
                              that comes before"
                         );
-                        at.flaw("on", message)
+                        at.diagnostic("on", message)
                     }
                 }
             }
@@ -119,11 +119,11 @@ impl Stage<'_> {
             On::Shelf => at.number("z", object.z.unwrap_or_default(), -500.0..=500.0, "mm"),
             On::Table => match self.table {
                 Some(table) => Ok(table.height),
-                None => at.flaw("on", "there is no table: add [table], or give z"),
+                None => at.diagnostic("on", "there is no table: add [table], or give z"),
             },
             On::Belt => match self.belt {
                 Some(belt) => Ok(belt.height),
-                None => at.flaw("on", "there is no belt: add [conveyor]"),
+                None => at.diagnostic("on", "there is no belt: add [conveyor]"),
             },
             On::Object(place) => Ok(self
                 .others
@@ -148,13 +148,13 @@ impl Stage<'_> {
             let message = format!(
                 "object '{name}' at [{x}, {y}] lies outside {called}: move it, or enlarge {called}"
             );
-            return at.flaw("at", message);
+            return at.diagnostic("at", message);
         }
         match self.others.iter().find(|other| intersect(object, other)) {
             None => Ok(()),
             Some(other) => {
                 let message = format!("object '{name}' stands in '{}': move it", other.name);
-                at.flaw("at", message)
+                at.diagnostic("at", message)
             }
         }
     }

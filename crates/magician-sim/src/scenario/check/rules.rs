@@ -2,16 +2,16 @@
 
 use std::ops::RangeInclusive;
 
-use super::{Flaw, Key, flaw};
+use super::{Diagnostic, Key, diagnostic};
 use crate::Micros;
 
 /// A value that makes sense, or why it does not.
-pub(super) type Checked<T> = Result<T, Flaw>;
+pub(super) type Checked<T> = Result<T, Diagnostic>;
 
 /// The longest that a scenario runs, s: about four months.
 const LATEST: f64 = 1e7;
 
-/// A section of the file, to name its values in flaws.
+/// A section of the file, to name its values in diagnostics.
 pub(super) struct At {
     path: Vec<Key>,
 }
@@ -28,13 +28,17 @@ impl At {
         Self { path }
     }
 
-    /// A flaw of a value in the section; of the section as a whole if the name is empty.
-    pub(super) fn flaw<T>(&self, name: &'static str, message: impl Into<String>) -> Checked<T> {
+    /// A diagnostic of a value in the section; of the section as a whole if the name is empty.
+    pub(super) fn diagnostic<T>(
+        &self,
+        name: &'static str,
+        message: impl Into<String>,
+    ) -> Checked<T> {
         let mut path = self.path.clone();
         if !name.is_empty() {
             path.push(Key::Name(name));
         }
-        flaw(path, message)
+        diagnostic(path, message)
     }
 
     pub(super) fn number(
@@ -61,7 +65,7 @@ impl At {
             Some(value) => {
                 let (from, to) = range.into_inner();
                 let message = format!("{name} is {value}, it must be {from} to {to} {unit}");
-                self.flaw(name, message.trim_end())
+                self.diagnostic(name, message.trim_end())
             }
         }
     }
@@ -72,7 +76,7 @@ impl At {
             return Ok(value);
         }
         let message = format!("{name} is {value}, it must be above 0 and at most {most} mm");
-        self.flaw(name, message)
+        self.diagnostic(name, message)
     }
 
     /// A time in seconds as microseconds.
@@ -84,7 +88,7 @@ impl At {
     /// A span of time, not empty.
     pub(super) fn span(&self, name: &'static str, seconds: f64) -> Checked<Micros> {
         match self.time(name, seconds)? {
-            0 => self.flaw(name, format!("{name} is {seconds}, it must be above 0 s")),
+            0 => self.diagnostic(name, format!("{name} is {seconds}, it must be above 0 s")),
             span => Ok(span),
         }
     }
@@ -93,14 +97,14 @@ impl At {
     pub(super) fn needed<T>(&self, name: &'static str, value: Option<T>, hint: &str) -> Checked<T> {
         match value {
             Some(value) => Ok(value),
-            None => self.flaw("", format!("{name} is missing: {hint}")),
+            None => self.diagnostic("", format!("{name} is missing: {hint}")),
         }
     }
 
     /// A value that has no meaning here.
     pub(super) fn absent(&self, name: &'static str, there: bool, why: &str) -> Checked<()> {
         if there {
-            return self.flaw(name, format!("{name} has no meaning here: {why}"));
+            return self.diagnostic(name, format!("{name} has no meaning here: {why}"));
         }
         Ok(())
     }

@@ -22,18 +22,18 @@ pub(super) fn inputs(inputs: &[file::Input], script: &mut Script) -> Checked<()>
                 level: level == 1,
             },
             (Some(level), None) => {
-                return at.flaw("level", format!("level is {level}, it must be 0 or 1"));
+                return at.diagnostic("level", format!("level is {level}, it must be 0 or 1"));
             }
             (None, Some(value)) => Action::Analog {
                 address,
                 value: analog(&at, value)?,
             },
             (Some(_), Some(_)) => {
-                return at.flaw("value", "an input has a level or a value: give one of them");
+                return at.diagnostic("value", "an input has a level or a value: give one of them");
             }
             (None, None) => {
                 let message = "what does the input read? Give level = 0 or 1, or value = 0 to 4095";
-                return at.flaw("", message);
+                return at.diagnostic("", message);
             }
         };
         script
@@ -46,7 +46,7 @@ pub(super) fn inputs(inputs: &[file::Input], script: &mut Script) -> Checked<()>
 fn address(at: &At, address: i64) -> Checked<u8> {
     match u8::try_from(address) {
         Ok(pin) if (1..=PINS).contains(&usize::from(pin)) => Ok(pin),
-        _ => at.flaw(
+        _ => at.diagnostic(
             "address",
             format!("address is {address}, it must be 1 to {PINS}"),
         ),
@@ -56,7 +56,7 @@ fn address(at: &At, address: i64) -> Checked<u8> {
 fn analog(at: &At, value: i64) -> Checked<u16> {
     match u16::try_from(value) {
         Ok(raw) if value <= ANALOG => Ok(raw),
-        _ => at.flaw(
+        _ => at.diagnostic(
             "value",
             format!("value is {value}, it must be 0 to {ANALOG}"),
         ),
@@ -70,7 +70,7 @@ pub(super) fn hands(hands: &[file::Hand], script: &mut Script) -> Checked<()> {
         let start = at.time("at", hand.at)?;
         if start < state.busy_until {
             let message = "the hands are in order of time, each after the one before has ended";
-            return at.flaw("at", message);
+            return at.diagnostic("at", message);
         }
         state.busy_until = start;
         if hand.kind != HandKind::Guide {
@@ -107,7 +107,7 @@ impl HandState {
             } else {
                 "the unlock key is not held: unlock first"
             };
-            return at.flaw("kind", message);
+            return at.diagnostic("kind", message);
         }
         (self.unlocked, self.last) = (unlock, None);
         Ok(Action::Do(ExternalEvent::Unlock(unlock)))
@@ -115,7 +115,7 @@ impl HandState {
 
     fn guide(&mut self, at: &At, hand: &file::Hand) -> Checked<Action> {
         if !self.unlocked {
-            return at.flaw("kind", "a hand cannot move a locked arm: unlock first");
+            return at.diagnostic("kind", "a hand cannot move a locked arm: unlock first");
         }
         let joints = at.needed(
             "joints",
@@ -131,7 +131,7 @@ impl HandState {
         let over = at.span("over", seconds)?;
         let Some(from) = from else {
             let message = "from where? Before a guide that takes time comes one without over, where the hand takes hold";
-            return at.flaw("over", message);
+            return at.diagnostic("over", message);
         };
         self.busy_until = self.busy_until.saturating_add(over);
         Ok(Action::Guide { from, to, over })
@@ -164,13 +164,13 @@ impl Moment {
             (Some(seconds), None) => Ok(Self::At(at.time("at", seconds)?)),
             (None, Some(index)) => match u64::try_from(index) {
                 Ok(index) if index > 0 => Ok(Self::Index(index)),
-                _ => at.flaw(
+                _ => at.diagnostic(
                     "index",
                     format!("index is {index}, the queue counts from 1"),
                 ),
             },
-            (Some(_), Some(_)) => at.flaw("index", "a fault comes once: give at or index"),
-            (None, None) => at.flaw(
+            (Some(_), Some(_)) => at.diagnostic("index", "a fault comes once: give at or index"),
+            (None, None) => at.diagnostic(
                 "",
                 "when? Give at = seconds, or index = the queued command that meets it",
             ),
@@ -268,7 +268,7 @@ fn slip(at: &At, fault: &file::Fault) -> Checked<ExternalEvent> {
     let degrees = at.needed("degrees", fault.degrees, "by how much the joint slips")?;
     let joint = match u8::try_from(joint) {
         Ok(joint @ 1..=4) => joint,
-        _ => return at.flaw("joint", format!("joint is {joint}, it must be 1 to 4")),
+        _ => return at.diagnostic("joint", format!("joint is {joint}, it must be 1 to 4")),
     };
     at.number("degrees", degrees, -360.0..=360.0, "deg")?;
     Ok(ExternalEvent::Slip { joint, degrees })
@@ -283,7 +283,7 @@ fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
     )? {
         file::Alarm::Code(code) => match u8::try_from(*code) {
             Ok(code) if Alarm::with_code(code).is_some() => Ok(code),
-            _ => at.flaw(
+            _ => at.diagnostic(
                 "alarm",
                 format!("there is no alarm {code:#04x}; docs/ALARMS.md lists them"),
             ),
@@ -294,7 +294,7 @@ fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
                 .find(|alarm| alarm.name.eq_ignore_ascii_case(name))
             {
                 Some(alarm) => Ok(alarm.code),
-                None => at.flaw(
+                None => at.diagnostic(
                     "alarm",
                     format!("there is no alarm '{name}'; docs/ALARMS.md lists them"),
                 ),
