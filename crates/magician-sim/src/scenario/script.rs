@@ -14,7 +14,7 @@ pub(crate) enum Action {
     Digital { address: u8, level: bool },
     /// An analog input changes.
     Analog { address: u8, value: u16 },
-    /// A hand begins to move the arm from one joint_state to another.
+    /// A hand begins to move the arm from where its joints are to others.
     Guide {
         from: JointAngles,
         to: JointAngles,

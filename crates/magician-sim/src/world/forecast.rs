@@ -40,7 +40,7 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         self.reach((self.frames)(at))
     }
 
-    /// Everything that the path will bring to a tool that is at bodies as told, and carries bodies that the sensors
+    /// Everything that the path will bring to a tool that is at bodies as told, and carries what the sensors
     /// see as told.
     pub(super) fn changes(
         &self,

@@ -112,7 +112,7 @@ impl World {
         }
     }
 
-    /// The next body that has happened in the world, oldest first; the latest 256 are kept.
+    /// The next event of the world, oldest first; the latest 256 are kept.
     pub fn poll_event(&mut self) -> Option<WorldEvent> {
         self.state.as_mut()?.event()
     }

@@ -40,7 +40,7 @@ pub(super) struct WorldState {
     changes: Changes,
     /// For each object a bit for each sensor that has seen it.
     seen_by: Vec<u8>,
-    /// The second of two bodies that happen at once.
+    /// The second of two events of one instant.
     pending: Option<ExternalEvent>,
     ink: Ink,
     /// Whether a path is under way.

@@ -28,7 +28,7 @@ impl<'a> TimedPath<'a> {
         Self { from, to, at }
     }
 
-    /// The joint_state at an instant of the path.
+    /// The joint state at an instant of the path.
     #[must_use]
     pub fn at(&self, now: Micros) -> JointState {
         (self.at)(now.clamp(self.from, self.to))

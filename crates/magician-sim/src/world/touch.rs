@@ -61,7 +61,7 @@ impl Reach<'_> {
         }
     }
 
-    /// The upper side of a body that is there to be touched.
+    /// The upper side of a body that can be touched.
     pub(super) fn top(&self, body: Body) -> Option<Footprint> {
         match body {
             Body::Table => Some(self.scenario.table()?.footprint()),

@@ -1,4 +1,4 @@
-//! What happens by itself, each body at its instant.
+//! What happens by itself, each event at its instant.
 
 use super::WorldState;
 use crate::Micros;
