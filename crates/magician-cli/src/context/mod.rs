@@ -460,19 +460,19 @@ impl Context {
                 format!("--tool chooses the tool of a virtual arm, and {target} is not one");
             return Err(Failure::usage(message).hint(hint));
         }
-        let arm = match (target, self.stage.take()) {
-            (Target::Sim(_), Some(stage)) => {
+        let arm = match (target, self.stage.take(), tool) {
+            (Target::Sim(_), Some(stage), tool) => {
                 let stage = match tool {
                     Some(tool) => stage.tool(tool),
                     None => stage,
                 };
                 Arm::simulated(stage, options).await?
             }
-            (Target::Sim(speed), None) if let Some(tool) = tool => {
+            (Target::Sim(speed), None, Some(tool)) => {
                 let arm = VirtualArm::new(Controller::default().with_tool(tool), speed);
                 Arm::simulated(arm, options).await?
             }
-            (target, _) => Arm::connect_with(&target, options).await?,
+            (target, _, _) => Arm::connect_with(&target, options).await?,
         };
         Ok(Connected { arm, port })
     }

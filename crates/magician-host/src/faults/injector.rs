@@ -170,7 +170,8 @@ impl Injector {
             self.load -= bytes.len();
             return Some(Passed::Bytes(bytes));
         }
-        let (_, passed) = self.under_way.pop_front_if(|(at, _)| *at <= now)?;
+        first.filter(|at| *at <= now)?;
+        let (_, passed) = self.under_way.pop_front()?;
         if let Passed::Bytes(bytes) = &passed {
             self.load -= bytes.len();
         }

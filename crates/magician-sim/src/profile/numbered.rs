@@ -24,8 +24,11 @@ impl Identity {
 
 fn name(first: &str, number: u32) -> String {
     let end = format!(" #{number}");
-    let kept = first.floor_char_boundary(MAX_NAME - end.len());
-    first[..kept].to_owned() + &end
+    let mut kept = first.to_owned();
+    while kept.len() > MAX_NAME - end.len() {
+        kept.pop();
+    }
+    kept + &end
 }
 
 /// Counts with the digits at the end; where there are none, they are the number.
@@ -37,8 +40,9 @@ fn serial(first: &str, number: u32, further: u32) -> String {
         Err(_) => number.into(),
     };
     let counted = format!("{text}{count:0width$}", width = digits.len());
-    let surplus = counted.len().saturating_sub(MAX_SERIAL);
-    counted[counted.ceil_char_boundary(surplus)..].to_owned()
+    let mut ends = counted.char_indices().map(|(at, _)| &counted[at..]);
+    let fitting = ends.find(|end| end.len() <= MAX_SERIAL);
+    fitting.unwrap_or_default().to_owned()
 }
 
 #[cfg(test)]

@@ -127,11 +127,13 @@ impl Recorder {
 
 /// Why it did not come to its end.
 fn told(error: &JobError) -> Failure {
-    match &error.fault {
-        Fault::Arm(error) => Failure::from(&**error),
-        Fault::Refused { report, .. } if let Some(complaint) = report.complaints.first() => {
-            Failure::from(&complaint.error)
-        }
+    let complaint = match &error.fault {
+        Fault::Refused { report, .. } => report.complaints.first(),
+        _ => None,
+    };
+    match (&error.fault, complaint) {
+        (Fault::Arm(error), _) => Failure::from(&**error),
+        (_, Some(complaint)) => Failure::from(&complaint.error),
         _ => Failure::unexpected(error.to_string()),
     }
 }

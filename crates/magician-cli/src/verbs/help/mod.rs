@@ -33,20 +33,20 @@ impl Help {
         };
         let topic = TOPICS.iter().find(|topic| topic.name == first);
         let verb = description.find_subcommand_mut(first);
-        match (verb, second) {
-            (Some(_), Some(command)) => catalogue::explain(command, context),
-            (Some(verb), None) => {
+        match (verb, second, topic) {
+            (Some(_), Some(command), _) => catalogue::explain(command, context),
+            (Some(verb), None, _) => {
                 let mut help = verb.render_long_help();
                 if let Some(topic) = topic {
                     let _ = write!(help, "\n{}\n", topic.text);
                 }
                 context.show_styled(&help)
             }
-            (None, None) if let Some(topic) = topic => {
+            (None, None, Some(topic)) => {
                 let text = Text::from(topic.text.to_owned());
                 context.show(&text, |out| out.line(topic.text))
             }
-            (None, _) => catalogue::explain(first, context).map_err(|failure| {
+            (None, _, _) => catalogue::explain(first, context).map_err(|failure| {
                 let verbs = description.get_subcommands().map(clap::Command::get_name);
                 match verbs
                     .into_iter()

@@ -22,14 +22,18 @@ pub(super) fn failure(error: &OrderError) -> Failure {
 
 /// Why a program did not come to its end.
 fn program(error: &JobError) -> Failure {
-    match &error.fault {
-        Fault::Arm(error) => Failure::from(&**error),
-        Fault::Program(problem) => {
+    let refused = match &error.fault {
+        Fault::Refused { report, .. } => report.complaints.first().map(|first| (report, first)),
+        _ => None,
+    };
+    match (&error.fault, refused) {
+        (Fault::Arm(error), _) => Failure::from(&**error),
+        (Fault::Program(problem), _) => {
             let name = problem.name.as_ref();
             let name = name.map_or_else(String::new, |name| format!("{name}: "));
             Failure::invalid(format!("{name}{}", problem.message))
         }
-        Fault::Refused { report, .. } if let Some(complaint) = report.complaints.first() => {
+        (_, Some((report, complaint))) => {
             let name = complaint.name.clone();
             let name = name.unwrap_or_else(|| format!("step {}", report.number(complaint.step)));
             let message = format!("{name}: {}", complaint.error.message());
