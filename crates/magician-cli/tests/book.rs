@@ -240,6 +240,7 @@ macro_rules! pages {
 
 pages! {
     the_readme: "README.md",
+    readme_of_the_command: "crates/magician-cli/README.md",
     start: "docs/START.md",
     troubleshooting: "docs/TROUBLESHOOTING.md",
     draw: "docs/recipes/draw.md",

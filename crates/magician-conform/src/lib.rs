@@ -54,6 +54,7 @@
 //! A [`Target`] is an arm with a clock: [`SimTarget`] a virtual arm whose clock it steps, [`LineTarget`] an arm at the end of a line, for
 //! which the clock on the wall runs. [`Runner`] runs the cases on it.
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod expect;
 mod report;
@@ -68,3 +69,8 @@ pub use report::{Mismatch, Outcome, hex, in_words};
 pub use runner::Runner;
 pub use suite::{Begin, Case, Confidence, Suite, SuiteError};
 pub use target::{LineTarget, SimTarget, Target};
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

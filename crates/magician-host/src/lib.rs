@@ -9,6 +9,7 @@
 //! unless a name says otherwise. An erratum (E37) that is cited is in `docs/ERRATA.md` of the repository, a model section in
 //! `docs/MODEL.md`.
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod burning;
@@ -38,3 +39,8 @@ pub use magician_protocol::{
 };
 pub use picture::SettingsPicture;
 pub use remedy::{Act, Action, Given, Remedy, Setting, Voice};
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -44,6 +44,7 @@
 //!
 //! Errors and outcomes are data. No sentence in this crate tells a person what to type: each program has its own words.
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 #[cfg(feature = "files")]
 pub mod dirs;
@@ -74,3 +75,8 @@ pub use observed::{ObservedState, Speeds};
 pub use polled::Polled;
 pub use saved::{Access, SavedSettings, Settled};
 pub use spec::{JobSpec, Start};
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -17,6 +17,7 @@
 //! ```
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod angle;
@@ -69,3 +70,8 @@ pub use speeds::Speeds;
 pub use state::ArmState;
 pub use top_view::TopView;
 pub use trajectory::Trajectory;
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

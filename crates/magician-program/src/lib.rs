@@ -34,6 +34,7 @@
 //! Lengths are mm, angles degrees, times seconds. A [`Plan`]'s coordinates are the arm's; an [`Artwork`]'s are those of its
 //! sheet: x to the right, y up, from the lower left corner.
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod artwork;
@@ -77,7 +78,7 @@ pub use setup::{Frame, Placing, Position, Prepared, Setup, Work, tip};
 pub use surface::Surface;
 pub use trail::{Follow, Mark, Trail};
 
-/// Compiles and runs the programs of the recipe with the tests.
+/// Compiles the README's program with the tests.
 #[cfg(doctest)]
-#[doc = include_str!("../../../docs/recipes/rust.md")]
-struct Recipe;
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -90,3 +90,8 @@ pub use text::{Bytes, Text};
 pub use visible::{Visible, is_deceptive, visible, visible_lines};
 pub use wire::{EnumInfo, FieldType, Layout, NoArgs, Reader, Scalar, Variant, Wire, Writer};
 pub use wire::{Queueable, Readable, Writable};
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

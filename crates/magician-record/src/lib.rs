@@ -18,6 +18,7 @@
 //! that the simulator knows of no file format; and not in the driver, so that a page in a browser can record and replay
 //! without one.
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod csv;
@@ -31,3 +32,8 @@ pub mod replay;
 pub mod trace;
 
 pub use reading::{Reading, WriteReadings};
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

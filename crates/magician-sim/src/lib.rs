@@ -19,6 +19,7 @@
 //! assert_eq!(reply.bytes(), [0xAA, 0xAA, 0x02, 0x03, 0x01, 0xFC]);
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 mod controller;
@@ -58,3 +59,8 @@ pub use world::{ExternalEvent, World};
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.
 pub type Micros = u64;
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

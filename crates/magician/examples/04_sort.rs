@@ -17,7 +17,7 @@ use magician::sim::Scenario;
 use magician::{Options, Set, VirtualArm, blocking::Arm, words};
 
 /// The cell, as it is in the scenario.
-const CELL: &str = include_str!("../../magician-sim/scenarios/pick_and_sort.toml");
+const CELL: &str = Scenario::PICK_AND_SORT;
 const BUTTON: u8 = 15;
 const BELT: Stepper = Stepper::Stepper1;
 const AT_THE_BELT: Port = Port::Gp2;

@@ -31,6 +31,7 @@
 //! # }
 //! ```
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod arm;
 #[cfg(feature = "config")]
@@ -82,11 +83,6 @@ pub use transport::Tracer;
 pub use virtual_arm::VirtualArm;
 
 /// Compiles the README's program with the tests.
-#[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-struct Readme;
-
-/// Compiles the programs of the manual of scenarios with the tests.
 #[cfg(all(doctest, feature = "sim"))]
-#[doc = include_str!("../../../docs/SCENARIOS.md")]
-struct Scenarios;
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -82,6 +82,17 @@ impl Scenario {
     /// The JSON Schema of scenario files, for editors.
     pub const SCHEMA: &str = include_str!("../../scenarios/scenario.schema.json");
 
+    /// A cell to try programs in: a belt brings cubes, sensors tell when one is there and which colour it has.
+    ///
+    /// ```
+    /// use magician_sim::Scenario;
+    ///
+    /// let cell = Scenario::from_toml(Scenario::PICK_AND_SORT)?;
+    /// assert!(cell.conveyor().is_some());
+    /// # Ok::<(), magician_sim::ScenarioError>(())
+    /// ```
+    pub const PICK_AND_SORT: &str = include_str!("../../scenarios/pick_and_sort.toml");
+
     /// Reads a scenario.
     ///
     /// # Errors

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::Usb;
-use crate::ports::{Kind, sysfs};
+use crate::ports::{ADAPTERS, Kind, sysfs};
 
 /// An adapter of a kind that arms have, without a port.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -14,6 +14,12 @@ pub struct Adapter {
     pub chip: &'static str,
     /// The Linux module that makes a port of it.
     pub module: &'static str,
+}
+
+/// Vendor, product and chip of each adapter that arms have in them.
+pub fn of_arms() -> impl Iterator<Item = (u16, u16, &'static str)> {
+    let in_arms = ADAPTERS.iter().filter(|kind| kind.in_arms);
+    in_arms.map(|kind| (kind.vendor, kind.product, kind.chip))
 }
 
 /// The adapters that are plugged in and have no port. Linux only; none elsewhere.

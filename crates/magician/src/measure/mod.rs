@@ -4,7 +4,7 @@
 //! * What only reads, and is harmless on any arm: [`round_trips`], [`reads`], [`back_to_back`], [`listen`].
 //! * What uses the queue: [`queue_trial`] with commands that do nothing; [`streamed`] and [`stops`] with a path that
 //!   the arm really draws ([`Ring`]).
-//! * What needs no arm: [`added_latency`], [`unbound_adapters`].
+//! * What needs no arm: [`added_latency`], [`unbound_adapters`], [`of_arms`], [`udev_rules`].
 //!
 //! Nothing here decides whether a figure is good.
 
@@ -25,7 +25,8 @@ mod tap;
 mod tests;
 mod trial;
 
-pub use adapters::{Adapter, unbound_adapters};
+pub use crate::ports::udev_rules;
+pub use adapters::{Adapter, of_arms, unbound_adapters};
 #[cfg(unix)]
 pub use added::{Added, added_latency};
 pub use cpu::processor_time;

@@ -19,8 +19,6 @@ use super::draw;
 use crate::terminal::test::{self, Example, shows};
 use crate::terminal::{Help, Theme};
 
-const SORTING: &str = include_str!("../../../../../../magician-sim/scenarios/pick_and_sort.toml");
-
 /// Shows an arm in the world of a scenario.
 fn app(controller: &Controller) -> App {
     let scenario = controller.world().scenario().cloned().unwrap_or_default();
@@ -38,7 +36,7 @@ fn app(controller: &Controller) -> App {
 }
 
 fn sorting() -> Controller {
-    let scenario = Scenario::from_toml(SORTING).unwrap();
+    let scenario = Scenario::from_toml(Scenario::PICK_AND_SORT).unwrap();
     Controller::in_world(Profile::default(), World::from_scenario(&scenario))
 }
 
