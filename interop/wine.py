@@ -1,4 +1,7 @@
-"""A Windows of its own: Wine, with what it lacks stood in for."""
+"""A Windows of its own: Wine, with what it lacks stood in for.
+
+`interop/wine.py PROGRAM ARGUMENT...` runs one program there.
+"""
 
 import os
 import pathlib
@@ -70,3 +73,21 @@ def run(command, environment=None):
     """Status, stdout, stderr."""
     done = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, capture_output=True, timeout=TIME_LIMIT)
     return done.returncode, done.stdout.decode(), done.stderr.decode()
+
+
+def main():
+    """Run a program; its output and its status are passed on."""
+    windows = Windows()
+    program = windows.bring(sys.argv[1], pathlib.Path(sys.argv[1]).name)
+    windows.start()
+    try:
+        status, out, err = windows.run(program, *sys.argv[2:])
+    finally:
+        windows.stop()
+    sys.stdout.write(out)
+    sys.stderr.write(err)
+    sys.exit(status)
+
+
+if __name__ == "__main__":
+    main()

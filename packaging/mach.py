@@ -1,9 +1,17 @@
-"""What can be said of a library for macOS without a Mac: what it needs, and whether its signature fits."""
+"""What can be said of a program or library for macOS without a Mac: what it needs, and whether its signature fits.
+
+`packaging/mach.py FILE` prints it as JSON.
+"""
 
 import hashlib
+import json
+import pathlib
 import struct
+import sys
 
 MAGIC = 0xFEEDFACF
+PROCESSORS = {0x01000007: "x86_64", 0x0100000C: "aarch64"}
+VERSION_MIN_MACOSX, RPATH, BUILD_VERSION = 0x24, 0x8000001C, 0x32
 LOAD_DYLIB, LOAD_WEAK_DYLIB, REEXPORT_DYLIB, CODE_SIGNATURE = 0xC, 0x80000018, 0x8000001F, 0x1D
 SUPERBLOB, CODE_DIRECTORY = 0xFADE0CC0, 0xFADE0C02
 SHA256 = 2
@@ -21,12 +29,35 @@ def _commands(data):
         at += size
 
 
-def libraries(data):
-    """The libraries that it needs."""
+def _names(data, *kinds):
     for kind, command in _commands(data):
-        if kind in (LOAD_DYLIB, LOAD_WEAK_DYLIB, REEXPORT_DYLIB):
+        if kind in kinds:
             (start,) = struct.unpack_from("<I", command, 8)
             yield command[start:].rstrip(b"\0").decode()
+
+
+def libraries(data):
+    """The libraries that it needs."""
+    return _names(data, LOAD_DYLIB, LOAD_WEAK_DYLIB, REEXPORT_DYLIB)
+
+
+def paths(data):
+    """Where it looks for libraries besides where the system does."""
+    return _names(data, RPATH)
+
+
+def processor(data):
+    """What it is for, in Rust's words."""
+    return PROCESSORS.get(struct.unpack_from("<I", data, 4)[0])
+
+
+def oldest(data):
+    """The oldest macOS that it says it runs on."""
+    for kind, command in _commands(data):
+        if kind in (BUILD_VERSION, VERSION_MIN_MACOSX):
+            (version,) = struct.unpack_from("<I", command, 12 if kind == BUILD_VERSION else 8)
+            return f"{version >> 16}.{version >> 8 & 0xFF}"
+    return None
 
 
 def signature(data):
@@ -60,3 +91,9 @@ def _pages(data, directory):
         if hashlib.sha256(part).digest() != had:
             return f"page {number} of {pages} was changed after it was signed"
     return ""
+
+
+if __name__ == "__main__":
+    content = pathlib.Path(sys.argv[1]).read_bytes()
+    print(json.dumps({"processor": processor(content), "oldest": oldest(content), "libraries": list(libraries(content)),
+                      "paths": list(paths(content)), "signature": signature(content)}))

@@ -42,7 +42,10 @@ Usage: cargo xtask CHORE
   licences [--check | PACKAGE [--features LIST] [--target TRIPLE]]
              write whose work is in the Python wheel: crates/magician-py/THIRD-PARTY-LICENSES.txt; see whether it is right;
              print the same of another package
-  dist       build the release archive: target/archive/*.tar.gz
+  dist [--only TARGET].. [--skip TARGET].. [--profile NAME]
+             make a release and try it: archives for five systems, Debian packages, what Homebrew and winget are told: target/archive
+  publish [--dry-run]
+             put the crates on the registry, if they say where their sources are
   bench [WHAT...] [--json]
              measure what the virtual arm costs
   soak [NAME [--cases N] [--seed S]] [--json]
@@ -64,7 +67,8 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "vendor-headers" => library::headers::write(&root),
         Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
         Some((chore, rest)) if chore == "licences" => dist::licences(rest, &root),
-        Some((chore, [])) if chore == "dist" => dist::write(&root),
+        Some((chore, rest)) if chore == "dist" => dist::run_release(rest, &root),
+        Some((chore, rest)) if chore == "publish" => dist::publish(rest, &root),
         Some((chore, rest)) if chore == "vendor-functions" => exports::run(rest, &docs),
         Some((chore, rest)) if chore == "bench" => bench::run(rest, &docs),
         Some((chore, rest)) if chore == "soak" => soak::run(rest),

@@ -12,8 +12,11 @@ pub(crate) struct Metadata {
     pub(crate) target_directory: PathBuf,
     /// The triple of this machine.
     pub(crate) host: String,
-    /// That of the command.
+    /// That of the command, and so the next three.
     pub(crate) version: String,
+    pub(super) repository: String,
+    pub(super) description: String,
+    pub(super) licence: String,
 }
 
 impl Metadata {
@@ -30,12 +33,24 @@ impl Metadata {
         let metadata: Value = serde_json::from_slice(&metadata)?;
         let folder = metadata["target_directory"].as_str();
         let command = (metadata["packages"].as_array().into_iter().flatten())
-            .find(|package| package["name"] == "magician-cli");
-        let version = command.and_then(|package| package["version"].as_str());
+            .find(|package| package["name"] == "magician-cli")
+            .ok_or("there is no magician-cli")?;
+        let word = |key: &str| match command[key].as_str() {
+            Some(word) => Ok(word.to_owned()),
+            None => Err(format!("magician-cli has no {key}")),
+        };
         Ok(Self {
             target_directory: folder.ok_or("cargo tells no target directory")?.into(),
             host: host.ok_or("rustc does not tell its host")?.to_owned(),
-            version: version.ok_or("there is no magician-cli")?.to_owned(),
+            version: word("version")?,
+            repository: word("repository")?,
+            description: word("description")?,
+            licence: word("license")?,
         })
+    }
+
+    /// Whether nobody has said yet where this workspace is published: the name is one that no server has.
+    pub(crate) fn unpublished(&self) -> bool {
+        self.repository.contains(".invalid/")
     }
 }

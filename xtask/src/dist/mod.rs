@@ -1,120 +1,170 @@
-//! A release archive: the command with its completions, manual pages, udev rule and licences, and the drop-in for the
-//! vendor's C library.
+//! What a release is: for five systems an archive with the command, its completions, manual pages and licences, and the drop-in for the
+//! vendor's C library; Debian packages; what Homebrew and winget are told. Each is tried as far as this machine can.
 
+mod archive;
+mod debian;
 mod licences;
+mod manifests;
 mod metadata;
+mod publish;
+mod system;
+mod tried;
+mod wish;
 
 use std::error::Error;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
+use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use flate2::Compression;
-use flate2::write::GzEncoder;
+use sha2::{Digest, Sha256};
 
-use crate::library;
+use manifests::Made;
+use system::{Family, System};
+use wish::Wish;
 
 pub(crate) use licences::{Build, page as licences_of, run as licences};
 pub(crate) use metadata::Metadata;
+pub(crate) use publish::publish;
+pub(crate) use system::{Builder, System as ReleaseSystem};
 
 /// Cargo's profile of what is shipped; its folder in `target` has the same name.
 pub(crate) const PROFILE: &str = "dist";
 
-/// Shells that completions are made for, with the name of the file that each looks for.
-const SHELLS: [(&str, &str); 5] = [
-    ("bash", "magician.bash"),
-    ("zsh", "_magician"),
-    ("fish", "magician.fish"),
-    ("elvish", "magician.elv"),
-    ("powershell", "_magician.ps1"),
-];
-
-/// Builds the command and writes `target/archive/magician-VERSION-TRIPLE.tar.gz`, and its checksum beside it.
-pub(crate) fn write(root: &Path) -> Result<(), Box<dyn Error>> {
-    let cargo = cargo();
-    run(Command::new(&cargo).current_dir(root).args([
-        "build",
-        "--locked",
-        "--profile",
-        PROFILE,
-        "--package",
-        "magician-cli",
-    ]))?;
-    let metadata = Metadata::read(&cargo, root)?;
-    let magician = (metadata.target_directory.join(PROFILE))
-        .join(format!("magician{}", std::env::consts::EXE_SUFFIX));
-    let name = format!("magician-{}-{}", metadata.version, metadata.host);
-    let archives = metadata.target_directory.join("archive");
-    let folder = archives.join(&name);
-    if folder.exists() {
-        fs::remove_dir_all(&folder)?;
-    }
-    for part in ["bin", "completions", "man", "udev", "licenses"] {
-        fs::create_dir_all(folder.join(part))?;
-    }
-    let file_name = magician.file_name().unwrap_or(OsStr::new("magician"));
-    fs::copy(&magician, folder.join("bin").join(file_name))?;
-    for (shell, file) in SHELLS {
-        let told = output(Command::new(&magician).args(["completions", shell]))?;
-        fs::write(folder.join("completions").join(file), told)?;
-    }
-    output(Command::new(&magician).arg("man").arg(folder.join("man")))?;
-    let rules = "70-magician.rules";
-    fs::copy(
-        root.join("packaging").join(rules),
-        folder.join("udev").join(rules),
-    )?;
-    fs::copy(root.join("packaging/README.txt"), folder.join("README.txt"))?;
-    for file in ["LICENSE-MIT", "LICENSE-APACHE", "CHANGELOG.md"] {
-        let room = if file.starts_with("LICENSE") {
-            "licenses"
-        } else {
-            ""
-        };
-        fs::copy(root.join(file), folder.join(room).join(file))?;
-    }
-    fs::write(
-        folder.join("licenses/THIRD-PARTY.txt"),
-        licences_of(&Build {
-            title: "the magician command",
-            manifest: root.join("Cargo.toml"),
-            packages: vec!["magician-cli".to_owned()],
-            features: Vec::new(),
-            target: Some(metadata.host),
-        })?,
-    )?;
-    library::stage(root, None, Some(&folder.join("dobotdll")))?;
-    let archive = pack(&archives, &name)?;
-    println!("{}", archive.display());
-    Ok(())
+/// A line of the table at the end: a file that was made, or why there is none.
+struct Row {
+    name: String,
+    /// Size in bytes, SHA-256 in hex, and how the file was tried.
+    made: Result<(u64, String, String), String>,
 }
 
-/// Packs a folder, the same bytes for the same files.
-fn pack(archives: &Path, name: &str) -> Result<PathBuf, Box<dyn Error>> {
-    let archive = archives.join(format!("{name}.tar.gz"));
-    let mut builder = tar::Builder::new(GzEncoder::new(
-        fs::File::create(&archive)?,
-        Compression::best(),
-    ));
-    builder.mode(tar::HeaderMode::Deterministic);
-    builder.follow_symlinks(false);
-    let mut folders = vec![PathBuf::from(name)];
-    while let Some(folder) = folders.pop() {
-        let mut entries: Vec<_> =
-            fs::read_dir(archives.join(&folder))?.collect::<Result<Vec<_>, _>>()?;
-        entries.sort_by_key(fs::DirEntry::file_name);
-        for entry in entries {
-            let path = folder.join(entry.file_name());
-            if entry.file_type()?.is_dir() {
-                folders.push(path);
-            } else {
-                builder.append_path_with_name(entry.path(), &path)?;
-            }
-        }
+/// `dist [--only TRIPLE].. [--skip TRIPLE].. [--profile NAME]`: makes a release in `target/archive`, and prints a table of what was made
+/// and how it was tried.
+///
+/// # Errors
+/// When something of what was asked for could not be made or tried.
+pub(crate) fn run_release(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
+    let wish = Wish::read(words)?;
+    let builder = Builder::new(&root.canonicalize()?, &wish.profile)?;
+    let archives = builder.metadata.target_directory.join("archive");
+    if archives.exists() {
+        fs::remove_dir_all(&archives)?;
     }
-    builder.into_inner()?.finish()?;
-    Ok(archive)
+    fs::create_dir_all(&archives)?;
+    let speaker = speaker(&builder, &wish)?;
+    let (mut rows, mut made) = (Vec::new(), Vec::new());
+    for system in &wish.systems {
+        eprintln!("--- {}", system.triple);
+        release_of(&builder, system, &speaker, &archives, &mut rows, &mut made);
+    }
+    for name in manifests::write(&builder.metadata, &made, &archives)? {
+        let tried = "names the archives above".to_owned();
+        rows.push(row(&name, file(&archives.join(&name), tried)));
+    }
+    print!("{}", table(&rows));
+    let sums = rows.iter().filter_map(|row| match &row.made {
+        Ok((_, sum, _)) => Some(format!("{sum}  {}\n", row.name)),
+        Err(_) => None,
+    });
+    fs::write(archives.join("SHA256SUMS"), sums.collect::<String>())?;
+    println!("in {}", archives.display());
+    if builder.metadata.unpublished() {
+        println!(
+            "!!! repository in Cargo.toml is not filled in: nothing can be fetched from where the formula and the manifests of winget say"
+        );
+    }
+    match rows.iter().filter(|row| row.made.is_err()).count() {
+        0 => Ok(()),
+        failed => Err(format!(
+            "{failed} of {} could not be made; see the table",
+            rows.len()
+        )
+        .into()),
+    }
+}
+
+/// A command that runs here, to tell its completions and manual pages.
+fn speaker(builder: &Builder, wish: &Wish) -> Result<PathBuf, Box<dyn Error>> {
+    let host = System::named(&builder.metadata.host);
+    let wanted = host.filter(|host| wish.systems.contains(host) && builder.lacks(host).is_none());
+    let built = match wanted {
+        Some(host) => builder.release(&host, &["magician-cli"])?,
+        None => builder.plain(None, &["magician-cli"])?,
+    };
+    Ok(built.join(format!("magician{}", std::env::consts::EXE_SUFFIX)))
+}
+
+/// The archive of a system, and its Debian package, each with its line of the table.
+fn release_of(
+    builder: &Builder,
+    system: &System,
+    speaker: &Path,
+    archives: &Path,
+    rows: &mut Vec<Row>,
+    made: &mut Vec<Made>,
+) {
+    let name = system.archive(&builder.metadata.version);
+    let room = archives.join("try");
+    let archive = || -> Result<_, Box<dyn Error>> {
+        if let Some(lack) = builder.lacks(system) {
+            return Err(lack.into());
+        }
+        let archive = archive::write(builder, system, speaker, archives)?;
+        let how = tried::unpacked(builder, system, &archive, &room)?;
+        file(&archive, how)
+    };
+    let archive = row(&format!("{name}.{}", system.ending()), archive());
+    let sum = archive.made.as_ref().ok().map(|(_, sum, _)| sum.clone());
+    rows.push(archive);
+    let Some(sum) = sum else { return };
+    made.push((*system, sum));
+    if system.family == Family::Linux {
+        let package = || -> Result<_, Box<dyn Error>> {
+            let package = debian::write(builder, system, archives)?;
+            let how = debian::installed(&package, &room, |program| {
+                tried::started(builder, system, program)
+            })?;
+            file(&package, format!("installed, {how}, removed"))
+        };
+        rows.push(row(&debian::name(builder, system), package()));
+    }
+    let _ = fs::remove_dir_all(archives.join(name));
+}
+
+fn row(name: &str, made: Result<(u64, String, String), Box<dyn Error>>) -> Row {
+    Row {
+        name: name.to_owned(),
+        made: made.map_err(|error| error.to_string()),
+    }
+}
+
+/// What the table says of a file.
+fn file(path: &Path, tried: String) -> Result<(u64, String, String), Box<dyn Error>> {
+    let bytes = fs::read(path)?;
+    let sum = Sha256::digest(&bytes)
+        .iter()
+        .fold(String::new(), |mut hex, byte| {
+            let _ = write!(hex, "{byte:02x}");
+            hex
+        });
+    Ok((bytes.len() as u64, sum, tried))
+}
+
+fn table(rows: &[Row]) -> String {
+    let width = rows.iter().map(|row| row.name.len()).max().unwrap_or(0);
+    let mut text = String::new();
+    for Row { name, made } in rows {
+        let _ = match made {
+            Ok((size, sum, tried)) => writeln!(
+                text,
+                "{name:width$} {:7.2} MB  {sum}  {tried}",
+                *size as f64 / 1e6
+            ),
+            Err(why) => writeln!(text, "{name:width$} NOT MADE: {why}"),
+        };
+    }
+    text
 }
 
 /// The cargo that runs this.
@@ -123,7 +173,9 @@ pub(crate) fn cargo() -> OsString {
 }
 
 pub(crate) fn run(command: &mut Command) -> Result<(), Box<dyn Error>> {
-    let status = command.status()?;
+    let status = command
+        .status()
+        .map_err(|error| not_started(command, &error))?;
     status
         .success()
         .then_some(())
@@ -131,40 +183,35 @@ pub(crate) fn run(command: &mut Command) -> Result<(), Box<dyn Error>> {
 }
 
 pub(crate) fn output(command: &mut Command) -> Result<Vec<u8>, Box<dyn Error>> {
-    let told = command.output()?;
+    let told = command
+        .output()
+        .map_err(|error| not_started(command, &error))?;
     match told.status.success() {
         true => Ok(told.stdout),
         false => Err(format!("{command:?}: {}", String::from_utf8_lossy(&told.stderr)).into()),
     }
 }
 
+fn not_started(command: &Command, error: &std::io::Error) -> String {
+    format!("{}: {error}", command.get_program().display())
+}
+
 #[cfg(test)]
 mod tests {
-    use magician::{Port, Usb};
+    use super::*;
 
     #[test]
-    fn the_udev_rule_is_for_the_adapters_of_arms() {
-        let rules = include_str!("../../../packaging/70-magician.rules");
-        let id = |line: &str, key: &str| {
-            let (_, rest) = line.split_once(&format!("{key}}}==\""))?;
-            u16::from_str_radix(rest.get(..4)?, 16).ok()
-        };
-        let mut adapters = rules
-            .lines()
-            .filter_map(|line| Some((id(line, "idVendor")?, id(line, "idProduct")?)))
-            .peekable();
-        assert!(adapters.peek().is_some());
-        for (vendor, product) in adapters {
-            let usb = Some(Usb {
-                vendor,
-                product,
-                ..Usb::default()
-            });
-            let path = String::new();
-            assert!(
-                Port { path, usb }.likely_arm(),
-                "{vendor:04x}:{product:04x}"
-            );
-        }
+    fn the_table_says_of_each_file_how_large_it_is_and_of_each_that_lacks_why() {
+        let rows = [
+            row(
+                "a.tar.gz",
+                Ok((1_234_567, "00ff".to_owned(), "run".to_owned())),
+            ),
+            row("magician.zip", Err("no x86_64-w64-mingw32-gcc".into())),
+        ];
+        assert_eq!(
+            table(&rows),
+            "a.tar.gz        1.23 MB  00ff  run\nmagician.zip NOT MADE: no x86_64-w64-mingw32-gcc\n"
+        );
     }
 }

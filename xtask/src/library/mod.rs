@@ -7,7 +7,7 @@ mod stage;
 use std::error::Error;
 use std::path::Path;
 
-pub(crate) use stage::stage;
+pub(crate) use stage::{stage, stage_release};
 
 /// `vendor-library [--target TRIPLE] [DIR]`: builds the libraries and lays them out; `--imports TRIPLE DIR` makes nothing
 /// but the import libraries.

@@ -13,14 +13,14 @@
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use magician_capi::Family;
 
 use super::headers::HEADERS;
 use super::import;
-use crate::dist;
+use crate::dist::{self, Builder, ReleaseSystem};
 
+const PACKAGES: [&str; 3] = ["magician-capi-v1", "magician-capi-v2", "magician-capi-v3"];
 const FAMILIES: [(&str, Family); 3] = [("v1", Family::V1), ("v2", Family::V2), ("v3", Family::V3)];
 
 /// The script that puts the folder where it is wanted.
@@ -32,43 +32,47 @@ pub(crate) fn stage(
     target: Option<&str>,
     folder: Option<&Path>,
 ) -> Result<PathBuf, Box<dyn Error>> {
-    let cargo = dist::cargo();
-    let metadata = dist::Metadata::read(&cargo, root)?;
-    let mut build = Command::new(&cargo);
-    build
-        .current_dir(root)
-        .args(["build", "--locked", "--profile", dist::PROFILE]);
-    let packages = FAMILIES.map(|(family, _)| format!("magician-capi-{family}"));
-    build.args(packages.iter().flat_map(|name| ["--package", name]));
-    let mut built = metadata.target_directory.clone();
-    if let Some(target) = target {
-        build.args(["--target", target]);
-        built.push(target);
-    }
-    dist::run(&mut build)?;
-    built.push(dist::PROFILE);
-    let target = target.unwrap_or(&metadata.host);
+    let builder = Builder::new(root, dist::PROFILE)?;
+    let built = builder.plain(target, &PACKAGES)?;
+    let target = target.unwrap_or(&builder.metadata.host);
     let folder = folder.map_or_else(
         || {
-            metadata
-                .target_directory
-                .join("vendor-library")
-                .join(target)
+            let libraries = builder.metadata.target_directory.join("vendor-library");
+            libraries.join(target)
         },
         Path::to_path_buf,
     );
-    lay_out(root, &built, target, &metadata.version, &folder)?;
-    fs::write(
-        folder.join("share/dobotdll/licenses/THIRD-PARTY.txt"),
-        dist::licences_of(&dist::Build {
-            title: "the drop-in for the vendor's library DobotDll",
-            manifest: root.join("Cargo.toml"),
-            packages: packages.to_vec(),
-            features: Vec::new(),
-            target: Some(target.to_owned()),
-        })?,
-    )?;
+    finish(&builder, &built, target, &folder)?;
     Ok(folder)
+}
+
+/// Builds the libraries as a release has them, and lays everything out in a folder.
+pub(crate) fn stage_release(
+    builder: &Builder,
+    system: &ReleaseSystem,
+    folder: &Path,
+) -> Result<(), Box<dyn Error>> {
+    let built = builder.release(system, &PACKAGES)?;
+    finish(builder, &built, system.triple, folder)
+}
+
+fn finish(
+    builder: &Builder,
+    built: &Path,
+    target: &str,
+    folder: &Path,
+) -> Result<(), Box<dyn Error>> {
+    let root = &builder.root;
+    lay_out(root, built, target, &builder.metadata.version, folder)?;
+    let page = dist::licences_of(&dist::Build {
+        title: "the drop-in for the vendor's library DobotDll",
+        manifest: root.join("Cargo.toml"),
+        packages: PACKAGES.map(str::to_owned).into(),
+        features: Vec::new(),
+        target: Some(target.to_owned()),
+    })?;
+    fs::write(folder.join("share/dobotdll/licenses/THIRD-PARTY.txt"), page)?;
+    Ok(())
 }
 
 fn lay_out(

@@ -193,6 +193,8 @@ fn what_linkers_add_is_named() {
     let parts = |target| texts::of_the_compiler(target).len();
     assert_eq!(parts(Some("x86_64-pc-windows-gnu")), 2);
     assert_eq!(parts(Some("x86_64-pc-windows-msvc")), 1);
+    assert_eq!(parts(Some("aarch64-unknown-linux-gnu")), 2);
+    assert_eq!(parts(Some("aarch64-apple-darwin")), 2);
     assert_eq!(parts(None), 3);
 }
 

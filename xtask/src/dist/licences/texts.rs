@@ -151,9 +151,10 @@ pub(super) fn of_the_compiler(target: Option<&str>) -> Vec<Part> {
             texts: vec![include_str!("../texts/MinGW-w64.txt").to_owned()],
         });
     }
-    if target.is_none() {
+    let by_zig = |target: &str| target.contains("-linux-") || target.contains("-apple-");
+    if target.is_none_or(by_zig) {
         parts.push(Part {
-            name: "What zig adds as the linker of wheels for Linux, compiler_rt and LLVM's libunwind",
+            name: "What zig adds where it links for Linux and macOS, compiler_rt and LLVM's libunwind",
             licence: "MIT, and Apache-2.0 WITH LLVM-exception",
             home: "https://ziglang.org",
             texts: vec![

@@ -1,0 +1,177 @@
+//! A release archive: the command with its completions, manual pages and licences, and the drop-in for the vendor's C library.
+
+use std::error::Error;
+use std::fs::{self, File};
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use zip::write::SimpleFileOptions;
+
+use super::system::{Builder, Family, System};
+use super::{Build, licences_of, output};
+use crate::library;
+
+/// Shells that completions are made for, with the name of the file that each looks for.
+const SHELLS: [(&str, &str); 5] = [
+    ("bash", "magician.bash"),
+    ("zsh", "_magician"),
+    ("fish", "magician.fish"),
+    ("elvish", "magician.elv"),
+    ("powershell", "_magician.ps1"),
+];
+
+/// The rule that lets everybody at a Linux computer use an arm.
+pub(super) const RULES: &str = "70-magician.rules";
+
+/// Lays out what a system's archive holds, in a folder named like it, and packs it. What the command says of itself (completions, manual
+/// pages) is asked of `speaker`, which runs here.
+pub(super) fn write(
+    builder: &Builder,
+    system: &System,
+    speaker: &Path,
+    archives: &Path,
+) -> Result<PathBuf, Box<dyn Error>> {
+    let built = builder.release(system, &["magician-cli"])?;
+    let name = system.archive(&builder.metadata.version);
+    let folder = archives.join(&name);
+    if folder.exists() {
+        fs::remove_dir_all(&folder)?;
+    }
+    let room = |part: &str| {
+        let room = folder.join(part);
+        fs::create_dir_all(&room).map(|()| room)
+    };
+    fs::copy(
+        built.join(system.program()),
+        room("bin")?.join(system.program()),
+    )?;
+    let completions = room("completions")?;
+    for (shell, file) in SHELLS {
+        let told = output(Command::new(speaker).args(["completions", shell]))?;
+        fs::write(completions.join(file), told)?;
+    }
+    output(Command::new(speaker).arg("man").arg(room("man")?))?;
+    let packaging = builder.root.join("packaging");
+    if system.family == Family::Linux {
+        fs::copy(packaging.join(RULES), room("udev")?.join(RULES))?;
+    }
+    fs::copy(packaging.join("README.txt"), folder.join("README.txt"))?;
+    fs::copy(
+        builder.root.join("CHANGELOG.md"),
+        folder.join("CHANGELOG.md"),
+    )?;
+    let licences = room("licenses")?;
+    for file in ["LICENSE-MIT", "LICENSE-APACHE"] {
+        fs::copy(builder.root.join(file), licences.join(file))?;
+    }
+    fs::write(
+        licences.join("THIRD-PARTY.txt"),
+        licences_of(&Build {
+            title: "the magician command",
+            manifest: builder.root.join("Cargo.toml"),
+            packages: vec!["magician-cli".to_owned()],
+            features: Vec::new(),
+            target: Some(system.triple.to_owned()),
+        })?,
+    )?;
+    library::stage_release(builder, system, &folder.join("dobotdll"))?;
+    pack(archives, &name, system.ending())
+}
+
+/// Packs a folder, the same bytes for the same files.
+fn pack(archives: &Path, name: &str, ending: &str) -> Result<PathBuf, Box<dyn Error>> {
+    let archive = archives.join(format!("{name}.{ending}"));
+    let file = File::create(&archive)?;
+    match ending {
+        "zip" => zipped(archives, name, file)?,
+        _ => tarred(archives, name, file)?,
+    }
+    Ok(archive)
+}
+
+fn tarred(archives: &Path, name: &str, file: File) -> Result<(), Box<dyn Error>> {
+    let mut builder = tar::Builder::new(GzEncoder::new(file, Compression::best()));
+    builder.mode(tar::HeaderMode::Deterministic);
+    builder.follow_symlinks(false);
+    for path in files(archives, name)? {
+        builder.append_path_with_name(archives.join(&path), &path)?;
+    }
+    builder.into_inner()?.finish()?;
+    Ok(())
+}
+
+fn zipped(archives: &Path, name: &str, file: File) -> Result<(), Box<dyn Error>> {
+    let mut writer = zip::ZipWriter::new(file);
+    for path in files(archives, name)? {
+        let bytes = fs::read(archives.join(&path))?;
+        // Between the folders of a zip are slashes, on every system; a time it has, and it is the oldest that there is.
+        let inside: Vec<_> = path.iter().map(|part| part.to_string_lossy()).collect();
+        writer.start_file(inside.join("/"), SimpleFileOptions::default())?;
+        writer.write_all(&bytes)?;
+    }
+    writer.finish()?;
+    Ok(())
+}
+
+/// The files under a folder, in an order of their own; a link is one of them.
+pub(super) fn files(root: &Path, name: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let (mut all, mut folders) = (Vec::new(), vec![PathBuf::from(name)]);
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(root.join(&folder))? {
+            let entry = entry?;
+            let path = folder.join(entry.file_name());
+            match entry.file_type()?.is_dir() {
+                true => folders.push(path),
+                false => all.push(path),
+            }
+        }
+    }
+    all.sort();
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::pack;
+
+    fn folder() -> tempfile::TempDir {
+        let home = tempfile::tempdir().expect("a folder");
+        let inner = home.path().join("magician-1/bin");
+        fs::create_dir_all(&inner).expect("a folder in it");
+        fs::write(inner.join("magician.exe"), "MZ").expect("a file");
+        fs::write(home.path().join("magician-1/README.txt"), "read me").expect("a file");
+        home
+    }
+
+    #[test]
+    fn a_folder_packs_to_the_same_bytes_whenever_and_wherever() {
+        for ending in ["zip", "tar.gz"] {
+            let packed = [folder(), folder()].map(|home| {
+                let archive = pack(home.path(), "magician-1", ending).expect("packed");
+                fs::read(archive).expect("an archive")
+            });
+            assert_eq!(packed[0], packed[1], "{ending}");
+        }
+    }
+
+    #[test]
+    fn a_zip_has_its_files_under_one_folder_with_slashes() {
+        let home = folder();
+        let archive = pack(home.path(), "magician-1", "zip").expect("packed");
+        let file = fs::File::open(archive).expect("a file");
+        let mut archive = zip::ZipArchive::new(file).expect("an archive");
+        let names = (0..archive.len()).map(|at| {
+            let entry = archive.by_index(at).expect("an entry");
+            entry.name().expect("UTF-8").into_owned()
+        });
+        assert_eq!(
+            names.collect::<Vec<_>>(),
+            ["magician-1/README.txt", "magician-1/bin/magician.exe"]
+        );
+    }
+}

@@ -1,0 +1,64 @@
+//! The crates onto the registry, all of them and in their order, unless something about them is not ready.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use super::{Metadata, cargo, run};
+
+/// `publish [--dry-run]`: `cargo publish --workspace`.
+///
+/// # Errors
+/// While the workspace does not say where its sources are, or its changelog does not know the version. Changes that are not committed
+/// cargo itself refuses.
+pub(crate) fn publish(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
+    let mut publish = Command::new(cargo());
+    publish.current_dir(root);
+    publish.args(["publish", "--workspace", "--locked"]);
+    match words {
+        [] => {}
+        [word] if word == "--dry-run" => drop(publish.arg(word)),
+        _ => return Err("publish [--dry-run]".into()),
+    }
+    let metadata = Metadata::read(&cargo(), root)?;
+    let changelog = fs::read_to_string(root.join("CHANGELOG.md"))?;
+    match refused(&metadata, &changelog) {
+        Some(reason) => Err(format!("not published: {reason}").into()),
+        None => run(&mut publish),
+    }
+}
+
+/// Why nothing is published yet.
+fn refused(metadata: &Metadata, changelog: &str) -> Option<String> {
+    if metadata.unpublished() {
+        return Some("fill in `repository` under [workspace.package] in Cargo.toml".to_owned());
+    }
+    let heading = format!("## {}", metadata.version);
+    let known = changelog.lines().any(|line| {
+        line.strip_prefix(&heading)
+            .is_some_and(|rest| rest.is_empty() || rest.starts_with(' '))
+    });
+    (!known).then(|| format!("CHANGELOG.md has no heading `{heading}`"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::manifests::tests::metadata;
+    use super::refused;
+
+    #[test]
+    fn nothing_is_published_before_there_is_a_repository_and_a_chapter_of_the_changelog() {
+        let mut metadata = metadata();
+        assert_eq!(refused(&metadata, "## 1.2.3\n"), None);
+        assert_eq!(refused(&metadata, "## 1.2.3 (2030-01-01)\n"), None);
+        let reason = refused(&metadata, "## Unreleased\n## 1.2.30\n");
+        assert_eq!(
+            reason.as_deref(),
+            Some("CHANGELOG.md has no heading `## 1.2.3`")
+        );
+        metadata.repository = "https://example.invalid/owner/magician".to_owned();
+        let reason = refused(&metadata, "## 1.2.3\n").expect("a reason");
+        assert!(reason.contains("repository"), "{reason}");
+    }
+}

@@ -1,0 +1,255 @@
+//! The five systems that a release is for, and what links for them on one Linux machine.
+
+use std::error::Error;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::{Metadata, output, run};
+
+/// The oldest glibc that a command for Linux runs with: that of manylinux2014, as with the wheels.
+pub(super) const GLIBC: (u32, u32) = (2, 17);
+
+/// A system that a release has an archive for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct System {
+    pub(crate) triple: &'static str,
+    pub(super) family: Family,
+    /// Debian's word for its processor, where a `.deb` is made.
+    pub(super) debian: &'static str,
+    /// The compiler whose `libgcc_s` the program links with (Linux), or that links it (Windows).
+    compiler: &'static str,
+    /// The Debian package of that compiler.
+    compiler_package: &'static str,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Family {
+    Linux,
+    Windows,
+    /// With the oldest macOS that a program asks for.
+    MacOs(&'static str),
+}
+
+/// The systems of docs/PLATFORMS.md.
+pub(super) const SYSTEMS: [System; 5] = [
+    System {
+        triple: "x86_64-unknown-linux-gnu",
+        family: Family::Linux,
+        debian: "amd64",
+        compiler: "x86_64-linux-gnu-gcc",
+        compiler_package: "gcc-x86-64-linux-gnu",
+    },
+    System {
+        triple: "aarch64-unknown-linux-gnu",
+        family: Family::Linux,
+        debian: "arm64",
+        compiler: "aarch64-linux-gnu-gcc",
+        compiler_package: "gcc-aarch64-linux-gnu",
+    },
+    System {
+        triple: "x86_64-pc-windows-gnu",
+        family: Family::Windows,
+        debian: "",
+        compiler: "x86_64-w64-mingw32-gcc",
+        compiler_package: "gcc-mingw-w64-x86-64",
+    },
+    System {
+        triple: "aarch64-apple-darwin",
+        family: Family::MacOs("11.0"),
+        debian: "",
+        compiler: "",
+        compiler_package: "",
+    },
+    System {
+        triple: "x86_64-apple-darwin",
+        family: Family::MacOs("10.12"),
+        debian: "",
+        compiler: "",
+        compiler_package: "",
+    },
+];
+
+impl System {
+    pub(super) fn named(triple: &str) -> Option<Self> {
+        SYSTEMS.into_iter().find(|system| system.triple == triple)
+    }
+
+    /// What the command is called there.
+    pub(super) fn program(&self) -> &'static str {
+        match self.family {
+            Family::Windows => "magician.exe",
+            _ => "magician",
+        }
+    }
+
+    /// What its archive is called, without the ending, and the folder in it.
+    pub(super) fn archive(&self, version: &str) -> String {
+        format!("magician-{version}-{}", self.triple)
+    }
+
+    /// Windows unpacks zip without a tool, and winget takes nothing else.
+    pub(super) fn ending(&self) -> &'static str {
+        match self.family {
+            Family::Windows => "zip",
+            _ => "tar.gz",
+        }
+    }
+}
+
+/// What builds packages of this workspace: for this machine, or for a [`System`].
+pub(crate) struct Builder {
+    pub(crate) root: PathBuf,
+    pub(crate) metadata: Metadata,
+    /// Cargo's profile.
+    pub(crate) profile: String,
+}
+
+impl Builder {
+    pub(crate) fn new(root: &Path, profile: &str) -> Result<Self, Box<dyn Error>> {
+        Ok(Self {
+            root: root.to_owned(),
+            metadata: Metadata::read(&super::cargo(), root)?,
+            profile: profile.to_owned(),
+        })
+    }
+
+    /// Builds packages with cargo alone, for a target or this machine; the folder of what was built.
+    pub(crate) fn plain(
+        &self,
+        target: Option<&str>,
+        packages: &[&str],
+    ) -> Result<PathBuf, Box<dyn Error>> {
+        let mut build = Command::new(super::cargo());
+        self.finish(build.arg("build"), target, target, packages)
+    }
+
+    /// Builds packages for a system of a release; the folder of what was built.
+    pub(crate) fn release(
+        &self,
+        system: &System,
+        packages: &[&str],
+    ) -> Result<PathBuf, Box<dyn Error>> {
+        let mut flags = self.anonymous()?;
+        let mut build = match system.family {
+            Family::Windows => {
+                let mut cargo = Command::new(super::cargo());
+                cargo.arg("build");
+                cargo
+            }
+            Family::Linux | Family::MacOs(_) => self.zigbuild()?,
+        };
+        let mut target = system.triple.to_owned();
+        match system.family {
+            Family::Windows => {}
+            Family::Linux => {
+                target += &format!(".{}.{}", GLIBC.0, GLIBC.1);
+                flags += &format!("\x1f-Clink-arg={}", self.unwinder(system)?);
+            }
+            Family::MacOs(oldest) => drop(build.env("MACOSX_DEPLOYMENT_TARGET", oldest)),
+        }
+        build.env("CARGO_ENCODED_RUSTFLAGS", flags);
+        self.finish(&mut build, Some(&target), Some(system.triple), packages)
+    }
+
+    fn finish(
+        &self,
+        build: &mut Command,
+        target: Option<&str>,
+        folder: Option<&str>,
+        packages: &[&str],
+    ) -> Result<PathBuf, Box<dyn Error>> {
+        build.current_dir(&self.root);
+        build.args(["--locked", "--profile", &self.profile]);
+        build.args(packages.iter().flat_map(|name| ["--package", name]));
+        build.args(target.iter().flat_map(|target| ["--target", target]));
+        run(build)?;
+        let mut built = self.metadata.target_directory.clone();
+        built.extend(folder);
+        // Cargo's profile `dev` keeps to the name that it once had.
+        built.push(match self.profile.as_str() {
+            "dev" => "debug",
+            profile => profile,
+        });
+        Ok(built)
+    }
+
+    /// Leaves out where this machine keeps things: it stands in messages of a panic.
+    fn anonymous(&self) -> Result<String, Box<dyn Error>> {
+        let places = self.places()?;
+        let hidden = places.into_iter().zip(["magician", "cargo", "rust"]);
+        let hidden =
+            hidden.map(|(place, name)| format!("--remap-path-prefix={}={name}", place.display()));
+        Ok(hidden.collect::<Vec<_>>().join("\x1f"))
+    }
+
+    /// Where this machine keeps the sources, those of others, and the compiler.
+    pub(super) fn places(&self) -> Result<[PathBuf; 3], Box<dyn Error>> {
+        let told = output(Command::new("rustc").args(["--print", "sysroot"]))?;
+        let home = || std::env::home_dir().unwrap_or_default().join(".cargo");
+        let cargo = std::env::var_os("CARGO_HOME").map_or_else(home, PathBuf::from);
+        let rust = PathBuf::from(String::from_utf8(told)?.trim());
+        Ok([self.root.canonicalize()?, cargo, rust])
+    }
+
+    /// The system's own unwinder, as what gcc links has: zig brings one of its own, and where the C library unwinds a thread that is in
+    /// a call of ours, both have to be of one kind. `packaging/wheels` says more.
+    fn unwinder(&self, system: &System) -> Result<String, Box<dyn Error>> {
+        let mut asked = Command::new(system.compiler);
+        let told = output(asked.arg("-print-file-name=libgcc_s.so.1"))?;
+        let library = String::from_utf8(told)?.trim().to_owned();
+        match Path::new(&library).is_absolute() {
+            true => Ok(library),
+            false => Err(format!("{} has no libgcc_s.so.1", system.compiler).into()),
+        }
+    }
+
+    /// cargo-zigbuild, from the Python packages of `packaging/dist.txt`, which are installed once.
+    fn zigbuild(&self) -> Result<Command, Box<dyn Error>> {
+        let pins = std::fs::read_to_string(self.root.join("packaging/dist.txt"))?;
+        let home = self.metadata.target_directory.join("dist-tools");
+        let stamp = home.join("made-of");
+        if std::fs::read_to_string(&stamp).ok().as_ref() != Some(&pins) {
+            let _ = std::fs::remove_dir_all(&home);
+            run(Command::new("python3").args(["-m", "venv"]).arg(&home))?;
+            let mut pip = Command::new(home.join("bin/python"));
+            pip.args(["-m", "pip", "install", "--quiet", "--no-deps"]);
+            pip.args(["--disable-pip-version-check", "--retries", "5", "-r"]);
+            run(pip.arg(self.root.join("packaging/dist.txt")))?;
+            std::fs::write(stamp, pins)?;
+        }
+        let mut path = OsString::from(home.join("bin"));
+        path.push(":");
+        path.push(std::env::var_os("PATH").unwrap_or_default());
+        let mut build = Command::new(home.join("bin/cargo-zigbuild"));
+        build.arg("zigbuild").env("PATH", path);
+        Ok(build)
+    }
+
+    /// What this machine lacks to build for a system, as a person would be told.
+    pub(super) fn lacks(&self, system: &System) -> Option<String> {
+        if !cfg!(target_os = "linux") {
+            return Some("releases are made on Linux".to_owned());
+        }
+        let needed = [
+            (system.compiler, system.compiler_package),
+            ("python3", "python3-venv"),
+        ];
+        for (program, package) in needed {
+            if !program.is_empty() && !is_there(program) {
+                return Some(format!("no {program}: install {package}"));
+            }
+        }
+        let mut add = Command::new("rustup");
+        let added = output(add.args(["target", "add", system.triple]));
+        added
+            .err()
+            .map(|error| format!("no standard library: {error}"))
+    }
+}
+
+/// Whether a program is on the path.
+pub(super) fn is_there(program: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}

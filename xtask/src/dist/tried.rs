@@ -1,0 +1,225 @@
+//! What can be said of a program for another system on this machine: that it runs, under Wine or an emulated processor if need be, or for
+//! macOS, which nothing here runs, what its load commands say.
+
+use std::error::Error;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+use super::archive::files;
+use super::output;
+use super::system::{Builder, Family, GLIBC, System, is_there};
+
+/// The drawing that a program is tried with.
+const DRAWING: &str = "crates/magician-program/samples/rabbit.svg";
+
+/// What every macOS has.
+const OF_MACOS: [&str; 3] = [
+    "/usr/lib/libSystem.B.dylib",
+    "/usr/lib/libiconv.2.dylib",
+    "/usr/lib/libcharset.1.dylib",
+];
+
+/// Tries what was unpacked of a system's archive: how.
+pub(super) fn unpacked(
+    builder: &Builder,
+    system: &System,
+    archive: &Path,
+    room: &Path,
+) -> Result<String, Box<dyn Error>> {
+    if room.exists() {
+        fs::remove_dir_all(room)?;
+    }
+    fs::create_dir_all(room)?;
+    let mut unpack = match system.ending() {
+        "zip" => Command::new("python3"),
+        _ => Command::new("tar"),
+    };
+    match system.ending() {
+        "zip" => unpack.args(["-m", "zipfile", "-e"]).arg(archive).arg(room),
+        _ => unpack.arg("-xzf").arg(archive).arg("-C").arg(room),
+    };
+    output(&mut unpack)?;
+    let name = system.archive(&builder.metadata.version);
+    let folder = room.join(&name);
+    let binaries = binaries(room, &name)?;
+    for file in &binaries {
+        clean(builder, system, file)?;
+    }
+    let program = folder.join("bin").join(system.program());
+    let how = match system.family {
+        Family::MacOs(oldest) => {
+            for file in &binaries {
+                mach(builder, system, file, oldest)?;
+            }
+            format!("not run; load commands: macOS {oldest}, its own libraries only, signed")
+        }
+        _ if system.triple == builder.metadata.host => {
+            drop_in(builder, &folder)?;
+            started(builder, system, &program)? + ", a program for the vendor's library"
+        }
+        _ => started(builder, system, &program)?,
+    };
+    fs::remove_dir_all(room)?;
+    Ok(how)
+}
+
+/// Starts a program: its version, and a drawing on the virtual arm.
+pub(super) fn started(
+    builder: &Builder,
+    system: &System,
+    program: &Path,
+) -> Result<String, Box<dyn Error>> {
+    let (how, runner) = runner(builder, system)?;
+    let start = |words: &[&str]| -> Result<String, Box<dyn Error>> {
+        let mut command = match runner.split_first() {
+            Some((first, rest)) => {
+                let mut command = Command::new(first);
+                command.args(rest).arg(program);
+                command
+            }
+            None => Command::new(program),
+        };
+        Ok(String::from_utf8(output(command.args(words))?)?)
+    };
+    let version = start(&["--version"])?;
+    if version.trim() != format!("magician {}", builder.metadata.version) {
+        return Err(format!("{}: --version says {version}", program.display()).into());
+    }
+    let drawing = builder.root.join(DRAWING);
+    start(&["run", &drawing.display().to_string(), "--port", "sim"])?;
+    Ok(format!("{how}: --version, run rabbit.svg --port sim"))
+}
+
+/// Has a program that was written for the vendor's library load the one in an archive.
+fn drop_in(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let mut program = Command::new("python3");
+    program.env("PYTHONPATH", folder.join("dobotdll/lib/dobotdll/v1"));
+    program.env("MAGICIAN_PORT", "sim").arg("-B");
+    let sample = "crates/magician-capi/samples/pick_and_place.py";
+    output(program.arg(builder.root.join(sample))).map(drop)
+}
+
+/// What runs a program for a system, and what that is called.
+fn runner(
+    builder: &Builder,
+    system: &System,
+) -> Result<(&'static str, Vec<String>), Box<dyn Error>> {
+    if system.triple == builder.metadata.host {
+        return Ok(("run", Vec::new()));
+    }
+    match system.family {
+        Family::Windows => {
+            let script = builder.root.join("interop/wine.py");
+            let words = ["python3", "-B", &script.display().to_string()];
+            Ok(("Wine", words.map(str::to_owned).into()))
+        }
+        _ => {
+            let processor = system.triple.split('-').next().unwrap_or_default();
+            let emulator = format!("qemu-{processor}-static");
+            if !is_there(&emulator) {
+                return Err(format!("no {emulator}: install qemu-user-static").into());
+            }
+            let root = format!("/usr/{processor}-linux-gnu");
+            Ok(("qemu-user", vec![emulator, "-L".to_owned(), root]))
+        }
+    }
+}
+
+/// The programs and libraries that an archive holds.
+fn binaries(room: &Path, name: &str) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let all = files(room, name)?;
+    let binary = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let file = fs::symlink_metadata(path).is_ok_and(|file| file.is_file());
+        file && (name.contains(".so.") || name.ends_with(".dylib") || name.ends_with(".dll"))
+            || path.parent().is_some_and(|parent| parent.ends_with("bin"))
+    };
+    let all = all.into_iter().map(|path| room.join(path));
+    Ok(all.filter(binary).collect())
+}
+
+/// No path of this machine is in a file, and a file for Linux asks for no newer C library than is said.
+fn clean(builder: &Builder, system: &System, file: &Path) -> Result<(), Box<dyn Error>> {
+    let bytes = fs::read(file)?;
+    for place in builder.places()? {
+        let place = place.display().to_string();
+        if find(&bytes, place.as_bytes()).next().is_some() {
+            return Err(format!("{}: has {place} in it", file.display()).into());
+        }
+    }
+    if system.family == Family::Linux
+        && let Some(newest) = newest_glibc(&bytes)
+        && newest > GLIBC
+    {
+        return Err(format!("{}: needs glibc {newest:?}", file.display()).into());
+    }
+    Ok(())
+}
+
+fn find<'a>(bytes: &'a [u8], words: &'a [u8]) -> impl Iterator<Item = usize> + 'a {
+    let places = bytes.windows(words.len()).enumerate();
+    places.filter_map(move |(at, part)| (part == words).then_some(at))
+}
+
+/// The newest of the versions of glibc's symbols that stand in a file.
+fn newest_glibc(bytes: &[u8]) -> Option<(u32, u32)> {
+    const HEAD: &[u8] = b"GLIBC_";
+    let versions = find(bytes, HEAD).filter_map(|at| {
+        let rest = bytes.get(at + HEAD.len()..)?;
+        let end = rest
+            .iter()
+            .position(|byte| !byte.is_ascii_digit() && *byte != b'.')?;
+        let mut numbers = str::from_utf8(rest.get(..end)?).ok()?.split('.');
+        Some((numbers.next()?.parse().ok()?, numbers.next()?.parse().ok()?))
+    });
+    versions.max()
+}
+
+/// What a file for macOS says in its load commands: no library but the system's, no path to look for others, and the oldest macOS.
+fn mach(
+    builder: &Builder,
+    system: &System,
+    file: &Path,
+    oldest: &str,
+) -> Result<(), Box<dyn Error>> {
+    let mut look = Command::new("python3");
+    look.arg("-B").arg(builder.root.join("packaging/mach.py"));
+    let told: Value = serde_json::from_slice(&output(look.arg(file))?)?;
+    let wrong = |words: String| Err(format!("{}: {words}", file.display()).into());
+    for library in told["libraries"].as_array().into_iter().flatten() {
+        let library = library.as_str().unwrap_or_default();
+        if !OF_MACOS.contains(&library) {
+            return wrong(format!("needs {library}, which not every Mac has"));
+        }
+    }
+    let processor = system.triple.split('-').next().unwrap_or_default();
+    if told["processor"] != processor {
+        return wrong(format!("is for {}", told["processor"]));
+    }
+    if told["oldest"] != oldest {
+        return wrong(format!("asks for macOS {}", told["oldest"]));
+    }
+    if told["paths"] != Value::Array(Vec::new()) {
+        return wrong(format!("looks for libraries in {}", told["paths"]));
+    }
+    // Macs with Intel's processors ask for no signature.
+    if processor == "aarch64" && told["signature"] != "" {
+        return wrong(format!("its signature: {}", told["signature"]));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::newest_glibc;
+
+    #[test]
+    fn the_newest_glibc_is_found_by_number_and_not_by_spelling() {
+        let bytes = b"\0GLIBC_2.2.5\0GLIBC_2.17\0GLIBC_2.9\0GLIBC_PRIVATE\0";
+        assert_eq!(newest_glibc(bytes), Some((2, 17)));
+        assert_eq!(newest_glibc(b"GCC_3.0\0"), None);
+    }
+}

@@ -1,0 +1,63 @@
+//! Which systems a release is made for this time.
+
+use std::error::Error;
+
+use super::PROFILE;
+use super::system::{SYSTEMS, System};
+
+/// What was asked for.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Wish {
+    pub(super) systems: Vec<System>,
+    /// Cargo's profile; another than `dist` is for trying how a release is made.
+    pub(super) profile: String,
+}
+
+impl Wish {
+    pub(super) fn read(words: &[String]) -> Result<Self, Box<dyn Error>> {
+        let (mut only, mut skip) = (Vec::new(), Vec::new());
+        let mut profile = PROFILE.to_owned();
+        let mut words = words.iter();
+        while let Some(option) = words.next() {
+            let value = words.next().ok_or("dist: each option needs a value")?;
+            let system = || {
+                let known = SYSTEMS.map(|system| system.triple).join(", ");
+                System::named(value)
+                    .ok_or_else(|| format!("dist: unknown target {value}; known: {known}"))
+            };
+            match option.as_str() {
+                "--only" => only.push(system()?),
+                "--skip" => skip.push(system()?),
+                "--profile" => profile.clone_from(value),
+                _ => return Err(format!("dist: unknown option {option}").into()),
+            }
+        }
+        let wanted =
+            |system: &System| (only.is_empty() || only.contains(system)) && !skip.contains(system);
+        Ok(Self {
+            systems: SYSTEMS.into_iter().filter(wanted).collect(),
+            profile,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(words: &[&str]) -> Result<Vec<&'static str>, String> {
+        let words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        let wish = Wish::read(&words).map_err(|error| error.to_string())?;
+        Ok(wish.systems.iter().map(|system| system.triple).collect())
+    }
+
+    #[test]
+    fn all_five_are_made_unless_some_are_named_or_skipped() {
+        let all = read(&[]).expect("nothing to refuse");
+        assert_eq!(all.len(), 5);
+        assert_eq!(read(&["--only", all[3]]), Ok(vec![all[3]]));
+        assert_eq!(read(&["--skip", all[0]]), Ok(all[1..].to_vec()));
+        assert!(read(&["--only", "riscv64gc-unknown-linux-gnu"]).is_err());
+        assert!(read(&["--only"]).is_err());
+    }
+}
