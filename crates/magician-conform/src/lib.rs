@@ -23,7 +23,9 @@
 //!
 //! Besides these a case may have `begin = "power-up"` (see [`Begin`]), `exact = true` (it looks at what a clock that
 //! runs by itself blurs), `hurts = "..."` and `sim_only = "..."` (why it is not for a real arm), `world = "..."` (what lies around a
-//! virtual arm, a [scenario](magician_sim::scenario)).
+//! virtual arm, a [scenario](magician_sim::scenario)), `assumes = ["PtpLaw"]` (the [assumptions](magician_sim::fidelity) without which it
+//! fails), and `alarm = { code, arises, goes }` (a row of the page of alarms that it holds). `each = [{ mode = 1, x = 200 }, ..]` makes a case
+//! of each of these, with its values for `{mode}` and `{x}` in all texts.
 //!
 //! # Steps
 //!
@@ -45,6 +47,8 @@
 //! | `finished last`, `last-1`, `nothing` | which queued command finished last |
 //! | `alarms none`, `0x11 ..`, `with ..`, `without ..` | which alarms stand |
 //! | `happens ..` | something happens to a virtual arm: `key short`, `key long`, `unlock press`, `unlock release`, `guide J1 J2 J3 J4`, `slip JOINT DEGREES`, `alarm CODE`, `reset` |
+//! | `sees laser=30 ..` | what somebody beside a virtual arm sees: `laser` percent, `suction`, `gripper`, `holding` 0 or 1, `pulses0`, `pulses1` |
+//! | `link 1` | from here on another host asks, on a link of its own; 0 is the first |
 //!
 //! A field is compared with `=`, `!=`, `<`, `<=`, `>`, `>=`; `x=200+-0.01` has a tolerance, without one the number must be
 //! the nearest that the wire has; arrays are `0,45,_,0` with `_` for anything.
@@ -56,6 +60,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+mod case;
 mod expect;
 mod report;
 mod runner;
@@ -65,10 +70,12 @@ mod suite;
 mod target;
 mod words;
 
+pub use case::{AlarmCase, Begin, Case, Confidence};
 pub use report::{Mismatch, Outcome, hex, in_words};
 pub use runner::Runner;
-pub use suite::{Begin, Case, Confidence, Suite, SuiteError};
-pub use target::{LineTarget, SimTarget, Target};
+pub use step::Observable;
+pub use suite::{Suite, SuiteError};
+pub use target::{LINE_LOOK, LineTarget, SimTarget, Target};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

@@ -7,10 +7,11 @@ use magician::{Ctrl, Error, FrameBuf, Result};
 use magician_protocol::{Chapter, Direction, Row};
 use magician_sim::World;
 
+use crate::case::{Begin, Case};
 use crate::report::{Outcome, in_words};
-use crate::session::{Session, Stopped};
+use crate::session::{CaseStop, Session};
 use crate::step::{self, Action, Step};
-use crate::suite::{Begin, Case, SuiteError};
+use crate::suite::SuiteError;
 use crate::target::Target;
 
 const BEGIN: &str = include_str!("../cases/begin.steps");
@@ -80,13 +81,13 @@ impl<T: Target> Runner<T> {
             return Ok(Outcome::Skipped(reason));
         }
         let done = match self.prepare(case).await {
-            Ok(()) => self.session.perform(&case.steps).await,
+            Ok(()) => self.session.run(&case.steps).await,
             stopped => stopped,
         };
         match done {
             Ok(()) => Ok(Outcome::Passed),
-            Err(Stopped::Otherwise(mismatch)) => Ok(Outcome::Failed(mismatch)),
-            Err(Stopped::Line(error)) => Err(error),
+            Err(CaseStop::Mismatch(mismatch)) => Ok(Outcome::Failed(mismatch)),
+            Err(CaseStop::Line(error)) => Err(error),
         }
     }
 
@@ -96,6 +97,8 @@ impl<T: Target> Runner<T> {
             return None;
         }
         let happens = |step: &Step| matches!(step.action, Action::Happens(_));
+        let looks = |step: &Step| matches!(step.action, Action::Sees(_));
+        let selects = |step: &Step| matches!(step.action, Action::Link(_));
         if let Some(reason) = &case.hurts {
             return Some(format!("not on a real arm: {reason}"));
         }
@@ -107,11 +110,13 @@ impl<T: Target> Runner<T> {
             case if case.world.is_some() => Some("it needs a world around the arm".to_owned()),
             case if case.exact => Some("it needs a clock that can be stepped".to_owned()),
             case if case.steps.iter().any(happens) => Some("it needs a hand at the arm".to_owned()),
+            case if case.steps.iter().any(looks) => Some("it needs an eye on the arm".to_owned()),
+            case if case.steps.iter().any(selects) => Some("it needs a second link".to_owned()),
             _ => None,
         }
     }
 
-    async fn prepare(&mut self, case: &Case) -> std::result::Result<(), Stopped> {
+    async fn prepare(&mut self, case: &Case) -> std::result::Result<(), CaseStop> {
         let world = case.world.as_ref().map(World::from_scenario);
         self.session.target.power_up(world.unwrap_or_default());
         self.session.begin().await?;
@@ -123,6 +128,11 @@ impl<T: Target> Runner<T> {
             self.session.prepare(&self.ready_to_move).await?;
         }
         Ok(())
+    }
+
+    /// The arm.
+    pub fn target(&mut self) -> &mut T {
+        &mut self.session.target
     }
 
     /// Leaves the arm at rest, its queue empty and stopped, its tools off, and with the parameters that it had.
@@ -147,8 +157,8 @@ impl<T: Target> Runner<T> {
         }
         match rested {
             Ok(()) => Ok(()),
-            Err(Stopped::Line(error)) => Err(error),
-            Err(Stopped::Otherwise(mismatch)) => {
+            Err(CaseStop::Line(error)) => Err(error),
+            Err(CaseStop::Mismatch(mismatch)) => {
                 let message = format!(
                     "the arm could not be left as it was: {}: {}",
                     mismatch.step, mismatch.got

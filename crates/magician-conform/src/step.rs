@@ -7,10 +7,15 @@ use magician_protocol::{
     encode_text,
 };
 use magician_sim::ExternalEvent;
-use magician_sim::world::Press;
 
 use crate::expect::Check;
 use crate::words;
+
+mod outside;
+
+pub use outside::Observable;
+pub(crate) use outside::Observation;
+use outside::{happening, observation};
 
 /// A step with its place.
 #[derive(Clone, Debug)]
@@ -52,6 +57,10 @@ pub(crate) enum Action {
     Alarms(Alarms),
     /// Something happens to the arm.
     Happens(ExternalEvent),
+    /// What somebody beside the arm sees of its tools and motors.
+    Sees(Vec<Observation>),
+    /// From here on the host is another one, on a link of its own.
+    Link(u8),
 }
 
 /// What an answer must be.
@@ -163,9 +172,15 @@ fn read(all: &[String], sent: Option<&FrameBuf>) -> Result<Action, String> {
         "finished" => finished(one()?).map(Action::Finished),
         "alarms" => alarms(rest).map(Action::Alarms),
         "happens" => happening(rest).map(Action::Happens),
+        "sees" => rest
+            .iter()
+            .map(|word| observation(word))
+            .collect::<Result<_, _>>()
+            .map(Action::Sees),
+        "link" => words::code(one()?).map(Action::Link),
         _ => Err(format!(
             "'{}' is no step: get, set, queue, send, frame, reply, answered, silence, wait, at, done, rest, \
-             finished, alarms and happens are",
+             finished, alarms, happens, sees and link are",
             all.join(" ")
         )),
     }
@@ -311,36 +326,6 @@ fn alarms(words: &[String]) -> Result<Alarms, String> {
         [without, rest @ ..] if without == "without" => codes(rest).map(Alarms::Without),
         words => codes(words).map(Alarms::Are),
     }
-}
-
-fn happening(words: &[String]) -> Result<ExternalEvent, String> {
-    let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let number = |text: &str| {
-        text.parse::<f64>()
-            .map_err(|_| format!("'{text}' is no number"))
-    };
-    Ok(match words.as_slice() {
-        ["key", "short"] => ExternalEvent::Key(Press::Short),
-        ["key", "long"] => ExternalEvent::Key(Press::Long),
-        ["unlock", "press"] => ExternalEvent::Unlock(true),
-        ["unlock", "release"] => ExternalEvent::Unlock(false),
-        ["reset"] => ExternalEvent::Reset,
-        ["alarm", code] => ExternalEvent::Alarm(words::code(code)?),
-        ["slip", joint, degrees] => ExternalEvent::Slip {
-            joint: words::code(joint)?,
-            degrees: number(degrees)?,
-        },
-        ["guide", j1, j2, j3, j4] => {
-            ExternalEvent::Guide([number(j1)?, number(j2)?, number(j3)?, number(j4)?].into())
-        }
-        _ => {
-            return Err(
-                "what happens is 'key short', 'key long', 'unlock press', 'unlock release', 'reset', \
-                 'alarm CODE', 'slip JOINT DEGREES' or 'guide J1 J2 J3 J4'"
-                    .to_owned(),
-            );
-        }
-    })
 }
 
 impl Action {

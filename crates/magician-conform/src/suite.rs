@@ -1,173 +1,14 @@
 //! The cases: read from their files, and checked for what a case may not do unsaid.
 
-use std::fmt;
+use std::collections::BTreeMap;
 
-use magician_protocol::{Deframer, Event, Row};
+use magician_sim::fidelity::Assumption;
 use magician_sim::scenario::Scenario;
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 use toml::Spanned;
 
-use crate::step::{self, Step};
-
-/// A case: what is done to an arm, what it must do, and who says so.
-#[derive(Clone, Debug)]
-pub struct Case {
-    /// Its name, `chapter.words-with-hyphens`; unique.
-    pub id: String,
-    /// What it shows, in a sentence.
-    pub title: String,
-    /// Who says that an arm does so: a section of the document or of the model (`docs/MODEL.md`), an erratum or a habit
-    /// of hosts (both in `docs/ERRATA.md`), a recorded frame (`vector`) or pose.
-    pub source: String,
-    /// How sure that is.
-    pub confidence: Confidence,
-    /// What state it begins from.
-    pub begin: Begin,
-    /// What lies around the virtual arm, if anything does.
-    pub world: Option<Scenario>,
-    /// Whether the arm or something on it moves.
-    pub moves: bool,
-    /// Whether it looks at what a clock that runs by itself blurs: a pose under way, an order between two instants.
-    pub exact: bool,
-    /// Why it is not for a real arm: what it could damage or unlearn.
-    pub hurts: Option<String>,
-    /// Why only an arm inside this program can show it.
-    pub sim_only: Option<String>,
-    /// Line of its file where its steps begin, from 1.
-    pub line: usize,
-    pub(crate) steps: Vec<Step>,
-}
-
-/// How sure a fact is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, Serialize)]
-pub enum Confidence {
-    /// Measured on real arms.
-    M,
-    /// The vendor's document or code for this arm.
-    V,
-    /// The vendor's code for the sibling arm.
-    #[serde(rename = "VL")]
-    Vl,
-    /// Third-party code or text.
-    T,
-    /// A choice, because nobody says.
-    G,
-}
-
-impl fmt::Display for Confidence {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::M => "M",
-            Self::V => "V",
-            Self::Vl => "VL",
-            Self::T => "T",
-            Self::G => "G",
-        })
-    }
-}
-
-/// What state a case begins from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Begin {
-    /// Queue stopped and empty, no alarms, the parameters of the reference model, and at J 0, 45, 45, 0 if the case
-    /// moves.
-    #[default]
-    Ready,
-    /// Switched on a moment ago.
-    PowerUp,
-}
-
-impl Case {
-    /// The chapter it belongs to: its name up to the first dot.
-    #[must_use]
-    pub fn chapter(&self) -> &str {
-        self.id.split('.').next().unwrap_or_default()
-    }
-
-    /// The steps as they are written, a line each.
-    pub fn steps(&self) -> impl Iterator<Item = &str> {
-        self.steps.iter().map(|step| step.text.as_str())
-    }
-
-    /// What `--only` and `--skip` know it by besides its name.
-    #[must_use]
-    pub fn tags(&self) -> Vec<&'static str> {
-        let tags = [
-            (self.moves, "moves"),
-            (self.exact, "exact"),
-            (self.hurts.is_some(), "hurts"),
-            (self.sim_only.is_some(), "sim-only"),
-            (self.world.is_some(), "world"),
-            (self.begin == Begin::PowerUp, "power-up"),
-        ];
-        tags.into_iter()
-            .filter(|(has, _)| *has)
-            .map(|(_, tag)| tag)
-            .collect()
-    }
-
-    /// Whether a pattern means it: its chapter, a tag, or a pattern of its name in which `*` stands for anything.
-    #[must_use]
-    pub fn matches(&self, pattern: &str) -> bool {
-        let confidence = self.confidence.to_string();
-        self.chapter() == pattern
-            || confidence == pattern
-            || self.tags().contains(&pattern)
-            || glob(pattern, &self.id)
-    }
-
-    /// The commands that it sets or queues.
-    fn orders(&self) -> Vec<&'static Row> {
-        let mut rows = Vec::new();
-        for step in &self.steps {
-            let mut deframer = Deframer::new();
-            let mut bytes = step.action.bytes();
-            while let Some(event) = deframer.next(&mut bytes) {
-                if let Event::Frame { frame, .. } = event
-                    && let Some(row) = Row::with_id(frame.id()).filter(|row| row.sets(frame.ctrl()))
-                {
-                    rows.push(row);
-                }
-            }
-        }
-        rows
-    }
-
-    /// Whether only an arm inside this program can be brought to where the case begins.
-    fn inside_only(&self) -> bool {
-        self.sim_only.is_some() || self.world.is_some() || self.begin == Begin::PowerUp
-    }
-
-    /// What the case does without saying so.
-    fn flaw(&self) -> Option<String> {
-        let kept = self.hurts.is_some() || self.inside_only();
-        for row in self.orders() {
-            if row.dangerous && !kept {
-                return Some(format!("{} is dangerous: say why it 'hurts'", row.set_name));
-            }
-            if row.effect.moves() && !self.moves {
-                return Some(format!(
-                    "{} moves the arm: say 'moves = true'",
-                    row.set_name
-                ));
-            }
-        }
-        None
-    }
-}
-
-/// Whether a name fits a pattern in which `*` stands for anything.
-fn glob(pattern: &str, name: &str) -> bool {
-    match pattern.split_once('*') {
-        None => pattern == name,
-        Some((head, tail)) => name.strip_prefix(head).is_some_and(|rest| {
-            (0..=rest.len())
-                .filter_map(|at| rest.get(at..))
-                .any(|rest| glob(tail, rest))
-        }),
-    }
-}
+use crate::case::{AlarmCase, Begin, Case, Confidence};
+use crate::{step, words};
 
 /// A file of cases that cannot be used: what is wrong and where.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -193,7 +34,7 @@ struct File {
     case: Vec<Written>,
 }
 
-/// A case as its file has it.
+/// A case as its file has it, or with `each` several that differ in some words.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Written {
@@ -201,6 +42,9 @@ struct Written {
     title: String,
     source: String,
     confidence: Confidence,
+    #[serde(default)]
+    assumes: Vec<String>,
+    alarm: Option<WrittenAlarm>,
     #[serde(default)]
     begin: Begin,
     #[serde(default)]
@@ -210,7 +54,17 @@ struct Written {
     hurts: Option<String>,
     sim_only: Option<String>,
     world: Option<Spanned<String>>,
+    #[serde(default)]
+    each: Vec<BTreeMap<String, toml::Value>>,
     steps: Spanned<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenAlarm {
+    code: String,
+    arises: String,
+    goes: String,
 }
 
 macro_rules! chapters {
@@ -255,37 +109,49 @@ impl Suite {
             wrong(line_at(at), error.message().to_owned())
         })?;
         for written in file.case {
-            let line = line_at(written.id.span().start);
-            // The line break behind the opening quotes is not part of the text.
-            let first = line_at(written.steps.span().start) + 1;
-            let steps = step::read_all(written.steps.get_ref(), first)
-                .map_err(|(line, message)| wrong(line, message))?;
-            let world = match &written.world {
-                None => None,
-                Some(text) => Some(Scenario::from_toml(text.get_ref()).map_err(|error| {
-                    let line = line_at(text.span().start);
-                    wrong(
-                        line,
-                        format!("the world of '{}': {error}", written.id.get_ref()),
-                    )
-                })?),
+            let once = [BTreeMap::new()];
+            let each = match written.each.as_slice() {
+                [] => &once,
+                each => each,
             };
-            let case = written.case(first, steps, world);
-            let known = self.cases.iter().any(|other| other.id == case.id);
-            let flaw = match case.chapter() {
-                _ if known => Some(format!("there are two cases '{}'", case.id)),
-                _ if case.steps.is_empty() => Some("the case has no steps".to_owned()),
-                other if other != chapter => {
-                    Some(format!("'{}' does not begin with '{chapter}.'", case.id))
+            for values in each {
+                let line = line_at(written.id.span().start);
+                // The line break behind the opening quotes is not part of the text.
+                let first = line_at(written.steps.span().start) + 1;
+                let world = written
+                    .world
+                    .as_ref()
+                    .map(|text| line_at(text.span().start));
+                let case = (written.case(values, first)).map_err(|error| match (error, world) {
+                    (CaseError::Step(line, message), _) => wrong(line, message),
+                    (CaseError::World(message), Some(line)) => wrong(line, message),
+                    (CaseError::World(message) | CaseError::Case(message), _) => {
+                        wrong(line, message)
+                    }
+                })?;
+                if let Some(reason) = self.rejection(chapter, &case) {
+                    return Err(wrong(line, reason));
                 }
-                _ => case.flaw(),
-            };
-            if let Some(flaw) = flaw {
-                return Err(wrong(line, flaw));
+                self.cases.push(case);
             }
-            self.cases.push(case);
         }
         Ok(())
+    }
+
+    /// Why a case cannot be added.
+    fn rejection(&self, chapter: &str, case: &Case) -> Option<String> {
+        let known = self.cases.iter().any(|other| other.id == case.id);
+        match case.chapter() {
+            _ if known => Some(format!("there are two cases '{}'", case.id)),
+            _ if case.id.contains('{') => {
+                Some(format!("nothing stands for a word of '{}'", case.id))
+            }
+            _ if case.steps.is_empty() => Some("the case has no steps".to_owned()),
+            other if other != chapter => {
+                Some(format!("'{}' does not begin with '{chapter}.'", case.id))
+            }
+            _ => case.undeclared(),
+        }
     }
 
     /// The cases.
@@ -308,23 +174,74 @@ impl Suite {
     }
 }
 
+/// What is wrong with a case, and where if that is known.
+enum CaseError {
+    Case(String),
+    World(String),
+    Step(usize, String),
+}
+
 impl Written {
-    fn case(self, line: usize, steps: Vec<Step>, world: Option<Scenario>) -> Case {
-        Case {
-            id: self.id.into_inner(),
-            title: self.title,
-            source: self.source,
+    /// The case with these values for the words in braces; its first step stands on line `first`.
+    fn case(
+        &self,
+        values: &BTreeMap<String, toml::Value>,
+        first: usize,
+    ) -> Result<Case, CaseError> {
+        let fill = |text: &String| fill(text, values);
+        let steps = step::read_all(&fill(self.steps.get_ref()), first)
+            .map_err(|(line, message)| CaseError::Step(line, message))?;
+        let id = fill(self.id.get_ref());
+        let world = (self.world.as_ref())
+            .map(|text| Scenario::from_toml(&fill(text.get_ref())))
+            .transpose()
+            .map_err(|error| CaseError::World(format!("the world of '{id}': {error}")))?;
+        let named = |name: &String| {
+            let name = fill(name);
+            let found = Assumption::ALL.iter().find(|known| known.name() == name);
+            found
+                .copied()
+                .ok_or_else(|| CaseError::Case(format!("no assumption '{name}'")))
+        };
+        let assumes = self.assumes.iter().map(named).collect::<Result<_, _>>()?;
+        let alarm = |alarm: &WrittenAlarm| {
+            Ok::<_, CaseError>(AlarmCase {
+                code: words::code(&fill(&alarm.code)).map_err(CaseError::Case)?,
+                arises: fill(&alarm.arises),
+                goes: fill(&alarm.goes),
+            })
+        };
+        let any = values.keys().map(|key| (key.clone(), "*".into())).collect();
+        Ok(Case {
+            pattern: self::fill(self.id.get_ref(), &any),
+            id,
+            title: fill(&self.title),
+            source: fill(&self.source),
             confidence: self.confidence,
+            assumes,
+            alarm: self.alarm.as_ref().map(alarm).transpose()?,
             begin: self.begin,
             world,
             moves: self.moves,
             exact: self.exact,
-            hurts: self.hurts,
-            sim_only: self.sim_only,
-            line,
+            hurts: self.hurts.clone(),
+            sim_only: self.sim_only.clone(),
+            line: first,
             steps,
-        }
+        })
     }
+}
+
+/// A text with values for the words in braces.
+fn fill(text: &str, values: &BTreeMap<String, toml::Value>) -> String {
+    let mut text = text.to_owned();
+    for (key, value) in values {
+        let value = value
+            .as_str()
+            .map_or_else(|| value.to_string(), str::to_owned);
+        text = text.replace(&format!("{{{key}}}"), &value);
+    }
+    text
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::time::Duration;
 use magician_protocol::{Deframer, FrameBuf};
 
 use crate::report::Mismatch;
-use crate::step::{Action, Step};
+use crate::step::{Action, Observation, Step};
 use crate::target::Target;
 
 /// How long the arm must be quiet to be silent.
@@ -25,45 +25,45 @@ const STILL: Duration = Duration::from_millis(100);
 
 /// Why a step ended a case.
 #[derive(Debug)]
-pub(crate) enum Stopped {
+pub(crate) enum CaseStop {
     /// The arm did something else.
-    Otherwise(Box<Mismatch>),
+    Mismatch(Box<Mismatch>),
     /// The line is gone.
     Line(magician::Error),
 }
 
-impl From<magician::Error> for Stopped {
+impl From<magician::Error> for CaseStop {
     fn from(error: magician::Error) -> Self {
         Self::Line(error)
     }
 }
 
 /// What went wrong in a step, before it is known which.
-struct Wrong {
+struct Difference {
     expected: String,
     got: String,
     received: Vec<u8>,
 }
 
-enum Trouble {
-    Wrong(Wrong),
+enum StepError {
+    Difference(Difference),
     Line(magician::Error),
 }
 
-impl From<magician::Error> for Trouble {
+impl From<magician::Error> for StepError {
     fn from(error: magician::Error) -> Self {
         Self::Line(error)
     }
 }
 
-type Done = Result<(), Trouble>;
+type StepResult = Result<(), StepError>;
 
-fn wrong<T>(
+fn differs<T>(
     expected: impl Into<String>,
     got: impl Into<String>,
     received: &[u8],
-) -> Result<T, Trouble> {
-    Err(Trouble::Wrong(Wrong {
+) -> Result<T, StepError> {
+    Err(StepError::Difference(Difference {
         expected: expected.into(),
         got: got.into(),
         received: received.to_vec(),
@@ -113,39 +113,39 @@ impl<T: Target> Session<T> {
     }
 
     /// Does the steps of a case.
-    pub(crate) async fn perform(&mut self, steps: &[Step]) -> Result<(), Stopped> {
+    pub(crate) async fn run(&mut self, steps: &[Step]) -> Result<(), CaseStop> {
         let clocked = |step: &Step| matches!(step.action, Action::At(_) | Action::Done(Some(_)));
         self.timed = self.target.stepped().is_some() || steps.iter().any(clocked);
         let started = self.start().await;
-        self.told(started, 0, "the case begins")?;
+        self.in_step(started, 0, "the case begins")?;
         for step in steps {
             for _ in 0..step.times {
                 let done = self.step(&step.action).await;
-                self.told(done, step.line, &step.text)?;
+                self.in_step(done, step.line, &step.text)?;
             }
         }
         let quiet = self.nothing(Duration::from_millis(60)).await;
-        self.told(quiet, 0, "the case ends")
+        self.in_step(quiet, 0, "the case ends")
     }
 
     /// Does steps that lead to where a case begins.
-    pub(crate) async fn prepare(&mut self, steps: &[Step]) -> Result<(), Stopped> {
+    pub(crate) async fn prepare(&mut self, steps: &[Step]) -> Result<(), CaseStop> {
         self.timed = false;
         for step in steps {
             let done = self.step(&step.action).await;
-            self.told(done, 0, &format!("before the case: {}", step.text))?;
+            self.in_step(done, 0, &format!("before the case: {}", step.text))?;
         }
         Ok(())
     }
 
-    fn told(&self, done: Done, line: usize, step: &str) -> Result<(), Stopped> {
+    fn in_step(&self, done: StepResult, line: usize, step: &str) -> Result<(), CaseStop> {
         done.map_err(|trouble| match trouble {
-            Trouble::Line(error) => Stopped::Line(error),
-            Trouble::Wrong(Wrong {
+            StepError::Line(error) => CaseStop::Line(error),
+            StepError::Difference(Difference {
                 expected,
                 got,
                 received,
-            }) => Stopped::Otherwise(Box::new(Mismatch {
+            }) => CaseStop::Mismatch(Box::new(Mismatch {
                 line,
                 step: step.to_owned(),
                 sent: self.sent.clone(),
@@ -156,13 +156,24 @@ impl<T: Target> Session<T> {
         })
     }
 
-    async fn start(&mut self) -> Done {
+    async fn start(&mut self) -> StepResult {
         self.last = None;
         self.before = self.current().await?;
         self.order().await
     }
 
-    async fn step(&mut self, action: &Action) -> Done {
+    fn sees(&mut self, observation: Observation) -> StepResult {
+        match self.target.sees(observation.observable) {
+            Some(found) if (found - observation.wanted).abs() <= observation.tolerance => Ok(()),
+            found => differs(
+                format!("{:?} at {}", observation.observable, observation.wanted),
+                found.map_or("nobody looks".to_owned(), |found| found.to_string()),
+                &[],
+            ),
+        }
+    }
+
+    async fn step(&mut self, action: &Action) -> StepResult {
         match action {
             Action::Send(bytes) => {
                 self.send(bytes).await?;
@@ -186,11 +197,18 @@ impl<T: Target> Session<T> {
             Action::Alarms(alarms) => self.alarms(alarms).await,
             Action::Happens(happening) => match self.target.happens(*happening) {
                 true => self.order().await,
-                false => wrong(
+                false => differs(
                     "that this can be made to happen",
                     "only a virtual arm inside this program can",
                     &[],
                 ),
+            },
+            Action::Sees(observations) => observations
+                .iter()
+                .try_for_each(|observation| self.sees(*observation)),
+            Action::Link(link) => match self.target.select(*link) {
+                true => Ok(()),
+                false => differs("a second link", "this arm has one", &[]),
             },
         }
     }

@@ -5,21 +5,21 @@ use std::time::Duration;
 use magician_protocol::AlarmSet;
 use magician_protocol::commands::{AlarmsState, DeviceTime, Pose, QueuedCmdCurrentIndex};
 
-use super::{Done, LONGEST, SLACK, STILL, STRETCH, Session, Trouble, wrong};
+use super::{LONGEST, SLACK, STILL, STRETCH, Session, StepError, StepResult, differs};
 use crate::step::{Alarms, Finished};
 use crate::target::Target;
 
 /// Time, the queue and alarms.
 impl<T: Target> Session<T> {
     /// The arm's clock in microseconds: exact where it is stepped, read over the line otherwise.
-    async fn clock(&mut self) -> Result<u64, Trouble> {
+    async fn clock(&mut self) -> Result<u64, StepError> {
         match self.target.stepped() {
             Some(now) => Ok(now),
             None => Ok(u64::from(self.ask::<DeviceTime>().await?.g_systick) * 1000),
         }
     }
 
-    pub(super) async fn order(&mut self) -> Done {
+    pub(super) async fn order(&mut self) -> StepResult {
         if self.timed {
             self.ordered = self.clock().await?;
         }
@@ -27,7 +27,7 @@ impl<T: Target> Session<T> {
     }
 
     /// Time since the last order. The clock on a line wraps.
-    async fn elapsed(&mut self) -> Result<Duration, Trouble> {
+    async fn elapsed(&mut self) -> Result<Duration, StepError> {
         let wrap = 1000 << 32;
         let (now, then) = (self.clock().await?, self.ordered);
         let span = if now < then {
@@ -38,7 +38,7 @@ impl<T: Target> Session<T> {
         Ok(Duration::from_micros(span))
     }
 
-    pub(super) async fn at(&mut self, span: Duration) -> Done {
+    pub(super) async fn at(&mut self, span: Duration) -> StepResult {
         // A clock on a line may run at another pace than the wall's.
         for _ in 0..100 {
             let left = span.saturating_sub(self.elapsed().await?);
@@ -47,10 +47,10 @@ impl<T: Target> Session<T> {
             }
             self.target.pass(left).await?;
         }
-        wrong("the arm's clock to run", "it stands", &[])
+        differs("the arm's clock to run", "it stands", &[])
     }
 
-    pub(super) async fn current(&mut self) -> Result<u64, Trouble> {
+    pub(super) async fn current(&mut self) -> Result<u64, StepError> {
         Ok(self
             .ask::<QueuedCmdCurrentIndex>()
             .await?
@@ -58,7 +58,7 @@ impl<T: Target> Session<T> {
     }
 
     /// Lets a little time pass; at most that long.
-    async fn go_on(&mut self, at_most: Duration) -> Done {
+    async fn go_on(&mut self, at_most: Duration) -> StepResult {
         let before = self.target.stepped();
         self.target.go_on(at_most.min(STRETCH)).await?;
         if before.is_some() && before == self.target.stepped() {
@@ -67,9 +67,9 @@ impl<T: Target> Session<T> {
         Ok(())
     }
 
-    pub(super) async fn done(&mut self, when: Option<(Duration, Duration)>) -> Done {
+    pub(super) async fn done(&mut self, when: Option<(Duration, Duration)>) -> StepResult {
         let Some(last) = self.last else {
-            return wrong("a queued command to wait for", "none was queued", &[]);
+            return differs("a queued command to wait for", "none was queued", &[]);
         };
         let slack = if self.target.stepped().is_some() {
             Duration::ZERO
@@ -88,7 +88,7 @@ impl<T: Target> Session<T> {
                 let early = when.is_some_and(|(at, tolerance)| elapsed + tolerance.max(slack) < at);
                 return match (early, elapsed > latest) {
                     (false, false) => Ok(()),
-                    _ => wrong(
+                    _ => differs(
                         finish_by(last, when),
                         format!("it finished after {}", seconds(elapsed)),
                         &[],
@@ -97,7 +97,7 @@ impl<T: Target> Session<T> {
             }
             if elapsed > latest {
                 let got = format!("after {} it has finished {current}", seconds(elapsed));
-                return wrong(finish_by(last, when), got, &[]);
+                return differs(finish_by(last, when), got, &[]);
             }
             let left = latest.saturating_sub(elapsed) + Duration::from_millis(1);
             self.go_on(left).await?;
@@ -105,7 +105,7 @@ impl<T: Target> Session<T> {
         }
     }
 
-    pub(super) async fn rest(&mut self) -> Done {
+    pub(super) async fn rest(&mut self) -> StepResult {
         let mut waited = Duration::ZERO;
         let mut pose = self.ask::<Pose>().await?;
         while waited < LONGEST {
@@ -117,25 +117,25 @@ impl<T: Target> Session<T> {
             }
             pose = now;
         }
-        wrong(
+        differs(
             "the arm to come to rest",
             format!("it still moves after {}", seconds(waited)),
             &[],
         )
     }
 
-    pub(super) async fn finished(&mut self, finished: Finished) -> Done {
+    pub(super) async fn finished(&mut self, finished: Finished) -> StepResult {
         let wanted = match (finished, self.last) {
             (Finished::Nothing, _) => self.before,
             (Finished::Last(less), Some(last)) => last.saturating_sub(less),
             (Finished::Last(_), None) => {
-                return wrong("a queued command to look for", "none was queued", &[]);
+                return differs("a queued command to look for", "none was queued", &[]);
             }
         };
         let current = self.current().await?;
         match current == wanted {
             true => Ok(()),
-            false => wrong(
+            false => differs(
                 format!("index {wanted} finished last"),
                 format!("index {current} finished last"),
                 &[],
@@ -143,7 +143,7 @@ impl<T: Target> Session<T> {
         }
     }
 
-    pub(super) async fn alarms(&mut self, wanted: &Alarms) -> Done {
+    pub(super) async fn alarms(&mut self, wanted: &Alarms) -> StepResult {
         let standing = self.ask::<AlarmsState>().await?.alarms_state;
         let (right, expected) = match wanted {
             Alarms::Are(codes) => (
@@ -161,7 +161,7 @@ impl<T: Target> Session<T> {
         };
         match right {
             true => Ok(()),
-            false => wrong(expected, format!("alarms {standing}"), standing.as_bytes()),
+            false => differs(expected, format!("alarms {standing}"), standing.as_bytes()),
         }
     }
 }

@@ -4,20 +4,20 @@ use std::time::Duration;
 
 use magician_protocol::{Ctrl, Direction, Event, Frame, FrameBuf, NoArgs, Readable, Row};
 
-use super::{Done, Session, Trouble, wrong};
+use super::{Session, StepError, StepResult, differs};
 use crate::report::{hex, in_words};
 use crate::step::{Answer, reply_layout};
 use crate::target::Target;
 
 /// Bytes and frames.
 impl<T: Target> Session<T> {
-    pub(super) async fn send(&mut self, bytes: &[u8]) -> Done {
+    pub(super) async fn send(&mut self, bytes: &[u8]) -> StepResult {
         self.sent = bytes.to_vec();
         Ok(self.target.send(bytes).await?)
     }
 
     /// The next frame from the arm, `None` if none comes.
-    async fn next(&mut self, within: Duration) -> Result<Option<FrameBuf>, Trouble> {
+    async fn next(&mut self, within: Duration) -> Result<Option<FrameBuf>, StepError> {
         let mut pieces = 0;
         while self.inbox.is_empty() {
             let bytes = self.target.receive(within).await?;
@@ -36,10 +36,10 @@ impl<T: Target> Session<T> {
         Ok(self.inbox.pop_front())
     }
 
-    pub(super) async fn nothing(&mut self, within: Duration) -> Done {
+    pub(super) async fn nothing(&mut self, within: Duration) -> StepResult {
         match self.next(within).await? {
             None => Ok(()),
-            Some(frame) => wrong(
+            Some(frame) => differs(
                 "nothing from the arm",
                 in_words(&frame, Direction::Reply),
                 frame.bytes(),
@@ -47,14 +47,14 @@ impl<T: Target> Session<T> {
         }
     }
 
-    pub(super) async fn reply(&mut self, bytes: &[Option<u8>]) -> Done {
+    pub(super) async fn reply(&mut self, bytes: &[Option<u8>]) -> StepResult {
         let expected: Vec<String> = bytes
             .iter()
             .map(|byte| byte.map_or("..".to_owned(), |byte| hex(&[byte])))
             .collect();
         let expected = expected.join(" ");
         let Some(frame) = self.next(self.patience).await? else {
-            return wrong(expected, "nothing", &[]);
+            return differs(expected, "nothing", &[]);
         };
         let found = frame.bytes();
         let same = found.len() == bytes.len()
@@ -64,14 +64,14 @@ impl<T: Target> Session<T> {
                 .all(|(found, byte)| byte.is_none_or(|byte| byte == *found));
         match same {
             true => self.note_index(&frame).await,
-            false => wrong(expected, in_words(&frame, Direction::Reply), found),
+            false => differs(expected, in_words(&frame, Direction::Reply), found),
         }
     }
 
     /// The answer to the frame sent last: id and Ctrl as they were, the parameters of its form and no more.
-    pub(super) async fn answered(&mut self, answer: &Answer) -> Done {
+    pub(super) async fn answered(&mut self, answer: &Answer) -> StepResult {
         let Some(request) = Frame::new(&self.sent).map(FrameBuf::from) else {
-            return wrong(
+            return differs(
                 "a frame that can be answered",
                 "damaged bytes were sent",
                 &[],
@@ -79,7 +79,7 @@ impl<T: Target> Session<T> {
         };
         let (id, ctrl) = (request.frame().id(), request.frame().ctrl());
         let Some(row) = Row::with_id(id) else {
-            return wrong(
+            return differs(
                 "a command that can be answered",
                 format!("id {id} was sent"),
                 &[],
@@ -89,7 +89,7 @@ impl<T: Target> Session<T> {
         let layout = reply_layout(row, ctrl);
         let expected = || expectation(row, ctrl, answer);
         let Some(frame) = self.next(self.patience).await? else {
-            return wrong(expected(), "nothing", &[]);
+            return differs(expected(), "nothing", &[]);
         };
         let view = frame.frame();
         let fits = layout
@@ -105,7 +105,7 @@ impl<T: Target> Session<T> {
             && self.indexed(row, ctrl, &frame, answer.full);
         match right {
             true => self.note_index(&frame).await,
-            false => wrong(
+            false => differs(
                 expected(),
                 in_words(&frame, Direction::Reply),
                 frame.bytes(),
@@ -122,7 +122,7 @@ impl<T: Target> Session<T> {
         }
     }
 
-    async fn note_index(&mut self, frame: &FrameBuf) -> Done {
+    async fn note_index(&mut self, frame: &FrameBuf) -> StepResult {
         let view = frame.frame();
         let Some(row) = Row::with_id(view.id()) else {
             return Ok(());
@@ -137,13 +137,13 @@ impl<T: Target> Session<T> {
     }
 
     /// Asks for a value in passing; the sent bytes of the case stay those that are told.
-    pub(super) async fn ask<V: Readable<Query = NoArgs>>(&mut self) -> Result<V, Trouble> {
+    pub(super) async fn ask<V: Readable<Query = NoArgs>>(&mut self) -> Result<V, StepError> {
         let told = std::mem::take(&mut self.sent);
         let frame = FrameBuf::get(&NoArgs, V::ROW).map_err(magician::Error::from)?;
         let name = V::ROW.get_name;
         self.send(frame.bytes()).await?;
         let Some(reply) = self.next(self.patience).await? else {
-            return wrong(format!("an answer to {name}"), "nothing", &[]);
+            return differs(format!("an answer to {name}"), "nothing", &[]);
         };
         let view = reply.frame();
         let value = (view.id() == V::ROW.id)
@@ -151,7 +151,7 @@ impl<T: Target> Session<T> {
             .flatten();
         let Some(value) = value else {
             let got = in_words(&reply, Direction::Reply);
-            return wrong(format!("an answer to {name}"), got, reply.bytes());
+            return differs(format!("an answer to {name}"), got, reply.bytes());
         };
         self.sent = told;
         Ok(value)
@@ -198,8 +198,8 @@ impl<T: Target> Session<T> {
         let id = frame.frame().id();
         match self.next(self.patience).await {
             Ok(reply) => Ok(reply.filter(|reply| reply.frame().id() == id)),
-            Err(Trouble::Line(error)) => Err(error),
-            Err(Trouble::Wrong(_)) => Ok(None),
+            Err(StepError::Line(error)) => Err(error),
+            Err(StepError::Difference(_)) => Ok(None),
         }
     }
 }

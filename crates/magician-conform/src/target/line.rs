@@ -7,7 +7,7 @@ use tokio::time::{sleep, timeout};
 use super::Target;
 
 /// How often an arm is looked at that works by itself.
-const LOOK: Duration = Duration::from_millis(10);
+pub const LINE_LOOK: Duration = Duration::from_millis(10);
 /// Longest piece taken from the line at once.
 const PIECE: usize = 1024;
 
@@ -41,7 +41,7 @@ impl Target for LineTarget {
     }
 
     async fn go_on(&mut self, at_most: Duration) -> Result<()> {
-        sleep(LOOK.min(at_most)).await;
+        sleep(LINE_LOOK.min(at_most)).await;
         Ok(())
     }
 

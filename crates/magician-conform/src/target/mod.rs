@@ -9,7 +9,8 @@ use std::time::Duration;
 use magician::Result;
 use magician_sim::{ExternalEvent, Micros, World};
 
-pub use line::LineTarget;
+use crate::step::Observable;
+pub use line::{LINE_LOOK, LineTarget};
 pub use sim::SimTarget;
 
 /// An arm and its clock. Bytes go to the arm and come back, and time passes.
@@ -37,4 +38,14 @@ pub trait Target {
 
     /// Lets something happen to the arm from outside its protocol; whether that can be done.
     fn happens(&mut self, happening: ExternalEvent) -> bool;
+
+    /// A number that somebody beside the arm sees, if anybody can.
+    fn sees(&mut self, _: Observable) -> Option<f64> {
+        None
+    }
+
+    /// Takes another of the arm's links from here on; whether there are any.
+    fn select(&mut self, link: u8) -> bool {
+        link == 0
+    }
 }

@@ -5,14 +5,14 @@ use magician_protocol::INTER_BYTE_TIMEOUT_MS;
 use magician_sim::{Controller, ExternalEvent, LinkId, Micros, Profile, World};
 
 use super::Target;
-
-const LINK: LinkId = LinkId(0);
+use crate::step::Observable;
 
 /// A virtual arm inside this program, whose clock this target steps.
 #[derive(Clone, Debug)]
 pub struct SimTarget {
     profile: Profile,
     arm: Controller,
+    link: LinkId,
 }
 
 impl SimTarget {
@@ -22,12 +22,18 @@ impl SimTarget {
         Self {
             arm: Controller::new(profile.clone()),
             profile,
+            link: LinkId(0),
         }
+    }
+
+    /// The arm of the present case.
+    pub fn arm(&mut self) -> &mut Controller {
+        &mut self.arm
     }
 
     fn drain(&mut self) -> Vec<u8> {
         let mut bytes = Vec::new();
-        while let Some(frame) = self.arm.poll_transmit(LINK) {
+        while let Some(frame) = self.arm.poll_transmit(self.link) {
             bytes.extend_from_slice(frame.bytes());
         }
         bytes
@@ -37,7 +43,7 @@ impl SimTarget {
         let to = self.arm.now().saturating_add(micros(span));
         self.arm.advance(to);
         if span >= Duration::from_millis(INTER_BYTE_TIMEOUT_MS) {
-            self.arm.expire(LINK);
+            self.arm.expire(self.link);
         }
     }
 }
@@ -55,7 +61,7 @@ fn micros(span: Duration) -> Micros {
 
 impl Target for SimTarget {
     async fn send(&mut self, bytes: &[u8]) -> Result<()> {
-        self.arm.receive(LINK, bytes);
+        self.arm.receive(self.link, bytes);
         Ok(())
     }
 
@@ -86,11 +92,28 @@ impl Target for SimTarget {
 
     fn power_up(&mut self, world: World) -> bool {
         self.arm = Controller::in_world(self.profile.clone(), world);
+        self.link = LinkId(0);
         true
     }
 
     fn happens(&mut self, happening: ExternalEvent) -> bool {
         self.arm.inject(happening);
+        true
+    }
+
+    fn sees(&mut self, observable: Observable) -> Option<f64> {
+        let state = self.arm.state();
+        Some(match observable {
+            Observable::Laser => state.laser_power,
+            Observable::Suction => state.suction.reached.into(),
+            Observable::Gripper => state.gripper.reached.into(),
+            Observable::Holding => state.holding.into(),
+            Observable::Pulses(output) => self.arm.steppers().get(output)?.pulses,
+        })
+    }
+
+    fn select(&mut self, link: u8) -> bool {
+        self.link = LinkId(link.into());
         true
     }
 }

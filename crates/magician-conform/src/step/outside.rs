@@ -1,0 +1,82 @@
+//! What happens to an arm from outside its protocol, and what can be seen of it there.
+
+use magician_sim::ExternalEvent;
+use magician_sim::world::Press;
+
+use crate::words;
+
+/// What can be seen beside a virtual arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Observable {
+    /// Power of the laser, percent.
+    Laser,
+    /// Whether the suction cup sucks by now.
+    Suction,
+    /// Whether the gripper is closed by now.
+    Gripper,
+    /// Whether the tool holds something.
+    Holding,
+    /// Pulses of a stepper output.
+    Pulses(usize),
+}
+
+/// What can be seen, and the number that it must be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Observation {
+    pub(crate) observable: Observable,
+    pub(crate) wanted: f64,
+    pub(crate) tolerance: f64,
+}
+
+/// What happens, in words.
+pub(super) fn happening(words: &[String]) -> Result<ExternalEvent, String> {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let number = |text: &str| {
+        text.parse::<f64>()
+            .map_err(|_| format!("'{text}' is no number"))
+    };
+    Ok(match words.as_slice() {
+        ["key", "short"] => ExternalEvent::Key(Press::Short),
+        ["key", "long"] => ExternalEvent::Key(Press::Long),
+        ["unlock", "press"] => ExternalEvent::Unlock(true),
+        ["unlock", "release"] => ExternalEvent::Unlock(false),
+        ["reset"] => ExternalEvent::Reset,
+        ["alarm", code] => ExternalEvent::Alarm(words::code(code)?),
+        ["slip", joint, degrees] => ExternalEvent::Slip {
+            joint: words::code(joint)?,
+            degrees: number(degrees)?,
+        },
+        ["guide", j1, j2, j3, j4] => {
+            ExternalEvent::Guide([number(j1)?, number(j2)?, number(j3)?, number(j4)?].into())
+        }
+        _ => {
+            return Err(
+                "what happens is 'key short', 'key long', 'unlock press', 'unlock release', 'reset', \
+                 'alarm CODE', 'slip JOINT DEGREES' or 'guide J1 J2 J3 J4'"
+                    .to_owned(),
+            );
+        }
+    })
+}
+
+/// `laser=30`, `pulses1=8000+-10`.
+pub(super) fn observation(word: &str) -> Result<Observation, String> {
+    const OBSERVABLES: [(&str, Observable); 6] = [
+        ("laser", Observable::Laser),
+        ("suction", Observable::Suction),
+        ("gripper", Observable::Gripper),
+        ("holding", Observable::Holding),
+        ("pulses0", Observable::Pulses(0)),
+        ("pulses1", Observable::Pulses(1)),
+    ];
+    let (name, value) = word.split_once('=').ok_or("write sees laser=30")?;
+    let observable = OBSERVABLES.iter().find(|(known, _)| *known == name);
+    let (_, observable) = observable.ok_or_else(|| format!("nobody sees '{name}'"))?;
+    let (wanted, tolerance) = value.split_once("+-").unwrap_or((value, "0"));
+    let number = |text: &str| (text.parse::<f64>()).map_err(|_| format!("'{text}' is no number"));
+    Ok(Observation {
+        observable: *observable,
+        wanted: number(wanted)?,
+        tolerance: number(tolerance)?,
+    })
+}
