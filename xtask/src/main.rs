@@ -24,8 +24,8 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 Usage: cargo xtask CHORE
 
-  alarms     try each alarm on the virtual arm: docs/ALARMS.md
-  fidelity   list what the virtual arm's behaviour rests on: docs/FIDELITY.md
+  alarms     list the alarms as conformance cases show them: docs/ALARMS.md
+  fidelity   list what the virtual arm assumes, and the cases that hold it: docs/FIDELITY.md
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
   vendor-functions

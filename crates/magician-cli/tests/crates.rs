@@ -103,6 +103,7 @@ const DEPENDENCIES: [(&str, &[&str]); 18] = [
             "magician-motion",
             "magician-sim",
             "magician",
+            "magician-conform",
             "magician-program",
             "magician-capi",
         ],

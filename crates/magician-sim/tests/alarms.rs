@@ -6,31 +6,7 @@ use arm::{SECOND, USB, arm, arm_with, home, joints_to, ptp, running_arm, wait};
 use magician_motion::ToolBias;
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{Controller, Event, LimitChoice, Profile};
-
-#[test]
-fn the_reset_alarm_stands_at_power_up_until_cleared_and_holds_nothing() {
-    let mut bench = arm::Bench {
-        arm: Controller::new(Profile::default()),
-    };
-    assert_eq!(bench.alarms(), [0x00]);
-    bench.start();
-    bench.enqueue(&wait(0));
-    assert_eq!(bench.current_index(), 1);
-    bench.set(&ClearAlarmsState {});
-    assert!(bench.alarms().is_empty());
-}
-
-#[test]
-fn both_ids_clear() {
-    for id in [20, 21] {
-        let mut bench = arm::Bench {
-            arm: Controller::new(Profile::default()),
-        };
-        bench.frame(id, Ctrl::SET, &[]);
-        assert!(bench.alarms().is_empty(), "id {id}");
-    }
-}
+use magician_sim::{Event, LimitChoice};
 
 #[test]
 fn an_unknown_id_is_met_with_silence_and_alarm_1() {
@@ -44,16 +20,6 @@ fn an_unknown_id_is_met_with_silence_and_alarm_1() {
     assert_eq!(bench.alarms(), [0x01]);
     assert_eq!(bench.enqueue(&wait(0)), 1);
     assert_eq!(bench.current_index(), 1, "it does not block");
-}
-
-#[test]
-fn a_mode_above_9_takes_an_index_does_nothing_and_raises_alarm_1() {
-    let mut bench = running_arm();
-    bench.enqueue(&ptp(10, [0.0, 45.0, 45.0, 0.0]));
-    bench.enqueue(&wait(0));
-    assert_eq!(bench.current_index(), 2);
-    assert_eq!(bench.alarms(), [0x01]);
-    assert!(!bench.state().moving);
 }
 
 #[test]
@@ -79,15 +45,6 @@ fn targets_out_of_reach_or_not_numbers_raise_11() {
 }
 
 #[test]
-fn targets_beyond_a_limit_raise_12_in_space() {
-    let mut bench = running_arm();
-    // J1 would be at 180 degrees.
-    bench.enqueue(&ptp(1, [-200.0, 0.0, 0.0, 180.0]));
-    assert_eq!(bench.alarms(), [0x12]);
-    assert!(!bench.state().moving);
-}
-
-#[test]
 fn a_joint_target_beyond_a_limit_runs_to_the_limit_and_stops_there() {
     let mut bench = running_arm();
     bench.enqueue(&joints_to([170.0, 45.0, 45.0, 0.0]));
@@ -103,28 +60,6 @@ fn a_joint_target_beyond_a_limit_runs_to_the_limit_and_stops_there() {
         "aborted counts as finished, and the rest is held"
     );
     assert!(bench.state().queue.held);
-}
-
-#[test]
-fn each_bound_has_its_alarm() {
-    let targets = [
-        ([170.0, 45.0, 45.0, 0.0], 0x40),
-        ([-170.0, 45.0, 45.0, 0.0], 0x41),
-        ([0.0, 99.0, 80.0, 0.0], 0x42),
-        ([0.0, -60.0, 0.0, 0.0], 0x43),
-        ([0.0, 45.0, 120.0, 0.0], 0x44),
-        ([0.0, 0.0, -60.0, 0.0], 0x45),
-        ([0.0, 45.0, 45.0, 170.0], 0x46),
-        ([0.0, 45.0, 45.0, -170.0], 0x47),
-        ([0.0, 80.0, 0.0, 0.0], 0x48),
-        ([0.0, 0.0, 85.0, 0.0], 0x49),
-    ];
-    for (target, alarm) in targets {
-        let mut bench = running_arm();
-        bench.enqueue(&joints_to(target));
-        bench.rest();
-        assert_eq!(bench.alarms(), [alarm], "{target:?}");
-    }
 }
 
 #[test]
@@ -191,39 +126,12 @@ fn speeds_that_are_none_raise_1a_when_a_motion_needs_them() {
 }
 
 #[test]
-fn a_blocking_alarm_holds_the_queue_until_it_is_cleared() {
-    let mut bench = running_arm();
-    bench.enqueue(&ptp(1, [900.0, 0.0, 0.0, 0.0]));
-    bench.enqueue(&wait(0));
-    bench.enqueue(&joints_to([30.0, 45.0, 45.0, 0.0]));
-    bench.pass(60 * SECOND);
-    assert_eq!(bench.current_index(), 1);
-    assert_eq!(bench.joints()[0], 0.0);
-    bench.start();
-    assert_eq!(bench.current_index(), 1, "a start is no clear");
-    bench.set(&ClearAlarmsState {});
-    bench.rest();
-    assert_eq!(bench.current_index(), 3);
-    assert_eq!(bench.joints()[0], 30.0);
-}
-
-#[test]
 fn a_profile_may_let_the_queue_go_on_regardless() {
     let mut bench = arm_with(|profile| profile.queue.alarms_hold = false);
     bench.start();
     bench.enqueue(&ptp(1, [900.0, 0.0, 0.0, 0.0]));
     bench.enqueue(&wait(0));
     assert_eq!(bench.current_index(), 2);
-    assert_eq!(bench.alarms(), [0x11]);
-}
-
-#[test]
-fn immediate_motion_moves_while_alarms_stand() {
-    let mut bench = running_arm();
-    bench.set(&ptp(1, [900.0, 0.0, 0.0, 0.0]));
-    bench.set(&joints_to([30.0, 45.0, 45.0, 0.0]));
-    bench.rest();
-    assert_eq!(bench.joints()[0], 30.0);
     assert_eq!(bench.alarms(), [0x11]);
 }
 

@@ -45,20 +45,6 @@ fn nothing_queued_runs_before_the_first_start() {
 }
 
 #[test]
-fn the_command_at_work_keeps_its_place() {
-    let mut bench = running_arm();
-    assert_eq!(bench.left_space(), 32);
-    bench.enqueue(&wait(10));
-    assert_eq!(bench.left_space(), 31);
-    bench.enqueue(&wait(10));
-    assert_eq!(bench.left_space(), 30);
-    bench.pass(10_000);
-    assert_eq!(bench.left_space(), 31);
-    bench.pass(10_000);
-    assert_eq!(bench.left_space(), 32);
-}
-
-#[test]
 fn a_full_queue_stores_nothing_and_says_so() {
     let mut bench = arm();
     for index in 1..=32 {
@@ -116,13 +102,6 @@ fn a_wait_counts_from_its_start() {
 }
 
 #[test]
-fn an_immediate_wait_has_no_effect() {
-    let mut bench = running_arm();
-    bench.set(&wait(1000));
-    assert_eq!(bench.arm.poll_timeout(), None);
-}
-
-#[test]
 fn stop_lets_the_motion_finish_and_keeps_what_waits() {
     let mut bench = running_arm();
     bench.enqueue(&joints_to([90.0, 45.0, 45.0, 0.0]));
@@ -138,27 +117,6 @@ fn stop_lets_the_motion_finish_and_keeps_what_waits() {
     assert_eq!(bench.current_index(), 1);
     bench.start();
     assert_eq!(bench.current_index(), 3);
-}
-
-#[test]
-fn stop_cuts_a_wait_short() {
-    let mut bench = running_arm();
-    bench.enqueue(&wait(60_000));
-    bench.enqueue(&wait(60_000));
-    bench.pass(SECOND);
-    bench.set(&QueuedCmdStopExec {});
-    assert_eq!(bench.current_index(), 1);
-    assert_eq!(bench.arm.poll_timeout(), None);
-    assert_eq!(bench.left_space(), 31);
-}
-
-#[test]
-fn a_start_while_running_changes_nothing() {
-    let mut bench = running_arm();
-    bench.enqueue(&wait(1000));
-    bench.pass(400_000);
-    bench.start();
-    assert_eq!(bench.rest(), 600_000);
 }
 
 #[test]
@@ -205,14 +163,6 @@ fn force_stop_clear_start_in_one_breath_ends_at_rest_and_ready() {
         3,
         "the index jumps over what was dropped"
     );
-}
-
-#[test]
-fn force_stop_ends_a_wait_at_once() {
-    let mut bench = running_arm();
-    bench.enqueue(&wait(60_000));
-    bench.set(&QueuedCmdForceStopExec {});
-    assert_eq!(bench.current_index(), 1);
 }
 
 #[test]

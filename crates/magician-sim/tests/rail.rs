@@ -2,9 +2,9 @@
 
 mod arm;
 
-use arm::{Bench, SECOND, arm, arm_with, home, joints_to, multiplex, running_arm};
+use arm::{Bench, SECOND, arm_with, home, joints_to, multiplex, running_arm};
 use magician_protocol::commands::*;
-use magician_protocol::{Ctrl, Flag, IoFunction, JogCommand, PoCmd, PoList, PtpMode};
+use magician_protocol::{Flag, IoFunction, JogCommand, PoCmd, PoList, PtpMode};
 use magician_sim::{Event, ExternalEvent, Micros, Signal};
 
 const HOME: [f32; 4] = [0.0, 45.0, 45.0, 0.0];
@@ -591,13 +591,4 @@ fn power_finds_the_carriage_at_0_and_homing_finds_out_where_it_is() {
     assert_eq!(place(&mut bench), 600.0);
     bench.pass(7 * SECOND);
     assert_eq!(place(&mut bench), 0.0);
-}
-
-#[test]
-fn the_rails_parameters_have_their_own_sizes() {
-    let mut bench = arm();
-    for id in [74, 85] {
-        assert_eq!(bench.frame(id, Ctrl::GET, &[]).frame().params().len(), 8);
-    }
-    assert_eq!(bench.frame(13, Ctrl::GET, &[]).frame().params(), [0; 4]);
 }

@@ -63,12 +63,17 @@ impl Context<'_> {
                     z_bias,
                 } = self.store.settings.bias;
                 assumptions.add_if([x_bias, y_bias, z_bias] != [0.0; 3], Assumption::ToolBias);
-                let told = self
-                    .store
-                    .settings
-                    .told
-                    .contains(<EndEffectorParams as Readable>::ROW.id);
-                assumptions.add_if(!told, Assumption::PowerUpTool);
+                assumptions.add_if(self.has_tool_of_power_up(), Assumption::PowerUpTool);
+            }
+            Get::EndEffectorParams(_) => {
+                assumptions.add_if(self.has_tool_of_power_up(), Assumption::PowerUpTool);
+            }
+            Get::HomeParams(_) => {
+                let unset = self.store.settings.home.is_none();
+                assumptions.add_if(
+                    unset && self.has_tool_of_power_up(),
+                    Assumption::PowerUpTool,
+                );
             }
             Get::HhtTrigOutput(_) => {
                 assumptions.add_if(self.has_new_point(), Assumption::PointCleared)
@@ -185,6 +190,12 @@ impl Context<'_> {
             QueuedCmdLeftSpace(_) => Assumption::QueueDepth,
             QueuedCmdMotionFinish(_) => Assumption::MotionFinish,
         }
+    }
+
+    /// Whether nobody has set a tool since power-up.
+    fn has_tool_of_power_up(&self) -> bool {
+        let id = <EndEffectorParams as Readable>::ROW.id;
+        !self.store.settings.told.contains(id)
     }
 
     /// The flash before anything was set.

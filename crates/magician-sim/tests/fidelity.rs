@@ -1,18 +1,43 @@
-//! What each answer rests on, and what a strict controller makes of it.
+//! What a strict controller makes of what is only assumed. That each assumption is counted and refused where a command rests on it is
+//! held by the conformance cases (`magician-conform/tests/assumptions`).
 
-#[path = "../arm/mod.rs"]
 mod arm;
-mod cases;
 
 use std::collections::BTreeSet;
 
 use arm::{Bench, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
-use cases::{CASES, ask, now, queue, raw, start};
-use magician_protocol::Ctrl;
 use magician_protocol::commands::*;
+use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable, Writable};
 use magician_sim::fidelity::{Assumption, Confidence, Strictness};
 use magician_sim::world::ExternalEvent;
 use magician_sim::{Controller, Event, Profile, Refusal};
+
+/// Sends at once, whatever the answer.
+fn now<T: Writable>(bench: &mut Bench, value: &T) -> Vec<FrameBuf> {
+    let frame = FrameBuf::encode(T::ROW.id, Ctrl::SET, value).expect("fits");
+    bench.send(frame.bytes())
+}
+
+/// Queues, whatever the answer.
+fn queue<T: Writable>(bench: &mut Bench, value: &T) -> Vec<FrameBuf> {
+    let frame = FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).expect("fits");
+    bench.send(frame.bytes())
+}
+
+/// Asks, whatever the answer.
+fn ask<T: Readable<Query = NoArgs>>(bench: &mut Bench) -> Vec<FrameBuf> {
+    let frame = FrameBuf::encode(T::ROW.id, Ctrl::GET, &NoArgs).expect("fits");
+    bench.send(frame.bytes())
+}
+
+fn raw(bench: &mut Bench, id: u8, ctrl: u8, params: &[u8]) -> Vec<FrameBuf> {
+    let frame = FrameBuf::new(id, Ctrl(ctrl), params).expect("fits");
+    bench.send(frame.bytes())
+}
+
+fn start(bench: &mut Bench) {
+    now(bench, &QueuedCmdStartExec {});
+}
 
 fn strict() -> Bench {
     arm_with(|profile| profile.fidelity.strict = true)
@@ -28,44 +53,6 @@ fn refusals(bench: &mut Bench) -> Vec<Assumption> {
         _ => None,
     };
     bench.events().into_iter().filter_map(assumption).collect()
-}
-
-#[test]
-fn there_is_a_case_for_every_basis_and_only_one() {
-    let listed: Vec<Assumption> = CASES.iter().map(|(assumption, _)| *assumption).collect();
-    let distinct: BTreeSet<Assumption> = listed.iter().copied().collect();
-    assert_eq!(listed.len(), distinct.len());
-    let all: BTreeSet<Assumption> = Assumption::ALL.iter().copied().collect();
-    let missing: Vec<_> = all.difference(&distinct).collect();
-    assert!(missing.is_empty(), "{missing:?}");
-}
-
-#[test]
-fn each_basis_is_counted_where_it_is_rested_on() {
-    for (assumption, act) in CASES {
-        let mut bench = arm();
-        let before = bench.arm.fidelity().uses(*assumption);
-        act(&mut bench);
-        assert!(
-            bench.arm.fidelity().uses(*assumption) > before,
-            "{assumption:?}"
-        );
-        assert_eq!(refusals(&mut bench), [], "{assumption:?}: not strict");
-    }
-}
-
-/// Facts, and choices that are kept, are as ever; every other choice is refused, for its own reason and no other.
-#[test]
-fn strict_refuses_the_choices_and_nothing_else() {
-    for (assumption, act) in CASES {
-        let mut bench = strict();
-        act(&mut bench);
-        let wanted = match assumption.strictness() {
-            Strictness::Refused => vec![*assumption],
-            Strictness::Fact | Strictness::Kept(_) => Vec::new(),
-        };
-        assert_eq!(refusals(&mut bench), wanted, "{assumption:?}");
-    }
 }
 
 /// What is refused leaves everything but the queue's numbers as it was.

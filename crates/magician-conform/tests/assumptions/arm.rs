@@ -1,0 +1,235 @@
+//! A virtual arm of which one assumption is not true: what goes in or comes out is altered between the runner and the controller.
+
+use std::time::Duration;
+
+use magician::Result;
+use magician_conform::{Observable, SimTarget, Target};
+use magician_protocol::commands::{Set, WaitCmd};
+use magician_protocol::{Ctrl, Deframer, Event, Frame, FrameBuf, NoArgs, Readable, Request, Row};
+use magician_sim::{Controller, ExternalEvent, LinkId, Micros, Profile, World};
+
+/// The link on which an arm is told and asked behind the runner's back.
+const ASIDE: LinkId = LinkId(99);
+/// How often an arm is looked at whose violation comes with time.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// How an arm comes to violate an assumption.
+// A hook each, named nowhere else.
+#[allow(clippy::type_complexity)]
+pub(crate) enum Violation {
+    /// By another firmware.
+    Profile(fn(&mut Profile)),
+    /// By what becomes of the bytes that it receives.
+    Bytes(Box<dyn FnMut(&[u8]) -> Vec<u8>>),
+    /// By what becomes of a request.
+    Request(Box<dyn FnMut(&mut Controller, &FrameBuf) -> Fate>),
+    /// By what else happens after a request.
+    After(Box<dyn FnMut(&mut Controller, &Request)>),
+    /// By what it answers.
+    Reply(Box<dyn FnMut(&mut Controller, FrameBuf) -> FrameBuf>),
+    /// By what happens to it, and whether that does.
+    Event(Box<dyn FnMut(&mut Controller, ExternalEvent) -> bool>),
+    /// By what happens as time passes, in short pieces.
+    Time(Box<dyn FnMut(&mut Controller)>),
+    /// By taking all hosts for one.
+    OneLink,
+}
+
+/// What becomes of a request.
+pub(crate) enum Fate {
+    /// It is carried out.
+    Taken,
+    /// It is answered, and does nothing.
+    Ignored,
+    /// It is not answered, and does nothing.
+    Unanswered,
+    /// This is carried out in its place, and answered as if it were it.
+    Replaced(FrameBuf),
+    /// This is the answer, and nothing is done.
+    Answered(FrameBuf),
+}
+
+/// A virtual arm that violates an assumption.
+pub(crate) struct ViolatingArm {
+    begin: Box<dyn Fn() -> Violation>,
+    violation: Violation,
+    sim: SimTarget,
+    replies: Vec<u8>,
+}
+
+impl ViolatingArm {
+    /// An arm that begins each case with such a violation.
+    pub(crate) fn new(begin: impl Fn() -> Violation + 'static) -> Self {
+        let violation = begin();
+        let mut profile = Profile::default();
+        if let Violation::Profile(change) = violation {
+            change(&mut profile);
+        }
+        Self {
+            begin: Box::new(begin),
+            violation,
+            sim: SimTarget::new(profile),
+            replies: Vec::new(),
+        }
+    }
+
+    /// Takes what the arm has answered.
+    async fn collect(&mut self) -> Result<()> {
+        let bytes = self.sim.receive(Duration::ZERO).await?;
+        self.answered(&bytes, |reply| reply);
+        Ok(())
+    }
+
+    fn answered(&mut self, bytes: &[u8], mut alter: impl FnMut(FrameBuf) -> FrameBuf) {
+        let (mut deframer, mut input) = (Deframer::new(), bytes);
+        while let Some(event) = deframer.next(&mut input) {
+            let Event::Frame { frame, .. } = event else {
+                continue;
+            };
+            let mut reply = alter(FrameBuf::from(frame));
+            if let Violation::Reply(change) = &mut self.violation {
+                reply = change(self.sim.arm(), reply);
+            }
+            self.replies.extend_from_slice(reply.bytes());
+        }
+    }
+
+    /// Has this carried out in place of a request.
+    async fn replace(&mut self, request: &FrameBuf, by: &FrameBuf) -> Result<()> {
+        self.sim.send(by.bytes()).await?;
+        let bytes = self.sim.receive(Duration::ZERO).await?;
+        let (id, ctrl) = (request.frame().id(), request.frame().ctrl());
+        self.answered(&bytes, |reply| {
+            let reply = reply.frame();
+            let ctrl = if reply.ctrl().error() {
+                ctrl.with_error()
+            } else {
+                ctrl
+            };
+            FrameBuf::new(id, ctrl, reply.params()).expect("as long as before")
+        });
+        Ok(())
+    }
+
+    async fn ignore(&mut self, request: &FrameBuf) -> Result<()> {
+        let (id, ctrl) = (request.frame().id(), request.frame().ctrl());
+        let queued = ctrl.queued() && Row::with_id(id).is_some_and(|row| !row.steers_queue());
+        if queued {
+            let nothing = Set::WaitCmd(WaitCmd { timeout: 0 });
+            let nothing = FrameBuf::set(&nothing, Ctrl::QUEUED).expect("fits");
+            return self.replace(request, &nothing).await;
+        }
+        let empty = FrameBuf::new(id, ctrl, &[]).expect("fits");
+        self.replies.extend_from_slice(empty.bytes());
+        Ok(())
+    }
+}
+
+impl Target for ViolatingArm {
+    async fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        let frame = Frame::new(bytes).map(FrameBuf::from);
+        let fate = match (&mut self.violation, &frame) {
+            (Violation::Bytes(change), _) => {
+                let bytes = change(bytes);
+                self.sim.send(&bytes).await?;
+                return self.collect().await;
+            }
+            (Violation::Request(decide), Some(frame)) => decide(self.sim.arm(), frame),
+            _ => Fate::Taken,
+        };
+        match (fate, &frame) {
+            (Fate::Ignored, Some(frame)) => self.ignore(frame).await?,
+            (Fate::Replaced(by), Some(frame)) => self.replace(frame, &by).await?,
+            (Fate::Answered(reply), _) => self.replies.extend_from_slice(reply.bytes()),
+            (Fate::Unanswered, _) => {}
+            _ => self.sim.send(bytes).await?,
+        }
+        self.collect().await?;
+        let request = frame.and_then(|frame| Request::decode(&frame.frame()).ok());
+        if let (Violation::After(act), Some(request)) = (&mut self.violation, &request) {
+            act(self.sim.arm(), request);
+        }
+        Ok(())
+    }
+
+    async fn receive(&mut self, within: Duration) -> Result<Vec<u8>> {
+        if self.replies.is_empty() {
+            let bytes = self.sim.receive(within).await?;
+            self.answered(&bytes, |reply| reply);
+        }
+        Ok(std::mem::take(&mut self.replies))
+    }
+
+    async fn pass(&mut self, span: Duration) -> Result<()> {
+        let Violation::Time(act) = &mut self.violation else {
+            return self.sim.pass(span).await;
+        };
+        let step = LOOK.max(span / 2000).min(span);
+        let mut left = span;
+        while !left.is_zero() {
+            let step = step.min(left);
+            self.sim.pass(step).await?;
+            act(self.sim.arm());
+            left -= step;
+        }
+        Ok(())
+    }
+
+    async fn go_on(&mut self, at_most: Duration) -> Result<()> {
+        match &mut self.violation {
+            Violation::Time(act) => {
+                self.sim.go_on(at_most.min(LOOK)).await?;
+                act(self.sim.arm());
+                Ok(())
+            }
+            _ => self.sim.go_on(at_most).await,
+        }
+    }
+
+    fn stepped(&self) -> Option<Micros> {
+        self.sim.stepped()
+    }
+
+    fn power_up(&mut self, world: World) -> bool {
+        // What a violation remembers is of the case before.
+        self.violation = (self.begin)();
+        self.replies.clear();
+        self.sim.power_up(world)
+    }
+
+    fn happens(&mut self, happening: ExternalEvent) -> bool {
+        if let Violation::Event(act) = &mut self.violation
+            && !act(self.sim.arm(), happening)
+        {
+            return true;
+        }
+        self.sim.happens(happening)
+    }
+
+    fn sees(&mut self, observable: Observable) -> Option<f64> {
+        self.sim.sees(observable)
+    }
+
+    fn select(&mut self, link: u8) -> bool {
+        matches!(self.violation, Violation::OneLink) || self.sim.select(link)
+    }
+}
+
+/// Tells an arm something behind the runner's back.
+pub(crate) fn tell(arm: &mut Controller, set: &Set) {
+    let frame = FrameBuf::set(set, Ctrl::SET).expect("fits");
+    arm.receive(ASIDE, frame.bytes());
+    while arm.poll_transmit(ASIDE).is_some() {}
+}
+
+/// Asks an arm something behind the runner's back.
+pub(crate) fn ask<L: Readable<Query = NoArgs>>(arm: &mut Controller) -> L {
+    ask_with(arm, &NoArgs)
+}
+
+pub(crate) fn ask_with<L: Readable>(arm: &mut Controller, query: &L::Query) -> L {
+    let frame = FrameBuf::get(query, L::ROW).expect("fits");
+    arm.receive(ASIDE, frame.bytes());
+    let reply = arm.poll_transmit(ASIDE).expect("an answer");
+    reply.frame().read().expect("its form")
+}

@@ -1,0 +1,143 @@
+//! The cases over a line that takes its time (`--baud`), on an arm whose clock runs by the wall's (`--speed`): as a real arm is
+//! examined, but with a wall clock that the test lets go on.
+
+use std::time::Duration;
+
+use magician::Result;
+use magician_conform::{Case, LINE_LOOK, Outcome, Runner, Suite, Target};
+use magician_sim::{Controller, ExternalEvent, Line, LinkId, Micros, Profile, Speed, World};
+
+const LINK: LinkId = LinkId(0);
+
+/// A virtual arm at the end of a paced line, and what the clock on the wall shows.
+struct PacedArm {
+    runner: magician_sim::Runner,
+    wall: Micros,
+}
+
+impl PacedArm {
+    fn new(speed: Speed, line: Line) -> Self {
+        let arm = Controller::new(Profile::default());
+        Self {
+            runner: magician_sim::Runner::new(arm, speed, line),
+            wall: 0,
+        }
+    }
+
+    fn replies(&mut self) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while let Some(reply) = self.runner.poll_transmit(self.wall, LINK) {
+            bytes.extend_from_slice(reply.bytes());
+        }
+        bytes
+    }
+
+    /// Lets the wall's clock go on to what happens next, at most to `end`.
+    fn go_to(&mut self, end: Micros) {
+        let next = self.runner.poll_change().unwrap_or(end);
+        self.wall = next.clamp(self.wall, end);
+        self.runner.handle_timeout(self.wall);
+    }
+
+    fn after(&self, span: Duration) -> Micros {
+        self.wall + Micros::try_from(span.as_micros()).expect("a short time")
+    }
+}
+
+impl Target for PacedArm {
+    async fn send(&mut self, bytes: &[u8]) -> Result<()> {
+        self.runner.receive(self.wall, LINK, bytes);
+        Ok(())
+    }
+
+    async fn receive(&mut self, within: Duration) -> Result<Vec<u8>> {
+        let end = self.after(within);
+        loop {
+            let bytes = self.replies();
+            if !bytes.is_empty() || self.wall >= end {
+                return Ok(bytes);
+            }
+            let before = self.wall;
+            self.go_to(end);
+            if self.wall == before {
+                self.wall += 1;
+            }
+        }
+    }
+
+    async fn pass(&mut self, span: Duration) -> Result<()> {
+        let end = self.after(span);
+        while self.wall < end {
+            let before = self.wall;
+            self.go_to(end);
+            if self.wall == before {
+                self.wall += 1;
+            }
+        }
+        Ok(())
+    }
+
+    async fn go_on(&mut self, at_most: Duration) -> Result<()> {
+        self.pass(LINE_LOOK.min(at_most)).await
+    }
+
+    fn stepped(&self) -> Option<Micros> {
+        None
+    }
+
+    fn power_up(&mut self, _: World) -> bool {
+        false
+    }
+
+    fn happens(&mut self, _: ExternalEvent) -> bool {
+        false
+    }
+}
+
+/// What fails of the cases that can be done on a line, and how many passed.
+fn failed(speed: Speed, line: Line, which: fn(&Case) -> bool) -> (Vec<String>, usize) {
+    let suite = Suite::built_in().unwrap_or_else(|error| panic!("{error}"));
+    let arm = PacedArm::new(speed, line);
+    let mut runner = Runner::new(arm, Duration::from_secs(3)).expect("the beginnings are read");
+    let runtime = tokio::runtime::Builder::new_current_thread().build();
+    runtime.expect("a runtime").block_on(async {
+        let (mut failed, mut passed) = (Vec::new(), 0);
+        runner.begin().await.expect("the arm answers");
+        for case in suite.cases().iter().filter(|case| which(case)) {
+            match runner.run(case).await.expect("no line to lose") {
+                Outcome::Failed(mismatch) => failed.push(format!("{}: {mismatch:?}", case.id)),
+                Outcome::Passed => passed += 1,
+                Outcome::Skipped(_) => {}
+            }
+        }
+        runner
+            .end()
+            .await
+            .expect("the arm takes its parameters back");
+        (failed, passed)
+    })
+}
+
+const USB: Line = Line {
+    baud: Some(115_200),
+    turnaround: 1000,
+};
+
+#[test]
+fn the_cases_pass_over_a_line_that_takes_its_time() {
+    let (failed, passed) = failed(Speed::Times(1.0), USB, |_| true);
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert!(passed > 150, "{passed} cases were done");
+}
+
+/// What a case waits for passes by the wall, twice as much of it for the arm; how long a command takes is told by the arm's clock.
+#[test]
+fn commands_take_as_long_on_an_arm_twice_as_fast() {
+    let timed = |case: &Case| {
+        let begins = |word| case.steps().any(|step| step.starts_with(word));
+        begins("done after") && !begins("wait ") && !begins("at ")
+    };
+    let (failed, passed) = failed(Speed::Times(2.0), USB, timed);
+    assert!(failed.is_empty(), "{failed:#?}");
+    assert!(passed > 40, "{passed} cases were done");
+}

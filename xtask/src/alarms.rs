@@ -1,0 +1,128 @@
+//! A table of the Magician's alarms on the virtual arm, made of the conformance cases that show them.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use magician_conform::{AlarmCase, Case, Suite};
+use magician_protocol::Alarm;
+
+const INTRODUCTION: &str = "\
+# The Magician's alarms on the virtual arm
+
+How each arises here, whether what is queued behind it waits, and how it goes. Each row is a case of the conformance suite, which
+`magician conform --only alarm --list -v` shows step by step. `cargo xtask alarms` writes this page.
+
+Of every alarm, however it arose (`alarm.injected-*`):
+
+* It can be injected: by a scenario, or by `Controller::inject(ExternalEvent::Alarm(code))`. An injected one has no cause
+  that lasts, so the first ClearAllAlarmsState (id 20 or 21) drops it.
+* A motion under way goes on to its end.
+* Where the queue waits, it waits for ClearAllAlarmsState, even if the alarm has dropped by itself before. Homing runs
+  all the same when it is next, and clears nothing. Immediate commands are carried out.
+* None goes by waiting. A reset drops all and raises 0x00.
+
+| alarm | how it arises here | queue | how it goes | case |
+|---|---|---|---|---|
+";
+
+const SIBLINGS: &str = "
+The other alarms that have a name belong to the arm's siblings and are raised by injection only; they behave as
+those above:
+";
+
+/// Writes `docs/ALARMS.md`.
+pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
+    fs::write(docs.join("ALARMS.md"), page(&Suite::built_in()?))?;
+    Ok(())
+}
+
+/// The cases that show an alarm, by its code.
+fn rows(suite: &Suite) -> Vec<(&AlarmCase, &Case)> {
+    let cases = suite.cases().iter();
+    let mut rows: Vec<_> = cases
+        .filter_map(|case| Some((case.alarm.as_ref()?, case)))
+        .collect();
+    rows.sort_by_key(|(alarm, _)| alarm.code);
+    rows
+}
+
+fn page(suite: &Suite) -> String {
+    let mut page = INTRODUCTION.to_owned();
+    let rows = rows(suite);
+    for (AlarmCase { code, arises, goes }, case) in &rows {
+        let name = Alarm::with_code(*code).map_or("", |alarm| alarm.name);
+        let queue = if Alarm::blocks(*code) {
+            "waits"
+        } else {
+            "goes on"
+        };
+        let _ = writeln!(
+            page,
+            "| `{code:#04x}` {name} | {arises} | {queue} | {goes} | `{}` |",
+            case.id
+        );
+    }
+    page += SIBLINGS;
+    let listed = |alarm: &&Alarm| !rows.iter().any(|(row, _)| row.code == alarm.code);
+    let others: Vec<String> = (Alarm::TABLE.iter().filter(listed))
+        .map(|alarm| format!("`{:#04x}` {}", alarm.code, alarm.name))
+        .collect();
+    let _ = writeln!(page, "{}.", others.join(", "));
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn suite() -> Suite {
+        Suite::built_in().expect("its own cases")
+    }
+
+    /// Those of the siblings that something raises here are listed too.
+    #[test]
+    fn every_alarm_of_the_magician_has_one_row() {
+        let suite = suite();
+        let shown: Vec<u8> = rows(&suite).iter().map(|(alarm, _)| alarm.code).collect();
+        let wanted: Vec<u8> = (Alarm::TABLE.iter())
+            .filter(|alarm| alarm.magician || alarm.code == Alarm::PlanSpeedInputParam)
+            .map(|alarm| alarm.code)
+            .collect();
+        assert_eq!(shown, wanted);
+    }
+
+    /// What is said of every alarm is tried with each that has a name, or with its row.
+    #[test]
+    fn every_alarm_with_a_name_is_injected_in_a_case() {
+        let suite = suite();
+        for alarm in Alarm::TABLE {
+            let id = format!("alarm.injected-{:#04x}", alarm.code);
+            let found = suite.cases().iter().any(|case| case.id == id);
+            assert!(found || alarm.code < 2, "{id}");
+        }
+    }
+
+    /// What drops by itself in the protocol's own list of alarms does so here if it arises here.
+    #[test]
+    fn the_list_of_alarms_agrees() {
+        for (row, case) in rows(&suite()) {
+            let alarm = Alarm::with_code(row.code).expect("listed");
+            let drops = case
+                .assumes
+                .contains(&magician_sim::fidelity::Assumption::LimitDrops);
+            assert_eq!(drops, alarm.clears_itself, "{}", alarm.name);
+        }
+    }
+
+    #[test]
+    fn the_page_is_current() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/ALARMS.md");
+        let written = fs::read_to_string(path).expect("docs/ALARMS.md");
+        assert!(
+            written == page(&suite()),
+            "cargo xtask alarms writes it anew"
+        );
+    }
+}
