@@ -2,7 +2,7 @@
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
-use magician_program::{Origin, Problem};
+use magician_program::{Origin, Diagnostic};
 use magician_protocol::{is_deceptive, visible, visible_lines};
 
 use crate::paint::{Paint, draws_on_stderr, width_of_stderr};
@@ -31,7 +31,7 @@ impl Severity {
 
 /// Draws a problem: `text` is the file's, if it is one. Ends without a line feed.
 pub(crate) fn draw(
-    problem: &Problem,
+    problem: &Diagnostic,
     severity: Severity,
     file: &str,
     text: Option<&str>,
@@ -51,7 +51,7 @@ pub(crate) fn draw(
 
 fn draw_by(
     renderer: &Renderer,
-    problem: &Problem,
+    problem: &Diagnostic,
     severity: Severity,
     file: &str,
     text: Option<&str>,
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     fn drawn(text: &str, origin: Origin) -> String {
-        let problem = Problem::new(origin, "joint 2 would be at 95.0 deg, limit 90.0 deg")
+        let problem = Diagnostic::new(origin, "joint 2 would be at 95.0 deg, limit 90.0 deg")
             .named("outline")
             .help("move it nearer")
             .remedy((Setting::Scale, Given::Number(0.5)), "would do");

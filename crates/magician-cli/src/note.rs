@@ -1,7 +1,7 @@
 //! What was read or done in a certain way, as JSON has it.
 
 use magician::Remedy;
-use magician_program::Problem;
+use magician_program::Diagnostic;
 use serde::Serialize;
 
 use crate::voice;
@@ -21,8 +21,8 @@ pub(crate) struct Note {
 
 impl Note {
     /// All of them, each with what to do about it.
-    pub(crate) fn all<'p>(notes: impl IntoIterator<Item = &'p Problem>) -> Vec<Self> {
-        let told = |note: &Problem| Self {
+    pub(crate) fn all<'p>(notes: impl IntoIterator<Item = &'p Diagnostic>) -> Vec<Self> {
+        let told = |note: &Diagnostic| Self {
             code: note.code.name(),
             text: voice::advised(note.message.clone(), note),
             line: Some(note.origin.line).filter(|line| *line > 0),

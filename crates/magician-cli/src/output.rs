@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 use std::mem;
 
 use clap::builder::StyledStr;
-use magician_program::{NoteCode, Origin, Problem};
+use magician_program::{Diagnostic, DiagnosticCode, Origin};
 use magician_protocol::visible_lines;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -98,7 +98,7 @@ impl Output {
         let Some(text) = saved::note(settled) else {
             return;
         };
-        let note = Problem::new(Origin::NONE, text).coded(NoteCode::Speed);
+        let note = Diagnostic::new(Origin::NONE, text).coded(DiagnosticCode::Speed);
         match json {
             true => self.notes.extend(Note::all([&note])),
             false => {

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use magician_program::{Content, Format, Problem, ReadOptions, Reading};
+use magician_program::{Content, Format, Diagnostic, ReadOptions, Parsed};
 
 use crate::diagnostics::{self, Severity};
 use crate::failure::{Failure, Figures};
@@ -72,7 +72,7 @@ impl Source {
         &self,
         format: Format,
         mut options: ReadOptions,
-    ) -> Result<Reading<Content>, Failure> {
+    ) -> Result<Parsed<Content>, Failure> {
         options.title.clone_from(&self.title);
         magician_program::read(format, &self.bytes, &options)
             .map_err(|problem| self.failure(&problem))
@@ -92,7 +92,7 @@ impl Source {
     }
 
     /// A problem with it, as the user gets it.
-    pub(crate) fn failure(&self, problem: &Problem) -> Failure {
+    pub(crate) fn failure(&self, problem: &Diagnostic) -> Failure {
         let failure = Failure::invalid(format!("{}: {problem}", self.name));
         let figures = Figures::of(&magician::Error::from(problem.clone()));
         failure
@@ -101,7 +101,7 @@ impl Source {
     }
 
     /// A problem with it, drawn.
-    pub(crate) fn draw(&self, problem: &Problem, severity: Severity) -> String {
+    pub(crate) fn draw(&self, problem: &Diagnostic, severity: Severity) -> String {
         let text = std::str::from_utf8(&self.bytes).ok();
         diagnostics::draw(problem, severity, &self.name, text)
     }

@@ -1,7 +1,7 @@
 //! What to do about an error or a note, in the words of the command: verbs and flags.
 
 use magician::{Act, Action, Given, Remedy, Setting, Voice};
-use magician_program::Problem;
+use magician_program::Diagnostic;
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
 
@@ -47,7 +47,7 @@ impl Voice for Command {
 }
 
 /// What is said of a problem or a note, with what to do about it.
-pub(crate) fn advised(text: String, problem: &Problem) -> String {
+pub(crate) fn advised(text: String, problem: &Diagnostic) -> String {
     match problem.advice(&Command) {
         Some(advice) => format!("{text} ({advice})"),
         None => text,

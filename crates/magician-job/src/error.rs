@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use magician::commands::Pose;
 use magician::{AlarmSet, Error, Lifted};
-use magician_program::resume::{Span, Verdict};
-use magician_program::{Problem, Report, Rest};
+use magician_program::resume::{ResumePoint, StepRange};
+use magician_program::{Diagnostic, RemainingProgram, Report};
 
 use crate::event::Done;
 use crate::journal::JournalError;
@@ -27,13 +27,13 @@ pub enum Fault {
     /// The arm or the line to it; also a stop that did not come through the job.
     Arm(Arc<Error>),
     /// The program cannot be done from there.
-    Program(Problem),
+    Program(Diagnostic),
     /// The check refuses steps.
     Refused {
         /// What it has found.
         report: Box<Report>,
         /// What was checked.
-        rest: Box<Rest>,
+        rest: Box<RemainingProgram>,
     },
     /// There is nothing to resume.
     Journal(JournalError),
@@ -42,7 +42,7 @@ pub enum Fault {
     /// It is not certain how far the last job came.
     Doubt {
         /// So many steps at least and at most.
-        span: Span,
+        span: StepRange,
         /// Whether the last job has said so itself. If not, the arm was switched off, or others have used it.
         said: bool,
     },
@@ -72,12 +72,12 @@ pub enum Left {
     /// Behind so many steps.
     Known {
         /// The steps.
-        verdict: Verdict,
+        resume_point: ResumePoint,
         /// Whether the next one goes on where it was stopped.
         within: bool,
     },
     /// The arm has forgotten what it did: only what was seen to be finished is certain.
-    Forgotten(Span),
+    Forgotten(StepRange),
 }
 
 /// What became of the pen of a drawing.
@@ -143,8 +143,8 @@ impl From<Error> for JobError {
     }
 }
 
-impl From<Problem> for JobError {
-    fn from(problem: Problem) -> Self {
+impl From<Diagnostic> for JobError {
+    fn from(problem: Diagnostic) -> Self {
         Self::new(Fault::Program(problem))
     }
 }
@@ -156,7 +156,7 @@ impl fmt::Display for JobError {
             Fault::Stopped { .. } => f.write_str("stopped"),
             Fault::Arm(error) => error.fmt(f),
             Fault::Program(problem) => problem.fmt(f),
-            Fault::Refused { report, .. } => match report.complaints.first() {
+            Fault::Refused { report, .. } => match report.refused_steps.first() {
                 Some(first) => {
                     let step = report.number(first.step);
                     write!(f, "step {step} is refused: {}", first.error)
@@ -251,7 +251,7 @@ pub enum ResumeError {
     /// The arm or its line.
     Arm(Arc<Error>),
     /// The program cannot be gone on with from there.
-    Program(Problem),
+    Program(Diagnostic),
     /// The check refuses steps: the first of them.
     Refused(Arc<Error>),
 }

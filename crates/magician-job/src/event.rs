@@ -86,7 +86,7 @@ pub struct JobProgress {
     /// All steps; none of a job without end.
     pub steps: Option<u64>,
     /// The loop under way, from 1.
-    pub round: u64,
+    pub iteration: u64,
     /// How long the rest takes by the arm's clock, if that is known.
     pub left: Option<Duration>,
     /// How long the arm has not answered, while it is waited for.

@@ -12,7 +12,7 @@ use magician_job::{
     JournalError, JournalKey, Left, NoJournal, PauseError, PauseReason, PenLift, ResumeError,
     Start,
 };
-use magician_program::resume::{Ended, Mark};
+use magician_program::resume::{Checkpoint, RunEnd};
 use magician_program::{Action, Origin, Plan, Program, Travel};
 use tokio::time::sleep;
 
@@ -38,10 +38,10 @@ fn paused(job: &JobHandle) -> bool {
 
 /// A journal in memory.
 #[derive(Clone, Default)]
-struct Memory(Arc<Mutex<Vec<Option<Mark>>>>);
+struct Memory(Arc<Mutex<Vec<Option<Checkpoint>>>>);
 
 impl Memory {
-    fn last(&self) -> Option<Mark> {
+    fn last(&self) -> Option<Checkpoint> {
         self.0.lock().unwrap().last().cloned().flatten()
     }
 }
@@ -51,12 +51,12 @@ impl Journal for Memory {
         assert_eq!(key.arm, "virtual");
     }
 
-    fn left(&self) -> Result<Mark, JournalError> {
+    fn left(&self) -> Result<Checkpoint, JournalError> {
         self.last().ok_or(JournalError::Nothing)
     }
 
-    fn write(&mut self, mark: &Mark) {
-        self.0.lock().unwrap().push(Some(mark.clone()));
+    fn write(&mut self, checkpoint: &Checkpoint) {
+        self.0.lock().unwrap().push(Some(checkpoint.clone()));
     }
 
     fn remove(&mut self) {
@@ -76,7 +76,7 @@ async fn a_job_tells_what_it_does() {
             JobEvent::State(state) => states.push(state),
             JobEvent::Progress(progress) => {
                 assert!(progress.step >= last && progress.steps == program.steps());
-                assert!((1..=2).contains(&progress.round));
+                assert!((1..=2).contains(&progress.iteration));
                 (last, told) = (progress.step, told + 1);
             }
             _ => {}
@@ -185,8 +185,8 @@ async fn a_stop_keeps_what_is_known_before_the_pen_goes_up() {
     let (stood, pose) = (stood.expect("it stands"), pose.expect("told"));
     assert!(f64::from(stood.pose.z) < PAPER + 0.5, "{stood:?}");
     assert!(f64::from(pose.z) > PAPER + 5.0 && matches!(lift, PenLift::Lifted(_)));
-    let mark = journal.last().expect("kept");
-    assert!(mark.ended.is_some() && mark.ended != Some(Ended::Doubt));
+    let checkpoint = journal.last().expect("kept");
+    assert!(checkpoint.ended.is_some() && checkpoint.ended != Some(RunEnd::Doubt));
     // Another job goes on, and what is drawn then is the drawing.
     let spec = JobSpec::new(program.clone()).start(Start::Resume);
     let job = Job::start(&arm, spec.clone(), journal.clone());
@@ -368,8 +368,8 @@ async fn a_journal_is_a_file_that_another_process_reads() {
         .path()
         .join(format!("{}-virtual.json", program.key()));
     let text = std::fs::read_to_string(&path).expect("kept");
-    let mark: Mark = serde_json::from_str(&text).expect("a mark");
-    assert_eq!(mark.steps, program.steps());
+    let checkpoint: Checkpoint = serde_json::from_str(&text).expect("a mark");
+    assert_eq!(checkpoint.steps, program.steps());
     std::fs::write(&path, "{}").expect("written");
     let resume = || Job::start(&arm, spec.clone().start(Start::Resume), journal());
     let error = resume().outcome().await.expect_err("damaged");

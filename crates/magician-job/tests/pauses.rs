@@ -40,12 +40,12 @@ async fn jog_away(arm: &Arm, nth: u32) {
 
 #[tokio::test(start_paused = true)]
 async fn a_drawing_that_is_paused_at_any_instant_has_neither_gap_nor_double_stroke() {
-    for (kind, rounds) in KINDS
+    for (kind, iterations) in KINDS
         .map(|kind| (kind, 1))
         .into_iter()
         .chain([(Kind::Arcs, 2), (Kind::Lines, 2)])
     {
-        let program = program(kind, rounds);
+        let program = program(kind, iterations);
         let (cell, arm) = place(&program).await;
         let began = cell.state().now;
         let done = start(&arm, &program).outcome().await.expect("within reach");

@@ -11,7 +11,7 @@ use magician_job::{
     Job, JobEvent, JobHandle, JobSpec, JobState, Journal, JournalError, JournalKey, NoJournal,
     PauseReason, SpeedError,
 };
-use magician_program::resume::{Mark, Seen, Verdict};
+use magician_program::resume::{Checkpoint, ObservedProgress, ResumePoint};
 use magician_program::{Action, Origin, Plan, Program, Tool, Travel};
 use tokio::time::{Instant, sleep};
 
@@ -198,17 +198,17 @@ async fn what_burns_keeps_its_speed() {
 }
 
 #[derive(Clone, Default)]
-struct Memory(Arc<Mutex<Option<Mark>>>);
+struct Memory(Arc<Mutex<Option<Checkpoint>>>);
 
 impl Journal for Memory {
     fn open(&mut self, _: &JournalKey) {}
 
-    fn left(&self) -> Result<Mark, JournalError> {
+    fn left(&self) -> Result<Checkpoint, JournalError> {
         self.0.lock().unwrap().clone().ok_or(JournalError::Nothing)
     }
 
-    fn write(&mut self, mark: &Mark) {
-        *self.0.lock().unwrap() = Some(mark.clone());
+    fn write(&mut self, checkpoint: &Checkpoint) {
+        *self.0.lock().unwrap() = Some(checkpoint.clone());
     }
 
     fn remove(&mut self) {
@@ -234,19 +234,21 @@ async fn settings_between_the_steps_are_no_steps_for_the_journal() {
             job.set_speed(if nth % 800 == 1 { 60 } else { 100 })
                 .expect("it runs");
         }
-        let Ok(mark) = journal.left() else { break };
-        let seen = Seen {
+        let Ok(checkpoint) = journal.left() else {
+            break;
+        };
+        let seen = ObservedProgress {
             current: arm.current_index().await.expect("an index").0,
             clock: arm.get::<DeviceTime>().await.expect("a time").g_systick,
         };
         let truth = BEFORE as f32 + lines_done(&arm).await;
-        match mark.verdict(Some(seen), |_| None) {
-            Verdict::After(steps) => {
+        match checkpoint.resume_point(Some(seen), |_| None) {
+            ResumePoint::After(steps) => {
                 certain += 1;
                 assert!((truth - steps as f32 - 0.5).abs() < 1.0, "{steps} {truth}");
             }
-            Verdict::Again(steps) => assert!((truth - steps as f32).abs() < 2.0),
-            Verdict::Doubt(span) => {
+            ResumePoint::Again(steps) => assert!((truth - steps as f32).abs() < 2.0),
+            ResumePoint::Doubt(span) => {
                 doubtful += 1;
                 assert!(span.least as f32 <= truth && truth <= span.most as f32 + 1.0);
             }

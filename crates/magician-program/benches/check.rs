@@ -58,7 +58,7 @@ fn check_a_drawing(bencher: Bencher, segments: usize) {
     let plan = drawing(segments);
     let start = start();
     let report = check(&plan, &start);
-    assert!(report.is_good(), "{:?}", report.complaints.first());
+    assert!(report.is_good(), "{:?}", report.refused_steps.first());
     bencher
         .counter(ItemsCount::new(segments))
         .bench_local(|| check(&plan, &start).time);

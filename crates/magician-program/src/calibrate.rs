@@ -3,7 +3,7 @@
 use magician_host::ToolBias;
 
 use crate::artwork::Sheet;
-use crate::{Problem, Surface};
+use crate::{Diagnostic, Surface};
 
 /// Points that are nearer to one another than this tell little of an angle, mm.
 const APART: f64 = 20.0;
@@ -21,11 +21,11 @@ impl Sheet {
     /// tilt of its surface, how it is turned, and its size follow.
     ///
     /// # Errors
-    /// A [`Problem`] if the points are no numbers, too near to one another, make no right angle (more than 5 deg off), or
+    /// A [`Diagnostic`] if the points are no numbers, too near to one another, make no right angle (more than 5 deg off), or
     /// make a surface steeper than 15 deg; it says what to touch again.
-    pub fn touched(corners: [[f64; 3]; 3]) -> Result<Self, Problem> {
+    pub fn touched(corners: [[f64; 3]; 3]) -> Result<Self, Diagnostic> {
         if corners.iter().flatten().any(|number| !number.is_finite()) {
-            return Err(Problem::of_file("the touched points are no numbers"));
+            return Err(Diagnostic::of_file("the touched points are no numbers"));
         }
         let [origin, right, up] = corners;
         let along = [right[0] - origin[0], right[1] - origin[1]];
@@ -36,7 +36,9 @@ impl Sheet {
                 let message = format!(
                     "the {name} is {length:.1} mm long by the touched points, it takes {APART} mm to tell how it runs"
                 );
-                return Err(Problem::of_file(message).help("touch corners that are farther apart"));
+                return Err(
+                    Diagnostic::of_file(message).help("touch corners that are farther apart")
+                );
             }
         }
         let rotation = libm::atan2(along[1], along[0]).to_degrees();
@@ -45,16 +47,15 @@ impl Sheet {
             let message =
                 format!("the corner at the first point has {angle:.1} deg, one of a sheet has 90");
             let help = "touch lower left, lower right and upper left, in this order, as seen with the arm's X to the right";
-            return Err(Problem::of_file(message).help(help));
+            return Err(Diagnostic::of_file(message).help(help));
         }
         let surface = plane(corners);
         let tilt = libm::atan(libm::hypot(surface.slope[0], surface.slope[1])).to_degrees();
         if tilt > TILT {
             let message =
                 format!("the surface is tilted by {tilt:.1} deg, at most {TILT} is drawn on");
-            return Err(
-                Problem::of_file(message).help("touch the paper each time, not the air above it")
-            );
+            return Err(Diagnostic::of_file(message)
+                .help("touch the paper each time, not the air above it"));
         }
         let height = libm::hypot(across[0], across[1]) * libm::sin(angle.to_radians());
         Ok(Self {
@@ -109,10 +110,10 @@ impl Tip {
     /// with `bias` in force. Half a turn tells most.
     ///
     /// # Errors
-    /// A [`Problem`] if the numbers are none, the tool was turned by less than 30 deg, or the tip would be 200 mm off.
-    pub fn touched(touches: [[f64; 3]; 2], bias: ToolBias) -> Result<Self, Problem> {
+    /// A [`Diagnostic`] if the numbers are none, the tool was turned by less than 30 deg, or the tip would be 200 mm off.
+    pub fn touched(touches: [[f64; 3]; 2], bias: ToolBias) -> Result<Self, Diagnostic> {
         if touches.iter().flatten().any(|number| !number.is_finite()) {
-            return Err(Problem::of_file("the touched points are no numbers"));
+            return Err(Diagnostic::of_file("the touched points are no numbers"));
         }
         let [[x1, y1, r1], [x2, y2, r2]] = touches;
         let turned = turn(r2 - r1).abs();
@@ -120,7 +121,7 @@ impl Tip {
             let message = format!(
                 "the tool was turned by {turned:.1} deg between the touches, it takes {TURN}"
             );
-            return Err(Problem::of_file(message)
+            return Err(Diagnostic::of_file(message)
                 .help("turn it by half a turn and touch the same point again"));
         }
         // Each pose plus the offset, turned by r, is the same point: (R(r1) - R(r2)) offset = p2 - p1.
@@ -135,7 +136,7 @@ impl Tip {
                 "the tip would be {off:.0} mm from where the tool in force has it, at most {FAR} is believed"
             );
             return Err(
-                Problem::of_file(message).help("touch the same point with the tip both times")
+                Diagnostic::of_file(message).help("touch the same point with the tip both times")
             );
         }
         Ok(Self {

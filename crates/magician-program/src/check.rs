@@ -11,19 +11,19 @@ use std::time::Duration;
 use magician_host::words::Preflight;
 use magician_host::{Error, Geometry, Set};
 
-use crate::{Action, NoteCode, Origin, Plan, Problem};
+use crate::{Action, Diagnostic, DiagnosticCode, Origin, Plan};
 use beyond::beyond;
 pub(crate) use beyond::reaches;
 use pen::Pen;
 use way::{corners, length, point};
 pub use would_fit::{would_do_at, would_fit, would_fit_turned};
 
-/// As many complaints are kept; the others are counted.
-const MOST_COMPLAINTS: usize = 100;
+/// Refused steps that are kept; the others are counted.
+const MOST_REFUSED: usize = 100;
 
 /// A step that the arm could not do, or that a guard refuses.
 #[derive(Debug)]
-pub struct Complaint {
+pub struct RefusedStep {
     /// The place of the step, from 0; the steps' number for what is wrong at the end. [`Report::number`] is what people say.
     pub step: usize,
     /// Where it came from.
@@ -36,7 +36,7 @@ pub struct Complaint {
     pub(crate) target: Option<(Geometry, [f64; 3])>,
 }
 
-impl Complaint {
+impl RefusedStep {
     /// How far the place that the step leads to is beyond the reach at its height: the distance to the nearest place in reach,
     /// rounded up to mm. None if the place is in reach, or is not known.
     #[must_use]
@@ -47,16 +47,16 @@ impl Complaint {
     }
 }
 
-impl From<&Complaint> for Problem {
-    fn from(complaint: &Complaint) -> Self {
+impl From<&RefusedStep> for Diagnostic {
+    fn from(refused_step: &RefusedStep) -> Self {
         Self {
-            origin: complaint.origin,
-            name: complaint.name.clone(),
-            code: NoteCode::Problem,
-            message: complaint.error.to_string(),
+            origin: refused_step.origin,
+            name: refused_step.name.clone(),
+            code: DiagnosticCode::Problem,
+            message: refused_step.error.to_string(),
             help: None,
-            remedies: complaint.error.remedies().to_vec(),
-            lacks: None,
+            remedies: refused_step.error.remedies().to_vec(),
+            missing: None,
         }
     }
 }
@@ -65,8 +65,8 @@ impl From<&Complaint> for Problem {
 #[derive(Debug, Default)]
 #[non_exhaustive]
 pub struct Report {
-    /// The first complaints, in the order of the steps.
-    pub complaints: Vec<Complaint>,
+    /// The first steps that are refused, in their order.
+    pub refused_steps: Vec<RefusedStep>,
     /// How many there are in all.
     pub refused: usize,
     /// How many steps the plan has.
@@ -105,7 +105,7 @@ impl Report {
     }
 
     /// The number of the step at a place, as people count them: from 1, and where the check was of what is
-    /// [left](crate::Rest::check) of a program, over all of that.
+    /// [left](crate::RemainingProgram::check) of a program, over all of that.
     #[must_use]
     pub fn number(&self, place: usize) -> u64 {
         let place = i64::try_from(place).unwrap_or(i64::MAX);
@@ -113,13 +113,13 @@ impl Report {
         step.unwrap_or(0).saturating_add(1)
     }
 
-    fn complain(&mut self, plan: &Plan, step: usize, error: Error, geometry: Geometry) {
+    fn refuse(&mut self, plan: &Plan, step: usize, error: Error, geometry: Geometry) {
         self.refused += 1;
-        if self.complaints.len() < MOST_COMPLAINTS {
+        if self.refused_steps.len() < MOST_REFUSED {
             let refused = plan.steps.get(step);
             let origin = refused.map_or(Origin::NONE, |step| step.origin);
             let target = refused.and_then(|step| step.action.target());
-            self.complaints.push(Complaint {
+            self.refused_steps.push(RefusedStep {
                 step,
                 origin,
                 name: plan.name_of(&origin).map(str::to_owned),
@@ -157,7 +157,7 @@ impl Report {
 /// is refused is left out: the next one is followed from where it would have begun.
 #[must_use]
 pub fn check(plan: &Plan, start: &Preflight) -> Report {
-    let mut course = Course {
+    let mut course = CheckRun {
         arm: start.clone().summing(),
         pen: Pen::of(plan),
         time: Some(Duration::ZERO),
@@ -169,7 +169,7 @@ pub fn check(plan: &Plan, start: &Preflight) -> Report {
     if let Some(tool) = plan.preamble()
         && let Err(error) = course.arm.check(&tool)
     {
-        course.complain(plan, 0, error);
+        course.refuse(plan, 0, error);
     }
     let mut counts = [0; Action::NAMES.len()];
     for (at, step) in plan.steps.iter().enumerate() {
@@ -177,11 +177,11 @@ pub fn check(plan: &Plan, start: &Preflight) -> Report {
             *count += 1;
         }
         if let Err(error) = course.follow(at, &step.action.command()) {
-            course.complain(plan, at, error);
+            course.refuse(plan, at, error);
         }
     }
     if let Err(error) = course.arm.finish() {
-        course.complain(plan, plan.steps.len(), error);
+        course.refuse(plan, plan.steps.len(), error);
     }
     let rest = course.arm.rest();
     let mut report = course.report;
@@ -200,17 +200,17 @@ pub(crate) fn widen(bounds: &mut Option<[[f64; 3]; 2]>, at: [f64; 3]) {
     }
 }
 
-struct Course {
+struct CheckRun {
     arm: Preflight,
     pen: Pen,
     time: Option<Duration>,
     report: Report,
 }
 
-impl Course {
-    fn complain(&mut self, plan: &Plan, step: usize, error: Error) {
+impl CheckRun {
+    fn refuse(&mut self, plan: &Plan, step: usize, error: Error) {
         let geometry = self.arm.geometry();
-        self.report.complain(plan, step, error, geometry);
+        self.report.refuse(plan, step, error, geometry);
     }
 
     fn follow(&mut self, step: usize, command: &Set) -> Result<(), Error> {

@@ -3,7 +3,7 @@
 use magician_host::words::move_to;
 use magician_host::{Error, Result};
 
-use crate::{Plan, Rest};
+use crate::{Plan, RemainingProgram};
 
 /// What becomes of pen and arm at the end of a program. What needs the arm is the driver's:
 /// `Arm::lift` and `Arm::park`.
@@ -76,7 +76,7 @@ impl Ending {
     ///
     /// # Errors
     /// [`ErrorKind::Unreachable`](magician_host::ErrorKind::Unreachable) with value and limit if it does not.
-    pub fn check(&self, rest: &Rest) -> Result<()> {
+    pub fn check(&self, rest: &RemainingProgram) -> Result<()> {
         let Some(place) = self.park else {
             return Ok(());
         };

@@ -6,9 +6,9 @@
 //! file --read--> Plan                        playback, G-code, Blockly, points, our own plan files
 //!           \--> Artwork --place, mark--> Plan   SVG, HPGL, DXF: lines on a sheet
 //!            \-> Raster --engrave--> Plan        images: grey that becomes laser power
-//! Plan --check--> Report     every complaint with its line, column or element
+//! Plan --check--> Report     every refused_step with its line, column or element
 //!      --preview--> SVG or PNG
-//!      --Program, Rest--> Arm::start   from any step on, in rounds, with the time that is left
+//!      --Program, RemainingProgram--> Arm::start   from any step on, in iterations, with the time that is left
 //! ```
 //!
 //! * [`read`](fn@read) takes the bytes of a file of any [`Format`]; what it gives says where in the file each step came from.
@@ -29,7 +29,7 @@
 //! | `image` | PNG, JPEG, BMP, WebP, GIF and TIFF images, to be engraved or traced |
 //! | `picture` | pictures as PNG, and their comparison (`compare`) |
 //!
-//! A [`Format`] that is not built in is known all the same; reading it is a [`Problem`] that [`lacks`](Problem::lacks) its feature.
+//! A [`Format`] that is not built in is known all the same; reading it is a [`Diagnostic`] that [`missing`](Diagnostic::missing) its feature.
 //!
 //! Lengths are mm, angles degrees, times seconds. A [`Plan`]'s coordinates are the arm's; an [`Artwork`]'s are those of its
 //! sheet: x to the right, y up, from the lower left corner.
@@ -42,6 +42,7 @@ mod calibrate;
 mod check;
 #[cfg(feature = "picture")]
 pub mod compare;
+mod diagnostic;
 mod ending;
 #[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
 mod font;
@@ -51,32 +52,31 @@ mod pace;
 mod plan;
 mod power;
 pub mod preview;
-mod problem;
 mod program;
 pub mod raster;
 mod reach;
+mod recording;
 pub mod rehearse;
 pub mod resume;
 mod setup;
 mod simplify;
 mod surface;
-mod trail;
 
 pub use artwork::{Artwork, Stroke, WouldFit};
 pub use calibrate::Tip;
-pub use check::{Complaint, Report, check, would_do_at, would_fit, would_fit_turned};
+pub use check::{RefusedStep, Report, check, would_do_at, would_fit, would_fit_turned};
+pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;
-pub use formats::{Content, Fills, Format, ReadOptions, Reading, White, read};
+pub use formats::{Content, Fills, Format, Parsed, ReadOptions, White, read};
 pub use origin::{Lines, Origin};
 pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use power::Power;
-pub use problem::{Lack, NoteCode, Problem};
-pub use program::{Program, Rest, Timetable};
+pub use program::{Program, RemainingProgram, Timetable};
 pub use raster::Raster;
-pub use reach::{Fit, Placement, Reach};
-pub use setup::{Frame, Placing, Position, Prepared, Setup, Work, tip};
+pub use reach::{Fit, Reach, SheetTransform};
+pub use recording::{CaptureMode, PoseReading, Recording};
+pub use setup::{AppliedPlacement, Frame, Placement, Prepared, Setup, Work, tip};
 pub use surface::Surface;
-pub use trail::{Follow, Mark, Trail};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

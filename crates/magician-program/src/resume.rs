@@ -1,8 +1,8 @@
 //! How far a run has come, kept so that another can go on where it ended.
 //!
-//! The arm counts what it has finished (its current index). While a run lasts, a [`Tally`] says which step an index belongs to,
-//! and a [`Mark`] of it is kept outside the process. However the run ends, the mark and one more look at the arm tell where to
-//! go on, or which steps are in doubt: [`Mark::verdict`].
+//! The arm counts what it has finished (its current index). While a run lasts, a [`StepCounter`] says which step an index belongs to,
+//! and a [`Checkpoint`] is kept outside the process. However the run ends, the checkpoint and one more look at the arm tell where to
+//! resume, or which steps are in doubt: [`Checkpoint::resume_point`].
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ const REMEMBERED: usize = 256;
 /// Which step a queue index belongs to. A driver may put commands of its own between those of a plan, and pass over indices, so
 /// that there is no fixed difference.
 #[derive(Clone, Debug, Default)]
-pub struct Tally {
+pub struct StepCounter {
     /// Commands before the first step.
     lead: u64,
     /// Whether the driver may put commands of its own between the steps, or pass over indices.
@@ -29,16 +29,16 @@ pub struct Tally {
     forgotten: u64,
 }
 
-/// At least and at most so many steps.
+/// A number of steps that is known within bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
+pub struct StepRange {
     /// At least.
     pub least: u64,
     /// At most.
     pub most: u64,
 }
 
-impl Tally {
+impl StepCounter {
     /// For a run whose first step is preceded by so many commands. `mixed`: the driver may put commands of its own between
     /// them (to darken a laser), or pass over indices (above window 1, when commands were lost and go again).
     #[must_use]
@@ -115,25 +115,25 @@ impl Tally {
 
     /// The steps that are finished when the arm has finished this index.
     #[must_use]
-    pub fn finished(&self, current: u64) -> Span {
-        let Span { least, most } = self.commands(current);
-        Span {
+    pub fn finished(&self, current: u64) -> StepRange {
+        let StepRange { least, most } = self.commands(current);
+        StepRange {
             least: least.saturating_sub(self.lead),
             most: most.saturating_sub(self.lead),
         }
     }
 
     /// The same in commands, with those before the first step.
-    pub(crate) fn commands(&self, current: u64) -> Span {
-        let Span { least, most } = self.taken(current);
-        Span {
+    pub(crate) fn commands(&self, current: u64) -> StepRange {
+        let StepRange { least, most } = self.taken(current);
+        StepRange {
             least: self.of_plan(least),
             most: self.of_plan(most),
         }
     }
 
     /// The same with those that were inserted.
-    fn taken(&self, current: u64) -> Span {
+    fn taken(&self, current: u64) -> StepRange {
         let before = self.pairs.iter().rev().find(|(index, _)| *index <= current);
         let after = self.pairs.iter().find(|(index, _)| *index > current);
         let (mut least, mut most) = (0, u64::MAX);
@@ -155,7 +155,7 @@ impl Tally {
         if self.pairs.is_empty() {
             (least, most) = (0, current.saturating_sub(self.rest.unwrap_or(current)));
         }
-        Span {
+        StepRange {
             least,
             most: most.max(least),
         }
@@ -164,10 +164,10 @@ impl Tally {
     /// The same where an index may stand for a command of others, or for one that came twice, behind the last that the arm is
     /// known to have taken.
     #[must_use]
-    pub fn certain(&self, current: u64) -> Span {
+    pub fn certain(&self, current: u64) -> StepRange {
         let span = self.finished(current);
         match self.last() {
-            Some((index, steps)) if current > index => Span {
+            Some((index, steps)) if current > index => StepRange {
                 least: steps,
                 ..span
             },
@@ -186,7 +186,7 @@ impl Tally {
 /// How far a run has come: what is kept while it lasts, and after it ended badly. Steps are counted over all loops.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Mark {
+pub struct Checkpoint {
     /// Of this form.
     pub version: u32,
     /// What is run.
@@ -210,13 +210,13 @@ pub struct Mark {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<(u64, [f64; 3])>,
     /// The run has ended and said so: `finished` is exact.
-    pub ended: Option<Ended>,
+    pub ended: Option<RunEnd>,
 }
 
-/// How a run has ended.
+/// How a run has ended, as its checkpoint keeps it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Ended {
+pub enum RunEnd {
     /// Between two steps.
     Between,
     /// In the middle of one: the one after those that are finished.
@@ -225,27 +225,27 @@ pub enum Ended {
     Doubt,
 }
 
-/// What the arm says of itself, when a run is over.
+/// How far the arm says that it is, when a run is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Seen {
+pub struct ObservedProgress {
     /// The index that it finished last.
     pub current: u64,
     /// Its clock, ms.
     pub clock: u32,
 }
 
-/// Where a run goes on.
+/// Where a run is resumed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ResumePoint {
     /// So many steps are finished, and the next has not begun.
     After(u64),
     /// So many steps are finished; the next was cut short and has to be done again.
     Again(u64),
     /// So many at least and so many at most.
-    Doubt(Span),
+    Doubt(StepRange),
 }
 
-impl Mark {
+impl Checkpoint {
     /// The form that is written now.
     pub const VERSION: u32 = 1;
 
@@ -264,19 +264,19 @@ impl Mark {
     /// Where to go on, when nothing of the run waits in the arm's queue any more. `seen` is what the arm says, if it can be
     /// asked. `stands_after` tells whether the arm stands where so many steps leave it; `None` if that is not known.
     #[must_use]
-    pub fn verdict(
+    pub fn resume_point(
         &self,
-        seen: Option<Seen>,
+        seen: Option<ObservedProgress>,
         stands_after: impl FnOnce(u64) -> Option<bool>,
-    ) -> Verdict {
-        let all = Span {
+    ) -> ResumePoint {
+        let all = StepRange {
             least: self.finished,
             most: self.handed.max(self.finished),
         };
         match self.ended {
-            Some(Ended::Between) => return Verdict::After(self.finished),
-            Some(Ended::Within) => return Verdict::Again(self.finished),
-            Some(Ended::Doubt) => return doubt(all),
+            Some(RunEnd::Between) => return ResumePoint::After(self.finished),
+            Some(RunEnd::Within) => return ResumePoint::Again(self.finished),
+            Some(RunEnd::Doubt) => return doubt(all),
             None => {}
         }
         let (seen, (index, steps)) = match (seen, self.index) {
@@ -294,7 +294,7 @@ impl Mark {
         if span.least != span.most {
             return doubt(span);
         }
-        settle(span.least, stands_after)
+        resume_point_at(span.least, stands_after)
     }
 
     /// Where the step behind so many goes on, if not at its beginning.
@@ -304,15 +304,19 @@ impl Mark {
         (behind == steps).then_some(place)
     }
 
-    /// The run is over: its mark from now on is where it goes on.
+    /// The checkpoint of a run that is over: where it is resumed.
     #[must_use]
-    pub fn ended(mut self, verdict: Verdict) -> Self {
-        match verdict {
-            Verdict::After(steps) => (self.finished, self.ended) = (steps, Some(Ended::Between)),
-            Verdict::Again(steps) => (self.finished, self.ended) = (steps, Some(Ended::Within)),
-            Verdict::Doubt(span) => {
+    pub fn ended(mut self, resume_point: ResumePoint) -> Self {
+        match resume_point {
+            ResumePoint::After(steps) => {
+                (self.finished, self.ended) = (steps, Some(RunEnd::Between))
+            }
+            ResumePoint::Again(steps) => {
+                (self.finished, self.ended) = (steps, Some(RunEnd::Within))
+            }
+            ResumePoint::Doubt(span) => {
                 (self.finished, self.handed) = (span.least, span.most);
-                self.ended = Some(Ended::Doubt);
+                self.ended = Some(RunEnd::Doubt);
             }
         }
         self
@@ -320,45 +324,48 @@ impl Mark {
 
     /// Of a run that had no answer from an arm that was at rest when it began: an arm that still is has done nothing of it, and
     /// each step that it has done has raised its index.
-    fn since_rest(&self, seen: Seen) -> Option<Span> {
+    fn since_rest(&self, seen: ObservedProgress) -> Option<StepRange> {
         let raised = seen.current.checked_sub(self.rest?)?;
         let most = self.finished.saturating_add(raised);
-        (seen.clock >= self.clock).then_some(Span {
+        (seen.clock >= self.clock).then_some(StepRange {
             least: self.finished,
             most: most.min(self.handed.max(self.finished)),
         })
     }
 
-    fn count(&self, current: u64, (index, steps): (u64, u64)) -> Span {
+    fn count(&self, current: u64, (index, steps): (u64, u64)) -> StepRange {
         if current <= index {
             let least = steps.saturating_sub(index - current).max(self.finished);
             let most = if self.mixed { steps } else { least };
-            return Span {
+            return StepRange {
                 least,
                 most: most.max(least),
             };
         }
         let most = steps.saturating_add(current - index);
         let least = if self.mixed { steps } else { most };
-        Span { least, most }
+        StepRange { least, most }
     }
 }
 
 /// The arm counts a step that was cut short as finished; where it stands tells the two apart.
 #[must_use]
-pub fn settle(finished: u64, stands_after: impl FnOnce(u64) -> Option<bool>) -> Verdict {
+pub fn resume_point_at(
+    finished: u64,
+    stands_after: impl FnOnce(u64) -> Option<bool>,
+) -> ResumePoint {
     match stands_after(finished) {
-        Some(false) if finished > 0 => Verdict::Again(finished - 1),
-        _ => Verdict::After(finished),
+        Some(false) if finished > 0 => ResumePoint::Again(finished - 1),
+        _ => ResumePoint::After(finished),
     }
 }
 
 /// One step in doubt is done again; more are for a person to decide.
-fn doubt(span: Span) -> Verdict {
+fn doubt(span: StepRange) -> ResumePoint {
     match span.most.saturating_sub(span.least) {
-        0 => Verdict::After(span.least),
-        1 => Verdict::Again(span.least),
-        _ => Verdict::Doubt(span),
+        0 => ResumePoint::After(span.least),
+        1 => ResumePoint::Again(span.least),
+        _ => ResumePoint::Doubt(span),
     }
 }
 
@@ -366,8 +373,8 @@ fn doubt(span: Span) -> Verdict {
 mod tests {
     use super::*;
 
-    fn exactly(steps: u64) -> Span {
-        Span {
+    fn exactly(steps: u64) -> StepRange {
+        StepRange {
             least: steps,
             most: steps,
         }
@@ -375,84 +382,84 @@ mod tests {
 
     #[test]
     fn an_index_is_a_step() {
-        let mut tally = Tally::new(2, false);
-        assert_eq!(tally.finished(0), exactly(0));
-        tally.note(10, 110);
-        assert_eq!(tally.finished(101), exactly(0));
-        assert_eq!(tally.finished(102), exactly(0));
-        assert_eq!(tally.finished(103), exactly(1));
-        assert_eq!(tally.finished(110), exactly(8));
-        tally.note(14, 114);
-        assert_eq!(tally.finished(112), exactly(10));
-        assert_eq!(tally.last(), Some((114, 12)));
+        let mut counter = StepCounter::new(2, false);
+        assert_eq!(counter.finished(0), exactly(0));
+        counter.note(10, 110);
+        assert_eq!(counter.finished(101), exactly(0));
+        assert_eq!(counter.finished(102), exactly(0));
+        assert_eq!(counter.finished(103), exactly(1));
+        assert_eq!(counter.finished(110), exactly(8));
+        counter.note(14, 114);
+        assert_eq!(counter.finished(112), exactly(10));
+        assert_eq!(counter.last(), Some((114, 12)));
     }
 
     #[test]
     fn what_came_twice_is_in_doubt_only_behind_the_last_that_is_known() {
-        let mut tally = Tally::new(2, false);
-        tally.note(10, 110);
-        assert_eq!(tally.certain(109), exactly(7));
-        assert_eq!(tally.certain(110), exactly(8));
-        assert_eq!(tally.certain(112), Span { least: 8, most: 10 });
+        let mut counter = StepCounter::new(2, false);
+        counter.note(10, 110);
+        assert_eq!(counter.certain(109), exactly(7));
+        assert_eq!(counter.certain(110), exactly(8));
+        assert_eq!(counter.certain(112), StepRange { least: 8, most: 10 });
     }
 
     #[test]
     fn what_the_driver_puts_between_is_in_doubt_until_it_is_passed() {
-        let mut tally = Tally::new(0, true);
-        tally.note(5, 5);
-        tally.note(9, 10);
-        assert_eq!(tally.finished(5), exactly(5));
-        assert_eq!(tally.finished(3), Span { least: 3, most: 5 });
-        assert_eq!(tally.finished(7), Span { least: 6, most: 7 });
-        assert_eq!(tally.finished(10), exactly(9));
+        let mut counter = StepCounter::new(0, true);
+        counter.note(5, 5);
+        counter.note(9, 10);
+        assert_eq!(counter.finished(5), exactly(5));
+        assert_eq!(counter.finished(3), StepRange { least: 3, most: 5 });
+        assert_eq!(counter.finished(7), StepRange { least: 6, most: 7 });
+        assert_eq!(counter.finished(10), exactly(9));
     }
 
     #[test]
     fn what_was_inserted_is_counted_for_no_step() {
-        let mut tally = Tally::new(1, false);
-        tally.note(3, 103);
+        let mut counter = StepCounter::new(1, false);
+        counter.note(3, 103);
         for command in [4, 5] {
-            tally.insert(command);
+            counter.insert(command);
         }
-        assert!(!tally.has_passed_inserted(104));
-        tally.note(8, 108);
-        let finished = [101, 102, 103, 104, 105, 106, 108].map(|index| tally.finished(index));
+        assert!(!counter.has_passed_inserted(104));
+        counter.note(8, 108);
+        let finished = [101, 102, 103, 104, 105, 106, 108].map(|index| counter.finished(index));
         assert_eq!(finished, [0, 1, 2, 2, 2, 3, 5].map(exactly));
-        assert_eq!(tally.last(), Some((108, 5)));
-        assert!(tally.has_passed_inserted(105) && !tally.has_passed_inserted(104));
+        assert_eq!(counter.last(), Some((108, 5)));
+        assert!(counter.has_passed_inserted(105) && !counter.has_passed_inserted(104));
         // The oldest are remembered as a number.
-        let mut tally = Tally::new(0, false);
+        let mut counter = StepCounter::new(0, false);
         let many = 3 * REMEMBERED as u64;
         for command in 1..=many {
-            tally.insert(command);
+            counter.insert(command);
         }
-        tally.note(many + 10, many + 10);
-        assert_eq!(tally.finished(many + 4), exactly(4));
+        counter.note(many + 10, many + 10);
+        assert_eq!(counter.finished(many + 4), exactly(4));
     }
 
     #[test]
     fn what_was_dropped_and_sent_again_has_new_indices() {
-        let mut tally = Tally::new(0, false);
-        tally.note(4, 4);
-        tally.note(10, 10);
-        tally.note(7, 7);
-        tally.note(12, 15);
-        assert_eq!(tally.finished(15), exactly(12));
-        assert_eq!(tally.finished(7), exactly(7));
+        let mut counter = StepCounter::new(0, false);
+        counter.note(4, 4);
+        counter.note(10, 10);
+        counter.note(7, 7);
+        counter.note(12, 15);
+        assert_eq!(counter.finished(15), exactly(12));
+        assert_eq!(counter.finished(7), exactly(7));
     }
 
-    fn mark() -> Mark {
-        Mark {
+    fn checkpoint() -> Checkpoint {
+        Checkpoint {
             finished: 40,
             handed: 100,
             index: Some((150, 50)),
             clock: 5000,
-            ..Mark::new("pen", Some(200), false)
+            ..Checkpoint::new("pen", Some(200), false)
         }
     }
 
-    fn at(current: u64) -> Option<Seen> {
-        Some(Seen {
+    fn at(current: u64) -> Option<ObservedProgress> {
+        Some(ObservedProgress {
             current,
             clock: 6000,
         })
@@ -460,78 +467,112 @@ mod tests {
 
     #[test]
     fn a_run_that_was_killed_is_asked_of_the_arm() {
-        assert_eq!(mark().verdict(at(160), |_| Some(true)), Verdict::After(60));
-        assert_eq!(mark().verdict(at(145), |_| Some(true)), Verdict::After(45));
-        assert_eq!(mark().verdict(at(160), |_| None), Verdict::After(60));
+        assert_eq!(
+            checkpoint().resume_point(at(160), |_| Some(true)),
+            ResumePoint::After(60)
+        );
+        assert_eq!(
+            checkpoint().resume_point(at(145), |_| Some(true)),
+            ResumePoint::After(45)
+        );
+        assert_eq!(
+            checkpoint().resume_point(at(160), |_| None),
+            ResumePoint::After(60)
+        );
         // Somebody has stopped the arm meanwhile.
-        assert_eq!(mark().verdict(at(160), |_| Some(false)), Verdict::Again(59));
+        assert_eq!(
+            checkpoint().resume_point(at(160), |_| Some(false)),
+            ResumePoint::Again(59)
+        );
     }
 
     #[test]
     fn what_nobody_can_know_is_in_doubt() {
-        let all = Verdict::Doubt(Span {
+        let all = ResumePoint::Doubt(StepRange {
             least: 40,
             most: 100,
         });
-        let reset = Some(Seen {
+        let reset = Some(ObservedProgress {
             current: 160,
             clock: 4000,
         });
         for seen in [None, reset, at(3), at(139), at(201)] {
-            assert_eq!(mark().verdict(seen, |_| Some(true)), all, "{seen:?}");
+            assert_eq!(
+                checkpoint().resume_point(seen, |_| Some(true)),
+                all,
+                "{seen:?}"
+            );
         }
-        let mixed = Mark {
+        let mixed = Checkpoint {
             mixed: true,
-            ..mark()
+            ..checkpoint()
         };
-        let few = Verdict::Doubt(Span {
+        let few = ResumePoint::Doubt(StepRange {
             least: 50,
             most: 53,
         });
-        assert_eq!(mixed.verdict(at(153), |_| Some(true)), few);
-        let fresh = Mark::new("pen", Some(200), false);
-        assert_eq!(fresh.verdict(None, |_| None), Verdict::After(0));
-        let begun = Mark { handed: 1, ..fresh };
-        assert_eq!(begun.verdict(None, |_| None), Verdict::Again(0));
+        assert_eq!(mixed.resume_point(at(153), |_| Some(true)), few);
+        let fresh = Checkpoint::new("pen", Some(200), false);
+        assert_eq!(fresh.resume_point(None, |_| None), ResumePoint::After(0));
+        let begun = Checkpoint { handed: 1, ..fresh };
+        assert_eq!(begun.resume_point(None, |_| None), ResumePoint::Again(0));
     }
 
     #[test]
     fn a_run_without_an_answer_is_judged_by_the_arm_at_rest() {
-        let mark = Mark {
+        let checkpoint = Checkpoint {
             handed: 64,
             clock: 5000,
             rest: Some(7),
-            ..Mark::new("pen", Some(200), false)
+            ..Checkpoint::new("pen", Some(200), false)
         };
-        let told = |mark: &Mark, current| mark.verdict(at(current), |_| Some(true));
-        assert_eq!(told(&mark, 7), Verdict::After(0), "nothing was taken");
-        assert_eq!(told(&mark, 8), Verdict::Again(0), "one may have been");
-        let several = Verdict::Doubt(Span { least: 0, most: 3 });
-        assert_eq!(told(&mark, 10), several);
-        let all = Verdict::Doubt(Span { least: 0, most: 64 });
-        assert_eq!(told(&mark, 6), all, "it was reset");
-        let unknown = Mark { rest: None, ..mark };
+        let told =
+            |checkpoint: &Checkpoint, current| checkpoint.resume_point(at(current), |_| Some(true));
+        assert_eq!(
+            told(&checkpoint, 7),
+            ResumePoint::After(0),
+            "nothing was taken"
+        );
+        assert_eq!(
+            told(&checkpoint, 8),
+            ResumePoint::Again(0),
+            "one may have been"
+        );
+        let several = ResumePoint::Doubt(StepRange { least: 0, most: 3 });
+        assert_eq!(told(&checkpoint, 10), several);
+        let all = ResumePoint::Doubt(StepRange { least: 0, most: 64 });
+        assert_eq!(told(&checkpoint, 6), all, "it was reset");
+        let unknown = Checkpoint {
+            rest: None,
+            ..checkpoint
+        };
         assert_eq!(told(&unknown, 7), all);
         // An answer that was lost leaves the same doubt to the run itself.
-        let tally = Tally::new(0, false).from_rest(Some(7));
-        assert_eq!(tally.certain(7), exactly(0));
-        assert_eq!(tally.certain(8), Span { least: 0, most: 1 });
+        let counter = StepCounter::new(0, false).from_rest(Some(7));
+        assert_eq!(counter.certain(7), exactly(0));
+        assert_eq!(counter.certain(8), StepRange { least: 0, most: 1 });
     }
 
     #[test]
     fn a_run_that_has_said_how_it_ended_is_believed() {
-        for verdict in [
-            Verdict::After(61),
-            Verdict::Again(61),
-            Verdict::Doubt(Span {
+        for resume_point in [
+            ResumePoint::After(61),
+            ResumePoint::Again(61),
+            ResumePoint::Doubt(StepRange {
                 least: 61,
                 most: 64,
             }),
         ] {
-            let mark = mark().ended(verdict);
-            assert_eq!(mark.verdict(at(7), |_| Some(false)), verdict);
-            let text = serde_json::to_string(&mark).expect("it can be written");
-            assert_eq!(serde_json::from_str::<Mark>(&text).expect("and read"), mark);
+            let checkpoint = checkpoint().ended(resume_point);
+            assert_eq!(
+                checkpoint.resume_point(at(7), |_| Some(false)),
+                resume_point
+            );
+            let text = serde_json::to_string(&checkpoint).expect("it can be written");
+            assert_eq!(
+                serde_json::from_str::<Checkpoint>(&text).expect("and read"),
+                checkpoint
+            );
         }
     }
 }

@@ -7,8 +7,8 @@ use magician_motion::{ArmModel, Fence, ToolBias};
 use crate::artwork::{Layout, Marking, Misfit, Order, Sheet, rotated};
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
-    Artwork, Content, Fit, Format, NoteCode, Placement, Plan, Power, Problem, Raster, Reach,
-    Surface, Tool,
+    Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Power, Raster, Reach,
+    SheetTransform, Surface, Tool,
 };
 
 /// An image that is larger than its sheet by no more than this is not, mm.
@@ -24,15 +24,15 @@ pub struct Setup {
     /// The tool that was asked for.
     pub tool: Option<Tool>,
     /// The tool that is on the arm as a rule: for files that name none; for drawings and images if it can draw or burn them.
-    pub usual_tool: Option<Tool>,
+    pub default_tool: Option<Tool>,
     /// The surface that was asked for.
     pub surface: Option<Surface>,
     /// The surface that drawings and images lie on, if nobody asks for another.
-    pub usual_surface: Option<Surface>,
+    pub default_surface: Option<Surface>,
     /// The sheet that drawings lie on, where it is known.
     pub sheet: Option<Sheet>,
     /// Where it goes.
-    pub placing: Placing,
+    pub placement: Placement,
     /// How lines are drawn with a pen.
     pub pen: Marking,
     /// Whether the lines of a drawing may be taken in another order, to travel less.
@@ -48,19 +48,19 @@ pub struct Setup {
     /// The full power that was asked for, whatever burns.
     pub power: Option<Power>,
     /// Full power, if nobody asks for another.
-    pub usual_power: Option<Power>,
+    pub default_power: Option<Power>,
     /// The fence of the arm: what is made to fit keeps to it.
     pub fence: Option<Fence>,
 }
 
 mod fitting;
-mod marks;
 mod placed;
+mod work_lines;
 
 use fitting::Made;
-pub use fitting::{Position, Prepared};
-use marks::Marks;
+pub use fitting::{AppliedPlacement, Prepared};
 pub use placed::Frame;
+use work_lines::WorkLines;
 
 /// Where the tip of a tool is when an arm stands so; of the tool that the arm knows of, if none is named.
 #[must_use]
@@ -76,9 +76,9 @@ pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
 /// What is made of drawings and images.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Work {
-    /// What is usual: drawings are drawn, images engraved.
+    /// Drawings are drawn, images engraved.
     #[default]
-    Usual,
+    Default,
     /// All is drawn with a pen, images by their outlines.
     Draw(Trace),
     /// All is burnt, drawings along their lines with the most power.
@@ -88,7 +88,7 @@ pub enum Work {
 /// Where something goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Placing {
+pub struct Placement {
     /// Whose coordinates those of the file are.
     pub frame: Frame,
     /// The Z of placed G-code at which its pen touches, mm; the lowest at which it draws, if not said.
@@ -109,10 +109,10 @@ pub struct Placing {
     pub by: [f64; 3],
 }
 
-impl Default for Placing {
+impl Default for Placement {
     fn default() -> Self {
         Self {
-            frame: Frame::Usual,
+            frame: Frame::Default,
             pen_z: None,
             at: None,
             scale: 1.0,
@@ -129,19 +129,19 @@ impl Default for Setup {
     fn default() -> Self {
         Self {
             tool: None,
-            usual_tool: None,
+            default_tool: None,
             surface: None,
-            usual_surface: None,
+            default_surface: None,
             sheet: None,
-            placing: Placing::default(),
+            placement: Placement::default(),
             pen: Marking::pen(),
             order: true,
-            work: Work::Usual,
+            work: Work::Default,
             size: Size::Natural,
             speed: None,
             laser_speed: None,
             power: None,
-            usual_power: None,
+            default_power: None,
             fence: None,
         }
     }
@@ -152,11 +152,11 @@ impl Setup {
     #[must_use]
     pub fn known_surface(&self) -> Option<Surface> {
         let sheet = self.sheet.map(|sheet| sheet.surface);
-        self.surface.or(sheet).or(self.usual_surface)
+        self.surface.or(sheet).or(self.default_surface)
     }
 
     /// As it is laid with this scale and turn.
-    fn made(&self, format: Format, content: &Content) -> Result<Made, Problem> {
+    fn made(&self, format: Format, content: &Content) -> Result<Made, Diagnostic> {
         let mut notes = Vec::new();
         let drawing = !matches!(content, Content::Plan(_));
         self.check_frame(format == Format::Gcode, drawing)?;
@@ -177,7 +177,7 @@ impl Setup {
         };
         if self.power.is_some() && !plan.burns() {
             let what = "nothing burns here: the power that was asked for changes nothing";
-            notes.push(Problem::of_file(what).coded(NoteCode::Power));
+            notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Power));
         }
         notes.extend(above_ceiling(&plan));
         Ok(Made {
@@ -190,7 +190,7 @@ impl Setup {
     }
 
     /// An image that is drawn as its outlines, and lines in the order in which they are drawn.
-    fn lines_of(&self, content: Content) -> Result<(Content, Option<Problem>), Problem> {
+    fn lines_of(&self, content: Content) -> Result<(Content, Option<Diagnostic>), Diagnostic> {
         let mut artwork = match (content, &self.work) {
             (Content::Image(image), Work::Draw(trace)) => image.outlines(&Trace {
                 size: self.size,
@@ -209,7 +209,7 @@ impl Setup {
             let what = format!(
                 "drawn in another order, so that there are {after:.0} mm between its lines instead of {before:.0} mm"
             );
-            let note = Problem::of_file(what).coded(NoteCode::Reordered);
+            let note = Diagnostic::of_file(what).coded(DiagnosticCode::Reordered);
             note.remedy((Setting::Order, Given::Off), "keeps the order of the file")
         });
         Ok((Content::Artwork(artwork), note))
@@ -220,16 +220,16 @@ impl Setup {
         &self,
         format: Format,
         mut plan: Plan,
-        notes: &mut Vec<Problem>,
-    ) -> Result<Laid, Problem> {
+        notes: &mut Vec<Diagnostic>,
+    ) -> Result<Laid, Diagnostic> {
         if let Some(tool) = self.tool {
             plan.tool = Some(tool);
         } else if plan.tool.is_none() {
-            plan.tool = self.usual_tool;
+            plan.tool = self.default_tool;
             if format == Format::Playback && plan.tool.is_none() {
                 plan.tool = Some(Tool::Suction);
                 let what = "the file does not say which tool it was taught with: it is taken to be the suction cup";
-                let note = Problem::of_file(what).coded(NoteCode::Assumed);
+                let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
                 notes.push(note.remedy((Setting::Tool, Given::Any("NAME")), "says it"));
             }
         }
@@ -251,7 +251,7 @@ impl Setup {
     }
 
     /// With the powers that are wanted.
-    fn powered(&self, plan: Plan, notes: &mut Vec<Problem>) -> Result<Plan, Problem> {
+    fn powered(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Plan, Diagnostic> {
         // The arm is faster on longer lines: the powers that follow the speed come last.
         let plan = plan.powered_by_speed();
         notes.extend(plan.notes);
@@ -263,7 +263,7 @@ impl Setup {
 
     /// Full power, as far as anybody has said it.
     fn full_power(&self) -> Option<Power> {
-        self.power.or(self.usual_power)
+        self.power.or(self.default_power)
     }
 
     /// How an image is engraved, and how fast a drawing is burnt.
@@ -277,8 +277,8 @@ impl Setup {
     }
 
     /// Mirrored, scaled, turned about the middle, brought where it belongs.
-    fn placed(&self, mut plan: Plan) -> Result<(Plan, f64), Problem> {
-        let Placing {
+    fn placed(&self, mut plan: Plan) -> Result<(Plan, f64), Diagnostic> {
+        let Placement {
             at,
             scale,
             rotate,
@@ -286,7 +286,7 @@ impl Setup {
             mirror,
             by,
             ..
-        } = self.placing;
+        } = self.placement;
         let [x, y, _] = middle(&plan);
         if mirror {
             plan = plan.mirrored(x)?;
@@ -316,7 +316,7 @@ impl Setup {
     }
 
     /// Lines on a sheet.
-    fn drawn(&self, artwork: &Artwork) -> Result<Laid, Problem> {
+    fn drawn(&self, artwork: &Artwork) -> Result<Laid, Diagnostic> {
         let marking = self.marking();
         let (placed, misfit) = artwork.laid(&self.layout()?, &marking)?;
         let plan = placed.plan(&marking);
@@ -330,7 +330,7 @@ impl Setup {
     /// The tool that draws or burns: the one that was asked for, else the usual one if it can do that, else what the work
     /// implies. A bias that was measured is that of a pen.
     fn tool_for(&self, implied: Tool) -> Tool {
-        let usual = self.usual_tool.filter(|usual| match usual {
+        let usual = self.default_tool.filter(|usual| match usual {
             Tool::Bias(_) => implied == Tool::Pen,
             named => *named == implied,
         });
@@ -361,15 +361,15 @@ impl Setup {
         }
     }
 
-    fn layout(&self) -> Result<Layout, Problem> {
-        let Placing {
+    fn layout(&self) -> Result<Layout, Diagnostic> {
+        let Placement {
             at,
             scale,
             rotate,
             fit,
             mirror,
             ..
-        } = self.placing;
+        } = self.placement;
         let sheet = self.sheet;
         let surface = self.needed_surface()?;
         Ok(Layout {
@@ -383,9 +383,9 @@ impl Setup {
         })
     }
 
-    fn needed_surface(&self) -> Result<Surface, Problem> {
+    fn needed_surface(&self) -> Result<Surface, Diagnostic> {
         self.known_surface().ok_or_else(|| {
-            Problem::of_file("work surface height unknown")
+            Diagnostic::of_file("work surface height unknown")
                 .remedy(Action::CalibrateSurface, "measures it")
                 .remedy(
                     (Setting::Surface, Given::Any("Z")),
@@ -395,11 +395,11 @@ impl Setup {
     }
 
     /// Grey that becomes power.
-    fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<Laid, Problem> {
+    fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<Laid, Diagnostic> {
         let engrave = self.engraving(engrave);
         let surface = self.needed_surface()?;
         let natural = image.size(self.size)?;
-        let size = natural.map(|side| side * self.placing.scale);
+        let size = natural.map(|side| side * self.placement.scale);
         let tool = self.tool_for(Tool::Laser);
         let grid = self.grid(size, &engrave, tool)?;
         let mut plan = image.plan(&grid, surface, &engrave)?;
@@ -413,7 +413,7 @@ impl Setup {
     }
 
     /// Where an image goes: where it is told to, on the sheet, or where there is room.
-    fn grid(&self, size: [f64; 2], engrave: &Engrave, tool: Tool) -> Result<Grid, Problem> {
+    fn grid(&self, size: [f64; 2], engrave: &Engrave, tool: Tool) -> Result<Grid, Diagnostic> {
         let layout = Layout {
             scale: 1.0,
             ..self.layout()?
@@ -434,8 +434,8 @@ impl Setup {
         })
     }
 
-    fn pushed(&self, plan: Plan) -> Result<Plan, Problem> {
-        match self.placing.by {
+    fn pushed(&self, plan: Plan) -> Result<Plan, Diagnostic> {
+        match self.placement.by {
             [0.0, 0.0, 0.0] => Ok(plan),
             by => plan.moved(by),
         }
@@ -454,7 +454,7 @@ struct Laid {
 /// Where the middle of what a plan draws or burns is, and its lowest point; of all the places to which it leads, if it draws
 /// nothing.
 pub(crate) fn middle(plan: &Plan) -> [f64; 3] {
-    let drawn = Marks::of(plan, None).ok().and_then(|marks| {
+    let drawn = WorkLines::of(plan, None).ok().and_then(|marks| {
         let [least, most] = marks.artwork.bounds()?;
         Some([
             [least[0], least[1], marks.touch],
@@ -480,8 +480,8 @@ fn extent(plan: &Plan) -> Option<[[f64; 3]; 2]> {
 }
 
 /// Brought where all of it is reached, and made smaller if that is wanted and need be: how much.
-fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Problem> {
-    let Some(Placement { scale, offset }) = place_of(&plan, fit)? else {
+fn fitted(plan: Plan, fit: Fit) -> Result<(Plan, f64), Diagnostic> {
+    let Some(SheetTransform { scale, offset }) = place_of(&plan, fit)? else {
         return Ok((plan, 1.0));
     };
     let [x, y] = offset;
@@ -499,7 +499,7 @@ pub(crate) fn offset_within_reach(plan: &Plan) -> Option<[f64; 2]> {
 }
 
 /// The best place for all the places to which a plan leads; none if it leads nowhere.
-fn place_of(plan: &Plan, fit: Fit) -> Result<Option<Placement>, Problem> {
+fn place_of(plan: &Plan, fit: Fit) -> Result<Option<SheetTransform>, Diagnostic> {
     let Some([least, most]) = extent(plan) else {
         return Ok(None);
     };
@@ -516,7 +516,7 @@ fn place_of(plan: &Plan, fit: Fit) -> Result<Option<Placement>, Problem> {
 
 /// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner
 /// lies on that of the sheet.
-fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Problem> {
+fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Diagnostic> {
     let Some(sheet) = layout.sheet else {
         return Ok(layout.at.map(|at| (at, layout.rotate)));
     };
@@ -539,7 +539,7 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
             shown(taken),
             shown(room)
         );
-        return Err(Problem::of_file(message)
+        return Err(Diagnostic::of_file(message)
             .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
             .remedy((Setting::Fit, Given::On), "makes it as small as need be"));
     }
@@ -549,7 +549,7 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
 }
 
 /// Paths that are to be drawn faster than the arm goes.
-fn above_ceiling(plan: &Plan) -> Option<Problem> {
+fn above_ceiling(plan: &Plan) -> Option<Diagnostic> {
     let speeds = plan.settings().filter_map(|setting| match setting {
         Set::CpParams(speeds) => Some(f64::from(speeds.junction_vel)),
         _ => None,
@@ -560,7 +560,7 @@ fn above_ceiling(plan: &Plan) -> Option<Problem> {
         let what = format!(
             "speed {fastest:.0} mm/s is above the arm's ceiling: it goes at {ceiling:.0} mm/s at most"
         );
-        Problem::of_file(what).coded(NoteCode::Speed)
+        Diagnostic::of_file(what).coded(DiagnosticCode::Speed)
     })
 }
 

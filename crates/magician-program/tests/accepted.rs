@@ -210,8 +210,8 @@ proptest! {
         };
         let plan = placed.plan(&marking);
         // What was placed is within reach.
-        let complaints = check(&plan, &start_of(&stage(&plan, &options()).unwrap())).complaints;
-        prop_assert!(is_done(&plan)?, "{complaints:?}");
+        let refused_steps = check(&plan, &start_of(&stage(&plan, &options()).unwrap())).refused_steps;
+        prop_assert!(is_done(&plan)?, "{refused_steps:?}");
         is_done_from(&plan, share)?;
         if let Ok(turned) = plan.rotated(turn, [0.0, 0.0]) {
             is_done(&turned)?;
@@ -241,9 +241,9 @@ proptest! {
         }
         let start = start_of(&stage(&plan, &options()).unwrap());
         // What is left out may leave the laser lit.
-        if let Some(complaint) = check(&plan, &start).complaints.first() {
-            let kind = complaint.error.kind();
-            prop_assert_eq!(kind, magician::ErrorKind::Unreachable, "{}", complaint.error);
+        if let Some(refused_step) = check(&plan, &start).refused_steps.first() {
+            let kind = refused_step.error.kind();
+            prop_assert_eq!(kind, magician::ErrorKind::Unreachable, "{}", refused_step.error);
         }
         if is_done(&plan)? {
             is_done_from(&plan, share)?;
@@ -256,7 +256,7 @@ proptest! {
         // What is out of reach would end most of them early.
         loop {
             let start = start_of(&stage(&plan, &options()).unwrap());
-            let Some(first) = check(&plan, &start).complaints.first().map(|first| first.step) else {
+            let Some(first) = check(&plan, &start).refused_steps.first().map(|first| first.step) else {
                 break;
             };
             plan.steps.remove(first);

@@ -2,7 +2,7 @@
 
 use magician::sim::world::Drawing;
 use magician_program::Raster;
-use magician_program::compare::{Comparison, Frame, Picture, Tones, compare, svg_lines};
+use magician_program::compare::{Comparison, Picture, PixelGrid, Tones, compare, svg_lines};
 use magician_program::rehearse::{RehearseOptions, rehearse};
 use magician_program::{Action, Origin, Plan, Tool, Travel};
 
@@ -81,7 +81,7 @@ fn numbers_that_are_none_do_no_harm() {
 
 #[test]
 fn large_drawings_have_coarser_pixels() {
-    let frame = Frame::around([[0.0, 0.0], [900.0, 700.0]], 2.0, 20.0);
+    let frame = PixelGrid::around([[0.0, 0.0], [900.0, 700.0]], 2.0, 20.0);
     let [width, height] = frame.size();
     assert!(width * height <= 16_100_000, "{frame:?}");
     assert!(frame.pixels_per_mm() < 6.0 && frame.pixels_per_mm() > 4.0);
@@ -116,7 +116,7 @@ fn an_svg_is_followed_on_its_own() {
         .map(|angle| [40.0 + 10.0 * angle.cos(), 40.0 + 10.0 * angle.sin()])
         .collect();
     let drawn = vec![ring, vec![[10.0, 10.0], [30.0, 10.0]]];
-    let frame = Frame::around(drawn.iter().flatten().copied(), 1.0, 20.0);
+    let frame = PixelGrid::around(drawn.iter().flatten().copied(), 1.0, 20.0);
     let source = Picture::of_svg(frame, svg, |point| point).unwrap();
     let drawn = Picture::of_lines(frame, &drawn);
     let matched = Comparison::of(source, drawn, 0.1).unwrap().matched;

@@ -95,7 +95,7 @@ fn assert_drawn(text: &[u8], layout: &Layout, marking: &Marking, tool: &str) {
     let plan = placed.plan(marking);
     let homed = Preflight::at(JointAngles::HOME, ToolBias::NONE);
     let report = check(&plan, &homed);
-    assert!(report.is_good(), "{:?}", report.complaints.first());
+    assert!(report.is_good(), "{:?}", report.refused_steps.first());
     assert!(report.time.is_some());
     let left = drawn(&plan, tool);
     let wanted: Vec<_> = placed
@@ -237,7 +237,7 @@ proptest! {
         if let Ok(placed) = artwork.placed(&layout, &marking) {
             let homed = Preflight::at(JointAngles::HOME, ToolBias::NONE);
             let report = check(&placed.plan(&marking), &homed);
-            prop_assert!(report.is_good(), "{:?}", report.complaints.first());
+            prop_assert!(report.is_good(), "{:?}", report.refused_steps.first());
         }
     }
 

@@ -8,7 +8,7 @@ use magician::commands::Pose;
 use magician::sim::ExternalEvent;
 use magician::sim::world::{Drawing, Stroke};
 use magician::{Arm, words};
-use magician_program::resume::Verdict;
+use magician_program::resume::ResumePoint;
 use magician_program::{Ending, Format, Program, ReadOptions, Setup, Surface, read};
 use tokio::time::sleep;
 
@@ -39,9 +39,9 @@ async fn run(
     from: u64,
     stop: Option<Duration>,
 ) -> Option<([f64; 3], u64)> {
-    let (_, verdict, pose) = run_until(arm, program, (from, None), stop).await?;
-    let (Verdict::After(steps) | Verdict::Again(steps)) = verdict else {
-        panic!("{verdict:?}");
+    let (_, resume_point, pose) = run_until(arm, program, (from, None), stop).await?;
+    let (ResumePoint::After(steps) | ResumePoint::Again(steps)) = resume_point else {
+        panic!("{resume_point:?}");
     };
     Some((xyz(&pose), steps))
 }
@@ -217,7 +217,7 @@ async fn a_drawing_that_is_done_is_parked_from_above() {
     assert_eq!(xyz(&pose), [200.0, -80.0, -20.0]);
     assert_eq!(lines(&cell.with(|arm| arm.drawing())), drawn);
     let start = arm.preflight_for(&program.kinds()).await.expect("read");
-    let rest = program.rest(0, start).expect("within reach");
+    let rest = program.remaining(0, start).expect("within reach");
     assert!(ending.check(&rest).is_ok());
     let far = Ending {
         park: Some([400.0, 0.0, 0.0]),

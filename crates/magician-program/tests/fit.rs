@@ -155,17 +155,17 @@ impl Case {
         let mut setup = Setup::default();
         setup.tool = Some(self.tool);
         setup.surface = Some(Surface::level(self.surface));
-        setup.placing.fit = true;
-        setup.placing.turn = self.turn;
-        setup.placing.scale = self.scale;
-        setup.placing.rotate = self.rotate;
-        setup.placing.mirror = self.mirror;
-        setup.placing.at = self.at;
+        setup.placement.fit = true;
+        setup.placement.turn = self.turn;
+        setup.placement.scale = self.scale;
+        setup.placement.rotate = self.rotate;
+        setup.placement.mirror = self.mirror;
+        setup.placement.at = self.at;
         let mut options = ReadOptions::default();
         setup.prepare(&mut options.gcode, setup.surface);
         let content = match read(self.format, text.as_bytes(), &options) {
             Ok(reading) => reading.content,
-            Err(problem) => return Err(TestCaseError::fail(format!("{problem}"))),
+            Err(diagnostic) => return Err(TestCaseError::fail(format!("{diagnostic}"))),
         };
         prop_assert!(!matches!(content, Content::Image(_)));
         let Ok(made) = setup.plan(self.format, content) else {
@@ -184,7 +184,7 @@ impl Case {
         let rehearsal = RehearseOptions::default();
         let arm = stage(&made.plan, &rehearsal).expect("a virtual arm takes it");
         let report = check(&made.plan, &start_of(&arm));
-        let refused = report.complaints.first();
+        let refused = report.refused_steps.first();
         prop_assert!(
             report.is_good(),
             "{placed:?} {:?}",

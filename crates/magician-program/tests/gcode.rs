@@ -17,7 +17,7 @@ mod gcode {
 
 use magician_program::formats::GcodeOptions;
 use magician_program::{
-    Action, Content, Format, Plan, Problem, ReadOptions, Reading, Travel, read,
+    Action, Content, Diagnostic, Format, Parsed, Plan, ReadOptions, Travel, read,
 };
 
 const PEN: &str = include_str!("../samples/pen_outline.gcode");
@@ -26,17 +26,17 @@ const LASER: &str = include_str!("../samples/laser_checker.gcode");
 fn try_with(
     text: &str,
     set: impl FnOnce(&mut GcodeOptions),
-) -> Result<(Plan, Vec<Problem>), Problem> {
+) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
     let mut options = ReadOptions::default();
     set(&mut options.gcode);
-    let Reading { content, notes, .. } = read(Format::Gcode, text.as_bytes(), &options)?;
+    let Parsed { content, notes, .. } = read(Format::Gcode, text.as_bytes(), &options)?;
     match content {
         Content::Plan(plan) => Ok((plan, notes)),
         other => panic!("{other:?}"),
     }
 }
 
-fn try_read(text: &str) -> Result<(Plan, Vec<Problem>), Problem> {
+fn try_read(text: &str) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
     try_with(text, |_| {})
 }
 
@@ -46,7 +46,7 @@ fn actions(text: &str) -> Vec<Action> {
 }
 
 fn actions_with(text: &str, set: impl FnOnce(&mut GcodeOptions)) -> Vec<Action> {
-    let (plan, _) = try_with(text, set).unwrap_or_else(|problem| panic!("{text}: {problem}"));
+    let (plan, _) = try_with(text, set).unwrap_or_else(|diagnostic| panic!("{text}: {diagnostic}"));
     plan.steps.into_iter().map(|step| step.action).collect()
 }
 
@@ -57,14 +57,14 @@ fn motions(text: &str) -> Vec<Action> {
 }
 
 fn notes(text: &str) -> Vec<String> {
-    let (_, notes) = try_read(text).unwrap_or_else(|problem| panic!("{text}: {problem}"));
+    let (_, notes) = try_read(text).unwrap_or_else(|diagnostic| panic!("{text}: {diagnostic}"));
     notes.iter().map(ToString::to_string).collect()
 }
 
-fn problem(text: &str) -> String {
+fn diagnostic(text: &str) -> String {
     match try_read(text) {
         Ok((plan, _)) => panic!("{text}: {plan:?}"),
-        Err(problem) => problem.to_string(),
+        Err(diagnostic) => diagnostic.to_string(),
     }
 }
 

@@ -1,13 +1,13 @@
 //! HPGL: what becomes of it.
 
-use magician_program::{Artwork, Content, Format, Lines, Problem, ReadOptions, Reading, read};
+use magician_program::{Artwork, Content, Diagnostic, Format, Lines, Parsed, ReadOptions, read};
 use proptest::prelude::*;
 
 const STAR: &str = include_str!("../samples/star.plt");
 
-fn try_read(text: &str) -> Result<(Artwork, Vec<String>), Problem> {
+fn try_read(text: &str) -> Result<(Artwork, Vec<String>), Diagnostic> {
     let options = ReadOptions::default();
-    let Reading { content, notes, .. } = read(Format::Hpgl, text.as_bytes(), &options)?;
+    let Parsed { content, notes, .. } = read(Format::Hpgl, text.as_bytes(), &options)?;
     match content {
         Content::Artwork(artwork) => Ok((artwork, notes.iter().map(ToString::to_string).collect())),
         other => panic!("{other:?}"),
@@ -15,12 +15,12 @@ fn try_read(text: &str) -> Result<(Artwork, Vec<String>), Problem> {
 }
 
 fn strokes(text: &str) -> Vec<Vec<[f64; 2]>> {
-    let (artwork, _) = try_read(text).unwrap_or_else(|problem| panic!("{text}: {problem}"));
+    let (artwork, _) = try_read(text).unwrap_or_else(|diagnostic| panic!("{text}: {diagnostic}"));
     let strokes = artwork.strokes.into_iter();
     strokes.map(|stroke| stroke.points).collect()
 }
 
-fn problem(text: &str) -> String {
+fn diagnostic(text: &str) -> String {
     try_read(text).expect_err(text).to_string()
 }
 
@@ -140,7 +140,7 @@ fn user_units_count_where_the_file_says_what_they_are() {
     assert_eq!(strokes(reset), [[[2.0, 2.0], [4.0, 4.0]]]);
     let factors = "IP400,800,0,0;SC0,40,0,80,2;PU0,0;PD1,1;";
     assert_eq!(strokes(factors), [[[10.0, 20.0], [11.0, 22.0]]]);
-    assert!(problem("IP0,0,40,40;SC0,0,0,1;").ends_with("the scale of SC is no number"));
+    assert!(diagnostic("IP0,0,40,40;SC0,0,0,1;").ends_with("the scale of SC is no number"));
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn square_units_lie_where_they_are_told_to() {
             "{plot}"
         );
     }
-    assert!(problem("SC0,1,0,1,3;").contains("SC has no type 3"));
+    assert!(diagnostic("SC0,1,0,1,3;").contains("SC has no type 3"));
 }
 
 #[test]
@@ -318,7 +318,7 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
         ]
     );
     assert!(
-        problem("IN;\nPE<=\u{100};")
+        diagnostic("IN;\nPE<=\u{100};")
             .starts_with("line 2, column 1: an encoded polyline (PE) is damaged")
     );
     let (_, notes) = try_read("PE7<=aaaaPU;").expect("it is all right");
@@ -326,10 +326,10 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
         notes,
         ["line 1, column 1: the end of an encoded polyline (PE) is cut off"]
     );
-    assert!(problem("RO45;").contains("turned by 0, 90, 180 or 270"));
-    assert!(problem("IW1,2;").contains("IW needs two points"));
-    assert!(problem("PD1,2,3;").contains("PD has an x without a y"));
-    assert!(problem("CI;").contains("CI needs a radius"));
+    assert!(diagnostic("RO45;").contains("turned by 0, 90, 180 or 270"));
+    assert!(diagnostic("IW1,2;").contains("IW needs two points"));
+    assert!(diagnostic("PD1,2,3;").contains("PD has an x without a y"));
+    assert!(diagnostic("CI;").contains("CI needs a radius"));
 }
 
 /// Programs of instructions that are nearly right.

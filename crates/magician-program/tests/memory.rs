@@ -41,14 +41,14 @@ fn a_large_drawing_is_fitted_and_checked_in_few_bytes_for_each_point() {
     };
     let mut setup = Setup::default();
     setup.surface = Some(Surface::level(-60.0));
-    setup.placing.fit = true;
+    setup.placement.fit = true;
     let made = setup.plan(Format::Svg, Content::Artwork(artwork));
     let made = made.expect("it is made to fit");
     assert!(made.misfit.is_none() && made.plan.steps.len() > 200_000);
     let program = Program::new(made.plan, Some(1));
     assert!(program.kinds().len() < 10);
     let start = Preflight::at(JointAngles::HOME, ToolBias::NONE);
-    let rest = program.rest(0, start).expect("it can be done");
+    let rest = program.remaining(0, start).expect("it can be done");
     assert!(rest.check().is_good());
     let each = (peak() - before) / u64::from(STROKES * POINTS);
     assert!(each <= MOST, "{each} bytes");

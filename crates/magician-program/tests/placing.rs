@@ -53,7 +53,7 @@ fn a_drawing_is_laid_in_true_size_in_the_middle_of_what_is_reached() {
     assert_eq!(placed.middle[1], 0.0);
     assert_eq!(placed.scale, 1.0);
     let report = check(&placed.plan(&Marking::pen()), &homed());
-    assert!(report.is_good(), "{:?}", report.complaints.first());
+    assert!(report.is_good(), "{:?}", report.refused_steps.first());
     assert!((report.drawn - 280.0).abs() < 1e-2, "{}", report.drawn);
     let [least, _] = report.bounds.unwrap();
     assert_eq!(least[2], -60.0);
@@ -92,7 +92,7 @@ fn on_a_sheet_the_page_lies_corner_on_corner() {
         };
         let placed = drawing
             .placed(&layout, &Marking::pen())
-            .map_err(|problem| problem.to_string());
+            .map_err(|diagnostic| diagnostic.to_string());
         placed.map(|placed| placed.artwork.strokes[0].points.clone())
     };
     assert_eq!(put(sheet, 0.0), Ok(vec![[210.0, -30.0], [240.0, -30.0]]));
@@ -131,17 +131,17 @@ fn on_a_sheet_the_page_lies_corner_on_corner() {
 #[test]
 fn what_does_not_fit_is_refused_with_both_sizes() {
     let page = rectangle(210.0, 297.0);
-    let problem = page
+    let diagnostic = page
         .placed(&Layout::on(PAPER), &Marking::pen())
         .unwrap_err();
     assert!(
-        problem
+        diagnostic
             .message
             .starts_with("the drawing is 210 by 297 mm, at most "),
-        "{problem}"
+        "{diagnostic}"
     );
-    let [fit, smaller] = &problem.remedies[..] else {
-        panic!("{problem:?}")
+    let [fit, smaller] = &diagnostic.remedies[..] else {
+        panic!("{diagnostic:?}")
     };
     assert_eq!(fit.act, Act::Give(Setting::Fit, Given::On));
     let Act::Give(Setting::Scale, Given::Number(scale)) = smaller.act else {
@@ -154,7 +154,7 @@ fn what_does_not_fit_is_refused_with_both_sizes() {
     let placed = page.placed(&layout, &Marking::pen()).unwrap();
     assert!((0.3..1.0).contains(&placed.scale), "{}", placed.scale);
     let report = check(&placed.plan(&Marking::pen()), &homed());
-    assert!(report.is_good(), "{:?}", report.complaints.first());
+    assert!(report.is_good(), "{:?}", report.refused_steps.first());
     let layout = Layout {
         scale,
         ..Layout::on(PAPER)
@@ -207,7 +207,7 @@ fn a_laser_is_dark_between_lines_and_at_the_end() {
         .plan(&laser);
     assert_eq!(plan.tool, Some(Tool::Laser));
     let report = check(&plan, &homed());
-    assert!(report.is_good(), "{:?}", report.complaints.first());
+    assert!(report.is_good(), "{:?}", report.refused_steps.first());
     let dark = plan
         .steps
         .iter()
@@ -237,7 +237,7 @@ fn a_way_that_the_base_is_in_goes_around_it() {
     let pen = Marking::pen();
     let plan = drawing.placed(&layout, &pen).unwrap().plan(&pen);
     let report = check(&plan, &homed());
-    assert!(report.is_good(), "{:?}", report.complaints.first());
+    assert!(report.is_good(), "{:?}", report.refused_steps.first());
     let joints = |step: &&magician_program::Step| {
         matches!(
             step.action,

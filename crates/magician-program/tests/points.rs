@@ -2,14 +2,14 @@
 
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
 use magician_program::{
-    Action, Content, Format, Grip, Plan, Problem, ReadOptions, Tool, Travel, check, read,
+    Action, Content, Diagnostic, Format, Grip, Plan, ReadOptions, Tool, Travel, check, read,
 };
 
-fn points(text: &str) -> Result<(Plan, Vec<String>), Problem> {
+fn points(text: &str) -> Result<(Plan, Vec<String>), Diagnostic> {
     resampled(text, None)
 }
 
-fn resampled(text: &str, resample: Option<f64>) -> Result<(Plan, Vec<String>), Problem> {
+fn resampled(text: &str, resample: Option<f64>) -> Result<(Plan, Vec<String>), Diagnostic> {
     let mut options = ReadOptions::default();
     options.resample = resample;
     let reading = read(Format::Points, text.as_bytes(), &options)?;
@@ -269,7 +269,7 @@ fn a_recording_takes_as_long_as_it_took() {
         let begun = start_of(&stage(&there, &RehearseOptions::default()).unwrap());
         let way = check(&there, &begun).time.unwrap();
         let report = check(&plan, &begun);
-        assert!(report.is_good(), "{:?}", report.complaints.first());
+        assert!(report.is_good(), "{:?}", report.refused_steps.first());
         let taken = (report.time.unwrap() - way).as_secs_f64();
         assert!(
             (taken - seconds).abs() < 0.02 * seconds,
@@ -319,10 +319,10 @@ fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
     );
     // What has no times cannot be thinned so that they stay.
     for other in ["x,y,z\n200,0,0\n", "{}"] {
-        let problem = resampled(other, Some(0.5)).unwrap_err();
+        let diagnostic = resampled(other, Some(0.5)).unwrap_err();
         assert!(
-            problem.to_string().contains("recording"),
-            "{other}: {problem}"
+            diagnostic.to_string().contains("recording"),
+            "{other}: {diagnostic}"
         );
     }
 }

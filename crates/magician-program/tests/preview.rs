@@ -188,10 +188,10 @@ fn complaints_have_the_numbers_of_the_whole_program() {
     let start = start_of(&stage(&plan, &RehearseOptions::default()).unwrap());
     for from in [0, 5] {
         let program = Program::new(plan.clone(), Some(1));
-        let rest = program.rest(from, start.clone()).unwrap();
+        let rest = program.remaining(from, start.clone()).unwrap();
         let report = rest.check();
         assert_eq!(report.refused, 1);
-        assert_eq!(report.number(report.complaints[0].step), last as u64);
+        assert_eq!(report.number(report.refused_steps[0].step), last as u64);
         let options = PreviewOptions::default();
         let picture = Preview::new(rest.first(), &report, rest.told(), &options);
         let named = picture.to_svg().matches(&format!(">step {last}")).count();

@@ -8,7 +8,7 @@ use magician::sim::Event;
 use magician::{ErrorKind, Options, Set, VirtualArm, blocking::Arm};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
 use magician_program::{
-    Content, Format, Lines, Plan, Problem, ReadOptions, Setup, Surface, check, read,
+    Content, Diagnostic, Format, Lines, Plan, ReadOptions, Setup, Surface, check, read,
 };
 use proptest::collection::vec;
 use proptest::prelude::*;
@@ -34,11 +34,11 @@ enum Fate {
     Done,
 }
 
-fn planned(format: Format, text: &str, fit: bool) -> Result<Plan, Problem> {
+fn planned(format: Format, text: &str, fit: bool) -> Result<Plan, Diagnostic> {
     let content = read(format, text.as_bytes(), &ReadOptions::default())?.content;
     let mut setup = Setup::default();
-    setup.usual_surface = Some(Surface::level(-60.0));
-    setup.placing.fit = fit;
+    setup.default_surface = Some(Surface::level(-60.0));
+    setup.placement.fit = fit;
     Ok(setup.plan(format, content)?.fitting()?.plan)
 }
 
@@ -46,8 +46,8 @@ fn planned(format: Format, text: &str, fit: bool) -> Result<Plan, Problem> {
 fn fate(format: Format, text: &str, fit: bool) -> Result<Fate, TestCaseError> {
     let plan = match planned(format, text, fit) {
         Ok(plan) => plan,
-        Err(problem) => {
-            prop_assert!(!problem.message.is_empty());
+        Err(diagnostic) => {
+            prop_assert!(!diagnostic.message.is_empty());
             return Ok(Fate::Unread);
         }
     };
@@ -328,16 +328,16 @@ fn any_reader(bytes: &[u8]) -> Result<(), TestCaseError> {
                     prop_assert!(!note.message.is_empty());
                 }
             }
-            Err(problem) => {
-                prop_assert!(!problem.message.is_empty(), "{}", format);
-                let known = problem.origin.is_known();
+            Err(diagnostic) => {
+                prop_assert!(!diagnostic.message.is_empty(), "{}", format);
+                let known = diagnostic.origin.is_known();
                 if let Some(text) = text.filter(|_| known && format != Format::Image) {
                     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
                     prop_assert!(
-                        Lines::new(text).range(&problem.origin).is_some(),
+                        Lines::new(text).range(&diagnostic.origin).is_some(),
                         "{}: {}",
                         format,
-                        problem
+                        diagnostic
                     );
                 }
             }

@@ -7,7 +7,7 @@ use magician_program::artwork::Sheet;
 use magician_program::formats::playback::Playback;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Action, Fit, Format, Frame, Origin, Plan, Power, Problem, Reach, ReadOptions, Reading, Setup,
+    Action, Diagnostic, Fit, Format, Frame, Origin, Parsed, Plan, Power, Reach, ReadOptions, Setup,
     Surface, Tool, Travel, White, Work, read,
 };
 
@@ -23,22 +23,24 @@ fn remedies(
     setup.surface = Some(PAPER);
     set(&mut options, &mut setup);
     setup.prepare(&mut options.gcode, None);
-    let Reading { content, mut notes } = match read(format, bytes, &options) {
+    let Parsed { content, mut notes } = match read(format, bytes, &options) {
         Ok(reading) => reading,
-        Err(problem) => return said(&[problem]),
+        Err(diagnostic) => return said(&[diagnostic]),
     };
     match setup.plan(format, content) {
         Ok(prepared) => {
             notes.extend(prepared.notes);
             notes.extend(prepared.misfit);
         }
-        Err(problem) => notes.push(problem),
+        Err(diagnostic) => notes.push(diagnostic),
     }
     said(&notes)
 }
 
-fn said(problems: &[Problem]) -> BTreeSet<String> {
-    let remedies = problems.iter().flat_map(|problem| &problem.remedies);
+fn said(diagnostics: &[Diagnostic]) -> BTreeSet<String> {
+    let remedies = diagnostics
+        .iter()
+        .flat_map(|diagnostic| &diagnostic.remedies);
     remedies
         .map(|remedy| {
             let said = format!("{} {}", remedy.act, remedy.effect);
@@ -153,7 +155,7 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
     has(&wide, &["rotate 90 leaves it more room"]);
     let small = page([20.0, 20.0]);
     let far = remedies(Format::Svg, &small, |_, setup| {
-        setup.placing.at = Some([330.0, 0.0]);
+        setup.placement.at = Some([330.0, 0.0]);
     });
     assert!(
         far.iter()
@@ -161,7 +163,7 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
         "{far:?}"
     );
     let edge = remedies(Format::Svg, &page([120.0, 120.0]), |_, setup| {
-        setup.placing.at = Some([290.0, 0.0]);
+        setup.placement.at = Some([290.0, 0.0]);
     });
     assert!(
         edge.iter()
@@ -169,11 +171,11 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
         "{edge:?}"
     );
     let nowhere = remedies(Format::Svg, &large, |_, setup| {
-        setup.placing.at = Some([900.0, 0.0]);
+        setup.placement.at = Some([900.0, 0.0]);
     });
     has(&nowhere, &["at X,Y places it elsewhere"]);
     let turned = remedies(Format::Svg, &page([400.0, 80.0]), |_, setup| {
-        setup.placing.fit = true;
+        setup.placement.fit = true;
     });
     has(&turned, &["turn off leaves it as it lies"]);
     let corners = [[0.0, 0.0], [400.0, 0.0], [400.0, 400.0], [0.0, 400.0]];
@@ -193,22 +195,22 @@ fn what_lies_on_nothing_is_laid_by_options() {
     let says = "surface Z says it: the z of the pose when the tool touches it";
     has(&unknown, &["calibrate-surface measures it", says]);
     let left = remedies(Format::Svg, &page([20.0, 20.0]), |_, setup| {
-        setup.placing.frame = Frame::Arm;
+        setup.placement.frame = Frame::Arm;
     });
     has(&left, &["without raw", "at X,Y says where its middle goes"]);
     let gcode = "G0 X200 Y0 Z5\nG1 Z0 F600\nG1 X260\nG0 Z5\n";
     let both = of_gcode(gcode, |_, setup| {
-        setup.placing.frame = Frame::Arm;
-        setup.placing.at = Some([220.0, 0.0]);
+        setup.placement.frame = Frame::Arm;
+        setup.placement.at = Some([220.0, 0.0]);
     });
     assert_eq!(Vec::from_iter(both), ["without raw"]);
-    let raw = of_gcode(gcode, |_, setup| setup.placing.pen_z = Some(0.0));
+    let raw = of_gcode(gcode, |_, setup| setup.placement.pen_z = Some(0.0));
     assert_eq!(
         Vec::from_iter(raw),
         ["place places G-code", "without pen_z"]
     );
     let drawn = remedies(Format::Svg, &page([20.0, 20.0]), |_, setup| {
-        setup.placing.pen_z = Some(0.0);
+        setup.placement.pen_z = Some(0.0);
     });
     has(&drawn, &["without pen_z"]);
     let placed = of_gcode(gcode, |_, setup| setup.surface = Some(PAPER));
@@ -216,7 +218,7 @@ fn what_lies_on_nothing_is_laid_by_options() {
     has(&placed, &[raw, "pen_z Z says another Z of touching"]);
     let above = of_gcode(gcode, |_, setup| {
         setup.surface = Some(PAPER);
-        setup.placing.pen_z = Some(-5.0);
+        setup.placement.pen_z = Some(-5.0);
     });
     has(&above, &["pen_z Z says at which Z its pen touches"]);
     let nothing = of_gcode("G0 X200 Y0 Z5\n", |_, setup| setup.surface = Some(PAPER));
@@ -225,7 +227,7 @@ fn what_lies_on_nothing_is_laid_by_options() {
     assert!(small.is_empty(), "it is not placed: {small:?}");
     let small = of_gcode(gcode, |_, setup| {
         setup.sheet = Some(sheet([30.0, 30.0]));
-        setup.placing.frame = Frame::Own;
+        setup.placement.frame = Frame::Own;
     });
     let moves = "at X,Y places it without one";
     has(&small, &["fit shrinks it to the sheet", moves]);
@@ -244,7 +246,7 @@ fn what_an_image_leaves_open_is_an_option() {
     let of = |work: Work, fit: bool| {
         remedies(Format::Image, image, |_, setup| {
             setup.size = Size::Width(60.0);
-            setup.placing.fit = fit;
+            setup.placement.fit = fit;
             setup.work = work;
         })
     };
@@ -359,12 +361,12 @@ fn advice_and_options_are_one_sentence_at_a_door() {
             setting.name().to_uppercase()
         }
     }
-    let problem = Problem::of_file("nothing is known");
-    assert_eq!(problem.advice(&Loud), None);
-    let problem = problem
+    let diagnostic = Diagnostic::of_file("nothing is known");
+    assert_eq!(diagnostic.advice(&Loud), None);
+    let diagnostic = diagnostic
         .help("look it up")
         .remedy(magician::Action::Home, "homes it")
         .remedy((Setting::Fit, Given::On), "shrinks it");
     let advice = "look it up; HOME homes it; FIT=on shrinks it";
-    assert_eq!(problem.advice(&Loud).as_deref(), Some(advice));
+    assert_eq!(diagnostic.advice(&Loud).as_deref(), Some(advice));
 }

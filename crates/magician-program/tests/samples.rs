@@ -46,7 +46,7 @@ fn content(name: &str) -> (Format, Vec<u8>, Content) {
     options.title = name.to_owned();
     options.tolerance = TOLERANCE;
     let reading = read(format, &bytes, &options);
-    let reading = reading.unwrap_or_else(|problem| panic!("{name}: {problem}"));
+    let reading = reading.unwrap_or_else(|diagnostic| panic!("{name}: {diagnostic}"));
     (format, bytes, reading.content)
 }
 
@@ -63,7 +63,7 @@ fn start(plan: &Plan) -> Preflight {
 fn done(name: &str, plan: &Plan) -> (Rehearsal, Report) {
     let options = RehearseOptions::default();
     let report = check(plan, &start(plan));
-    assert!(report.is_good(), "{name}: {:?}", report.complaints);
+    assert!(report.is_good(), "{name}: {:?}", report.refused_steps);
     let done = rehearse(plan, &options).unwrap();
     assert!(done.is_good(), "{name}: {:?} {:?}", done.alarms, done.log);
     assert_eq!(done.steps, plan.steps.len(), "{name}");
@@ -115,7 +115,7 @@ fn artwork(name: &str, artwork: &Artwork, source: &[Line]) {
         ("burnt", Marking::laser(80.0), StrokeKind::Burn),
     ] {
         let placed = artwork.placed(&Layout::on(Surface::level(TABLE)), &marking);
-        let placed = placed.unwrap_or_else(|problem| panic!("{name}: {problem}"));
+        let placed = placed.unwrap_or_else(|diagnostic| panic!("{name}: {diagnostic}"));
         assert_eq!(placed.scale, 1.0, "{name} is in true size");
         let to_arm = |point: &[f64; 2]| {
             [0, 1].map(|axis| placed.middle[axis] + point[axis] - (low[axis] + high[axis]) / 2.0)

@@ -96,9 +96,9 @@ async fn run(
     from: (u64, Option<[f64; 3]>),
     stop: Option<Duration>,
 ) -> Option<(u64, Option<[f64; 3]>)> {
-    let (rest, verdict, pose) = run_until(arm, program, from, stop).await?;
-    let next = rest.goes_on(verdict, &pose);
-    assert!(next.is_some(), "{verdict:?}");
+    let (rest, resume_point, pose) = run_until(arm, program, from, stop).await?;
+    let next = rest.goes_on(resume_point, &pose);
+    assert!(next.is_some(), "{resume_point:?}");
     next
 }
 

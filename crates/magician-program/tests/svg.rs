@@ -1,7 +1,7 @@
 //! SVG drawings as strokes: lengths, places, sizes, what is left out and what is refused.
 
 use magician_program::{
-    Artwork, Content, Fills, Format, Lines, Problem, ReadOptions, Reading, Stroke, White, read,
+    Artwork, Content, Diagnostic, Fills, Format, Lines, Parsed, ReadOptions, Stroke, White, read,
 };
 
 const HOUSE: &[u8] = include_bytes!("../samples/house.svg");
@@ -10,19 +10,19 @@ const CURVES: &[u8] = include_bytes!("../samples/curves.svg");
 fn reading_with(
     text: impl AsRef<[u8]>,
     options: &ReadOptions,
-) -> Result<(Artwork, Vec<Problem>), Problem> {
-    let Reading { content, notes } = read(Format::Svg, text.as_ref(), options)?;
+) -> Result<(Artwork, Vec<Diagnostic>), Diagnostic> {
+    let Parsed { content, notes } = read(Format::Svg, text.as_ref(), options)?;
     match content {
         Content::Artwork(artwork) => Ok((artwork, notes)),
         other => panic!("{other:?}"),
     }
 }
 
-fn reading(text: impl AsRef<[u8]>) -> (Artwork, Vec<Problem>) {
+fn reading(text: impl AsRef<[u8]>) -> (Artwork, Vec<Diagnostic>) {
     reading_with(text, &ReadOptions::default()).unwrap()
 }
 
-fn problem(text: impl AsRef<[u8]>) -> Problem {
+fn diagnostic(text: impl AsRef<[u8]>) -> Diagnostic {
     reading_with(text, &ReadOptions::default()).unwrap_err()
 }
 
@@ -755,9 +755,13 @@ fn packed_drawings_are_unpacked_as_far_as_that_is_bounded() {
     assert_eq!(artwork.strokes, reading(&text).0.strokes);
     assert_eq!(Format::of("a", &packed(text.as_bytes())), Some(Format::Svg));
     let bomb = packed(&vec![b' '; (64 << 20) + 1]);
-    assert!(problem(bomb).message.contains("unpacked it has more than"));
+    assert!(
+        diagnostic(bomb)
+            .message
+            .contains("unpacked it has more than")
+    );
     let damaged = &packed(text.as_bytes())[..40];
-    assert!(problem(damaged).message.contains("damaged"));
+    assert!(diagnostic(damaged).message.contains("damaged"));
 }
 
 #[test]
@@ -845,25 +849,25 @@ fn what_is_left_out_is_told() {
 
 #[test]
 fn what_is_no_drawing_is_refused_with_its_place() {
-    let broken = problem("<svg xmlns='http://www.w3.org/2000/svg'>\n  <g><rect></g></svg>");
+    let broken = diagnostic("<svg xmlns='http://www.w3.org/2000/svg'>\n  <g><rect></g></svg>");
     assert_eq!(broken.origin.line, 2, "{broken}");
     assert!(
         broken.message.starts_with("the XML cannot be read"),
         "{broken}"
     );
-    assert!(problem("<html/>").message.contains("<html>, not <svg>"));
-    assert!(problem([0xff, 0xfe, 0x3c]).message.contains("not UTF-8"));
-    assert!(problem([0x1f, 0x8b, 0x08]).message.contains("packed"));
-    assert!(problem("").message.starts_with("the XML cannot be read"));
+    assert!(diagnostic("<html/>").message.contains("<html>, not <svg>"));
+    assert!(diagnostic([0xff, 0xfe, 0x3c]).message.contains("not UTF-8"));
+    assert!(diagnostic([0x1f, 0x8b, 0x08]).message.contains("packed"));
+    assert!(diagnostic("").message.starts_with("the XML cannot be read"));
     assert!(
-        problem("<svg xmlns='http://www.w3.org/2000/svg' width='0' height='9'/>")
+        diagnostic("<svg xmlns='http://www.w3.org/2000/svg' width='0' height='9'/>")
             .message
             .contains("has no size")
     );
-    let far = problem(page("<path id='far' d='M0 0L1e8 1e8' stroke='red'/>"));
+    let far = diagnostic(page("<path id='far' d='M0 0L1e8 1e8' stroke='red'/>"));
     assert_eq!(far.name.as_deref(), Some("far"));
     assert!(far.message.contains("at most 100000 mm"), "{far}");
-    let beyond = problem(page(
+    let beyond = diagnostic(page(
         "\n<path id='arc' d='M0 0A4e38 4e38 0 0 1 9 9' stroke='red'/>",
     ));
     assert_eq!(
@@ -880,14 +884,14 @@ fn bombs_do_not_go_off() {
         let used = format!("<use href='#l{}'/>", level - 1).repeat(10);
         bomb += &format!("<g id='l{level}'>{used}</g>");
     }
-    let problem_of = |text: String| problem(text).message;
-    assert!(problem_of(page(&(bomb + "</defs><use href='#l11'/>"))).contains("written out"));
+    let diagnostic_of = |text: String| diagnostic(text).message;
+    assert!(diagnostic_of(page(&(bomb + "</defs><use href='#l11'/>"))).contains("written out"));
     let deep = "<g>".repeat(5000) + &"</g>".repeat(5000);
-    assert!(problem_of(page(&deep)).contains("within more than"));
+    assert!(diagnostic_of(page(&deep)).contains("within more than"));
     let chain: String = (0..1000)
         .map(|nth| format!("<g id='c{nth}'><use href='#c{}'/></g>", nth + 1))
         .collect();
-    assert!(problem_of(page(&chain)).contains("within more than"));
+    assert!(diagnostic_of(page(&chain)).contains("within more than"));
     // Circles are broken up, or refused.
     for circle in [
         "<g id='a'><use href='#a'/></g>",
@@ -914,7 +918,7 @@ fn bombs_do_not_go_off() {
         "<marker id='m'>{}</marker><path d='M0 0{corners}' stroke='red' marker-mid='url(#m)'/>",
         "<path d='M0 0h1'/>".repeat(100)
     );
-    assert!(problem_of(page(&marked)).contains("written out"));
+    assert!(diagnostic_of(page(&marked)).contains("written out"));
     let entities = "<!DOCTYPE svg [<!ENTITY a 'aaaaaaaaaa'>".to_owned()
         + &(0..9)
             .map(|n| {
@@ -923,7 +927,7 @@ fn bombs_do_not_go_off() {
             })
             .collect::<String>()
         + "]><svg xmlns='http://www.w3.org/2000/svg'><text>&j;</text></svg>";
-    assert!(problem_of(entities).contains("XML cannot be read"));
+    assert!(diagnostic_of(entities).contains("XML cannot be read"));
 }
 
 #[test]

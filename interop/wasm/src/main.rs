@@ -80,7 +80,7 @@ fn plan(name: &str, tool: Tool, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
     let mut setup = Setup::default();
     setup.tool = Some(tool);
     setup.surface = Some(Surface::level(-60.0));
-    setup.placing.at = Some([240.0, 0.0]);
+    setup.placement.at = Some([240.0, 0.0]);
     let plan = setup.plan(format, reading.content)?.plan;
     println!("{name}");
     for command in plan.commands() {
@@ -90,7 +90,7 @@ fn plan(name: &str, tool: Tool, bytes: &[u8]) -> Result<(), Box<dyn Error>> {
     println!(
         "{:?} {:?} {:x}",
         report.time,
-        report.complaints.len(),
+        report.refused_steps.len(),
         report.drawn.to_bits()
     );
     let rehearsal = rehearse(&plan, &RehearseOptions::default())?;

@@ -1,7 +1,7 @@
 //! `[arms.NAME]`: what is true of one arm. It is read where every door reads it, in [`magician::arms`]; here a person changes it.
 
 use magician::arms::KnownArm;
-use magician_program::{Lines, Problem};
+use magician_program::{Diagnostic, Lines};
 use toml::Spanned;
 use toml::de::DeValue;
 
@@ -31,9 +31,9 @@ enum Kind {
 pub(super) fn read(
     lines: &Lines<'_>,
     table: &Spanned<DeValue<'_>>,
-) -> Result<Vec<KnownArm>, Problem> {
+) -> Result<Vec<KnownArm>, Diagnostic> {
     magician::arms::read(table).map_err(|flaw| {
-        let problem = Problem::new(lines.origin(flaw.place), flaw.message);
+        let problem = Diagnostic::new(lines.origin(flaw.place), flaw.message);
         match flaw.help {
             Some(help) => problem.help(help),
             None => problem,

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use magician::arms::KnownArm;
 use magician::{ErrorKind, Target};
-use magician_program::{Lines, Power, Problem};
+use magician_program::{Lines, Power, Diagnostic};
 use serde::Serialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -230,11 +230,11 @@ fn read(path: &Path) -> Result<String, Failure> {
 type Values = (Vec<(&'static str, String)>, Vec<KnownArm>);
 
 /// The values of a text, or where it is wrong.
-fn check(text: &str) -> Result<Values, Problem> {
+fn check(text: &str) -> Result<Values, Diagnostic> {
     let lines = Lines::new(text);
     let file = DeTable::parse(text).map_err(|error| {
         let place = lines.origin(error.span().unwrap_or_default());
-        Problem::new(place, error.message().trim().to_owned())
+        Diagnostic::new(place, error.message().trim().to_owned())
     })?;
     let (mut values, mut arms) = (Vec::new(), Vec::new());
     for (name, value) in file.get_ref() {
@@ -254,7 +254,7 @@ fn check(text: &str) -> Result<Values, Problem> {
             }
             _ if is_section => {
                 let message = format!("write [{}] and its values below it", name.get_ref());
-                return Err(Problem::new(lines.origin(value.span()), message));
+                return Err(Diagnostic::new(lines.origin(value.span()), message));
             }
             _ => values.push(entry(&lines, name.get_ref(), name.span(), value)?),
         }
@@ -267,14 +267,14 @@ fn entry(
     name: &str,
     place: std::ops::Range<usize>,
     value: &Spanned<DeValue<'_>>,
-) -> Result<(&'static str, String), Problem> {
+) -> Result<(&'static str, String), Diagnostic> {
     let Some(key) = KEYS.iter().find(|key| key.name == name) else {
-        let problem = Problem::new(lines.origin(place), format!("there is no setting `{name}`"));
+        let problem = Diagnostic::new(lines.origin(place), format!("there is no setting `{name}`"));
         return Err(problem.help(near(name)));
     };
     let text = key.read(value.get_ref());
     let text =
-        text.map_err(|why| Problem::new(lines.origin(value.span()), format!("{name}: {why}")))?;
+        text.map_err(|why| Diagnostic::new(lines.origin(value.span()), format!("{name}: {why}")))?;
     Ok((key.name, text))
 }
 
@@ -293,7 +293,7 @@ pub(crate) fn near(name: &str) -> String {
     }
 }
 
-fn broken(path: &Path, text: &str, problem: &Problem) -> Failure {
+fn broken(path: &Path, text: &str, problem: &Diagnostic) -> Failure {
     let file = path.display().to_string();
     let drawn = diagnostics::draw(problem, Severity::Error, &file, Some(text));
     Failure::invalid(format!("{file}: {problem}")).drawn(drawn)

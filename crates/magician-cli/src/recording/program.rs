@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use magician::Event;
 use magician_program::formats::playback::Playback;
-use magician_program::{Follow, Mark, Plan, Tool, Trail};
+use magician_program::{CaptureMode, Plan, PoseReading, Recording, Tool};
 use magician_record::Reading;
 
 use super::counted::recounted;
@@ -19,7 +19,7 @@ pub(super) struct Program {
     /// The one that the program is for.
     tool: Tool,
     tolerance: f64,
-    trail: Trail,
+    recording: Recording,
     /// Whether there is something that the file does not have.
     stale: bool,
 }
@@ -35,7 +35,7 @@ impl Program {
             format,
             tool: beginning.tool,
             tolerance: beginning.tolerance,
-            trail: Trail::new(beginning.tolerance),
+            recording: Recording::new(beginning.tolerance),
             stale: false,
         };
         // Nothing yet, but what cannot be written is known now.
@@ -50,10 +50,10 @@ impl Program {
         let title = self.path.file_name().unwrap_or_default().to_string_lossy();
         let title = title.trim_end_matches(".json").trim_end_matches(".plan");
         let follow = match self.format {
-            Format::Playback => Follow::Lines,
-            _ => Follow::Path,
+            Format::Playback => CaptureMode::Lines,
+            _ => CaptureMode::Path,
         };
-        self.trail
+        self.recording
             .plan(title.trim_end_matches(".playback"), Some(self.tool), follow)
     }
 
@@ -82,13 +82,13 @@ impl Program {
 
 impl Sink for Program {
     fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), Failure> {
-        if tool != self.tool && self.trail.length() == 0.0 {
+        if tool != self.tool && self.recording.length() == 0.0 {
             // Told before anything moved, it is the tool of what comes.
             self.tool = tool;
-            self.trail = Trail::new(self.tolerance);
+            self.recording = Recording::new(self.tolerance);
         }
         let pose = recounted(&reading.pose, tool, self.tool);
-        self.trail.push(Mark {
+        self.recording.push(PoseReading {
             t: reading.t,
             pose: [pose.x, pose.y, pose.z, pose.r].map(f64::from),
             j4: f64::from(pose.joint_angle[3]),

@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use magician_program::formats::playback::Playback;
 use magician_program::raster::Engrave;
 use magician_program::rehearse::{RehearseOptions, rehearse};
-use magician_program::{Action, NoteCode, Plan, Problem, Travel, Work};
+use magician_program::{Action, Diagnostic, DiagnosticCode, Plan, Travel, Work};
 use magician_sim::world::PictureOptions;
 use serde::Serialize;
 
@@ -70,7 +70,7 @@ impl Convert {
         let kind = kind(&self.to)?;
         let work = match self.laser {
             true => Work::Engrave(Engrave::default()),
-            false => Work::Usual,
+            false => Work::Default,
         };
         let size = self.pen.size();
         let job = Job {
@@ -118,8 +118,13 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
 }
 
 /// Writes a plan as such a file; what that cannot say.
-fn write(kind: Kind, plan: &Plan, path: &Path, source: &Source) -> Result<Vec<Problem>, Failure> {
-    let lost = |what: &str| vec![Problem::of_file(what).coded(NoteCode::LeftOut)];
+fn write(
+    kind: Kind,
+    plan: &Plan,
+    path: &Path,
+    source: &Source,
+) -> Result<Vec<Diagnostic>, Failure> {
+    let lost = |what: &str| vec![Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut)];
     match kind {
         Kind::Plan => put(path, plan.to_json().as_bytes()).map(|()| Vec::new()),
         Kind::Playback => {

@@ -47,7 +47,7 @@ impl Play {
             way: self.way,
             beam: Beam::default(),
             pen: Pen::lifted(self.lift),
-            work: Work::Usual,
+            work: Work::Default,
             size: Size::Natural,
             pause: u32::try_from(pause).unwrap_or(u32::MAX),
             runs: true,

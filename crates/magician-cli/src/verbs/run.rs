@@ -49,7 +49,7 @@ impl Run {
             way: self.way,
             beam: self.beam,
             pen: Pen::lifted(self.lift),
-            work: Work::Usual,
+            work: Work::Default,
             size: Size::Natural,
             pause: 0,
             runs: true,

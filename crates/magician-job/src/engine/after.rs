@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use magician::commands::{DeviceTime, Pose};
 use magician::{Error, ErrorKind};
-use magician_program::Rest;
-use magician_program::resume::{Span, Verdict, settle};
+use magician_program::RemainingProgram;
+use magician_program::resume::{ResumePoint, StepRange, resume_point_at};
 use tokio::time::timeout;
 
 use super::Work;
@@ -149,8 +149,8 @@ impl Work {
     pub(super) async fn lift(&self, stood: &Stood) -> PenLift {
         let height = {
             let mut track = self.track();
-            let Track { rest, tally, .. } = &*track;
-            let moved = |rest: &Rest| rest.has_moved(tally, stood.index, &stood.pose);
+            let Track { rest, counter, .. } = &*track;
+            let moved = |rest: &RemainingProgram| rest.has_moved(counter, stood.index, &stood.pose);
             // What somebody else has moved before it began is no pen of its own.
             let moved = track.pulled > 0 && rest.as_ref().is_some_and(moved);
             if !moved {
@@ -186,8 +186,8 @@ impl Work {
         if !track.open {
             return false;
         }
-        let most = track.from() + track.tally.finished(stood.index).most;
-        clock < track.mark.clock || most < track.mark.finished
+        let most = track.from() + track.counter.finished(stood.index).most;
+        clock < track.checkpoint.clock || most < track.checkpoint.finished
     }
 
     /// Keeps what is known of a job that is over before its end, if that was not done yet.
@@ -201,30 +201,33 @@ impl Work {
             return;
         };
         let span = if uncertain {
-            track.tally.certain(stood.index)
+            track.counter.certain(stood.index)
         } else {
-            track.tally.finished(stood.index)
+            track.counter.finished(stood.index)
         };
         let from = track.from();
         let (least, most) = (from + span.least, from + span.most);
         // Where indices were passed over the pose decides, unless a command may have come twice.
         if let (true, false, Some(rest)) = (least < most, uncertain, &track.rest)
-            && let Some((verdict, (steps, within))) = by_pose(rest, (least, most), &stood.pose)
+            && let Some((resume_point, (steps, within))) = by_pose(rest, (least, most), &stood.pose)
         {
-            return track.ends(verdict, within.map(|place| (steps, place)));
+            return track.ends(resume_point, within.map(|place| (steps, place)));
         }
-        let verdict = if least == most {
-            settle(least, |steps| {
+        let resume_point = if least == most {
+            resume_point_at(least, |steps| {
                 let rest = track.rest.as_ref()?;
                 rest.stands_after(steps, &stood.pose, true)
             })
         } else {
-            Verdict::Doubt(Span { least, most })
+            ResumePoint::Doubt(StepRange { least, most })
         };
-        let goes_on = (track.rest.as_ref()).and_then(|rest| rest.goes_on(verdict, &stood.pose));
+        let goes_on =
+            (track.rest.as_ref()).and_then(|rest| rest.goes_on(resume_point, &stood.pose));
         match goes_on {
-            Some((steps, Some(place))) => track.ends(Verdict::Again(steps), Some((steps, place))),
-            _ => track.ends(verdict, None),
+            Some((steps, Some(place))) => {
+                track.ends(ResumePoint::Again(steps), Some((steps, place)))
+            }
+            _ => track.ends(resume_point, None),
         }
     }
 }

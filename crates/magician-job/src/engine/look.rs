@@ -5,8 +5,8 @@ use std::time::Duration;
 use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, Set};
-use magician_program::resume::{Seen, Verdict};
-use magician_program::{Problem, Program, Report, Rest, Timetable};
+use magician_program::resume::{ObservedProgress, ResumePoint};
+use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
 use super::{Begun, Work};
@@ -23,7 +23,7 @@ const STANDING: Duration = Duration::from_secs(3);
 
 /// What was found before anything moves.
 pub(super) struct Found {
-    pub(super) rest: Rest,
+    pub(super) rest: RemainingProgram,
     pub(super) report: Report,
     pub(super) timetable: Timetable,
     pub(super) begun: Begun,
@@ -121,7 +121,7 @@ impl Work {
         &self,
         from: u64,
         within: Option<[f64; 3]>,
-    ) -> Result<(Rest, Report, Timetable), JobError> {
+    ) -> Result<(RemainingProgram, Report, Timetable), JobError> {
         let start = self.arm.preflight_for(&self.spec.program.kinds()).await?;
         let program = self.spec.program.clone();
         Ok(beside(move || checked(&program, from, within, start)).await??)
@@ -148,40 +148,42 @@ impl Work {
     async fn resumed(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
         let (arm, program) = (&self.arm, &self.spec.program);
         let left = self.track().journal.left();
-        let mark = left.map_err(|error| JobError::new(Fault::Journal(error)))?;
-        if mark.ended.is_none() {
+        let checkpoint = left.map_err(|error| JobError::new(Fault::Journal(error)))?;
+        if checkpoint.ended.is_none() {
             self.shared.tell(JobEvent::Waits(Waits::Queue));
             let idle = self.idle().await;
             self.shared.tell(JobEvent::Waits(Waits::Nothing));
             idle?;
         }
-        let seen = Seen {
+        let seen = ObservedProgress {
             current: arm.current_index().await?.0,
             clock: arm.get::<DeviceTime>().await?.g_systick,
         };
         let pose = arm.get::<Pose>().await?;
         let start = arm.preflight_for(&program.kinds()).await?;
-        let whole = program.rest(0, start).ok();
+        let whole = program.remaining(0, start).ok();
         let seen = self.lasting.then_some(seen);
-        let verdict = mark.verdict(seen, |steps| {
+        let resume_point = checkpoint.resume_point(seen, |steps| {
             whole.as_ref()?.stands_after(steps, &pose, false)
         });
         // An arm that was stopped and has said nothing of it stands where it was stopped still, if it stands on that line.
-        let stopped = matches!(verdict, Verdict::Again(_)) && mark.ended.is_none();
+        let stopped = matches!(resume_point, ResumePoint::Again(_)) && checkpoint.ended.is_none();
         let standing = whole.as_ref().filter(|_| stopped);
-        let standing = standing.and_then(|whole| whole.goes_on(verdict, &pose));
-        let (steps, within) = match (verdict, standing) {
+        let standing = standing.and_then(|whole| whole.goes_on(resume_point, &pose));
+        let (steps, within) = match (resume_point, standing) {
             (_, Some((steps, Some(place)))) => (steps, Some(place)),
-            (Verdict::After(steps) | Verdict::Again(steps), _) => (steps, mark.place_after(steps)),
-            (Verdict::Doubt(span), _) => {
-                let said = mark.ended.is_some();
+            (ResumePoint::After(steps) | ResumePoint::Again(steps), _) => {
+                (steps, checkpoint.place_after(steps))
+            }
+            (ResumePoint::Doubt(span), _) => {
+                let said = checkpoint.ended.is_some();
                 return Err(Fault::Doubt { span, said }.into());
             }
         };
         let starts = StartsAt {
             steps,
             within: within.is_some(),
-            again: within.is_none() && matches!(verdict, Verdict::Again(_)),
+            again: within.is_none() && matches!(resume_point, ResumePoint::Again(_)),
         };
         self.shared.tell(JobEvent::Starts(starts));
         if program.steps().is_some_and(|all| steps >= all) {
@@ -222,8 +224,8 @@ fn checked(
     from: u64,
     within: Option<[f64; 3]>,
     start: Preflight,
-) -> Result<(Rest, Report, Timetable), Problem> {
-    let rest = program.rest_within(from, within, start)?;
+) -> Result<(RemainingProgram, Report, Timetable), Diagnostic> {
+    let rest = program.remaining_within(from, within, start)?;
     let report = rest.check();
     let timetable = rest.timetable(&report);
     Ok((rest, report, timetable))

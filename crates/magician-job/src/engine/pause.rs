@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use magician::commands::{DeviceTime, Pose};
 use magician::{Alarm, Error, ErrorKind, Set};
-use magician_program::Rest;
-use magician_program::resume::{Span, Verdict, settle};
+use magician_program::RemainingProgram;
+use magician_program::resume::{ResumePoint, StepRange, resume_point_at};
 use tokio::time::{Instant, sleep};
 
 use super::inbox::{Inbox, Next, Stopped};
@@ -161,7 +161,7 @@ impl Work {
         let Some(rest) = &track.rest else {
             return false;
         };
-        let Span { least, most } = track.tally.finished(index);
+        let StepRange { least, most } = track.counter.finished(index);
         let next = least.saturating_add(rest.lead());
         let next = usize::try_from(next).ok();
         let next = next.and_then(|next| rest.commands().nth(next));
@@ -171,7 +171,7 @@ impl Work {
                 Set::HomeCmd(_) | Set::EMotorS(_) | Set::PtpWithLCmd(_) | Set::PtpPoWithLCmd(_)
             )
         };
-        let handed = track.tally.last().is_some_and(|(_, steps)| least < steps);
+        let handed = track.counter.last().is_some_and(|(_, steps)| least < steps);
         least == most && handed && next.is_some_and(hidden)
     }
 
@@ -180,32 +180,33 @@ impl Work {
         let mut track = self.track();
         if track.pulled == 0 {
             let from = track.from();
-            return Some((from, track.rest.as_ref().and_then(Rest::within)));
+            return Some((from, track.rest.as_ref().and_then(RemainingProgram::within)));
         }
         let from = track.from();
         let rest = track.rest.clone()?;
-        let Span { least, most } = track.tally.finished(stood.index);
+        let StepRange { least, most } = track.counter.finished(stood.index);
         let (least, most) = (from + least, from + most);
         let found = if least == most {
             // What burns goes out in pieces: the step that is not finished may be half done, and the last one is whole.
             let half = self.burns && rest.stands_after(least, &stood.pose, false) != Some(true);
-            let half = half.then(|| rest.goes_on(Verdict::Again(least), &stood.pose));
+            let half = half.then(|| rest.goes_on(ResumePoint::Again(least), &stood.pose));
             if let Some(place @ (steps, Some(_))) = half.flatten() {
-                Some((Verdict::Again(steps), place))
+                Some((ResumePoint::Again(steps), place))
             } else {
-                let verdict = settle(least, |steps| rest.stands_after(steps, &stood.pose, true));
-                rest.goes_on(verdict, &stood.pose)
-                    .map(|place| (verdict, place))
+                let resume_point =
+                    resume_point_at(least, |steps| rest.stands_after(steps, &stood.pose, true));
+                rest.goes_on(resume_point, &stood.pose)
+                    .map(|place| (resume_point, place))
             }
         } else {
             by_pose(&rest, (least, most), &stood.pose)
         };
-        let Some((verdict, (steps, within))) = found else {
-            track.ends(Verdict::Doubt(Span { least, most }), None);
+        let Some((resume_point, (steps, within))) = found else {
+            track.ends(ResumePoint::Doubt(StepRange { least, most }), None);
             return None;
         };
-        let verdict = within.map_or(verdict, |_| Verdict::Again(steps));
-        track.ends(verdict, within.map(|place| (steps, place)));
+        let resume_point = within.map_or(resume_point, |_| ResumePoint::Again(steps));
+        track.ends(resume_point, within.map(|place| (steps, place)));
         Some((steps, within))
     }
 
@@ -242,7 +243,7 @@ impl Work {
         let found = found.map_err(|error| match error.fault {
             Fault::Arm(error) => ResumeError::Arm(error),
             Fault::Program(problem) => ResumeError::Program(problem),
-            Fault::Refused { report, .. } => match report.complaints.into_iter().next() {
+            Fault::Refused { report, .. } => match report.refused_steps.into_iter().next() {
                 Some(first) => ResumeError::Refused(Arc::new(first.error)),
                 None => ResumeError::Unknown,
             },
@@ -260,26 +261,30 @@ impl Work {
     }
 }
 
-pub(super) type Goes = (Verdict, (u64, Option<[f64; 3]>));
+pub(super) type Goes = (ResumePoint, (u64, Option<[f64; 3]>));
 
 /// Where a job goes on of which so many steps are done at least, and so many at most, by where the arm stands: behind the one
 /// step that ends there, or within the one whose line it is on. Nothing where several would do.
-pub(super) fn by_pose(rest: &Rest, (least, most): (u64, u64), pose: &Pose) -> Option<Goes> {
+pub(super) fn by_pose(
+    rest: &RemainingProgram,
+    (least, most): (u64, u64),
+    pose: &Pose,
+) -> Option<Goes> {
     if most - least > MOST {
         return None;
     }
     let ends = (least..=most).filter(|steps| rest.stands_after(*steps, pose, true) == Some(true));
     let ends: Vec<u64> = ends.collect();
     if let [steps] = ends[..] {
-        return Some((Verdict::After(steps), (steps, None)));
+        return Some((ResumePoint::After(steps), (steps, None)));
     }
     if !ends.is_empty() {
         return None;
     }
     let mut within = (least..=most).filter_map(|steps| {
-        let verdict = Verdict::Again(steps);
-        let place = rest.goes_on(verdict, pose)?;
-        place.1.map(|_| (Verdict::Again(place.0), place))
+        let resume_point = ResumePoint::Again(steps);
+        let place = rest.goes_on(resume_point, pose)?;
+        place.1.map(|_| (ResumePoint::Again(place.0), place))
     });
     let first = within.next()?;
     within.all(|other| other.1 == first.1).then_some(first)

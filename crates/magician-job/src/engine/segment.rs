@@ -4,7 +4,7 @@ use std::pin::pin;
 use std::time::Duration;
 
 use magician::{Error, ErrorKind, Progress, Ran, RunOptions};
-use magician_program::{Rest, Timetable};
+use magician_program::{RemainingProgram, Timetable};
 use tokio::time::{Instant, timeout};
 
 use super::inbox::{Inbox, Stopped, Wish};
@@ -19,7 +19,7 @@ const GIVE_UP: Duration = Duration::from_secs(3);
 
 /// A part of a program, from where it begins or goes on.
 pub(super) struct Segment {
-    pub(super) rest: Rest,
+    pub(super) rest: RemainingProgram,
     pub(super) timetable: Timetable,
     pub(super) begun: Begun,
     pub(super) keep: bool,
@@ -39,7 +39,12 @@ pub(super) enum End {
 }
 
 impl Segment {
-    pub(super) fn of(rest: Rest, timetable: Timetable, begun: Begun, keep: bool) -> Self {
+    pub(super) fn of(
+        rest: RemainingProgram,
+        timetable: Timetable,
+        begun: Begun,
+        keep: bool,
+    ) -> Self {
         Self {
             rest,
             timetable,
@@ -120,7 +125,7 @@ impl Work {
         drop(run);
         let mut track = self.track();
         track
-            .tally
+            .counter
             .note(ran.commands, ran.last.map_or(0, |last| last.0));
         drop(track);
         let progress = self.shared.progress();
@@ -147,10 +152,10 @@ impl Work {
     fn reached(&self, segment: &Segment, progress: &Progress) {
         let mut track = self.track();
         let from = track.from();
-        track.tally.note(progress.sent, progress.last.0);
-        let finished = from + track.tally.finished(progress.current.0).least;
+        track.counter.note(progress.sent, progress.last.0);
+        let finished = from + track.counter.finished(progress.current.0).least;
         let index = track
-            .tally
+            .counter
             .last()
             .map(|(index, steps)| (index, from + steps));
         let clock = segment.begun.clock_at_least();
@@ -164,12 +169,12 @@ impl Work {
     }
 
     fn progress(&self, step: u64, segment: &Segment, silent: Duration) -> JobProgress {
-        let round = self.spec.program.plan().steps.len().max(1) as u64;
-        let rounds = self.spec.program.rounds().unwrap_or(u64::MAX);
+        let iteration = self.spec.program.plan().steps.len().max(1) as u64;
+        let iterations = self.spec.program.iterations().unwrap_or(u64::MAX);
         JobProgress {
             step,
             steps: self.steps(),
-            round: (step / round).saturating_add(1).min(rounds.max(1)),
+            iteration: (step / iteration).saturating_add(1).min(iterations.max(1)),
             left: self
                 .pace()
                 .left(&segment.timetable, step.saturating_sub(segment.rest.from())),

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use magician_program::resume::Mark;
+use magician_program::resume::Checkpoint;
 use tracing::debug;
 
 use super::{Journal, JournalError, JournalKey};
@@ -51,23 +51,23 @@ impl Journal for FileJournal {
         self.path = self.folder.as_ref().map(|folder| folder.join(name));
     }
 
-    fn left(&self) -> Result<Mark, JournalError> {
+    fn left(&self) -> Result<Checkpoint, JournalError> {
         let path = self.path.as_ref().ok_or(JournalError::Nothing)?;
         let text = fs::read_to_string(path).map_err(|_| JournalError::Nothing)?;
-        let mark: Option<Mark> = serde_json::from_str(&text).ok();
-        let mark = mark.filter(|mark| mark.version == Mark::VERSION);
-        mark.ok_or_else(|| JournalError::Unreadable {
+        let checkpoint: Option<Checkpoint> = serde_json::from_str(&text).ok();
+        let checkpoint = checkpoint.filter(|checkpoint| checkpoint.version == Checkpoint::VERSION);
+        checkpoint.ok_or_else(|| JournalError::Unreadable {
             place: path.display().to_string(),
         })
     }
 
     /// A job without a journal is better than none: what goes wrong is only logged.
-    fn write(&mut self, mark: &Mark) {
+    fn write(&mut self, checkpoint: &Checkpoint) {
         let Some(path) = &self.path else {
             return;
         };
         let written = (|| {
-            let text = serde_json::to_string(mark)?;
+            let text = serde_json::to_string(checkpoint)?;
             fs::create_dir_all(path.parent().unwrap_or(path))?;
             let fresh = path.with_extension(format!("{}.new", std::process::id()));
             fs::write(&fresh, text)?;

@@ -3,7 +3,7 @@
 #[cfg(feature = "files")]
 mod file;
 
-use magician_program::resume::Mark;
+use magician_program::resume::Checkpoint;
 
 #[cfg(feature = "files")]
 pub use file::FileJournal;
@@ -43,10 +43,10 @@ pub trait Journal: Send {
     ///
     /// # Errors
     /// [`JournalError`] if there is nothing, or nothing that can be read.
-    fn left(&self) -> Result<Mark, JournalError>;
+    fn left(&self) -> Result<Checkpoint, JournalError>;
 
     /// Keeps this.
-    fn write(&mut self, mark: &Mark);
+    fn write(&mut self, checkpoint: &Checkpoint);
 
     /// The job has come to its end: nothing of it is left.
     fn remove(&mut self);
@@ -59,11 +59,11 @@ pub struct NoJournal;
 impl Journal for NoJournal {
     fn open(&mut self, _key: &JournalKey) {}
 
-    fn left(&self) -> Result<Mark, JournalError> {
+    fn left(&self) -> Result<Checkpoint, JournalError> {
         Err(JournalError::Nothing)
     }
 
-    fn write(&mut self, _mark: &Mark) {}
+    fn write(&mut self, _mark: &Checkpoint) {}
 
     fn remove(&mut self) {}
 }

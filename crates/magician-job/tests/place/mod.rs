@@ -100,8 +100,8 @@ pub(crate) fn plan(kind: Kind) -> Plan {
     plan
 }
 
-pub(crate) fn program(kind: Kind, rounds: u64) -> Program {
-    Program::new(plan(kind), Some(rounds))
+pub(crate) fn program(kind: Kind, iterations: u64) -> Program {
+    Program::new(plan(kind), Some(iterations))
 }
 
 /// An arm on which this can be run.

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Artwork, Marking, Stroke};
 use crate::reach::{bisect, hull};
-use crate::{Fit, Origin, Placement, Problem, Reach, Surface};
+use crate::{Diagnostic, Fit, Origin, Reach, SheetTransform, Surface};
 
 /// Room kept free at the edges by what is made to fit, as a share of its size: coordinates are rounded to 32 bits on their way to
 /// the arm.
@@ -92,12 +92,12 @@ impl Artwork {
     /// Lays the drawing before an arm that marks it in this way; every point of it can be reached then.
     ///
     /// # Errors
-    /// A [`Problem`] if there is nothing in it, a number of the layout is none, or it does not fit: with its size, the size
+    /// A [`Diagnostic`] if there is nothing in it, a number of the layout is none, or it does not fit: with its size, the size
     /// that would fit, and what to do.
-    pub fn placed(&self, layout: &Layout, marking: &Marking) -> Result<Placed, Problem> {
+    pub fn placed(&self, layout: &Layout, marking: &Marking) -> Result<Placed, Diagnostic> {
         match self.laid(layout, marking)? {
             (placed, None) => Ok(placed),
-            (_, Some(misfit)) => Err(misfit.problem),
+            (_, Some(misfit)) => Err(misfit.diagnostic),
         }
     }
 
@@ -106,16 +106,16 @@ impl Artwork {
         &self,
         layout: &Layout,
         marking: &Marking,
-    ) -> Result<(Placed, Option<Misfit>), Problem> {
+    ) -> Result<(Placed, Option<Misfit>), Diagnostic> {
         layout.check()?;
         let Some(bounds) = self.bounds() else {
-            return Err(Problem::of_file("there is nothing to draw in it"));
+            return Err(Diagnostic::of_file("there is nothing to draw in it"));
         };
         let reach = marking.reach(layout.surface);
         let Some([near, far]) = reach.ahead() else {
             let z = layout.surface.height;
             let message = format!("a surface at z = {z:.1} cannot be reached with this tool");
-            return Err(Problem::of_file(message));
+            return Err(Diagnostic::of_file(message));
         };
         let placer = Placer::new(self, bounds, layout, &reach);
         let largest = placer.largest();
@@ -137,7 +137,7 @@ impl Artwork {
 /// Why something does not fit where it is to lie.
 #[derive(Clone, Debug)]
 pub(crate) struct Misfit {
-    pub(crate) problem: Problem,
+    pub(crate) diagnostic: Diagnostic,
     /// In which size and turn it would fit.
     pub(crate) would_fit: Option<WouldFit>,
 }
@@ -165,7 +165,7 @@ impl WouldFit {
 }
 
 impl Layout {
-    fn check(&self) -> Result<(), Problem> {
+    fn check(&self) -> Result<(), Diagnostic> {
         let surface = [&[self.surface.height][..], &self.surface.slope].concat();
         let sheet = self.sheet.map_or(vec![], |sheet| {
             let size = sheet.size.unwrap_or_default();
@@ -175,11 +175,11 @@ impl Layout {
         let numbers = [&surface[..], &sheet, &at, &[self.scale, self.rotate]].concat();
         if numbers.iter().any(|number| !number.is_finite()) {
             let message = "a drawing cannot be placed with numbers that are none";
-            return Err(Problem::of_file(message));
+            return Err(Diagnostic::of_file(message));
         }
         if self.scale <= 0.0 {
             let message = format!("the scale is {}, it must be above 0", self.scale);
-            return Err(Problem::of_file(message));
+            return Err(Diagnostic::of_file(message));
         }
         Ok(())
     }
@@ -260,7 +260,8 @@ impl<'a> Placer<'a> {
         if (self.layout.at, self.layout.sheet) == (None, None) {
             let corners = self.hull.iter();
             let corners: Vec<_> = corners.map(|corner| corner.map(|at| wanted * at)).collect();
-            let Placement { scale, offset } = self.reach.best_place(&corners, Fit::Shrink).ok()?;
+            let SheetTransform { scale, offset } =
+                self.reach.best_place(&corners, Fit::Shrink).ok()?;
             // That has every way from one of its points to another within reach: its lines alone allow for more.
             return Some((self.grown(scale * wanted, offset), offset));
         }
@@ -358,11 +359,13 @@ impl<'a> Placer<'a> {
                 (None, None) => format!("the drawing is {own}; {reached}"),
             };
             let would_fit = turned.map(|scale| WouldFit::new(scale, self.layout.rotate + 90.0));
-            let problem = Problem::of_file(message);
+            let diagnostic = Diagnostic::of_file(message);
             return Misfit {
-                problem: match elsewhere {
-                    Some(place) => problem.remedy(at(place), "would do"),
-                    None => problem.remedy((Setting::At, Given::Any("X,Y")), "places it elsewhere"),
+                diagnostic: match elsewhere {
+                    Some(place) => diagnostic.remedy(at(place), "would do"),
+                    None => {
+                        diagnostic.remedy((Setting::At, Given::Any("X,Y")), "places it elsewhere")
+                    }
                 },
                 would_fit: would_fit.filter(WouldFit::is_any),
             };
@@ -375,20 +378,20 @@ impl<'a> Placer<'a> {
         let message = format!("the drawing is {own}, {}", place.replace("{}", &size(most)));
         let mut would_fit = WouldFit::new(most, self.layout.rotate);
         let scale = (Setting::Scale, Given::Number(would_fit.scale));
-        let mut problem = Problem::new(self.worst(), message)
+        let mut diagnostic = Diagnostic::new(self.worst(), message)
             .remedy((Setting::Fit, Given::On), "shrinks it")
             .remedy(scale, "would do");
         if let Some(place) = elsewhere {
-            problem = problem.remedy(at(place), "would do in this size");
+            diagnostic = diagnostic.remedy(at(place), "would do in this size");
         }
         if let Some(other) = turned.filter(|other| *other > most * 1.001) {
             let rotate = self.layout.rotate + 90.0;
             would_fit = WouldFit::new(other, rotate);
             let turn = (Setting::Rotate, Given::Number(rotate));
-            problem = problem.remedy(turn, "leaves it more room");
+            diagnostic = diagnostic.remedy(turn, "leaves it more room");
         }
         Misfit {
-            problem,
+            diagnostic,
             would_fit: Some(would_fit).filter(WouldFit::is_any),
         }
     }

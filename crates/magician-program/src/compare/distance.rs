@@ -97,7 +97,7 @@ impl Envelope {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Frame;
+    use crate::compare::PixelGrid;
 
     #[test]
     fn distances_are_those_to_the_nearest() {
@@ -106,7 +106,7 @@ mod tests {
             vec![[4.0, 1.0], [4.0, 2.0]],
             vec![[1.5, 5.0], [3.0, 3.5]],
         ];
-        let frame = Frame::around(lines.iter().flatten().copied(), 1.0, 5.0);
+        let frame = PixelGrid::around(lines.iter().flatten().copied(), 1.0, 5.0);
         let picture = Picture::of_lines(frame, &lines);
         let [width, height] = frame.size();
         let inked: Vec<_> = (0..width * height)
@@ -125,7 +125,7 @@ mod tests {
 
     #[test]
     fn nothing_is_as_far_as_the_diagonal() {
-        let frame = Frame::around([[0.0, 0.0], [3.0, 4.0]], 0.0, 10.0);
+        let frame = PixelGrid::around([[0.0, 0.0], [3.0, 4.0]], 0.0, 10.0);
         let empty: [Vec<[f64; 2]>; 0] = [];
         let field = field(&Picture::of_lines(frame, &empty));
         assert!(field.iter().all(|distance| (distance - 5.0).abs() < 1e-5));

@@ -13,7 +13,7 @@ mod tones;
 
 use magician_sim::world::Drawing;
 
-pub use picture::{Frame, Picture};
+pub use picture::{Picture, PixelGrid};
 pub use source::svg_lines;
 pub use tones::{ToneMatch, Tones};
 
@@ -151,7 +151,7 @@ impl Distances {
 #[must_use]
 pub fn compare(source: &[Vec<[f64; 2]>], drawn: &[Vec<[f64; 2]>], tolerance: f64) -> Comparison {
     let points = source.iter().chain(drawn).flatten();
-    let frame = Frame::around(points.copied(), MARGIN, FINEST);
+    let frame = PixelGrid::around(points.copied(), MARGIN, FINEST);
     let [source, drawn] = [source, drawn].map(|lines| Picture::of_lines(frame, lines));
     Comparison::measured(source, drawn, tolerance)
 }

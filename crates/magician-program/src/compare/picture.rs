@@ -9,13 +9,13 @@ const LONGEST: f64 = 5000.0;
 
 /// Which part of a plane a picture shows, and how finely.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Frame {
+pub struct PixelGrid {
     low: [f64; 2],
     size: [usize; 2],
     pixels_per_mm: f64,
 }
 
-impl Frame {
+impl PixelGrid {
     /// The frame that shows all of these points with a margin, mm, at so many pixels to the millimetre; fewer if it would
     /// have more than 16 million. Points that are no numbers are left out.
     #[must_use]
@@ -67,7 +67,7 @@ impl Frame {
 /// Lines as pixels: those that the lines run through.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    frame: Frame,
+    frame: PixelGrid,
     /// Row by row, the lowest first.
     inked: Vec<bool>,
 }
@@ -75,7 +75,7 @@ pub struct Picture {
 impl Picture {
     /// Of lines, each by its corners; one of a single corner is a dot. What is outside the frame is left out.
     #[must_use]
-    pub fn of_lines<'a, L>(frame: Frame, lines: impl IntoIterator<Item = &'a L>) -> Self
+    pub fn of_lines<'a, L>(frame: PixelGrid, lines: impl IntoIterator<Item = &'a L>) -> Self
     where
         L: AsRef<[[f64; 2]]> + ?Sized + 'a,
     {
@@ -101,10 +101,10 @@ impl Picture {
     /// # Errors
     /// As [`svg_lines`](super::svg_lines).
     pub fn of_svg(
-        frame: Frame,
+        frame: PixelGrid,
         svg: &[u8],
         place: impl Fn([f64; 2]) -> [f64; 2],
-    ) -> Result<Self, crate::Problem> {
+    ) -> Result<Self, crate::Diagnostic> {
         let mut lines = super::svg_lines(svg)?;
         for point in lines.iter_mut().flatten() {
             *point = place(*point);
@@ -114,7 +114,7 @@ impl Picture {
 
     /// What it shows, and how finely.
     #[must_use]
-    pub fn frame(&self) -> Frame {
+    pub fn frame(&self) -> PixelGrid {
         self.frame
     }
 

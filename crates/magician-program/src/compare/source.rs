@@ -3,7 +3,7 @@
 use resvg::tiny_skia::{PathSegment, Point};
 use resvg::usvg::{self, Group, Node};
 
-use crate::Problem;
+use crate::Diagnostic;
 
 /// Pixels of 96 to the inch in a millimetre.
 const PIXELS: f64 = 96.0 / 25.4;
@@ -17,11 +17,11 @@ const MOST_PIECES: f64 = 10_000.0;
 /// filled and not stroked.
 ///
 /// # Errors
-/// A [`Problem`] if it is none.
-pub fn svg_lines(svg: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, Problem> {
+/// A [`Diagnostic`] if it is none.
+pub fn svg_lines(svg: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, Diagnostic> {
     let options = crate::preview::svg_options();
     let tree = usvg::Tree::from_data(svg, &options);
-    let tree = tree.map_err(|error| Problem::of_file(error.to_string()))?;
+    let tree = tree.map_err(|error| Diagnostic::of_file(error.to_string()))?;
     let mut lines = Vec::new();
     follow(tree.root(), &mut lines);
     let height = f64::from(tree.size().height());

@@ -3,12 +3,12 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{Content, Format, ReadOptions, Reading, content};
+use super::{Content, Format, Parsed, ReadOptions, content};
 use crate::plan::file;
-use crate::{Lack, Problem};
+use crate::{Diagnostic, Missing};
 
 /// Makes of the bytes of a file what is in it.
-type Reader = fn(&[u8], &ReadOptions) -> Result<Reading, Problem>;
+type Reader = fn(&[u8], &ReadOptions) -> Result<Parsed, Diagnostic>;
 
 /// A feature of this crate, and the reader that it builds in.
 macro_rules! behind {
@@ -137,12 +137,12 @@ impl Format {
         self.built_in().1.is_some()
     }
 
-    pub(super) fn reader(self) -> Result<Reader, Problem> {
+    pub(super) fn reader(self) -> Result<Reader, Diagnostic> {
         let (feature, reader) = self.built_in();
         reader.ok_or_else(|| {
             let feature = feature.unwrap_or_default();
             let message = format!("this build reads no {self} files: it lacks the feature {feature} of magician-program");
-            Problem::of_file(message).lacking(Some(Lack::Feature(feature)))
+            Diagnostic::of_file(message).with_missing(Some(Missing::Feature(feature)))
         })
     }
 
@@ -178,9 +178,9 @@ impl Format {
     }
 }
 
-fn read_plan(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+fn read_plan(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let read = file::read(bytes, options)?;
-    Ok(Reading {
+    Ok(Parsed {
         content: Content::Plan(read.content),
         notes: read.notes,
     })
@@ -237,12 +237,12 @@ mod tests {
     fn what_is_not_built_in_is_known_and_refused_with_its_feature() {
         for format in Format::ALL {
             let read = crate::read(format, b"", &ReadOptions::default());
-            let lacks = read.err().and_then(|problem| problem.lacks);
+            let missing = read.err().and_then(|diagnostic| diagnostic.missing);
             let expected = match format.is_built_in() {
                 true => None,
-                false => format.feature().map(Lack::Feature),
+                false => format.feature().map(Missing::Feature),
             };
-            assert_eq!(lacks, expected, "{format}");
+            assert_eq!(missing, expected, "{format}");
             assert_eq!(
                 Format::of(&format!("a{}", format.endings()[0]), b""),
                 Some(format)

@@ -5,8 +5,6 @@ mod blockly;
 mod content;
 #[cfg(feature = "read-dxf")]
 mod dxf;
-#[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
-mod flaw;
 #[cfg(feature = "read-gcode")]
 mod gcode;
 mod gcode_options;
@@ -20,6 +18,8 @@ mod notes;
 pub mod playback;
 #[cfg(feature = "read-points")]
 mod points;
+#[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
+mod span;
 #[cfg(feature = "read-svg")]
 mod svg;
 #[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
@@ -32,7 +32,7 @@ pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 use magician_host::{Remedy, Setting};
 
 use crate::raster::Raster;
-use crate::{Artwork, NoteCode, Plan, Problem};
+use crate::{Artwork, Diagnostic, DiagnosticCode, Plan};
 use std::str::FromStr;
 
 /// What a file is.
@@ -140,19 +140,19 @@ pub enum Content {
 
 /// A file that was understood.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reading<T = Content> {
+pub struct Parsed<T = Content> {
     /// What was in it.
     pub content: T,
     /// What was left out or taken in a certain way; nothing of it is an error.
-    pub notes: Vec<Problem>,
+    pub notes: Vec<Diagnostic>,
 }
 
 /// Reads a file of this format.
 ///
 /// # Errors
-/// The first [`Problem`] that makes it unreadable, with its place; for a format that this build does not read one that
-/// [`lacks`](Problem::lacks) its [`Format::feature`].
-pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+/// The first [`Diagnostic`] that makes it unreadable, with its place; for a format that this build does not read one that
+/// [`missing`](Diagnostic::missing) its [`Format::feature`].
+pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     if format != Format::Points {
         only_recordings(options.resample)?;
     }
@@ -165,10 +165,10 @@ pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Readi
 }
 
 /// Refuses to thin what is no recording.
-fn only_recordings(resample: Option<f64>) -> Result<(), Problem> {
+fn only_recordings(resample: Option<f64>) -> Result<(), Diagnostic> {
     match resample {
         None => Ok(()),
-        Some(_) => Err(Problem::of_file(
+        Some(_) => Err(Diagnostic::of_file(
             "only a recording can be resampled: a CSV file with t, x, y, z, or an MCAP file with /pose",
         )
         .with(Remedy::without(Setting::Resample))),
@@ -178,16 +178,16 @@ fn only_recordings(resample: Option<f64>) -> Result<(), Problem> {
 /// What is no farther beyond the edge of a page is on it, mm: numbers are rounded.
 const ON_THE_EDGE: f64 = 1e-3;
 
-impl Reading {
+impl Parsed {
     /// Cuts off what lies beyond the page; what there is to be said of that.
-    fn clip_to_page(&mut self) -> Option<Problem> {
+    fn clip_to_page(&mut self) -> Option<Diagnostic> {
         let page = match &self.content {
             Content::Artwork(artwork) => artwork.page,
             _ => None,
         };
         let (Content::Artwork(artwork), Some([width, height])) = (&mut self.content, page) else {
             let message = "the file does not say how large its page is: nothing is cut off";
-            return Some(Problem::of_file(message).coded(NoteCode::Assumed));
+            return Some(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
         };
         let window = [
             [-ON_THE_EDGE; 2],
@@ -204,6 +204,6 @@ impl Reading {
         let message = format!(
             "what lies beyond the page ({width:.1} by {height:.1} mm) is cut off: {cut} {lines}"
         );
-        (cut > 0).then(|| Problem::of_file(message).coded(NoteCode::LeftOut))
+        (cut > 0).then(|| Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
     }
 }

@@ -1,24 +1,24 @@
 //! What was left out or taken in a certain way, said once with how often.
 
-use crate::{NoteCode, Origin, Problem};
+use crate::{Diagnostic, DiagnosticCode, Origin};
 
 /// More kinds of notes than this are not told apart.
 const MOST_KINDS: usize = 200;
 
 #[derive(Debug, Default)]
 pub(super) struct Notes {
-    found: Vec<(Problem, u64)>,
+    found: Vec<(Diagnostic, u64)>,
     more: u64,
 }
 
 impl Notes {
     /// Notes something; what has been said already is counted.
-    pub(super) fn add(&mut self, code: NoteCode, origin: Origin, message: &str) {
+    pub(super) fn add(&mut self, code: DiagnosticCode, origin: Origin, message: &str) {
         if let Some((_, count)) = self.find(message) {
             *count += 1;
         } else if self.found.len() < MOST_KINDS {
-            let problem = Problem::new(origin, message).coded(code);
-            self.found.push((problem, 1));
+            let diagnostic = Diagnostic::new(origin, message).coded(code);
+            self.found.push((diagnostic, 1));
         } else {
             self.more += 1;
         }
@@ -27,33 +27,34 @@ impl Notes {
     /// As [`add`](Self::add), with what to do about it.
     pub(super) fn add_with(
         &mut self,
-        code: NoteCode,
+        code: DiagnosticCode,
         origin: Origin,
         message: &str,
-        advised: impl FnOnce(Problem) -> Problem,
+        advised: impl FnOnce(Diagnostic) -> Diagnostic,
     ) {
         if self.find(message).is_none() && self.found.len() < MOST_KINDS {
-            let problem = Problem::new(origin, message).coded(code);
-            self.found.push((advised(problem), 1));
+            let diagnostic = Diagnostic::new(origin, message).coded(code);
+            self.found.push((advised(diagnostic), 1));
         } else {
             self.add(code, origin, message);
         }
     }
 
-    fn find(&mut self, message: &str) -> Option<&mut (Problem, u64)> {
+    fn find(&mut self, message: &str) -> Option<&mut (Diagnostic, u64)> {
         let mut found = self.found.iter_mut();
-        found.find(|(problem, _)| problem.message == message)
+        found.find(|(diagnostic, _)| diagnostic.message == message)
     }
 
     /// All of them, in the order in which they came.
-    pub(super) fn into_problems(self) -> Vec<Problem> {
-        let told = |(mut problem, count): (Problem, u64)| {
+    pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
+        let told = |(mut diagnostic, count): (Diagnostic, u64)| {
             if count > 1 {
-                problem.message = format!("{} ({count} times)", problem.message);
+                diagnostic.message = format!("{} ({count} times)", diagnostic.message);
             }
-            problem
+            diagnostic
         };
-        let more = (self.more > 0).then(|| Problem::of_file(format!("{} more notes", self.more)));
+        let more =
+            (self.more > 0).then(|| Diagnostic::of_file(format!("{} more notes", self.more)));
         self.found.into_iter().map(told).chain(more).collect()
     }
 }

@@ -2,23 +2,23 @@
 
 use roxmltree::{Document, Node, ParsingOptions};
 
-use crate::{Lines, Origin, Problem};
+use crate::{Diagnostic, Lines, Origin};
 
 /// More elements, texts and comments than any file of these kinds has.
 const MOST_NODES: u32 = 8_000_000;
 
 /// The text of a file.
-pub(super) fn text(bytes: &[u8]) -> Result<&str, Problem> {
+pub(super) fn text(bytes: &[u8]) -> Result<&str, Diagnostic> {
     std::str::from_utf8(bytes).map_err(|error| {
         let good = bytes.get(..error.valid_up_to()).unwrap_or_default();
         let good = String::from_utf8_lossy(good);
         let place = Lines::new(&good).origin(good.len()..good.len());
-        Problem::new(place, "the file is not UTF-8 from here on").help("save it as UTF-8")
+        Diagnostic::new(place, "the file is not UTF-8 from here on").help("save it as UTF-8")
     })
 }
 
 /// The document in a text.
-pub(super) fn parse(text: &str) -> Result<Document<'_>, Problem> {
+pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
     let options = ParsingOptions {
         nodes_limit: MOST_NODES,
         ..ParsingOptions::default()
@@ -31,7 +31,7 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Problem> {
             length: 1,
             name: 0,
         };
-        Problem::new(place, format!("this is no XML: {error}"))
+        Diagnostic::new(place, format!("this is no XML: {error}"))
     })
 }
 

@@ -16,8 +16,8 @@ mod read;
 mod write;
 
 use super::Plan;
-use crate::Problem;
-use crate::formats::{ReadOptions, Reading};
+use crate::Diagnostic;
+use crate::formats::{Parsed, ReadOptions};
 
 /// What the file says it is.
 const FORMAT: &str = "magician-plan";
@@ -37,23 +37,23 @@ impl Plan {
     /// {"move":[220,0,50,0],"by":"jump"},
     /// {"move":[220,0,50],"by":"line"}
     /// ]}"#;
-    /// let problem = Plan::from_json(text.as_bytes()).unwrap_err();
-    /// assert_eq!(problem.to_string(), "line 3, column 9: 'move' takes 4 numbers, x, y, z, r, and these are 3");
+    /// let diagnostic = Plan::from_json(text.as_bytes()).unwrap_err();
+    /// assert_eq!(diagnostic.to_string(), "line 3, column 9: 'move' takes 4 numbers, x, y, z, r, and these are 3");
     /// ```
     ///
     /// # Errors
-    /// The first [`Problem`], with line and column, and what would be right.
-    pub fn from_json(bytes: &[u8]) -> Result<Self, Problem> {
+    /// The first [`Diagnostic`], with line and column, and what would be right.
+    pub fn from_json(bytes: &[u8]) -> Result<Self, Diagnostic> {
         read::plan(bytes)
     }
 }
 
-pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading<Plan>, Problem> {
+pub(crate) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed<Plan>, Diagnostic> {
     let mut plan = Plan::from_json(bytes)?;
     if plan.title.is_empty() {
         plan.title.clone_from(&options.title);
     }
-    Ok(Reading {
+    Ok(Parsed {
         content: plan,
         notes: Vec::new(),
     })

@@ -9,7 +9,7 @@ use magician_motion::Pose;
 use magician_protocol::PtpMode;
 
 use super::{Action, Plan, Travel};
-use crate::{Origin, Problem, Step};
+use crate::{Diagnostic, Origin, Step};
 use settings::Settings;
 
 /// Heights are tried in steps of this, mm, where the highest is out of reach.
@@ -60,13 +60,13 @@ impl Plan {
     /// let targets: Vec<_> = rest.plan.steps.iter().filter_map(|step| step.action.target()).collect();
     /// assert_eq!(targets[1..], [[220.0, 40.0, 20.0], [220.0, 40.0, 0.0], [240.0, 40.0, 0.0]]);
     /// assert_eq!(rest.steps, [3, 3, 3, 3]);
-    /// # Ok::<(), magician_program::Problem>(())
+    /// # Ok::<(), magician_program::Diagnostic>(())
     /// ```
     ///
     /// # Errors
-    /// A [`Problem`] if there is no such step, a step before it cannot be done, nobody knows where it begins (behind a
+    /// A [`Diagnostic`] if there is no such step, a step before it cannot be done, nobody knows where it begins (behind a
     /// homing to a point that is not known, say), or the arm cannot get there.
-    pub fn from_step(&self, step: usize, start: &Preflight) -> Result<Continuation, Problem> {
+    pub fn from_step(&self, step: usize, start: &Preflight) -> Result<Continuation, Diagnostic> {
         self.continued(step, None, start)
     }
 
@@ -76,14 +76,14 @@ impl Plan {
         step: usize,
         at: Option<[f64; 3]>,
         start: &Preflight,
-    ) -> Result<Continuation, Problem> {
+    ) -> Result<Continuation, Diagnostic> {
         if step >= self.steps.len() && step > 0 {
             let message = format!(
                 "there is no step {}: the plan has {}",
                 step + 1,
                 self.steps.len()
             );
-            return Err(Problem::of_file(message));
+            return Err(Diagnostic::of_file(message));
         }
         let mut plan = self.clone();
         let mut added = 0;
@@ -114,15 +114,15 @@ impl Plan {
         self.steps.len() - alike
     }
 
-    fn problem_at(&self, step: usize, message: String) -> Problem {
+    fn diagnostic_at(&self, step: usize, message: String) -> Diagnostic {
         let origin = self
             .steps
             .get(step)
             .map_or(Origin::NONE, |step| step.origin);
-        let problem = Problem::new(origin, message);
+        let diagnostic = Diagnostic::new(origin, message);
         match self.name_of(&origin) {
-            Some(name) => problem.named(name),
-            None => problem,
+            Some(name) => diagnostic.named(name),
+            None => diagnostic,
         }
     }
 }
@@ -199,20 +199,20 @@ impl<'p> Lead<'p> {
         step: usize,
         within: Option<[f64; 3]>,
         start: &Preflight,
-    ) -> Result<Self, Problem> {
+    ) -> Result<Self, Diagnostic> {
         let mut arm = start.clone().summing();
         let mut settings = Settings::default();
         let mut height = Height::default();
         if let Some(tool) = plan.preamble() {
             let told = arm.check(&tool);
-            told.map_err(|error| Problem::of_file(error.to_string()))?;
+            told.map_err(|error| Diagnostic::of_file(error.to_string()))?;
         }
         for (at, before) in plan.steps.iter().take(step).enumerate() {
             let command = before.action.command();
             let from = arm.arm().map(|at| at.pose.z);
             let done = arm.check(&command).map_err(|error| {
                 let message = format!("step {} comes before, and cannot be done: {error}", at + 1);
-                plan.problem_at(at, message)
+                plan.diagnostic_at(at, message)
             })?;
             settings.note(&command);
             height.note(&command, from, done.end.map(|end| end.pose.z));
@@ -223,7 +223,7 @@ impl<'p> Lead<'p> {
                 step + 1
             );
             return Err(plan
-                .problem_at(step, message)
+                .diagnostic_at(step, message)
                 .help(plan.places_known_after(step)));
         };
         if settings.has_lost_the_rail() {
@@ -232,7 +232,7 @@ impl<'p> Lead<'p> {
                 step + 1
             );
             let help = "begin with a step that sends it to a place on the rail, or with the first";
-            return Err(plan.problem_at(step, message).help(help));
+            return Err(plan.diagnostic_at(step, message).help(help));
         }
         let begins = at.pose;
         let action = plan.steps.get(step).map(|step| &step.action);
@@ -254,14 +254,14 @@ impl<'p> Lead<'p> {
     }
 
     /// Settings, then the way there, then the laser if it is to be lit.
-    fn make(&mut self, start: &Preflight) -> Result<(), Problem> {
+    fn make(&mut self, start: &Preflight) -> Result<(), Diagnostic> {
         let mut arm = start.clone().summing();
         let refused = |error: Error| {
             let message = format!(
                 "the arm cannot get to where step {} begins: {error}",
                 self.step + 1
             );
-            self.plan.problem_at(self.step, message)
+            self.plan.diagnostic_at(self.step, message)
         };
         let mut steps: Vec<Action> = Vec::new();
         if let Some(tool) = self.plan.preamble() {

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use serde::de::{Deserializer as _, Error as _, MapAccess, SeqAccess, Visitor};
 use serde_json::value::RawValue;
 
-use crate::{Lines, Origin, Problem};
+use crate::{Diagnostic, Lines, Origin};
 
 /// More members than any object of ours has.
 const MOST_MEMBERS: usize = 64;
@@ -32,12 +32,12 @@ struct Key<'t>(#[serde(borrow)] Cow<'t, str>);
 
 impl<'t> Json<'t> {
     /// The text of a file.
-    pub(crate) fn of(bytes: &'t [u8]) -> Result<Self, Problem> {
+    pub(crate) fn of(bytes: &'t [u8]) -> Result<Self, Diagnostic> {
         let text = std::str::from_utf8(bytes).map_err(|error| {
             let known = bytes.get(..error.valid_up_to()).unwrap_or_default();
             let known = std::str::from_utf8(known).unwrap_or_default();
             let origin = Lines::new(known).origin(known.len()..known.len());
-            Problem::new(origin, "this is not UTF-8 text")
+            Diagnostic::new(origin, "this is not UTF-8 text")
         })?;
         Ok(Self {
             text: text.strip_prefix('\u{FEFF}').unwrap_or(text),
@@ -45,7 +45,7 @@ impl<'t> Json<'t> {
     }
 
     /// The value that the text is, after a look at the syntax of all of it.
-    pub(crate) fn whole(&self) -> Result<&'t str, Problem> {
+    pub(crate) fn whole(&self) -> Result<&'t str, Diagnostic> {
         let value = serde_json::from_str::<&RawValue>(self.text);
         value
             .map(RawValue::get)
@@ -53,17 +53,17 @@ impl<'t> Json<'t> {
     }
 
     /// What is wrong with a value, and where it stands.
-    pub(crate) fn problem(&self, value: &str, message: impl Into<String>) -> Problem {
-        Problem::new(self.origin(value, value.len()), message)
+    pub(crate) fn diagnostic(&self, value: &str, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.origin(value, value.len()), message)
     }
 
     /// That nobody knows this member.
-    pub(crate) fn unknown(&self, member: &Member<'_>, known: &str) -> Problem {
+    pub(crate) fn unknown(&self, member: &Member<'_>, known: &str) -> Diagnostic {
         let place = match &member.key {
             Cow::Borrowed(key) => key,
             Cow::Owned(_) => member.value,
         };
-        self.problem(place, format!("'{}' means nothing here", member.key))
+        self.diagnostic(place, format!("'{}' means nothing here", member.key))
             .help(format!("what does: {known}"))
     }
 
@@ -77,7 +77,7 @@ impl<'t> Json<'t> {
     }
 
     /// An error of the parser, which counts lines and columns (in bytes) from where the part begins.
-    fn syntax(&self, part: &str, error: &serde_json::Error) -> Problem {
+    fn syntax(&self, part: &str, error: &serde_json::Error) -> Diagnostic {
         let lines = part
             .split_inclusive('\n')
             .take(error.line().saturating_sub(1));
@@ -92,11 +92,11 @@ impl<'t> Json<'t> {
             .map_or(full.as_str(), |(what, _)| what);
         let place = part.get(at..).unwrap_or_default();
         let origin = self.origin(place, place.chars().next().map_or(0, char::len_utf8));
-        Problem::new(origin, format!("this is not JSON: {what}"))
+        Diagnostic::new(origin, format!("this is not JSON: {what}"))
     }
 
     /// The members of an object, none of them twice.
-    pub(crate) fn object(&self, value: &'t str) -> Result<Vec<Member<'t>>, Problem> {
+    pub(crate) fn object(&self, value: &'t str) -> Result<Vec<Member<'t>>, Diagnostic> {
         struct Members;
 
         impl<'t> Visitor<'t> for Members {
@@ -120,7 +120,7 @@ impl<'t> Json<'t> {
         }
 
         if !value.starts_with('{') {
-            return Err(self.problem(value, "expected an object, {..}"));
+            return Err(self.diagnostic(value, "expected an object, {..}"));
         }
         let mut parser = serde_json::Deserializer::from_str(value);
         let members = parser
@@ -128,7 +128,9 @@ impl<'t> Json<'t> {
             .map_err(|error| self.syntax(value, &error))?;
         for (at, member) in members.iter().enumerate() {
             if members.iter().take(at).any(|other| other.key == member.key) {
-                return Err(self.problem(member.value, format!("'{}' is here twice", member.key)));
+                return Err(
+                    self.diagnostic(member.value, format!("'{}' is here twice", member.key))
+                );
             }
         }
         Ok(members)
@@ -138,14 +140,14 @@ impl<'t> Json<'t> {
     pub(crate) fn each(
         &self,
         value: &'t str,
-        visit: impl FnMut(&'t str) -> Result<(), Problem>,
-    ) -> Result<(), Problem> {
+        visit: impl FnMut(&'t str) -> Result<(), Diagnostic>,
+    ) -> Result<(), Diagnostic> {
         struct Items<'p, F> {
             visit: F,
-            problem: &'p mut Option<Problem>,
+            diagnostic: &'p mut Option<Diagnostic>,
         }
 
-        impl<'t, F: FnMut(&'t str) -> Result<(), Problem>> Visitor<'t> for Items<'_, F> {
+        impl<'t, F: FnMut(&'t str) -> Result<(), Diagnostic>> Visitor<'t> for Items<'_, F> {
             type Value = ();
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -154,8 +156,8 @@ impl<'t> Json<'t> {
 
             fn visit_seq<A: SeqAccess<'t>>(mut self, mut items: A) -> Result<(), A::Error> {
                 while let Some(item) = items.next_element::<&'t RawValue>()? {
-                    if let Err(problem) = (self.visit)(item.get()) {
-                        *self.problem = Some(problem);
+                    if let Err(diagnostic) = (self.visit)(item.get()) {
+                        *self.diagnostic = Some(diagnostic);
                         return Err(A::Error::custom("a problem"));
                     }
                 }
@@ -164,19 +166,19 @@ impl<'t> Json<'t> {
         }
 
         if !value.starts_with('[') {
-            return Err(self.problem(value, "expected an array, [..]"));
+            return Err(self.diagnostic(value, "expected an array, [..]"));
         }
-        let mut problem = None;
+        let mut diagnostic = None;
         let items = Items {
             visit,
-            problem: &mut problem,
+            diagnostic: &mut diagnostic,
         };
         let parsed = serde_json::Deserializer::from_str(value).deserialize_seq(items);
-        parsed.map_err(|error| problem.unwrap_or_else(|| self.syntax(value, &error)))
+        parsed.map_err(|error| diagnostic.unwrap_or_else(|| self.syntax(value, &error)))
     }
 
     /// The items of an array.
-    pub(crate) fn array(&self, value: &'t str) -> Result<Vec<&'t str>, Problem> {
+    pub(crate) fn array(&self, value: &'t str) -> Result<Vec<&'t str>, Diagnostic> {
         let mut items = Vec::new();
         self.each(value, |item| {
             items.push(item);
@@ -186,9 +188,9 @@ impl<'t> Json<'t> {
     }
 
     /// A text.
-    pub(crate) fn string(&self, value: &'t str) -> Result<Cow<'t, str>, Problem> {
+    pub(crate) fn string(&self, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
         if !value.starts_with('"') {
-            return Err(self.problem(value, "expected a text, \"..\""));
+            return Err(self.diagnostic(value, "expected a text, \"..\""));
         }
         let text: Key<'t> =
             serde_json::from_str(value).map_err(|error| self.syntax(value, &error))?;
@@ -196,21 +198,25 @@ impl<'t> Json<'t> {
     }
 
     /// A whole number of some size.
-    pub(crate) fn number<T: FromStr>(&self, value: &str, what: &str) -> Result<T, Problem> {
+    pub(crate) fn number<T: FromStr>(&self, value: &str, what: &str) -> Result<T, Diagnostic> {
         value
             .parse()
-            .map_err(|_| self.problem(value, format!("expected {what}")))
+            .map_err(|_| self.diagnostic(value, format!("expected {what}")))
     }
 
     /// Yes or no.
-    pub(crate) fn boolean(&self, value: &str) -> Result<bool, Problem> {
+    pub(crate) fn boolean(&self, value: &str) -> Result<bool, Diagnostic> {
         value
             .parse()
-            .map_err(|_| self.problem(value, "expected true or false"))
+            .map_err(|_| self.diagnostic(value, "expected true or false"))
     }
 
     /// One of a few words.
-    pub(crate) fn one_of<T: Copy>(&self, value: &str, words: &[(&str, T)]) -> Result<T, Problem> {
+    pub(crate) fn one_of<T: Copy>(
+        &self,
+        value: &str,
+        words: &[(&str, T)],
+    ) -> Result<T, Diagnostic> {
         let word = value
             .strip_prefix('"')
             .and_then(|rest| rest.strip_suffix('"'));
@@ -220,7 +226,7 @@ impl<'t> Json<'t> {
                 .iter()
                 .map(|(known, _)| format!("\"{known}\""))
                 .collect();
-            self.problem(value, format!("expected {}", or(&names)))
+            self.diagnostic(value, format!("expected {}", or(&names)))
         })
     }
 }

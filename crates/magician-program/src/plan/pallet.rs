@@ -1,7 +1,7 @@
 //! The same program at each place of a pallet.
 
 use super::Plan;
-use crate::Problem;
+use crate::Diagnostic;
 use crate::plan::transform::finite;
 
 /// Places in rows and columns. The first is where a program is as it stands; the others follow row by row.
@@ -82,12 +82,12 @@ impl Plan {
     /// let all = plan.placed_on(&Pallet::grid(2, 3, [25.0, 30.0]))?;
     /// assert_eq!(all.steps.len(), 12);
     /// assert_eq!(all.steps[10].action.target(), Some([250.0, 30.0, -20.0]));
-    /// # Ok::<(), magician_program::Problem>(())
+    /// # Ok::<(), magician_program::Diagnostic>(())
     /// ```
     ///
     /// # Errors
     /// As [`moved`](Self::moved), and for a pallet without a place or with more than any arm will ever fill.
-    pub fn placed_on(&self, pallet: &Pallet) -> Result<Self, Problem> {
+    pub fn placed_on(&self, pallet: &Pallet) -> Result<Self, Diagnostic> {
         let Pallet {
             rows,
             columns,
@@ -102,7 +102,7 @@ impl Plan {
                 let way = |place: u32| pallet.way_to(place as usize);
                 self.at_each(places as usize, (0..places).map(way))
             }
-            _ => Err(Problem::of_file(format!(
+            _ => Err(Diagnostic::of_file(format!(
                 "a pallet of {rows} rows and {columns} columns has no places that could be filled"
             ))),
         }

@@ -4,7 +4,7 @@ use magician_host::words::PathLaws;
 use magician_host::{Given, Law, Set, Setting};
 
 use super::{Action, Plan, Step};
-use crate::{NoteCode, Power, Problem, Reading};
+use crate::{Diagnostic, DiagnosticCode, Parsed, Power};
 
 /// No piece begins or ends more than this share of the feed from its mean speed: a tenth, less what numbers round.
 const OFF: f64 = 0.099;
@@ -24,10 +24,10 @@ impl Plan {
     ///
     /// To be done when all is placed: the arm is faster on longer lines.
     #[must_use]
-    pub fn powered_by_speed(mut self) -> Reading<Self> {
+    pub fn powered_by_speed(mut self) -> Parsed<Self> {
         let follows = |step: &Step| step.feed.is_some();
         if !self.steps.iter().any(follows) {
-            return Reading {
+            return Parsed {
                 content: self,
                 notes: Vec::new(),
             };
@@ -52,7 +52,7 @@ impl Plan {
                 step.follows_speed = true;
             }
         }
-        Reading {
+        Parsed {
             content: self,
             notes,
         }
@@ -71,7 +71,7 @@ impl Plan {
     ///
     /// # Errors
     /// A step that switches the laser on, which is full power always.
-    pub fn at_power(mut self, power: &Power) -> Result<Self, Problem> {
+    pub fn at_power(mut self, power: &Power) -> Result<Self, Diagnostic> {
         let of = |percent: f32| power.of(percent.into()) as f32;
         let names = self.names.clone();
         for (at, step) in self.steps.iter_mut().enumerate() {
@@ -98,12 +98,12 @@ impl Plan {
                     "step {} switches the laser on, which is full power: it cannot burn with {power} %",
                     at + 1
                 );
-                let problem = Problem::new(step.origin, message)
+                let diagnostic = Diagnostic::new(step.origin, message)
                     .remedy((Setting::Power, Given::Number(100.0)), "runs it as it is");
                 let name = step.origin.name_index().and_then(|at| names.get(at));
                 return Err(match name {
-                    Some(name) => problem.named(name),
-                    None => problem,
+                    Some(name) => diagnostic.named(name),
+                    None => diagnostic,
                 });
             }
         }
@@ -197,7 +197,7 @@ fn when(law: &Law, speed: f64, from: f64, to: f64) -> f64 {
 }
 
 /// A note about the strokes that never come to their feed.
-fn unreached(steps: &[Step], laws: &[Option<Law>]) -> Option<Problem> {
+fn unreached(steps: &[Step], laws: &[Option<Law>]) -> Option<Diagnostic> {
     let (mut strokes, mut weak) = (0_u32, 0_u32);
     // The first that is weak, its feed, and the best speed of them all.
     let mut told: Option<(usize, f64, f64)> = None;
@@ -241,7 +241,7 @@ fn unreached(steps: &[Step], laws: &[Option<Law>]) -> Option<Problem> {
         100.0 * speed / feed
     );
     let origin = steps.get(first).map(|step| step.origin).unwrap_or_default();
-    let note = Problem::new(origin, message).coded(NoteCode::Power);
+    let note = Diagnostic::new(origin, message).coded(DiagnosticCode::Power);
     Some(note.help(
         "M3 burns with the power that S says at any speed; a lower F in the program is reached on shorter lines",
     ))
@@ -273,7 +273,7 @@ mod tests {
     }
 
     /// Every piece has the power of its mean speed, and is right within a tenth all along.
-    fn is_right(reading: &Reading<Plan>, feed: f64) {
+    fn is_right(reading: &Parsed<Plan>, feed: f64) {
         let plan = &reading.content;
         let laws = plan.path_laws();
         for (step, law) in plan.steps.iter().zip(&laws) {

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use magician_protocol::{CpMode, PtpMode, Set};
 
 use super::{Action, Plan};
-use crate::{Problem, Step, Surface, Tool};
+use crate::{Diagnostic, Step, Surface, Tool};
 
 /// Mirrors, moves, scales or turns whatever has a place: `p' = scale R M (p - about) + about + by`.
 #[derive(Clone, Copy, Debug)]
@@ -48,9 +48,9 @@ impl Plan {
     /// as it is, once a step before it has led to a place of the plan.
     ///
     /// # Errors
-    /// A [`Problem`] that names the first step that cannot be moved: to joint angles, to a homing point, or on from
+    /// A [`Diagnostic`] that names the first step that cannot be moved: to joint angles, to a homing point, or on from
     /// where nobody knows; and a way that is no number.
-    pub fn moved(&self, by: [f64; 3]) -> Result<Self, Problem> {
+    pub fn moved(&self, by: [f64; 3]) -> Result<Self, Diagnostic> {
         finite(&by, "the way to move by")?;
         self.mapped(&Map {
             by,
@@ -63,7 +63,7 @@ impl Plan {
     ///
     /// # Errors
     /// As [`moved`](Self::moved), and for a factor that is not above 0.
-    pub fn scaled(&self, factor: f64, about: [f64; 3]) -> Result<Self, Problem> {
+    pub fn scaled(&self, factor: f64, about: [f64; 3]) -> Result<Self, Diagnostic> {
         self.resized(factor, factor, about)
     }
 
@@ -72,16 +72,16 @@ impl Plan {
     ///
     /// # Errors
     /// As [`scaled`](Self::scaled).
-    pub fn scaled_xy(&self, factor: f64, [x, y]: [f64; 2]) -> Result<Self, Problem> {
+    pub fn scaled_xy(&self, factor: f64, [x, y]: [f64; 2]) -> Result<Self, Diagnostic> {
         self.resized(factor, 1.0, [x, y, 0.0])
     }
 
     /// With x and y scaled by a factor and z by another, `about` a point that stays where it is.
-    fn resized(&self, factor: f64, scale_z: f64, about: [f64; 3]) -> Result<Self, Problem> {
+    fn resized(&self, factor: f64, scale_z: f64, about: [f64; 3]) -> Result<Self, Diagnostic> {
         finite(&[factor], "the factor")?;
         finite(&about, "the point that stays")?;
         if factor <= 0.0 {
-            return Err(Problem::of_file(format!(
+            return Err(Diagnostic::of_file(format!(
                 "a plan cannot be scaled by {factor}: it must be above 0"
             )));
         }
@@ -98,7 +98,7 @@ impl Plan {
     ///
     /// # Errors
     /// As [`moved`](Self::moved).
-    pub fn mirrored(&self, x: f64) -> Result<Self, Problem> {
+    pub fn mirrored(&self, x: f64) -> Result<Self, Diagnostic> {
         finite(&[x], "the line to mirror about")?;
         self.mapped(&Map {
             mirror: true,
@@ -113,7 +113,7 @@ impl Plan {
     ///
     /// # Errors
     /// As [`moved`](Self::moved).
-    pub fn rotated(&self, degrees: f64, [x, y]: [f64; 2]) -> Result<Self, Problem> {
+    pub fn rotated(&self, degrees: f64, [x, y]: [f64; 2]) -> Result<Self, Diagnostic> {
         finite(&[degrees, x, y], "the turn")?;
         self.mapped(&Map {
             degrees,
@@ -127,8 +127,8 @@ impl Plan {
     /// The steps so many times over.
     ///
     /// # Errors
-    /// A [`Problem`] if that would be more steps than any arm will ever do.
-    pub fn repeated(&self, times: usize) -> Result<Self, Problem> {
+    /// A [`Diagnostic`] if that would be more steps than any arm will ever do.
+    pub fn repeated(&self, times: usize) -> Result<Self, Diagnostic> {
         let count = check_size(self, times)?;
         Ok(Self {
             steps: self.steps.iter().cycle().take(count).cloned().collect(),
@@ -136,7 +136,7 @@ impl Plan {
         })
     }
 
-    fn mapped(&self, map: &Map) -> Result<Self, Problem> {
+    fn mapped(&self, map: &Map) -> Result<Self, Diagnostic> {
         let mut plan = self.clone();
         plan.surface = self.surface.map(|surface| map.surface(surface));
         plan.steps.clear();
@@ -146,7 +146,7 @@ impl Plan {
     }
 
     /// Adds the steps of this plan, changed along.
-    fn map_steps(&self, map: &Map, steps: &mut Vec<Step>) -> Result<(), Problem> {
+    fn map_steps(&self, map: &Map, steps: &mut Vec<Step>) -> Result<(), Diagnostic> {
         // Whether the arm is by then where a step of the plan has led it.
         let mut placed = false;
         for (at, step) in self.steps.iter().enumerate() {
@@ -168,16 +168,16 @@ impl Plan {
         Ok(())
     }
 
-    fn refusal(&self, at: usize, done: &str, why: impl Display) -> Problem {
+    fn refusal(&self, at: usize, done: &str, why: impl Display) -> Diagnostic {
         let origin = self
             .steps
             .get(at)
             .map_or_else(Default::default, |step| step.origin);
         let message = format!("step {} cannot be {done}: it {why}", at + 1);
-        let problem = Problem::new(origin, message);
+        let diagnostic = Diagnostic::new(origin, message);
         match self.name_of(&origin) {
-            Some(name) => problem.named(name),
-            None => problem,
+            Some(name) => diagnostic.named(name),
+            None => diagnostic,
         }
     }
 
@@ -186,7 +186,7 @@ impl Plan {
         &self,
         count: usize,
         ways: impl Iterator<Item = [f64; 3]>,
-    ) -> Result<Self, Problem> {
+    ) -> Result<Self, Diagnostic> {
         check_size(self, count)?;
         let mut plan = self.clone();
         plan.steps.clear();
@@ -206,7 +206,7 @@ impl Plan {
 const MOST_STEPS: usize = 100_000_000;
 
 /// How many steps a plan has so many times over.
-fn check_size(plan: &Plan, times: usize) -> Result<usize, Problem> {
+fn check_size(plan: &Plan, times: usize) -> Result<usize, Diagnostic> {
     let count = plan.steps.len();
     let all = count
         .checked_mul(times)
@@ -214,14 +214,14 @@ fn check_size(plan: &Plan, times: usize) -> Result<usize, Problem> {
     all.ok_or_else(|| {
         let message =
             format!("{count} steps {times} times over are too many: {MOST_STEPS} is the most");
-        Problem::of_file(message)
+        Diagnostic::of_file(message)
     })
 }
 
-pub(super) fn finite(numbers: &[f64], what: &str) -> Result<(), Problem> {
+pub(super) fn finite(numbers: &[f64], what: &str) -> Result<(), Diagnostic> {
     match numbers.iter().all(|number| number.is_finite()) {
         true => Ok(()),
-        false => Err(Problem::of_file(format!("{what} is no number"))),
+        false => Err(Diagnostic::of_file(format!("{what} is no number"))),
     }
 }
 

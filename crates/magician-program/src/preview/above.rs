@@ -1,10 +1,10 @@
 //! The view from above.
 
-use super::marks::MarkKind;
+use super::markers::MarkerKind;
 use super::panel::{Extent, Panel};
 use super::svg::{Number, Svg, path};
 use super::symbols;
-use super::trip::{Layer, Leaves, Trip};
+use super::toolpath::{Layer, StrokeKind, Toolpath};
 use super::{BASE, FAINT, INK, PreviewOptions, REACH, REACH_EDGE, layers};
 use crate::Report;
 
@@ -12,13 +12,13 @@ use crate::Report;
 const HALF_BASE: f64 = 79.0;
 
 /// Which part of the plane the view shows: all ways, and the sheet.
-pub(super) fn part(trip: &Trip, options: &PreviewOptions) -> [[f64; 2]; 2] {
+pub(super) fn part(toolpath: &Toolpath, options: &PreviewOptions) -> [[f64; 2]; 2] {
     let mut extent = Extent::default();
-    for layer in &trip.layers {
+    for layer in &toolpath.layers {
         let points = layer.above.lines().flatten();
         points.for_each(|point| extent.show(*point));
     }
-    let ends = trip.ends.into_iter().flatten();
+    let ends = toolpath.ends.into_iter().flatten();
     ends.for_each(|[x, y, _]| extent.show([x, y]));
     let sheet = options.sheet.iter().flatten();
     sheet.for_each(|corner| extent.show(*corner));
@@ -32,7 +32,7 @@ pub(super) fn part(trip: &Trip, options: &PreviewOptions) -> [[f64; 2]; 2] {
 pub(super) fn draw(
     svg: &mut Svg,
     panel: &Panel,
-    trip: &Trip,
+    toolpath: &Toolpath,
     report: &Report,
     options: &PreviewOptions,
     within_reach: &[Vec<[f64; 2]>],
@@ -55,17 +55,17 @@ pub(super) fn draw(
         super::fence::draw(svg, panel, fence);
     }
     let look = |layer: &Layer| super::svg::tracks(&layer.above, |point| panel.at(point));
-    layers::draw(svg, &trip.layers, look);
-    for mark in &trip.marks {
+    layers::draw(svg, &toolpath.layers, look);
+    for mark in &toolpath.markers {
         let [x, y, _] = mark.at;
-        symbols::marks(svg, panel.at([x, y]), mark);
+        symbols::markers(svg, panel.at([x, y]), mark);
     }
-    if let Some([start, end]) = trip.ends {
+    if let Some([start, end]) = toolpath.ends {
         symbols::ends(svg, [start, end].map(|[x, y, _]| panel.at([x, y])));
     }
-    for (step, at) in &trip.complaints {
+    for (step, at) in &toolpath.refused_steps {
         if let Some([x, y, _]) = at {
-            symbols::complaint(svg, panel, [*x, *y], report.number(*step));
+            symbols::refused_step(svg, panel, [*x, *y], report.number(*step));
         }
     }
     panel.end(svg);
@@ -100,9 +100,9 @@ pub(super) fn base(svg: &mut Svg, panel: &Panel) {
 }
 
 /// Which kinds of marks there are.
-pub(super) fn kinds(trip: &Trip) -> Vec<MarkKind> {
-    let mut kinds: Vec<_> = trip
-        .marks
+pub(super) fn kinds(toolpath: &Toolpath) -> Vec<MarkerKind> {
+    let mut kinds: Vec<_> = toolpath
+        .markers
         .iter()
         .flat_map(|mark| mark.kinds.clone())
         .collect();
@@ -112,8 +112,9 @@ pub(super) fn kinds(trip: &Trip) -> Vec<MarkKind> {
 }
 
 /// Whether there is anything of a sort.
-pub(super) fn has(trip: &Trip, sort: impl Fn(Leaves) -> bool) -> bool {
-    trip.layers
+pub(super) fn has(toolpath: &Toolpath, sort: impl Fn(StrokeKind) -> bool) -> bool {
+    toolpath
+        .layers
         .iter()
         .any(|layer| sort(layer.leaves) && !layer.above.is_empty())
 }

@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
+use super::purpose::PlanPurpose;
 use super::svg::{Anchor, Svg, Type};
-use super::trip::Trip;
-use super::work::Work;
+use super::toolpath::Toolpath;
 use super::{FAINT, INK};
 use crate::{Plan, Report};
 
@@ -18,7 +18,7 @@ pub(super) fn draw(
     width: f64,
     plan: &Plan,
     report: &Report,
-    trip: &Trip,
+    toolpath: &Toolpath,
 ) {
     let title = Type {
         size: 5.2,
@@ -39,26 +39,26 @@ pub(super) fn draw(
         colour: FAINT,
         ..title
     };
-    let facts = facts(plan, report, trip);
+    let facts = facts(plan, report, toolpath);
     svg.text([left, top + 11.0], facts.join("  ·  "), &text);
 }
 
-fn facts(plan: &Plan, report: &Report, trip: &Trip) -> Vec<String> {
+fn facts(plan: &Plan, report: &Report, toolpath: &Toolpath) -> Vec<String> {
     let mut facts = Vec::new();
-    if let Some([low, high]) = trip.bounds {
+    if let Some([low, high]) = toolpath.bounds {
         let [x, y] = [high[0] - low[0], high[1] - low[1]];
         facts.push(format!("{x:.1} × {y:.1} mm"));
     }
-    let (left, other) = match trip.work {
-        Work::Draws(_) => ("drawn", "pen up"),
-        Work::Burns(_) => ("burnt", "dark"),
-        Work::Carries(_) => ("drawn", "travelled"),
+    let (left, other) = match toolpath.purpose {
+        PlanPurpose::Draws(_) => ("drawn", "pen up"),
+        PlanPurpose::Burns(_) => ("burnt", "dark"),
+        PlanPurpose::Carries(_) => ("drawn", "travelled"),
     };
-    if trip.drawn > 0.0 {
-        facts.push(format!("{} {left}", length(trip.drawn)));
+    if toolpath.drawn > 0.0 {
+        facts.push(format!("{} {left}", length(toolpath.drawn)));
     }
-    if trip.other > 0.0 {
-        facts.push(format!("{} {other}", length(trip.other)));
+    if toolpath.other > 0.0 {
+        facts.push(format!("{} {other}", length(toolpath.other)));
     }
     facts.extend(report.time.map(time));
     facts.push(match plan.steps.len() {

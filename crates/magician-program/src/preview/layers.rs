@@ -1,7 +1,7 @@
 //! How each sort of way looks.
 
 use super::svg::{Number, Svg};
-use super::trip::{Layer, Leaves, SHADES};
+use super::toolpath::{Layer, SHADES, StrokeKind};
 use super::{BURNT, CARRIED, CASING, DRAWN, EMPTY, UNREACHABLE};
 
 /// With more corners than this, and between the lines of an engraving, dashes are only a cloud.
@@ -9,28 +9,28 @@ const DASHED: usize = 600;
 
 /// Draws the layers, what is left on top; `data` tells the lines of one.
 pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> String) {
-    let burns = |layer: &Layer| matches!(layer.leaves, Leaves::Burn(_));
+    let burns = |layer: &Layer| matches!(layer.leaves, StrokeKind::Burn(_));
     let burns = layers.iter().any(burns);
     let mut layers: Vec<&Layer> = layers.iter().collect();
     layers.sort_by_key(|layer| match layer.leaves {
-        Leaves::Nothing => 0,
-        Leaves::Carried => 1,
-        Leaves::Burn(shade) => 1 + shade,
-        Leaves::Ink => 2 + SHADES,
-        Leaves::Unreachable => 3 + SHADES,
+        StrokeKind::Nothing => 0,
+        StrokeKind::Carried => 1,
+        StrokeKind::Burn(shade) => 1 + shade,
+        StrokeKind::Ink => 2 + SHADES,
+        StrokeKind::Unreachable => 3 + SHADES,
     });
     for layer in layers {
         let data = data(layer);
         let (colour, width, opacity, dashes) = look(layer.leaves);
         let many = burns || layer.above.len() > DASHED;
-        let crowded = layer.leaves == Leaves::Nothing && many;
+        let crowded = layer.leaves == StrokeKind::Nothing && many;
         let (width, opacity) = if crowded {
             (0.1, 0.3)
         } else {
             (width, opacity)
         };
         let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
-        if layer.leaves == Leaves::Unreachable {
+        if layer.leaves == StrokeKind::Unreachable {
             casing(svg, &data);
         }
         let mut attributes = vec![
@@ -52,31 +52,31 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> Str
 }
 
 /// Ends that overlap where the power changes would be darker than both.
-fn cap(leaves: Leaves) -> &'static str {
+fn cap(leaves: StrokeKind) -> &'static str {
     match leaves {
-        Leaves::Burn(_) => "butt",
+        StrokeKind::Burn(_) => "butt",
         _ => "round",
     }
 }
 
 /// Colour, width in mm, opacity and dashes.
-pub(super) fn look(leaves: Leaves) -> (&'static str, f64, f64, Option<&'static str>) {
+pub(super) fn look(leaves: StrokeKind) -> (&'static str, f64, f64, Option<&'static str>) {
     match leaves {
-        Leaves::Nothing => (EMPTY, 0.25, 0.9, Some("1.4 1.2")),
-        Leaves::Carried => (CARRIED, 0.6, 1.0, None),
-        Leaves::Ink => (DRAWN, 0.5, 1.0, None),
-        Leaves::Burn(shade) => (BURNT, 0.2, shade as f64 / SHADES as f64, None),
-        Leaves::Unreachable => (UNREACHABLE, 0.5, 1.0, Some("2 1.2")),
+        StrokeKind::Nothing => (EMPTY, 0.25, 0.9, Some("1.4 1.2")),
+        StrokeKind::Carried => (CARRIED, 0.6, 1.0, None),
+        StrokeKind::Ink => (DRAWN, 0.5, 1.0, None),
+        StrokeKind::Burn(shade) => (BURNT, 0.2, shade as f64 / SHADES as f64, None),
+        StrokeKind::Unreachable => (UNREACHABLE, 0.5, 1.0, Some("2 1.2")),
     }
 }
 
 /// What a program that reads the picture finds it by.
-fn class(leaves: Leaves) -> &'static str {
+fn class(leaves: StrokeKind) -> &'static str {
     match leaves {
-        Leaves::Nothing | Leaves::Carried => "travel",
-        Leaves::Ink => "drawn",
-        Leaves::Burn(_) => "burnt",
-        Leaves::Unreachable => "unreachable",
+        StrokeKind::Nothing | StrokeKind::Carried => "travel",
+        StrokeKind::Ink => "drawn",
+        StrokeKind::Burn(_) => "burnt",
+        StrokeKind::Unreachable => "unreachable",
     }
 }
 

@@ -4,12 +4,12 @@ use magician_motion::Fence;
 
 use super::above::{has, kinds};
 use super::layers::look;
-use super::marks::MarkKind;
+use super::markers::MarkerKind;
+use super::purpose::PlanPurpose;
 use super::svg::{Anchor, Number, Svg, Type, path, signed};
-use super::trip::{Leaves, MOST_COMPLAINTS, SHADES, Trip};
-use super::work::Work;
+use super::toolpath::{MOST_REFUSED, SHADES, StrokeKind, Toolpath};
 use super::{INK, REACH, REACH_EDGE, WRONG, symbols};
-use crate::{Problem, Report};
+use crate::{Diagnostic, Report};
 
 /// From one row to the next, mm.
 const ROW: f64 = 5.5;
@@ -27,29 +27,37 @@ const INDENT: &str = "\u{a0}\u{a0}\u{a0}";
 
 /// What an entry shows.
 enum Sign {
-    Line(Leaves),
+    Line(StrokeKind),
     Shades,
     Area,
     Fence,
     KeepOut,
     Begin,
     End,
-    Mark(MarkKind),
+    Marker(MarkerKind),
 }
 
 /// The legend, laid out.
 pub(super) struct Legend {
     entries: Vec<([f64; 2], Sign, String)>,
-    complaints: Vec<String>,
+    refused_steps: Vec<String>,
     rows: usize,
 }
 
 impl Legend {
     /// Lays it out for a width.
-    pub(super) fn new(trip: &Trip, report: &Report, fence: Option<&Fence>, width: f64) -> Self {
+    pub(super) fn new(
+        toolpath: &Toolpath,
+        report: &Report,
+        fence: Option<&Fence>,
+        width: f64,
+    ) -> Self {
         let mut at = [0.0, 0.0];
         let mut entries = Vec::new();
-        for (sign, label) in entries_of(trip).into_iter().chain(entries_of_fence(fence)) {
+        for (sign, label) in entries_of(toolpath)
+            .into_iter()
+            .chain(entries_of_fence(fence))
+        {
             let room = sign.width() + GAP + text_width(&label);
             if at[0] > 0.0 && at[0] + room > width {
                 at = [0.0, at[1] + ROW];
@@ -57,18 +65,18 @@ impl Legend {
             entries.push((at, sign, label));
             at[0] += room + APART;
         }
-        let complaints = complaints(report, width);
+        let refused_steps = refused_steps(report, width);
         let rows = (at[1] / ROW) as usize + 1;
         Self {
             entries,
-            complaints,
+            refused_steps,
             rows,
         }
     }
 
     /// How high it is, mm.
     pub(super) fn height(&self) -> f64 {
-        let rows = self.rows + self.complaints.len();
+        let rows = self.rows + self.refused_steps.len();
         rows as f64 * ROW
     }
 
@@ -89,46 +97,46 @@ impl Legend {
             colour: WRONG,
             ..text
         };
-        for (nth, line) in self.complaints.iter().enumerate() {
+        for (nth, line) in self.refused_steps.iter().enumerate() {
             let y = top + (self.rows + nth) as f64 * ROW + ROW / 2.0 + 1.1;
             svg.text([left, y], line, &wrong);
         }
     }
 }
 
-fn entries_of(trip: &Trip) -> Vec<(Sign, String)> {
+fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
     let mut entries = vec![];
-    let burns = has(trip, |leaves| matches!(leaves, Leaves::Burn(_)));
+    let burns = has(toolpath, |leaves| matches!(leaves, StrokeKind::Burn(_)));
     let mut lines = |leaves, label: &str| {
-        if has(trip, |other| other == leaves) {
+        if has(toolpath, |other| other == leaves) {
             entries.push((Sign::Line(leaves), label.to_owned()));
         }
     };
-    lines(Leaves::Ink, "drawn");
-    lines(Leaves::Carried, "with something held");
-    let nothing = match trip.work {
-        Work::Draws(_) => "pen up",
-        Work::Burns(_) => "laser dark",
-        Work::Carries(_) => "with nothing held",
+    lines(StrokeKind::Ink, "drawn");
+    lines(StrokeKind::Carried, "with something held");
+    let nothing = match toolpath.purpose {
+        PlanPurpose::Draws(_) => "pen up",
+        PlanPurpose::Burns(_) => "laser dark",
+        PlanPurpose::Carries(_) => "with nothing held",
     };
-    lines(Leaves::Nothing, nothing);
-    lines(Leaves::Unreachable, "out of reach");
+    lines(StrokeKind::Nothing, nothing);
+    lines(StrokeKind::Unreachable, "out of reach");
     if burns {
         entries.insert(0, (Sign::Shades, "burnt, 10 to 100 % power".to_owned()));
     }
-    for kind in kinds(trip) {
+    for kind in kinds(toolpath) {
         let label = match kind {
-            MarkKind::Pick => "takes hold",
-            MarkKind::Place => "lets go",
-            MarkKind::Wait => "waits",
+            MarkerKind::Pick => "takes hold",
+            MarkerKind::Place => "lets go",
+            MarkerKind::Wait => "waits",
         };
-        entries.push((Sign::Mark(kind), label.to_owned()));
+        entries.push((Sign::Marker(kind), label.to_owned()));
     }
-    if trip.ends.is_some() {
+    if toolpath.ends.is_some() {
         entries.push((Sign::Begin, "start".to_owned()));
         entries.push((Sign::End, "end".to_owned()));
     }
-    if let Some(surface) = trip.work.surface() {
+    if let Some(surface) = toolpath.purpose.surface() {
         let height = signed(surface.height);
         entries.push((Sign::Area, format!("within reach at z = {height} mm")));
     }
@@ -162,7 +170,7 @@ impl Sign {
             Self::Area | Self::Fence | Self::KeepOut => 4.0,
             Self::Begin => 2.2,
             Self::End => 4.6,
-            Self::Mark(_) => 3.2,
+            Self::Marker(_) => 3.2,
         }
     }
 
@@ -173,7 +181,7 @@ impl Sign {
                 for shade in 1..=SHADES {
                     let from = x + 7.0 * (shade - 1) as f64 / SHADES as f64;
                     let ends = [[from, y - 1.2], [from, y + 1.2]];
-                    line(svg, ends, Leaves::Burn(shade));
+                    line(svg, ends, StrokeKind::Burn(shade));
                 }
             }
             Self::Area => {
@@ -188,12 +196,12 @@ impl Sign {
             Self::KeepOut => super::fence::hatched(svg, [[x, y - 1.6], [x + 4.0, y + 1.6]]),
             Self::Begin => symbols::begin(svg, [x + 1.1, y]),
             Self::End => symbols::finish(svg, [x + 2.3, y]),
-            Self::Mark(kind) => symbols::sign(svg, [x + 1.6, y], *kind),
+            Self::Marker(kind) => symbols::sign(svg, [x + 1.6, y], *kind),
         }
     }
 }
 
-fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: Leaves) {
+fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: StrokeKind) {
     let (colour, width, opacity, dashes) = look(leaves);
     let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
     let mut attributes = vec![
@@ -207,12 +215,15 @@ fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: Leaves) {
 }
 
 /// What is wrong, in lines that fit, and how much more there is.
-fn complaints(report: &Report, width: f64) -> Vec<String> {
-    let first = report.complaints.iter().take(MOST_COMPLAINTS);
+fn refused_steps(report: &Report, width: f64) -> Vec<String> {
+    let first = report.refused_steps.iter().take(MOST_REFUSED);
     let more = report.refused.saturating_sub(first.len());
-    let told = first.flat_map(|complaint| {
-        let (step, problem) = (report.number(complaint.step), Problem::from(complaint));
-        wrapped(&format!("step {step}: {problem}"), width)
+    let told = first.flat_map(|refused_step| {
+        let (step, diagnostic) = (
+            report.number(refused_step.step),
+            Diagnostic::from(refused_step),
+        );
+        wrapped(&format!("step {step}: {diagnostic}"), width)
     });
     let more = (more > 0).then(|| format!("and {more} more"));
     told.chain(more).collect()

@@ -3,7 +3,7 @@
 use super::above::{base, reach};
 use super::panel::Panel;
 use super::svg::{Anchor, Svg, Type};
-use super::trip::Trip;
+use super::toolpath::Toolpath;
 use super::{FAINT, INK};
 
 /// How large it is drawn.
@@ -19,7 +19,7 @@ pub(super) fn draw(
     svg: &mut Svg,
     corner: [f64; 2],
     view: &Panel,
-    trip: &Trip,
+    toolpath: &Toolpath,
     within_reach: &[Vec<[f64; 2]>],
 ) {
     let panel = Panel {
@@ -39,7 +39,7 @@ pub(super) fn draw(
         ("stroke-width", "0.3"),
     ];
     svg.rectangle(frame, &look);
-    if let Some(bounds) = trip.bounds {
+    if let Some(bounds) = toolpath.bounds {
         let drawn = bounds.map(|end| panel.at(end));
         svg.rectangle(drawn, &[("fill", INK), ("fill-opacity", "0.75")]);
     }

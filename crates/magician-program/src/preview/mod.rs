@@ -10,20 +10,20 @@ mod fence;
 mod layers;
 mod legend;
 mod locator;
-mod marks;
+mod markers;
 mod panel;
 #[cfg(feature = "picture")]
 mod png;
+mod purpose;
 mod section;
 mod side;
 mod snapshot;
 mod strokes;
 mod svg;
 mod symbols;
+mod toolpath;
+mod tracer;
 mod track;
-mod trip;
-mod walk;
-mod work;
 
 use magician_host::Geometry;
 use magician_host::words::Preflight;
@@ -37,9 +37,9 @@ pub(crate) use png::options as svg_options;
 pub use png::{PictureError, fitting, to_png};
 pub use section::section;
 pub use snapshot::{Snapshot, Standing};
-pub use strokes::Stroke;
+pub use strokes::DrawnLine;
 use svg::Svg;
-use trip::Trip;
+use toolpath::Toolpath;
 
 use crate::{Plan, Reach, Report};
 
@@ -117,7 +117,7 @@ impl PreviewOptions {
 #[derive(Clone, Debug)]
 pub struct Preview {
     svg: String,
-    trip: Trip,
+    toolpath: Toolpath,
 }
 
 impl Preview {
@@ -125,18 +125,18 @@ impl Preview {
     /// given.
     #[must_use]
     pub fn new(plan: &Plan, report: &Report, start: &Preflight, options: &PreviewOptions) -> Self {
-        let trip = Trip::through(plan, report, start, options.side);
+        let toolpath = Toolpath::through(plan, report, start, options.side);
         let geometry = match plan.tool {
             Some(tool) => Geometry::magician(tool.bias()),
             None => start.geometry(),
         };
-        let svg = draw(plan, report, &trip, &geometry, options);
-        Self { svg, trip }
+        let svg = draw(plan, report, &toolpath, &geometry, options);
+        Self { svg, toolpath }
     }
 
     /// The ways that it shows from above, each by its corners, in the arm's x and y, mm.
     pub fn ways(&self) -> impl Iterator<Item = &[[f64; 2]]> {
-        let layers = self.trip.layers.iter();
+        let layers = self.toolpath.layers.iter();
         layers.flat_map(|layer| layer.above.lines())
     }
 
@@ -150,22 +150,22 @@ impl Preview {
 fn draw(
     plan: &Plan,
     report: &Report,
-    trip: &Trip,
+    toolpath: &Toolpath,
     arm: &Geometry,
     options: &PreviewOptions,
 ) -> String {
-    let page = Page::of(trip, report, options);
+    let page = Page::of(toolpath, report, options);
     let [left, top] = page.above.corner;
     let mut svg = Svg::new(page.size, &plan.title);
     let width = page.size[0] - MARGIN - left;
-    caption::draw(&mut svg, [left, MARGIN], width, plan, report, trip);
-    let surface = trip.work.surface();
+    caption::draw(&mut svg, [left, MARGIN], width, plan, report, toolpath);
+    let surface = toolpath.purpose.surface();
     let reach = surface.map(|surface| Reach::new(arm.tool, surface, 0.0).outline());
     let reach = reach.unwrap_or_default();
-    above::draw(&mut svg, &page.above, trip, report, options, &reach);
-    locator::draw(&mut svg, [page.locator, top], &page.above, trip, &reach);
+    above::draw(&mut svg, &page.above, toolpath, report, options, &reach);
+    locator::draw(&mut svg, [page.locator, top], &page.above, toolpath, &reach);
     if let Some(side) = &page.side {
-        side::draw(&mut svg, side, trip, arm);
+        side::draw(&mut svg, side, toolpath, arm);
     }
     page.legend.draw(&mut svg, [left, page.foot]);
     svg.finish()
@@ -184,7 +184,7 @@ struct Page {
 }
 
 impl Page {
-    fn of(trip: &Trip, report: &Report, options: &PreviewOptions) -> Self {
+    fn of(toolpath: &Toolpath, report: &Report, options: &PreviewOptions) -> Self {
         let panel = |part, corner, id| Panel {
             part,
             corner,
@@ -192,10 +192,10 @@ impl Page {
             id,
         };
         let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
-        let mut above = panel(above::part(trip, options), [left, top], "above");
-        let mut side = trip
+        let mut above = panel(above::part(toolpath, options), [left, top], "above");
+        let mut side = toolpath
             .has_side
-            .then(|| panel(side::part(trip), [left, top], "side"));
+            .then(|| panel(side::part(toolpath), [left, top], "side"));
         if let Some(side) = &mut side {
             let [width, height] = above.size();
             // Beside a view that is high; below one that is wide, with x right above the distance.
@@ -217,7 +217,7 @@ impl Page {
         });
         let locator = right + MARGIN;
         let right = locator + locator::WIDTH;
-        let legend = Legend::new(trip, report, options.fence.as_ref(), right - left);
+        let legend = Legend::new(toolpath, report, options.fence.as_ref(), right - left);
         let foot = bottom + TICKS[1] + 2.0;
         Self {
             size: [right + MARGIN, foot + legend.height() + MARGIN - 2.0],

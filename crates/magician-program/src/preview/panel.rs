@@ -143,8 +143,8 @@ impl Extent {
     pub(super) fn part(self) -> [[f64; 2]; 2] {
         let [mut low, mut high] = self.0.unwrap_or([[200.0, 0.0]; 2]);
         for axis in 0..2 {
-            let lacks = Self::LEAST[axis] - (high[axis] - low[axis] + 2.0 * Self::MARGIN);
-            let room = Self::MARGIN + lacks.max(0.0) / 2.0;
+            let missing = Self::LEAST[axis] - (high[axis] - low[axis] + 2.0 * Self::MARGIN);
+            let room = Self::MARGIN + missing.max(0.0) / 2.0;
             let fit = |value: f64| (value * FINE).clamp(-Self::FARTHEST, Self::FARTHEST);
             low[axis] = fit(((low[axis] - room) / FINE).floor());
             high[axis] = fit(((high[axis] + room) / FINE).ceil()).max(low[axis] + FINE);

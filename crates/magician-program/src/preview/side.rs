@@ -6,23 +6,23 @@ use magician_motion::ArmModel;
 use super::panel::{Extent, Panel};
 use super::section::section;
 use super::svg::{Svg, path};
-use super::trip::{Layer, Trip};
+use super::toolpath::{Layer, Toolpath};
 use super::{FAINT, REACH, REACH_EDGE, layers, symbols};
 
 /// Which part of the plane the view shows.
-pub(super) fn part(trip: &Trip) -> [[f64; 2]; 2] {
+pub(super) fn part(toolpath: &Toolpath) -> [[f64; 2]; 2] {
     let mut extent = Extent::default();
-    for layer in &trip.layers {
+    for layer in &toolpath.layers {
         let points = layer.side.lines().flatten();
         points.for_each(|point| extent.show(*point));
     }
-    let ends = trip.ends.into_iter().flatten();
+    let ends = toolpath.ends.into_iter().flatten();
     ends.for_each(|[x, y, z]| extent.show([libm::hypot(x, y), z]));
     extent.part()
 }
 
 /// Draws it.
-pub(super) fn draw(svg: &mut Svg, panel: &Panel, trip: &Trip, arm: &Geometry) {
+pub(super) fn draw(svg: &mut Svg, panel: &Panel, toolpath: &Toolpath, arm: &Geometry) {
     panel.begin(svg);
     let edge = section(arm, &ArmModel::MAGICIAN.limits).into_iter();
     let look = [
@@ -41,12 +41,12 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, trip: &Trip, arm: &Geometry) {
     ];
     svg.path(&path(axis, false), &look);
     let data = |layer: &Layer| super::svg::tracks(&layer.side, |point| panel.at(point));
-    layers::draw(svg, &trip.layers, data);
+    layers::draw(svg, &toolpath.layers, data);
     let beside = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
-    for mark in &trip.marks {
+    for mark in &toolpath.markers {
         symbols::spot(svg, beside(mark.at));
     }
-    if let Some(ends) = trip.ends {
+    if let Some(ends) = toolpath.ends {
         symbols::ends(svg, ends.map(beside));
     }
     panel.end(svg);

@@ -2,7 +2,7 @@
 
 use magician_host::words::Preflight;
 
-use super::walk::Walk;
+use super::tracer::PathTracer;
 use crate::{Plan, Report};
 
 /// What is shorter is one with what follows it, mm.
@@ -10,7 +10,7 @@ const SHORTEST: f64 = 0.3;
 
 /// A straight line that a pen or a laser leaves, seen from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stroke {
+pub struct DrawnLine {
     /// The step that ends it, from 0.
     pub step: usize,
     /// Where it begins, in the arm's x and y, mm.
@@ -19,13 +19,13 @@ pub struct Stroke {
     pub to: [f64; 2],
 }
 
-impl Stroke {
+impl DrawnLine {
     /// The lines that a plan leaves when the arm stands there before it, in their order. Curves are many of them; those that are
     /// too short to be seen are taken together.
     ///
     /// ```
     /// use magician_host::{JointAngles, ToolBias, words::Preflight};
-    /// use magician_program::preview::Stroke;
+    /// use magician_program::preview::DrawnLine;
     /// use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
     ///
     /// let mut plan = Plan::new("a line");
@@ -34,12 +34,12 @@ impl Stroke {
     /// plan.push(Action::Move { to: [200.0, 0.0, -60.0, 0.0], by: Travel::Joints }, Origin::NONE);
     /// plan.push(Action::Path { to: [240.0, 0.0, -60.0] }, Origin::NONE);
     ///
-    /// let strokes = Stroke::of(&plan, &Preflight::at(JointAngles::HOME, ToolBias::PEN));
-    /// assert_eq!(strokes, [Stroke { step: 1, from: [200.0, 0.0], to: [240.0, 0.0] }]);
+    /// let strokes = DrawnLine::of(&plan, &Preflight::at(JointAngles::HOME, ToolBias::PEN));
+    /// assert_eq!(strokes, [DrawnLine { step: 1, from: [200.0, 0.0], to: [240.0, 0.0] }]);
     /// ```
     #[must_use]
     pub fn of(plan: &Plan, start: &Preflight) -> Vec<Self> {
-        Walk::from(plan, &Report::default(), start, Some(false)).strokes(plan)
+        PathTracer::from(plan, &Report::default(), start, Some(false)).strokes(plan)
     }
 
     pub(super) fn add(strokes: &mut Vec<Self>, step: usize, from: [f64; 2], to: [f64; 2]) {

@@ -1,6 +1,6 @@
 //! Small signs: where it begins and ends, what happens at a place, what is wrong.
 
-use super::marks::{Mark, MarkKind};
+use super::markers::{Marker, MarkerKind};
 use super::panel::Panel;
 use super::svg::{Anchor, Svg, Type, path, segments};
 use super::{CARRIED, FAINT, INK, WRONG};
@@ -30,7 +30,7 @@ pub(super) fn finish(svg: &mut Svg, at: [f64; 2]) {
 }
 
 /// What happens at a place, side by side, and its name.
-pub(super) fn marks(svg: &mut Svg, [x, y]: [f64; 2], mark: &Mark) {
+pub(super) fn markers(svg: &mut Svg, [x, y]: [f64; 2], mark: &Marker) {
     spot(svg, [x, y]);
     let mut x = x + ASIDE[0];
     for kind in &mark.kinds {
@@ -54,7 +54,7 @@ pub(super) fn spot(svg: &mut Svg, at: [f64; 2]) {
 }
 
 /// A triangle that points up for taking hold, a hollow one that points down for letting go, a clock for waiting.
-pub(super) fn sign(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkKind) {
+pub(super) fn sign(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkerKind) {
     let triangle = |sign: f64| {
         let corners = [[-1.5, 1.2], [1.5, 1.2], [0.0, -1.5]];
         path(corners.map(|[dx, dy]| [x + dx, y + sign * dy]), true)
@@ -68,9 +68,9 @@ pub(super) fn sign(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkKind) {
         ]
     };
     match kind {
-        MarkKind::Pick => svg.path(&triangle(1.0), &look(CARRIED)),
-        MarkKind::Place => svg.path(&triangle(-1.0), &look("#fff")),
-        MarkKind::Wait => {
+        MarkerKind::Pick => svg.path(&triangle(1.0), &look(CARRIED)),
+        MarkerKind::Place => svg.path(&triangle(-1.0), &look("#fff")),
+        MarkerKind::Wait => {
             let look = [
                 ("fill", "#fff"),
                 ("stroke", FAINT),
@@ -87,7 +87,7 @@ pub(super) fn sign(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkKind) {
 }
 
 /// A ring round what is wrong, with the number of its step; at the frame's edge if it is outside.
-pub(super) fn complaint(svg: &mut Svg, panel: &Panel, at: [f64; 2], step: u64) {
+pub(super) fn refused_step(svg: &mut Svg, panel: &Panel, at: [f64; 2], step: u64) {
     let [low, high] = panel.part;
     let inside = [0, 1].map(|axis| at[axis].clamp(low[axis] + 3.0, high[axis] - 3.0));
     let [x, y] = panel.at(inside);

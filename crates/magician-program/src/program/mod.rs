@@ -1,17 +1,17 @@
 //! A plan as it is run: how often, from which step on, with what the arm is told before.
 //!
 //! ```text
-//! Program --rest(step, start)--> Rest --check--> Report      what an arm that stands so would make of it
+//! Program --remaining(step, start)--> RemainingProgram --check--> Report      what an arm that stands so would make of it
 //!                                     --commands--> Arm::start
 //!                                     --timetable--> Timetable   how long is left when so many steps are done
 //!                                     --stands_after             whether an arm stands where so many steps leave it
 //! ```
 //!
-//! Steps are counted over all rounds, from 0. Which step an index of the arm's queue belongs to is
-//! [`resume::Tally`](crate::resume::Tally)'s.
+//! Steps are counted over all iterations, from 0. Which step an index of the arm's queue belongs to is
+//! [`resume::StepCounter`](crate::resume::StepCounter)'s.
 
-mod rest;
-mod rounds;
+mod iterations;
+mod remaining;
 mod timetable;
 
 use std::sync::Arc;
@@ -19,10 +19,10 @@ use std::sync::Arc;
 use magician_host::words::Preflight;
 use magician_host::{Ctrl, FrameBuf, Set};
 
-pub use rest::Rest;
+pub use remaining::RemainingProgram;
 pub use timetable::Timetable;
 
-use crate::{Plan, Problem};
+use crate::{Diagnostic, Plan};
 
 /// No program is begun behind so many steps: what counts on from there never comes to the end of 64 bits.
 const MOST_STEPS: u64 = i64::MAX.unsigned_abs();
@@ -38,18 +38,18 @@ const MOST_STEPS: u64 = i64::MAX.unsigned_abs();
 ///     plan.push(Action::Move { to: [220.0, y, 20.0, 0.0], by: Travel::Line }, Origin::NONE);
 /// }
 /// let program = Program::new(plan, Some(3));
-/// let rest = program.rest(2, Preflight::at(JointAngles::HOME, ToolBias::NONE))?;
+/// let rest = program.remaining(2, Preflight::at(JointAngles::HOME, ToolBias::NONE))?;
 /// assert_eq!(rest.commands().count(), 4);
 /// let report = rest.check();
 /// let left = rest.timetable(&report).left(4);
 /// assert!(report.is_good() && left.is_some_and(|left| left.is_zero()));
-/// # Ok::<(), magician_program::Problem>(())
+/// # Ok::<(), magician_program::Diagnostic>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Program {
     plan: Arc<Plan>,
     settings: Vec<Set>,
-    rounds: Option<u64>,
+    iterations: Option<u64>,
     /// Ends with the pen down.
     stays: bool,
     leading: u64,
@@ -58,11 +58,11 @@ pub struct Program {
 impl Program {
     /// A plan, so many times; without a number for ever.
     #[must_use]
-    pub fn new(plan: impl Into<Arc<Plan>>, rounds: Option<u64>) -> Self {
+    pub fn new(plan: impl Into<Arc<Plan>>, iterations: Option<u64>) -> Self {
         Self {
             plan: plan.into(),
             settings: Vec::new(),
-            rounds,
+            iterations,
             stays: false,
             leading: 0,
         }
@@ -82,7 +82,7 @@ impl Program {
         self
     }
 
-    /// Says that so many steps of a round depend on where the arm stood when it began: the others are the same from wherever it
+    /// Says that so many steps of an iteration depend on where the arm stood when it began: the others are the same from wherever it
     /// is begun.
     #[must_use]
     pub fn with_leading(mut self, steps: usize) -> Self {
@@ -93,23 +93,23 @@ impl Program {
     /// Whether it can go on behind so many steps only by somebody who knows where the arm stood when it began.
     #[must_use]
     pub fn depends_on_start(&self, step: u64) -> bool {
-        let nth = step.checked_rem(self.round()).unwrap_or(0);
+        let nth = step.checked_rem(self.steps_per_iteration()).unwrap_or(0);
         step > 0 && nth < self.leading
     }
 
     /// Whether that holds for all of its steps.
     #[must_use]
     pub fn depends_throughout(&self) -> bool {
-        self.leading > 0 && self.leading >= self.round()
+        self.leading > 0 && self.leading >= self.steps_per_iteration()
     }
 
-    /// The plan of one round.
+    /// The plan of one iteration.
     #[must_use]
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
 
-    /// The plan of one round, without the rest.
+    /// The plan of one iteration, without the rest.
     #[must_use]
     pub fn into_plan(self) -> Plan {
         Arc::unwrap_or_clone(self.plan)
@@ -117,19 +117,19 @@ impl Program {
 
     /// How often it is done; for ever without a number.
     #[must_use]
-    pub fn rounds(&self) -> Option<u64> {
-        self.rounds
+    pub fn iterations(&self) -> Option<u64> {
+        self.iterations
     }
 
-    /// Steps in all rounds; no number if they go on for ever.
+    /// Steps in all iterations; no number if they go on for ever.
     #[must_use]
     pub fn steps(&self) -> Option<u64> {
-        let all = self.rounds?.saturating_mul(self.round());
+        let all = self.iterations?.saturating_mul(self.steps_per_iteration());
         Some(all.saturating_sub(u64::from(self.stays)))
     }
 
-    /// Steps of one round.
-    fn round(&self) -> u64 {
+    /// Steps of one iteration.
+    fn steps_per_iteration(&self) -> u64 {
         self.plan.steps.len() as u64
     }
 
@@ -137,15 +137,15 @@ impl Program {
     /// tool; a program without end is begun far enough from where numbers end.
     ///
     /// # Errors
-    /// A [`Problem`] that names the last step.
-    pub fn has(&self, step: u64) -> Result<(), Problem> {
+    /// A [`Diagnostic`] that names the last step.
+    pub fn has(&self, step: u64) -> Result<(), Diagnostic> {
         let steps = self.steps().unwrap_or(u64::MAX).min(MOST_STEPS);
         if step == 0 || step < steps {
             return Ok(());
         }
         let step = step.saturating_add(1);
         let message = format!("there is no step {step}: the last is {steps}");
-        Err(Problem::of_file(message))
+        Err(Diagnostic::of_file(message))
     }
 
     /// One command of each kind: what `Arm::preflight_for` has to read of an arm depends on
@@ -161,23 +161,23 @@ impl Program {
     ///
     /// # Errors
     /// As [`has`](Self::has), and as [`Plan::from_step`].
-    pub fn rest(&self, from: u64, start: Preflight) -> Result<Rest, Problem> {
-        self.rest_within(from, None, start)
+    pub fn remaining(&self, from: u64, start: Preflight) -> Result<RemainingProgram, Diagnostic> {
+        self.remaining_within(from, None, start)
     }
 
-    /// As [`rest`](Self::rest), for a run that may have been stopped within that step: where the step leads straight on through
-    /// the place `at`, it goes on from there, and else from its beginning. [`Rest::goes_on`] tells the two.
+    /// As [`remaining`](Self::remaining), for a run that may have been stopped within that step: where the step leads straight on through
+    /// the place `at`, it goes on from there, and else from its beginning. [`RemainingProgram::goes_on`] tells the two.
     ///
     /// # Errors
-    /// As [`rest`](Self::rest).
-    pub fn rest_within(
+    /// As [`remaining`](Self::remaining).
+    pub fn remaining_within(
         &self,
         from: u64,
         at: Option<[f64; 3]>,
         start: Preflight,
-    ) -> Result<Rest, Problem> {
+    ) -> Result<RemainingProgram, Diagnostic> {
         self.has(from)?;
-        Rest::of(self, from, at, start)
+        RemainingProgram::of(self, from, at, start)
     }
 
     /// A name for it: the same for what does the same, whatever it is called.
@@ -190,7 +190,7 @@ impl Program {
                 hash = (hash ^ u128::from(*byte)).wrapping_mul(0x0100_0000_0000_0000_0000_013b);
             }
         };
-        take(&self.rounds.unwrap_or(0).to_le_bytes());
+        take(&self.iterations.unwrap_or(0).to_le_bytes());
         // What differs by where it is begun is left out, unless all of it does.
         let leading = usize::try_from(self.leading).unwrap_or(usize::MAX);
         let skipped = if leading < self.plan.steps.len() {
@@ -214,10 +214,10 @@ mod tests {
     use super::*;
     use crate::{Action, Origin};
 
-    fn program(waits: u32, rounds: Option<u64>) -> Program {
+    fn program(waits: u32, iterations: Option<u64>) -> Program {
         let mut plan = Plan::new("waits");
         (1..=waits).for_each(|each| plan.push(Action::Wait(each), Origin::NONE));
-        Program::new(plan, rounds)
+        Program::new(plan, iterations)
     }
 
     #[test]
@@ -225,8 +225,8 @@ mod tests {
         let program = program(3, Some(2));
         assert_eq!(program.steps(), Some(6));
         assert!(program.has(5).is_ok());
-        let problem = program.has(6).expect_err("there are six");
-        assert_eq!(problem.to_string(), "there is no step 7: the last is 6");
+        let diagnostic = program.has(6).expect_err("there are six");
+        assert_eq!(diagnostic.to_string(), "there is no step 7: the last is 6");
         let endless = super::tests::program(3, None);
         assert!(endless.has(1 << 62).is_ok());
         assert!(endless.has(u64::MAX).is_err() && endless.has(1 << 63).is_err());

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-/// How long a run takes up to each of its steps, by the arm's clock; made by [`Rest::timetable`](super::Rest::timetable).
+/// How long a run takes up to each of its steps, by the arm's clock; made by [`RemainingProgram::timetable`](super::RemainingProgram::timetable).
 #[derive(Clone, Debug, Default)]
 pub struct Timetable {
     /// None if nobody knows.
@@ -9,17 +9,17 @@ pub struct Timetable {
     lead: usize,
     /// Up to each command of the first part, seconds.
     first: Vec<f64>,
-    /// Up to each step of a round after it, from its beginning.
-    round: Vec<f64>,
+    /// Up to each step of an iteration after it, from its beginning.
+    iteration: Vec<f64>,
 }
 
 impl Timetable {
-    pub(super) fn new(all: Duration, lead: usize, first: Vec<f64>, round: Vec<f64>) -> Self {
+    pub(super) fn new(all: Duration, lead: usize, first: Vec<f64>, iteration: Vec<f64>) -> Self {
         Self {
             all: Some(all),
             lead,
             first,
-            round,
+            iteration,
         }
     }
 
@@ -39,10 +39,10 @@ impl Timetable {
             return up_to(&self.first, commands);
         };
         let all = up_to(&self.first, self.first.len());
-        let length = self.round.len().max(1) as u64;
+        let length = self.iteration.len().max(1) as u64;
         let within = usize::try_from(later % length).unwrap_or(usize::MAX);
-        let rounds = (later / length) as f64 * up_to(&self.round, self.round.len());
-        all + rounds + up_to(&self.round, within)
+        let iterations = (later / length) as f64 * up_to(&self.iteration, self.iteration.len());
+        all + iterations + up_to(&self.iteration, within)
     }
 }
 
@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn the_rounds_after_the_first_part_have_a_length_of_their_own() {
-        // A lead of a second, two steps of 2 s, then rounds of three steps of 1 s.
+        // A lead of a second, two steps of 2 s, then iterations of three steps of 1 s.
         let table = Timetable::new(
             Duration::from_secs(11),
             1,

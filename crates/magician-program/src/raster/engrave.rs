@@ -2,10 +2,10 @@
 
 use magician_host::{Given, Setting};
 
-use super::scan::{Rates, Scan};
+use super::scan::{Scan, ScanSpeeds};
 use super::tone::{Powers, levels};
 use super::{Grid, Raster, Tone, resample};
-use crate::{Artwork, Origin, Plan, Problem, Stroke, Surface, Tool};
+use crate::{Artwork, Diagnostic, Origin, Plan, Stroke, Surface, Tool};
 
 /// How an image is engraved: line by line, the laser's power following the grey.
 ///
@@ -109,7 +109,7 @@ impl Engrave {
     ///
     /// ```
     /// use magician_program::raster::{Engrave, Grid};
-    /// use magician_program::{Artwork, Problem};
+    /// use magician_program::{Artwork, Diagnostic};
     ///
     /// // Wherever it lies: no more than 30 mm wide.
     /// let narrow = |frame: &Artwork| {
@@ -119,13 +119,13 @@ impl Engrave {
     ///     for point in placed.strokes.iter_mut().flat_map(|stroke| &mut stroke.points) {
     ///         *point = point.map(|value| value * scale);
     ///     }
-    ///     Ok::<_, Problem>((placed, scale))
+    ///     Ok::<_, Diagnostic>((placed, scale))
     /// };
     /// let grid = Engrave::default().placed([52.0, 26.0], narrow)?;
     /// let [width, height] = grid.size();
     /// // 2 mm of it on either side are for the run up.
     /// assert!((width - 26.0).abs() < 0.01 && (height - 13.0).abs() < 0.01);
-    /// # Ok::<(), Problem>(())
+    /// # Ok::<(), Diagnostic>(())
     /// ```
     ///
     /// # Errors
@@ -133,14 +133,14 @@ impl Engrave {
     pub fn placed(
         &self,
         size: [f64; 2],
-        mut place: impl FnMut(&Artwork) -> Result<(Artwork, f64), Problem>,
-    ) -> Result<Grid, Problem> {
+        mut place: impl FnMut(&Artwork) -> Result<(Artwork, f64), Diagnostic>,
+    ) -> Result<Grid, Diagnostic> {
         self.validate()?;
         // The way to run up does not become shorter, and so the size that fits does not follow from how much smaller one that is
         // too large must become.
         let mut fits = |share: f64| {
             let (placed, scale) = place(&self.frame(size.map(|side| side * share)))?;
-            Ok::<_, Problem>((scale >= 1.0).then_some(placed))
+            Ok::<_, Diagnostic>((scale >= 1.0).then_some(placed))
         };
         let mut best = fits(1.0)?;
         let (mut least, mut most) = (0.0, 1.0);
@@ -153,7 +153,7 @@ impl Engrave {
             }
         }
         best.as_ref().and_then(Grid::of_frame).ok_or_else(|| {
-            Problem::of_file("there is not enough room to run up to the image")
+            Diagnostic::of_file("there is not enough room to run up to the image")
                 .remedy((Setting::Speed, Given::Any("MM/S")), "engraves it slower")
                 .remedy(
                     (Setting::Overscan, Given::Any("MM")),
@@ -162,13 +162,13 @@ impl Engrave {
         })
     }
 
-    fn validate(&self) -> Result<(), Problem> {
+    fn validate(&self) -> Result<(), Diagnostic> {
         let above = |name: &str, value: f64, unit: &str| {
             if value > 0.0 && value.is_finite() {
                 return Ok(());
             }
             let why = format!("{name} is {value} {unit}, and must be above 0");
-            Err(Problem::of_file(why))
+            Err(Diagnostic::of_file(why))
         };
         above("the line spacing", self.spacing, "mm")?;
         above("the speed", self.speed, "mm/s")?;
@@ -178,12 +178,12 @@ impl Engrave {
         for (name, value) in [("the overscan", self.run_up()), ("the lift", self.lift)] {
             if !(value >= 0.0 && value.is_finite()) {
                 let why = format!("{name} is {value} mm, and must not be below 0");
-                return Err(Problem::of_file(why));
+                return Err(Diagnostic::of_file(why));
             }
         }
         let [least, most] = self.power;
         if !(0.0 <= least && least <= most && 0.0 < most && most <= 100.0) {
-            return Err(Problem::of_file(format!(
+            return Err(Diagnostic::of_file(format!(
                 "power goes from {least} % to {most} %, and must rise within 0 to 100 %"
             )));
         }
@@ -198,7 +198,12 @@ impl Raster {
     /// # Errors
     /// Numbers that are none or out of their range, an image of more than [`Engrave::MOST_CELLS`], and one of which nothing
     /// would be burnt.
-    pub fn plan(&self, grid: &Grid, surface: Surface, engrave: &Engrave) -> Result<Plan, Problem> {
+    pub fn plan(
+        &self,
+        grid: &Grid,
+        surface: Surface,
+        engrave: &Engrave,
+    ) -> Result<Plan, Diagnostic> {
         self.validate()?;
         engrave.validate()?;
         let [columns, rows] = cells(grid, engrave.spacing)?;
@@ -206,7 +211,7 @@ impl Raster {
         levels(&mut cells, columns, engrave);
         if cells.iter().all(|level| *level == 0) {
             return Err(
-                Problem::of_file("there is nothing to burn: all of it is white")
+                Diagnostic::of_file("there is nothing to burn: all of it is white")
                     .remedy((Setting::Invert, Given::On), "burns what is white")
                     .remedy((Setting::Threshold, Given::Any("N")), "says what is dark"),
             );
@@ -216,7 +221,7 @@ impl Raster {
         plan.tool = Some(Tool::Laser);
         plan.surface = Some(surface);
         let powers = Powers::new(engrave);
-        let mut scan = Scan::new(plan, *grid, surface, engrave, Rates::new(engrave));
+        let mut scan = Scan::new(plan, *grid, surface, engrave, ScanSpeeds::new(engrave));
         for (nth, line) in cells.chunks_exact(columns).enumerate() {
             let row = (2 * nth + 1).saturating_mul(self.height) / (2 * rows);
             scan.line(line, (nth as f64 + 0.5) / rows as f64, row, &powers);
@@ -226,18 +231,20 @@ impl Raster {
 }
 
 /// Columns and rows of cells that are as near to squares of this side as fits.
-fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Problem> {
+fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Diagnostic> {
     let corners = grid.corners();
     let finite = corners.as_flattened().iter().all(|value| value.is_finite());
     let [width, height] = super::positive(grid.size())?;
     if !finite {
-        return Err(Problem::of_file("the place of the image is not a number"));
+        return Err(Diagnostic::of_file(
+            "the place of the image is not a number",
+        ));
     }
     let counts = [width, height].map(|side| ((side / spacing).round() as usize).max(1));
     let [columns, rows] = counts;
     let most = Engrave::MOST_CELLS;
     if columns.checked_mul(rows).is_none_or(|count| count > most) {
-        return Err(Problem::of_file(format!(
+        return Err(Diagnostic::of_file(format!(
             "{columns} by {rows} cells of {spacing} mm for {width:.1} mm by {height:.1} mm are more than {most}"
         ))
         .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")

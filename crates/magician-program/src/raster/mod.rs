@@ -10,7 +10,7 @@
 //! let grid = Grid::centred(size, [250.0, 0.0], 0.0, false);
 //! let plan = image.plan(&grid, Surface::level(-60.0), &Engrave::default())?;
 //! assert!(plan.steps.len() > 50);
-//! # Ok::<(), magician_program::Problem>(())
+//! # Ok::<(), magician_program::Diagnostic>(())
 //! ```
 
 mod engrave;
@@ -27,7 +27,7 @@ pub use grid::{Grid, Size};
 pub use outline::Trace;
 pub use tone::Tone;
 
-use crate::Problem;
+use crate::Diagnostic;
 
 /// A grey image.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,7 +52,7 @@ impl Raster {
     ///
     /// # Errors
     /// An image without pixels, or a size that is none.
-    pub fn size(&self, size: Size) -> Result<[f64; 2], Problem> {
+    pub fn size(&self, size: Size) -> Result<[f64; 2], Diagnostic> {
         self.validate()?;
         let pixel = self.pixel.unwrap_or([Self::PIXEL; 2]);
         let natural = [self.width as f64 * pixel[0], self.height as f64 * pixel[1]];
@@ -68,12 +68,12 @@ impl Raster {
     }
 
     /// Whether it has as many pixels as it says.
-    fn validate(&self) -> Result<(), Problem> {
+    fn validate(&self) -> Result<(), Diagnostic> {
         if self.width == 0 || self.height == 0 {
-            return Err(Problem::of_file("the image has no pixels"));
+            return Err(Diagnostic::of_file("the image has no pixels"));
         }
         if self.width.checked_mul(self.height) != Some(self.grey.len()) {
-            return Err(Problem::of_file(format!(
+            return Err(Diagnostic::of_file(format!(
                 "an image of {} by {} pixels cannot have {} of them",
                 self.width,
                 self.height,
@@ -84,12 +84,12 @@ impl Raster {
     }
 }
 
-fn positive(size: [f64; 2]) -> Result<[f64; 2], Problem> {
+fn positive(size: [f64; 2]) -> Result<[f64; 2], Diagnostic> {
     if size.iter().all(|side| *side > 0.0 && side.is_finite()) {
         return Ok(size);
     }
     let [width, height] = size;
-    Err(Problem::of_file(format!(
+    Err(Diagnostic::of_file(format!(
         "an image cannot be {width} mm by {height} mm"
     )))
 }

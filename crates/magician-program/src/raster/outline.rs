@@ -4,7 +4,7 @@ use magician_host::{Given, Setting};
 
 use super::{Raster, Size, resample::resample};
 use crate::simplify::simplified;
-use crate::{Artwork, Origin, Problem, Stroke};
+use crate::{Artwork, Diagnostic, Origin, Stroke};
 
 /// How the outlines of an image are found.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +40,7 @@ impl Raster {
     ///
     /// # Errors
     /// Numbers that are none, an image without pixels, and one in which nothing is dark.
-    pub fn outlines(&self, trace: &Trace) -> Result<Artwork, Problem> {
+    pub fn outlines(&self, trace: &Trace) -> Result<Artwork, Diagnostic> {
         let page = self.size(trace.size)?;
         for (name, value) in [
             ("tolerance", trace.tolerance),
@@ -48,7 +48,7 @@ impl Raster {
         ] {
             if !(value >= 0.0 && value.is_finite()) {
                 let why = format!("the {name} is {value} mm, and must not be below 0");
-                return Err(Problem::of_file(why));
+                return Err(Diagnostic::of_file(why));
             }
         }
         let shrink = (self.width.max(self.height) as f64 / MOST_SIDE as f64).max(1.0);
@@ -82,7 +82,7 @@ impl Raster {
         }
         if strokes.is_empty() {
             let why = format!("nothing in the image is darker than {}", trace.level);
-            return Err(Problem::of_file(why).remedy(
+            return Err(Diagnostic::of_file(why).remedy(
                 (Setting::Threshold, Given::Any("N")),
                 "finds more if it is higher",
             ));

@@ -4,14 +4,14 @@ use super::Raster;
 
 /// The part of the source that one target pixel covers, in source pixels.
 #[derive(Clone, Copy)]
-struct Span {
+struct SourceSpan {
     from: f64,
     to: f64,
     first: usize,
     last: usize,
 }
 
-impl Span {
+impl SourceSpan {
     fn new(nth: usize, target: usize, source: usize) -> Self {
         let edge = |nth: usize| nth as f64 * source as f64 / target as f64;
         let (from, to) = (edge(nth), edge(nth + 1));
@@ -36,14 +36,14 @@ pub(super) fn resample(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
     if (columns, rows) == (image.width, image.height) {
         return image.grey.clone();
     }
-    let spans: Vec<Span> = (0..columns)
-        .map(|nth| Span::new(nth, columns, image.width))
+    let spans: Vec<SourceSpan> = (0..columns)
+        .map(|nth| SourceSpan::new(nth, columns, image.width))
         .collect();
     let mut cells = Vec::with_capacity(columns * rows);
     let mut line = Line::default();
     let mut sums = vec![0.0; columns];
     for row in 0..rows {
-        let span = Span::new(row, rows, image.height);
+        let span = SourceSpan::new(row, rows, image.height);
         sums.fill(0.0);
         for source in span.first..=span.last {
             let share = span.share(source);
@@ -65,7 +65,7 @@ struct Line {
 }
 
 impl Line {
-    fn of(&mut self, image: &Raster, row: usize, spans: &[Span]) -> &[f64] {
+    fn of(&mut self, image: &Raster, row: usize, spans: &[SourceSpan]) -> &[f64] {
         if self.row != Some(row) {
             let start = row * image.width;
             let source = image
@@ -81,7 +81,7 @@ impl Line {
     }
 }
 
-fn mean(source: &[u8], span: &Span) -> f64 {
+fn mean(source: &[u8], span: &SourceSpan) -> f64 {
     let covered = source.get(span.first..=span.last).unwrap_or_default();
     match covered {
         [one] => f64::from(*one),

@@ -13,14 +13,14 @@ use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
 /// The share of the speed of travels that an arm uses that has not been told otherwise (model section 6).
 const RATIO: f64 = 0.5;
 /// How long ways take.
-pub(super) struct Rates {
+pub(super) struct ScanSpeeds {
     speed: f64,
     acceleration: f64,
     run_up: f64,
     travel: f64,
 }
 
-impl Rates {
+impl ScanSpeeds {
     pub(super) fn new(engrave: &Engrave) -> Self {
         Self {
             speed: engrave.speed,
@@ -63,7 +63,7 @@ pub(super) struct Scan<'e> {
     grid: Grid,
     surface: Surface,
     engrave: &'e Engrave,
-    rates: Rates,
+    rates: ScanSpeeds,
     /// Lines so far in which something was burnt.
     burnt: usize,
     /// Where the tool is.
@@ -80,7 +80,7 @@ impl<'e> Scan<'e> {
         grid: Grid,
         surface: Surface,
         engrave: &'e Engrave,
-        rates: Rates,
+        rates: ScanSpeeds,
     ) -> Self {
         let travel = engrave.travel as f32;
         plan.push(words::line_speed(travel, travel), Origin::NONE);

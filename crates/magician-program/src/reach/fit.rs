@@ -2,8 +2,8 @@
 
 use magician_host::{Given, Setting};
 
-use super::{Fit, Placement, Reach, hull};
-use crate::Problem;
+use super::{Fit, Reach, SheetTransform, hull};
+use crate::Diagnostic;
 use crate::artwork::distance;
 
 /// Places tried at first are so far apart, mm.
@@ -25,20 +25,24 @@ impl Reach {
     /// before the arm, where it can be largest.
     ///
     /// # Errors
-    /// A [`Problem`] with the size of the drawing and the largest that fits, and for points that are no numbers.
-    pub fn best_place(&self, hull_points: &[[f64; 2]], fit: Fit) -> Result<Placement, Problem> {
+    /// A [`Diagnostic`] with the size of the drawing and the largest that fits, and for points that are no numbers.
+    pub fn best_place(
+        &self,
+        hull_points: &[[f64; 2]],
+        fit: Fit,
+    ) -> Result<SheetTransform, Diagnostic> {
         let numbers = hull_points.as_flattened();
         if numbers
             .iter()
             .any(|number| number.abs() >= 1e9 || number.is_nan())
         {
-            return Err(Problem::of_file(
+            return Err(Diagnostic::of_file(
                 "a point of the drawing is no number, or beyond all measure",
             ));
         }
         let shape = Shape::of(hull_points);
         if shape.corners.is_empty() {
-            return Err(Problem::of_file(
+            return Err(Diagnostic::of_file(
                 "there is nothing to place: the drawing is empty",
             ));
         }
@@ -66,15 +70,16 @@ impl Reach {
         Ok(shape.placed(at, scale))
     }
 
-    fn nothing_here(&self) -> Problem {
+    fn nothing_here(&self) -> Diagnostic {
         let (height, lift) = (self.surface.at([200.0, 0.0]), self.lift);
         let message = format!(
             "nothing is within reach on a surface at z = {height:.1} mm with the tool lifted by {lift} mm"
         );
-        Problem::of_file(message).help("look at the height of the surface, the lift and the tool")
+        Diagnostic::of_file(message)
+            .help("look at the height of the surface, the lift and the tool")
     }
 
-    fn too_large(&self, shape: &Shape, scale: f64) -> Problem {
+    fn too_large(&self, shape: &Shape, scale: f64) -> Diagnostic {
         let [width, height] = shape.size;
         let message = format!(
             "the drawing is {width:.1} x {height:.1} mm; the largest that fits before the arm is {:.1} x {:.1} mm",
@@ -82,7 +87,7 @@ impl Reach {
             scale * height,
         );
         let percent = 100.0 * scale;
-        Problem::of_file(message)
+        Diagnostic::of_file(message)
             .remedy(
                 (Setting::Fit, Given::On),
                 format!("scales it to {percent:.0} %"),
@@ -126,9 +131,9 @@ impl Shape {
     }
 
     /// With its middle at a place.
-    fn placed(&self, [x, y]: [f64; 2], scale: f64) -> Placement {
+    fn placed(&self, [x, y]: [f64; 2], scale: f64) -> SheetTransform {
         let [mx, my] = self.middle;
-        Placement {
+        SheetTransform {
             scale,
             offset: [x - scale * mx, y - scale * my],
         }
@@ -295,7 +300,7 @@ mod tests {
         Reach::new(ToolBias::PEN, Surface::level(-60.0), 20.0)
     }
 
-    fn lies_within(reach: &Reach, points: &[[f64; 2]], place: &Placement) {
+    fn lies_within(reach: &Reach, points: &[[f64; 2]], place: &SheetTransform) {
         for a in points {
             for b in points {
                 let line = reach.contains_line(place.of(*a), place.of(*b));
@@ -317,15 +322,21 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_refused_with_both_sizes_or_shrunk() {
-        let problem = reach().best_place(&SHEET, Fit::TrueSize).unwrap_err();
-        assert!(problem.message.contains("297.0 x 210.0 mm"), "{problem}");
+        let diagnostic = reach().best_place(&SHEET, Fit::TrueSize).unwrap_err();
+        assert!(
+            diagnostic.message.contains("297.0 x 210.0 mm"),
+            "{diagnostic}"
+        );
         let place = reach().best_place(&SHEET, Fit::Shrink).unwrap();
         lies_within(&reach(), &SHEET, &place);
         let largest = format!("{:.1} x {:.1} mm", 297.0 * place.scale, 210.0 * place.scale);
-        assert!(problem.message.contains(&largest), "{problem} {largest}");
+        assert!(
+            diagnostic.message.contains(&largest),
+            "{diagnostic} {largest}"
+        );
         // No larger one fits there.
         assert!(place.scale > 0.4 && place.scale < 1.0);
-        let larger = Placement {
+        let larger = SheetTransform {
             scale: 1.01 * place.scale,
             ..place
         };

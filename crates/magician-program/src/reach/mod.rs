@@ -29,7 +29,7 @@ pub(crate) use ways::{APPROACH, Above};
 /// let place = reach.best_place(&corners, Fit::TrueSize)?;
 /// assert_eq!(place.scale, 1.0);
 /// assert!(corners.iter().all(|corner| reach.contains(place.of(*corner)).is_ok()));
-/// # Ok::<(), magician_program::Problem>(())
+/// # Ok::<(), magician_program::Diagnostic>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
@@ -53,7 +53,7 @@ pub enum Fit {
 
 /// How a drawing comes to lie before the arm: first scaled about the origin of its sheet, then moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
+pub struct SheetTransform {
     /// How much larger it becomes.
     pub scale: f64,
     /// Where the origin of its sheet comes to lie, mm.
@@ -78,7 +78,7 @@ pub(crate) fn bisect(
     does
 }
 
-impl Placement {
+impl SheetTransform {
     /// Where a point of the sheet comes to lie.
     #[must_use]
     pub fn of(&self, [x, y]: [f64; 2]) -> [f64; 2] {

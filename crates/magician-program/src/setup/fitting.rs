@@ -5,10 +5,10 @@ use magician_host::{Given, JointAngles, Setting};
 use magician_motion::Fence;
 use serde::Serialize;
 
-use super::{Frame, Placing, Setup, UNSAID, middle};
+use super::{Frame, Placement, Setup, UNSAID, middle};
 use crate::artwork::{Misfit, WouldFit};
 use crate::check::check;
-use crate::{Content, Format, NoteCode, Plan, Problem, Report};
+use crate::{Content, Diagnostic, DiagnosticCode, Format, Plan, Report};
 
 /// What does not pass the check is made smaller by this share at a time,
 const SHRINK: f64 = 0.98;
@@ -28,11 +28,11 @@ pub struct Prepared {
     /// The plan.
     pub plan: Plan,
     /// What was left out, or taken in a certain way.
-    pub notes: Vec<Problem>,
+    pub notes: Vec<Diagnostic>,
     /// How it lies, if it was placed.
-    pub placed: Option<Position>,
+    pub placed: Option<AppliedPlacement>,
     /// Why it cannot be done there, and the check will refuse it; if that shows before the check.
-    pub misfit: Option<Problem>,
+    pub misfit: Option<Diagnostic>,
     /// In which size and turn it would fit there, if it does not and there is one.
     pub would_fit: Option<WouldFit>,
 }
@@ -40,7 +40,7 @@ pub struct Prepared {
 /// How something was laid before the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
-pub struct Position {
+pub struct AppliedPlacement {
     /// Its size, 1 being the true one.
     pub scale: f64,
     /// By how many degrees it is turned counter-clockwise.
@@ -54,7 +54,7 @@ impl Prepared {
     ///
     /// # Errors
     /// Why it does not.
-    pub fn fitting(self) -> Result<Self, Problem> {
+    pub fn fitting(self) -> Result<Self, Diagnostic> {
         match self.misfit {
             Some(misfit) => Err(misfit),
             None => Ok(self),
@@ -62,14 +62,14 @@ impl Prepared {
     }
 }
 
-impl Position {
+impl AppliedPlacement {
     /// Whether it was made so small that a person should be asked.
     ///
     /// ```
     /// # use magician_program::{Content, Format, Plan, Setup};
     /// let prepared = Setup::default().plan(Format::Plan, Content::Plan(Plan::new("empty")))?;
     /// assert!(!prepared.placed.is_some_and(|position| position.is_tiny()));
-    /// # Ok::<(), magician_program::Problem>(())
+    /// # Ok::<(), magician_program::Diagnostic>(())
     /// ```
     #[must_use]
     pub fn is_tiny(&self) -> bool {
@@ -80,7 +80,7 @@ impl Position {
 /// A plan as it was laid in one size and turn.
 pub(super) struct Made {
     pub(super) plan: Plan,
-    pub(super) notes: Vec<Problem>,
+    pub(super) notes: Vec<Diagnostic>,
     /// Its size, 1 being the true one.
     pub(super) scale: f64,
     pub(super) misfit: Option<Misfit>,
@@ -111,8 +111,8 @@ impl Made {
     /// With why the arm cannot do it in any size.
     fn misfitting(self) -> Self {
         let report = self.report();
-        let why = report.complaints.first().map(|complaint| Misfit {
-            problem: Problem::from(complaint),
+        let why = report.refused_steps.first().map(|refused_step| Misfit {
+            diagnostic: Diagnostic::from(refused_step),
             would_fit: None,
         });
         Self {
@@ -128,11 +128,11 @@ impl Setup {
     /// brought elsewhere stays where it is.
     ///
     /// # Errors
-    /// A [`Problem`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
+    /// A [`Diagnostic`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
     /// fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so that the plan can still be previewed.
-    pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Problem> {
+    pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
         let (content, reordered) = self.lines_of(content)?;
-        let (made, turned) = match self.placing.fit {
+        let (made, turned) = match self.placement.fit {
             true => self.made_to_fit(format, &content)?,
             false => (self.made(format, &content)?, 0.0),
         };
@@ -144,8 +144,8 @@ impl Setup {
             ..
         } = made;
         let mut notes: Vec<_> = reordered.into_iter().collect();
-        if self.placing.fit {
-            notes.extend(fitted_note(scale / self.placing.scale, turned));
+        if self.placement.fit {
+            notes.extend(fitted_note(scale / self.placement.scale, turned));
         }
         notes.extend(laid);
         let placed = self.places() || !matches!(content, Content::Plan(_));
@@ -154,10 +154,10 @@ impl Setup {
         let placed = placed.then(|| {
             let [x, y, _] = middle(&plan);
             let rounded = |value: f64| (value * 1e4).round() / 1e4;
-            Position {
+            AppliedPlacement {
                 // Said again, it is not larger than what fits.
                 scale: (scale * 1e4).floor() / 1e4,
-                turn: self.placing.rotate + turned,
+                turn: self.placement.rotate + turned,
                 at: [x, y].map(rounded),
             }
         });
@@ -166,18 +166,18 @@ impl Setup {
             plan,
             notes,
             placed,
-            misfit: misfit.map(|misfit| misfit.problem),
+            misfit: misfit.map(|misfit| misfit.diagnostic),
             would_fit,
         })
     }
 
     /// As large as it can be, and by how much it is turned for that.
-    fn made_to_fit(&self, format: Format, content: &Content) -> Result<(Made, f64), Problem> {
+    fn made_to_fit(&self, format: Format, content: &Content) -> Result<(Made, f64), Diagnostic> {
         let straight = self.shrunk(format, content);
         let passing = straight.as_ref().ok().filter(|straight| straight.passes);
         let scale = passing.map_or(0.0, |straight| straight.made.scale);
-        if self.placing.turn
-            && scale < WHOLE * self.placing.scale
+        if self.placement.turn
+            && scale < WHOLE * self.placement.scale
             && let Ok(turned) = self.turned(90.0).shrunk(format, content)
             && turned.passes
             && turned.made.scale > LARGER * scale
@@ -198,11 +198,11 @@ impl Setup {
 
     fn turned(&self, degrees: f64) -> Self {
         let mut setup = self.clone();
-        setup.placing.rotate += degrees;
+        setup.placement.rotate += degrees;
         setup
     }
 
-    fn shrunk(&self, format: Format, content: &Content) -> Result<Shrunk, Problem> {
+    fn shrunk(&self, format: Format, content: &Content) -> Result<Shrunk, Diagnostic> {
         let first = self.made(format, content)?;
         let passing = |made| Shrunk { made, passes: true };
         if first.passes() {
@@ -212,7 +212,7 @@ impl Setup {
         let mut scale = first.scale;
         while scale > LEAST_SHRUNK * first.scale {
             scale *= SHRINK;
-            setup.placing.scale = scale;
+            setup.placement.scale = scale;
             let smaller = setup.made(format, content)?;
             if smaller.passes() {
                 return Ok(passing(smaller));
@@ -228,18 +228,18 @@ impl Setup {
     fn where_it_is(&self, format: Format, content: &Content) -> Option<Made> {
         let mut setup = self.clone();
         setup.surface = None;
-        setup.placing = Placing {
+        setup.placement = Placement {
             fit: false,
             at: None,
             frame: Frame::Arm,
-            ..self.placing
+            ..self.placement
         };
         setup.made(format, content).ok().filter(Made::passes)
     }
 }
 
 /// What was done to make it fit, if anything was.
-fn fitted_note(share: f64, turned: f64) -> Option<Problem> {
+fn fitted_note(share: f64, turned: f64) -> Option<Diagnostic> {
     let percent = 100.0 * share;
     let smaller = (share < WHOLE).then(|| match percent {
         percent if percent < 10.0 => format!("made smaller to fit: {percent:.1} % of its size"),
@@ -249,7 +249,7 @@ fn fitted_note(share: f64, turned: f64) -> Option<Problem> {
         (turned != 0.0).then(|| format!("turned by {turned} degrees, which lets it be larger"));
     let turns = turned.is_some();
     let done: Vec<String> = smaller.into_iter().chain(turned).collect();
-    let note = Problem::of_file(done.join(", ")).coded(NoteCode::Placed);
+    let note = Diagnostic::of_file(done.join(", ")).coded(DiagnosticCode::Placed);
     let note = match turns {
         true => note.remedy((Setting::Turn, Given::Off), "leaves it as it lies"),
         false => note,

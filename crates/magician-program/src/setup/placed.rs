@@ -4,11 +4,11 @@ mod guide;
 
 use magician_host::{Given, Remedy, Setting};
 
-use super::marks::Marks;
+use super::work_lines::WorkLines;
 use super::{Laid, Setup, fitted, middle, rotated};
 use crate::artwork::{Layout, Marking, Sheet};
 use crate::formats::GcodeOptions;
-use crate::{Artwork, Fit, NoteCode, Plan, Problem, Surface, Tool, Work};
+use crate::{Artwork, Diagnostic, DiagnosticCode, Fit, Plan, Surface, Tool, Work};
 use guide::Guide;
 
 /// What is larger than its sheet by no more than this is not, mm.
@@ -20,7 +20,7 @@ pub enum Frame {
     /// Its own if it is drawn or engraved, or anything of where it lies was said (a middle, a surface, that it is to fit); else
     /// the arm's.
     #[default]
-    Usual,
+    Default,
     /// Its own: it is placed.
     Own,
     /// The arm's, as they stand.
@@ -31,15 +31,15 @@ impl Setup {
     /// Whether a file of coordinates is placed, and not taken as the arm's.
     #[must_use]
     pub fn places(&self) -> bool {
-        match self.placing.frame {
+        match self.placement.frame {
             Frame::Own => true,
             Frame::Arm => false,
-            Frame::Usual => self.work != Work::Usual || self.says_where(),
+            Frame::Default => self.work != Work::Default || self.says_where(),
         }
     }
 
     fn says_where(&self) -> bool {
-        self.placing.at.is_some() || self.placing.fit || self.surface.is_some()
+        self.placement.at.is_some() || self.placement.fit || self.surface.is_some()
     }
 
     /// How G-code is read to be placed so; `surface` is the one that it lies on where it is not placed.
@@ -53,38 +53,38 @@ impl Setup {
     }
 
     /// What was said of a frame that this file does not have.
-    pub(super) fn check_frame(&self, gcode: bool, drawing: bool) -> Result<(), Problem> {
-        let placing = &self.placing;
+    pub(super) fn check_frame(&self, gcode: bool, drawing: bool) -> Result<(), Diagnostic> {
+        let placement = &self.placement;
         let raw = Remedy::without(Setting::Raw);
-        if placing.frame == Frame::Arm && drawing {
+        if placement.frame == Frame::Arm && drawing {
             let what =
                 "a drawing or an image has no coordinates of the arm that it could be left at";
-            let problem = Problem::of_file(what).with(raw);
+            let diagnostic = Diagnostic::of_file(what).with(raw);
             let at = (Setting::At, Given::Any("X,Y"));
-            return Err(problem.remedy(at, "says where its middle goes"));
+            return Err(diagnostic.remedy(at, "says where its middle goes"));
         }
-        if placing.frame == Frame::Arm && self.says_where() {
+        if placement.frame == Frame::Arm && self.says_where() {
             let what = "coordinates that are the arm's as they stand are not placed";
-            return Err(Problem::of_file(what).with(raw));
+            return Err(Diagnostic::of_file(what).with(raw));
         }
-        if placing.pen_z.is_some() && !(gcode && self.places()) {
+        if placement.pen_z.is_some() && !(gcode && self.places()) {
             let what = "a Z of touching was said, and it is of placed G-code, which this is not";
-            let mut problem = Problem::of_file(what);
+            let mut diagnostic = Diagnostic::of_file(what);
             if gcode {
-                problem = problem.remedy((Setting::Place, Given::On), "places G-code");
+                diagnostic = diagnostic.remedy((Setting::Place, Given::On), "places G-code");
             }
-            return Err(problem.with(Remedy::without(Setting::PenZ)));
+            return Err(diagnostic.with(Remedy::without(Setting::PenZ)));
         }
         Ok(())
     }
 
     /// G-code in its own coordinates, laid where it belongs: the lowest Z at which it draws, or the one that was said, on the
     /// surface.
-    pub(super) fn laid(&self, plan: Plan, notes: &mut Vec<Problem>) -> Result<Laid, Problem> {
+    pub(super) fn laid(&self, plan: Plan, notes: &mut Vec<Diagnostic>) -> Result<Laid, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         let tool = self.tool_for(if laser { Tool::Laser } else { Tool::Pen });
         let surface = self.needed_surface()?;
-        let marks = Marks::of(&plan, self.placing.pen_z)?;
+        let marks = WorkLines::of(&plan, self.placement.pen_z)?;
         let (layout, marks_size) = self.layout_for(&marks.artwork, surface)?;
         self.check_sheet(&layout, marks_size)?;
         let marking = Marking { tool, ..self.pen };
@@ -95,8 +95,8 @@ impl Setup {
             marks.touch,
             surface.at(placed.middle),
         );
-        let note = Problem::of_file(what)
-            .coded(NoteCode::Placed)
+        let note = Diagnostic::of_file(what)
+            .coded(DiagnosticCode::Placed)
             .remedy(
                 (Setting::Raw, Given::On),
                 "takes its coordinates as the arm's",
@@ -106,7 +106,7 @@ impl Setup {
                 "says another Z of touching",
             );
         notes.push(note);
-        let course = Course {
+        let course = ProgramTransform {
             mirror: layout.mirror,
             rotate: layout.rotate,
             middle: middle_of(&marks.artwork, &layout),
@@ -114,7 +114,7 @@ impl Setup {
             scale: placed.scale,
             at: placed.middle,
             touch: marks.touch,
-            deepest: self.placing.pen_z.map_or(0.0, |_| f64::NEG_INFINITY),
+            deepest: self.placement.pen_z.map_or(0.0, |_| f64::NEG_INFINITY),
         };
         let mut plan = Guide::new(plan, &course, surface, &marking).lead();
         (plan.tool, plan.surface) = (Some(tool), Some(surface));
@@ -130,10 +130,14 @@ impl Setup {
 
     /// How it lies: with its middle where that was said, else on the middle of the sheet. With the size of what it draws, as
     /// it lies on the sheet.
-    fn layout_for(&self, marks: &Artwork, surface: Surface) -> Result<(Layout, [f64; 2]), Problem> {
+    fn layout_for(
+        &self,
+        marks: &Artwork,
+        surface: Surface,
+    ) -> Result<(Layout, [f64; 2]), Diagnostic> {
         let layout = Layout {
             surface,
-            at: self.placing.at.or(self.sheet.and_then(middle_of_sheet)),
+            at: self.placement.at.or(self.sheet.and_then(middle_of_sheet)),
             ..self.layout()?
         };
         let [least, most] = turned_bounds(marks, &layout);
@@ -153,10 +157,10 @@ impl Setup {
 
     /// The sheet that it lies on, if it does.
     fn sheet_in_use(&self) -> Option<Sheet> {
-        self.sheet.filter(|_| self.placing.at.is_none())
+        self.sheet.filter(|_| self.placement.at.is_none())
     }
 
-    fn check_sheet(&self, layout: &Layout, size: [f64; 2]) -> Result<(), Problem> {
+    fn check_sheet(&self, layout: &Layout, size: [f64; 2]) -> Result<(), Diagnostic> {
         let Some(room) = self.sheet_in_use().and_then(|sheet| sheet.size) else {
             return Ok(());
         };
@@ -170,13 +174,13 @@ impl Setup {
         }
         let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
         let message = format!("it draws {}, and the sheet is {}", shown(size), shown(room));
-        Err(Problem::of_file(message)
+        Err(Diagnostic::of_file(message)
             .remedy((Setting::Fit, Given::On), "shrinks it to the sheet")
             .remedy((Setting::At, Given::Any("X,Y")), "places it without one"))
     }
 
     /// A plan in coordinates of the arm that is placed all the same: to the middle of the sheet, or to where there is room.
-    pub(super) fn centred(&self, plan: Plan) -> Result<Plan, Problem> {
+    pub(super) fn centred(&self, plan: Plan) -> Result<Plan, Diagnostic> {
         match self.sheet.and_then(middle_of_sheet) {
             Some([x, y]) => {
                 let [from_x, from_y, _] = middle(&plan);
@@ -196,7 +200,7 @@ fn middle_of_sheet(sheet: Sheet) -> Option<[f64; 2]> {
 }
 
 /// From the coordinates of a program to x, y and a height above the surface.
-struct Course {
+struct ProgramTransform {
     mirror: bool,
     rotate: f64,
     /// The middle of what it draws, mirrored and rotated.
@@ -209,7 +213,7 @@ struct Course {
     deepest: f64,
 }
 
-impl Course {
+impl ProgramTransform {
     fn of(&self, [x, y, z]: [f64; 3]) -> ([f64; 2], f64) {
         let [x, y] = own([x, y], self.mirror, self.rotate);
         let [mx, my] = self.middle;

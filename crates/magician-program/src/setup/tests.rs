@@ -35,7 +35,7 @@ fn a_taught_program_has_the_tool_that_is_named() {
     let mut setup = Setup::default();
     assert_eq!(tool(Format::Gcode, &setup), (None, 0));
     assert_eq!(tool(Format::Playback, &setup), (Some(Tool::Suction), 1));
-    setup.usual_tool = Some(Tool::Gripper);
+    setup.default_tool = Some(Tool::Gripper);
     assert_eq!(tool(Format::Playback, &setup), (Some(Tool::Gripper), 0));
     setup.tool = Some(Tool::Pen);
     assert_eq!(tool(Format::Gcode, &setup), (Some(Tool::Pen), 0));
@@ -44,9 +44,9 @@ fn a_taught_program_has_the_tool_that_is_named() {
 #[test]
 fn a_plan_is_placed_by_its_middle() {
     let mut setup = Setup::default();
-    setup.placing.at = Some([240.0, 50.0]);
-    setup.placing.by = [0.0, 0.0, 5.0];
-    setup.placing.scale = 2.0;
+    setup.placement.at = Some([240.0, 50.0]);
+    setup.placement.by = [0.0, 0.0, 5.0];
+    setup.placement.scale = 2.0;
     let made = setup
         .plan(Format::Plan, Content::Plan(taught()))
         .expect("a plan");
@@ -64,7 +64,7 @@ fn a_plan_is_placed_by_its_middle() {
             [260.0, 60.0, 25.0]
         ]
     );
-    setup.placing.mirror = true;
+    setup.placement.mirror = true;
     let made = setup.plan(Format::Plan, Content::Plan(taught()));
     let mirrored = made.expect("a plan").plan;
     let points = mirrored.steps.iter();
@@ -95,7 +95,7 @@ fn a_drawing_needs_a_surface_and_takes_the_one_that_is_nearest() {
             .expect("a plan");
         made.plan.surface.map(|surface| surface.height)
     };
-    setup.usual_surface = Some(Surface::level(-60.0));
+    setup.default_surface = Some(Surface::level(-60.0));
     assert_eq!(height(&setup), Some(-60.0));
     setup.sheet = Some(Sheet {
         corner: [200.0, -20.0],
@@ -117,7 +117,7 @@ fn an_image_is_engraved_or_outlined() {
         ..Raster::default()
     };
     let mut setup = Setup {
-        usual_surface: Some(Surface::level(-60.0)),
+        default_surface: Some(Surface::level(-60.0)),
         size: Size::Width(20.0),
         ..Setup::default()
     };
@@ -149,7 +149,7 @@ fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
                 ..Raster::default()
             };
             let mut setup = Setup {
-                usual_surface: Some(Surface::level(-60.0)),
+                default_surface: Some(Surface::level(-60.0)),
                 sheet,
                 ..Setup::default()
             };
@@ -158,10 +158,10 @@ fn an_image_made_to_fit_can_be_engraved_with_its_run_up() {
                 ..Engrave::default()
             };
             setup.work = Work::Engrave(engrave);
-            setup.placing.fit = true;
+            setup.placement.fit = true;
             let made = setup.plan(Format::Image, Content::Image(image)).unwrap();
             let report = check(&made.plan, &start);
-            assert!(report.is_good(), "{:?}", report.complaints.first());
+            assert!(report.is_good(), "{:?}", report.refused_steps.first());
             let [least, most] = report.bounds.unwrap();
             assert!(most[0] - least[0] > 40.0);
             if sheet.is_some() {
@@ -187,9 +187,9 @@ fn an_image_keeps_to_its_sheet() {
             size: Some([50.0, 40.0]),
         }),
         size: Size::Width(width),
-        placing: Placing {
+        placement: Placement {
             rotate,
-            ..Placing::default()
+            ..Placement::default()
         },
         ..Setup::default()
     };
@@ -220,7 +220,7 @@ fn a_usual_tool_is_taken_where_it_can_do_the_work() {
         (Tool::Laser, Tool::Pen, Tool::Laser),
     ] {
         let setup = Setup {
-            usual_tool: Some(usual),
+            default_tool: Some(usual),
             ..Setup::default()
         };
         assert_eq!(setup.tool_for(Tool::Pen), pen, "{usual}");

@@ -55,10 +55,10 @@ proptest! {
         let step = step.index(plan.steps.len());
         let rest = match plan.from_step(step, &start) {
             Ok(rest) => rest,
-            Err(problem) => {
+            Err(diagnostic) => {
                 // A home or a place on the rail that does not show, or one that no detour leads to.
                 let known = ["nobody knows where", "the arm cannot get to"];
-                prop_assert!(known.iter().any(|part| problem.message.contains(part)), "{problem}");
+                prop_assert!(known.iter().any(|part| diagnostic.message.contains(part)), "{diagnostic}");
                 return Ok(());
             }
         };
@@ -70,7 +70,7 @@ proptest! {
 
         // Paths round where they begin to 32 bits: what only just was within a limit may then not be.
         let report = check(&rest.plan, &start);
-        prop_assert!(report.is_good(), "{:?}\n{:?}", report.complaints, rest);
+        prop_assert!(report.is_good(), "{:?}\n{:?}", report.refused_steps, rest);
         let mut part = Bench::new();
         prop_assert_eq!(whole.run(&plan).alarm, None);
         prop_assert_eq!(part.run(&rest.plan).alarm, None);
@@ -259,8 +259,11 @@ fn the_rail_goes_to_its_place_or_nobody_knows_it() {
         Action::from(words::rail_by(50.0)),
         line([230.0, 0.0, 0.0]),
     ]);
-    let problem = lost.from_step(2, &arm).unwrap_err();
-    assert!(problem.message.contains("where on the rail"), "{problem}");
+    let diagnostic = lost.from_step(2, &arm).unwrap_err();
+    assert!(
+        diagnostic.message.contains("where on the rail"),
+        "{diagnostic}"
+    );
 }
 
 #[test]
@@ -279,12 +282,12 @@ fn what_nobody_knows_is_refused_with_what_to_do() {
         line([240.0, 0.0, 0.0]),
     ]);
     let arm = at_home().guards(Guards::NONE);
-    let problem = plan.from_step(1, &arm).unwrap_err();
+    let diagnostic = plan.from_step(1, &arm).unwrap_err();
     assert_eq!(
-        problem.to_string(),
+        diagnostic.to_string(),
         "line 2, column 1: nobody knows where the arm is when step 2 begins"
     );
-    let help = problem.help.unwrap();
+    let help = diagnostic.help.unwrap();
     assert!(help.contains("begin with step 4"), "{help}");
     assert!(plan.from_step(3, &arm).is_ok());
     let guarded = plan.from_step(3, &at_home()).unwrap_err();

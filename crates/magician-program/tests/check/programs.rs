@@ -145,9 +145,9 @@ pub(crate) fn accepted(mut plan: Plan, start: &Preflight) -> Plan {
     let report = check(&plan, start);
     let refused = |at: &usize| {
         report
-            .complaints
+            .refused_steps
             .iter()
-            .any(|complaint| complaint.step == *at)
+            .any(|refused_step| refused_step.step == *at)
     };
     let steps = plan.steps.iter().enumerate();
     let steps = steps
@@ -168,7 +168,7 @@ proptest! {
         let start = Preflight::new(&bench.readings());
         let plan = accepted(plan, &start);
         let report = check(&plan, &start);
-        prop_assert!(report.is_good(), "{:?}", report.complaints);
+        prop_assert!(report.is_good(), "{:?}", report.refused_steps);
         let done = bench.run(&plan);
         prop_assert_eq!(&done.alarm, &None);
         prop_assert!(done.finished, "{:?}", done);

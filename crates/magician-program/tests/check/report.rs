@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::words::{self, Preflight};
 use magician::{ErrorKind, JointAngles, ToolBias};
-use magician_program::{Action, Origin, Plan, Problem, Surface, Tool, Travel, check};
+use magician_program::{Action, Diagnostic, Origin, Plan, Surface, Tool, Travel, check};
 
 fn start() -> Preflight {
     Preflight::at(JointAngles::HOME, ToolBias::NONE)
@@ -126,7 +126,7 @@ fn a_laser_draws_where_it_is_lit() {
     ]);
     plan.tool = Some(Tool::Laser);
     let report = check(&plan, &start());
-    assert!(report.is_good(), "{:?}", report.complaints);
+    assert!(report.is_good(), "{:?}", report.refused_steps);
     assert!((report.drawn - 20.0).abs() < 1e-9, "{report:?}");
 }
 
@@ -147,7 +147,7 @@ fn complaints_have_their_place_their_step_and_by_how_much() {
     plan.steps[1].origin = plan.steps[1].origin.named(name);
     let report = check(&plan, &start());
     assert_eq!(report.refused, 3);
-    let [far, nan, lit] = &report.complaints[..] else {
+    let [far, nan, lit] = &report.refused_steps[..] else {
         panic!("{report:?}");
     };
     assert_eq!(
@@ -155,10 +155,10 @@ fn complaints_have_their_place_their_step_and_by_how_much() {
         (1, 2, ErrorKind::Unreachable)
     );
     assert!(far.error.value() > far.error.limit());
-    let problem = Problem::from(far).to_string();
+    let diagnostic = Diagnostic::from(far).to_string();
     assert!(
-        problem.starts_with("line 2, column 1 (far corner): SetPTPCmd: out of reach"),
-        "{problem}"
+        diagnostic.starts_with("line 2, column 1 (far corner): SetPTPCmd: out of reach"),
+        "{diagnostic}"
     );
     assert_eq!((nan.step, nan.error.kind()), (2, ErrorKind::InvalidInput));
     assert_eq!((lit.step, lit.origin), (4, Origin::NONE));
@@ -174,7 +174,7 @@ fn what_cannot_be_queued_is_no_step() {
     let report = check(&plan, &start());
     assert_eq!(report.refused, 1);
     assert!(
-        report.complaints[0]
+        report.refused_steps[0]
             .error
             .to_string()
             .contains("cannot be queued")
@@ -185,7 +185,7 @@ fn what_cannot_be_queued_is_no_step() {
 fn complaints_beyond_the_first_hundred_are_counted() {
     let far = std::iter::repeat_with(|| line([900.0, 0.0, 0.0]));
     let report = check(&plan(far.take(250)), &start());
-    assert_eq!((report.complaints.len(), report.refused), (100, 250));
+    assert_eq!((report.refused_steps.len(), report.refused), (100, 250));
     assert!(!report.is_good());
 }
 

@@ -139,7 +139,7 @@ fn the_time_told_is_that_of_the_virtual_arm_to_a_thousandth() {
         let mut bench = Bench::new();
         let start = Preflight::new(&bench.readings());
         let report = check(&plan, &start);
-        assert!(report.is_good(), "{name}: {:?}", report.complaints);
+        assert!(report.is_good(), "{name}: {:?}", report.refused_steps);
         let told = report.time.expect("it has an end");
         let commands: Vec<Set> = plan.commands().collect();
         assert_eq!(

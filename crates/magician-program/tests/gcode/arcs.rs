@@ -3,7 +3,7 @@
 use magician_program::formats::Arcs;
 use magician_program::{Action, Format, Frame, ReadOptions, Setup, Surface, Tool, read};
 
-use crate::{actions, actions_with, motions, notes, path, problem, travel};
+use crate::{actions, actions_with, diagnostic, motions, notes, path, travel};
 
 /// The points that a program's arcs and lines go through, but for the first move.
 fn points(actions: &[Action]) -> Vec<[f64; 3]> {
@@ -202,11 +202,11 @@ fn arcs_that_are_none_are_refused_with_what_is_wrong() {
             "line 3, column 1: the arc has a radius of 900000 mm and takes 9425 lines; 2000 are the most",
         ),
     ] {
-        assert_eq!(problem(&format!("{start}{arc}\n")), message);
+        assert_eq!(diagnostic(&format!("{start}{arc}\n")), message);
     }
     // Programs round: within a twentieth of a millimetre the ends may differ.
     assert_eq!(notes(&format!("{start}G3 X230 Y20.03 I-20 J0\n")), [""; 0]);
-    assert!(problem("G2 X240 Y0 I5").contains("it is not known where"));
+    assert!(diagnostic("G2 X240 Y0 I5").contains("it is not known where"));
 }
 
 #[test]
@@ -214,17 +214,17 @@ fn a_placed_arc_of_g18_is_scaled_and_turned_across_and_keeps_its_heights() {
     let text = "G0 X0 Y0 Z5\nG1 Z0 F600\nX10\nG18 G3 X20 Y4 I5 K0\nG1 X30 Y0\nG0 Z5\n";
     let mut setup = Setup::default();
     setup.tool = Some(Tool::Pen);
-    setup.usual_surface = Some(Surface::level(-40.0));
-    setup.placing.frame = Frame::Own;
-    setup.placing.at = Some([240.0, 0.0]);
+    setup.default_surface = Some(Surface::level(-40.0));
+    setup.placement.frame = Frame::Own;
+    setup.placement.at = Some([240.0, 0.0]);
     for (mirror, rotate, scale) in [
         (false, 0.0, 1.0),
         (true, 90.0, 2.0),
         (false, 30.0, 0.5),
         (true, -45.0, 3.0),
     ] {
-        setup.placing.mirror = mirror;
-        (setup.placing.rotate, setup.placing.scale) = (rotate, scale);
+        setup.placement.mirror = mirror;
+        (setup.placement.rotate, setup.placement.scale) = (rotate, scale);
         let mut options = ReadOptions::default();
         setup.prepare(&mut options.gcode, None);
         let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");

@@ -7,12 +7,12 @@ use magician::{Geometry, JointAngles, ToolBias};
 use magician_motion::{ArmModel, Pose};
 use magician_program::rehearse::{Rehearsal, RehearseOptions, rehearse};
 use magician_program::{
-    Action, Content, Format, Frame, Lack, Plan, Problem, ReadOptions, Setup, Surface, Tool, Travel,
-    read,
+    Action, Content, Diagnostic, Format, Frame, Missing, Plan, ReadOptions, Setup, Surface, Tool,
+    Travel, read,
 };
 use proptest::prelude::*;
 
-use crate::{actions_with, notes, path, problem, travel, try_read, try_with};
+use crate::{actions_with, diagnostic, notes, path, travel, try_read, try_with};
 
 /// Where the arm stands, mm.
 const START: [f64; 3] = [262.0, 0.0, 35.0];
@@ -53,7 +53,11 @@ fn a_lift_is_done_first_straight_up_from_where_the_arm_stands() {
     );
     // What is not known is asked for, and comes from above without an answer.
     let (plan, notes) = try_read(program).expect("it is all right");
-    assert!(notes.iter().any(|note| note.lacks == Some(Lack::Start)));
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.missing == Some(Missing::Start))
+    );
     let mut moves = plan.steps.iter().map(|step| &step.action);
     let first = moves.find(|action| action.target().is_some());
     assert_eq!(first, Some(&joints(230.0, 40.0, 50.0)));
@@ -126,11 +130,11 @@ fn an_arc_begins_where_the_program_says() {
         let refused = from(stray).expect_err(stray);
         assert!(refused.message.contains("does not say where"), "{refused}");
         assert!(
-            refused.lacks.is_none() && refused.help.is_some(),
+            refused.missing.is_none() && refused.help.is_some(),
             "{refused:?}"
         );
     }
-    assert!(problem("G2 X230 Y20 I-20").contains("it is not known where"));
+    assert!(diagnostic("G2 X230 Y20 I-20").contains("it is not known where"));
     for meant in [
         "G91\nG2 X20 R20",
         "G2 I20",
@@ -269,8 +273,8 @@ fn lines() -> impl Strategy<Value = Lines> {
 fn setup(placed: bool) -> Setup {
     let mut setup = Setup::default();
     setup.tool = Some(Tool::Pen);
-    setup.usual_surface = Some(Surface::level(SURFACE));
-    setup.placing.frame = if placed { Frame::Own } else { Frame::Usual };
+    setup.default_surface = Some(Surface::level(SURFACE));
+    setup.placement.frame = if placed { Frame::Own } else { Frame::Default };
     setup
 }
 
@@ -278,7 +282,7 @@ fn made(
     text: &str,
     start: Option<[f64; 3]>,
     placed: bool,
-) -> Result<(Plan, Vec<Problem>), Problem> {
+) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
     let setup = setup(placed);
     let mut options = ReadOptions::default();
     setup.prepare(&mut options.gcode, None);
@@ -348,11 +352,13 @@ fn holds(first: First, lines: &Lines) -> Result<(), TestCaseError> {
     for start in [Some(START), None] {
         let made = made(&text, start, false);
         let (plan, _) = match (made, start) {
-            (Err(problem), None) => {
-                prop_assert_eq!(problem.lacks, Some(Lack::Start), "{}", text);
+            (Err(diagnostic), None) => {
+                prop_assert_eq!(diagnostic.missing, Some(Missing::Start), "{}", text);
                 continue;
             }
-            (made, _) => made.map_err(|problem| TestCaseError::fail(format!("{text}{problem}")))?,
+            (made, _) => {
+                made.map_err(|diagnostic| TestCaseError::fail(format!("{text}{diagnostic}")))?
+            }
         };
         let done = drawn(&plan, 0.0);
         if first == First::AllRelative && !done.is_good() {
@@ -376,7 +382,7 @@ fn holds(first: First, lines: &Lines) -> Result<(), TestCaseError> {
         return Ok(());
     }
     let (plan, _) = made(&text, None, true)
-        .map_err(|problem| TestCaseError::fail(format!("{text}{problem}")))?;
+        .map_err(|diagnostic| TestCaseError::fail(format!("{text}{diagnostic}")))?;
     let done = drawn(&plan, SURFACE);
     prop_assert!(done.is_good(), "{text}{:?}", done.log);
     let mut expected = lines.clone();

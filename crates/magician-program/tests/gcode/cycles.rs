@@ -1,6 +1,6 @@
 //! Canned cycles: a pen goes to each hole, down, and up again.
 
-use crate::{motions, path, problem, travel};
+use crate::{diagnostic, motions, path, travel};
 
 #[test]
 fn each_hole_is_one_way_down_and_up() {
@@ -69,7 +69,7 @@ fn what_is_no_hole_is_refused() {
             "line 3, column 1: the line says where and not how: G80 has ended the last motion",
         ),
     ] {
-        assert_eq!(problem(&format!("{start}{text}\n")), message, "{text}");
+        assert_eq!(diagnostic(&format!("{start}{text}\n")), message, "{text}");
     }
-    assert!(problem("G81 X210 Z1 R2\n").contains("X and Y are not known"));
+    assert!(diagnostic("G81 X210 Z1 R2\n").contains("X and Y are not known"));
 }

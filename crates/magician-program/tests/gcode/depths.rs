@@ -7,9 +7,9 @@ const SURFACE: f32 = -40.0;
 fn placed(text: &str, pen_z: Option<f64>) -> Plan {
     let mut setup = Setup::default();
     setup.tool = Some(Tool::Pen);
-    setup.usual_surface = Some(Surface::level(f64::from(SURFACE)));
-    setup.placing.frame = Frame::Own;
-    setup.placing.pen_z = pen_z;
+    setup.default_surface = Some(Surface::level(f64::from(SURFACE)));
+    setup.placement.frame = Frame::Own;
+    setup.placement.pen_z = pen_z;
     let mut options = ReadOptions::default();
     setup.prepare(&mut options.gcode, None);
     let reading = read(Format::Gcode, text.as_bytes(), &options).expect("it is read");

@@ -1,9 +1,9 @@
 //! Which S is full power, whose S it is, and that a guess errs on the dark side.
 
 use magician_program::formats::{Dialect, GcodeOptions};
-use magician_program::{Action, Problem};
+use magician_program::{Action, Diagnostic};
 
-use crate::{actions, actions_with, notes, problem, try_read, try_with};
+use crate::{actions, actions_with, diagnostic, notes, try_read, try_with};
 
 /// What the lines of a program burn with, percent.
 fn powers_with(text: &str, set: impl FnOnce(&mut GcodeOptions)) -> Vec<f32> {
@@ -104,7 +104,7 @@ fn the_first_rule_that_holds_is_the_one() {
 
 #[test]
 fn what_cannot_be_told_is_refused_with_its_line() {
-    let of = |text: &str, s_max| -> Problem {
+    let of = |text: &str, s_max| -> Diagnostic {
         try_with(text, |options| options.s_max = s_max).expect_err(text)
     };
     let fast = "G0 X220 Y0 Z0\nM3 S10\nG1 X221 S12000\nG1 X222 S15000\nM5\n";
@@ -120,11 +120,14 @@ fn what_cannot_be_told_is_refused_with_its_line() {
             .starts_with("line 4, column 9: S15000 is above full power")
     );
     assert!(
-        problem("$30=100\nG0 X220 Y0 Z0\nM3 S101\n").starts_with("line 3, column 4: S101 is above")
+        diagnostic("$30=100\nG0 X220 Y0 Z0\nM3 S101\n")
+            .starts_with("line 3, column 4: S101 is above")
     );
-    assert!(problem("G0 X220 Y0 Z0\nM106 S256\n").starts_with("line 2, column 6: S256 is above"));
     assert!(
-        problem("G0 X220 Y0 Z0\nM3 S5\nG1 X221 S-1\n")
+        diagnostic("G0 X220 Y0 Z0\nM106 S256\n").starts_with("line 2, column 6: S256 is above")
+    );
+    assert!(
+        diagnostic("G0 X220 Y0 Z0\nM3 S5\nG1 X221 S-1\n")
             .starts_with("line 3, column 9: the power is S-1")
     );
     for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {

@@ -3,7 +3,7 @@
 use magician_program::Action;
 use proptest::prelude::*;
 
-use crate::{actions, actions_with, motions, notes, path, problem, travel, try_read};
+use crate::{actions, actions_with, diagnostic, motions, notes, path, travel, try_read};
 
 /// The X that a line leads to, with lines before it.
 fn value(before: &str, value: &str) -> f32 {
@@ -295,18 +295,18 @@ fn what_cannot_be_done_says_where_and_why() {
             "line 1, column 4: S1500 is above 1000, and nothing says which S is full power",
         ),
     ] {
-        assert_eq!(problem(text), message, "{text}");
+        assert_eq!(diagnostic(text), message, "{text}");
     }
     let deep = format!("G0 X{}1{}", "[".repeat(2000), "]".repeat(2000));
-    assert!(problem(&deep).contains("values stand more than 60 deep within each other"));
+    assert!(diagnostic(&deep).contains("values stand more than 60 deep within each other"));
     let deep = format!("G0 X{}1", "#".repeat(5000));
-    assert!(problem(&deep).contains("values stand more than 60 deep within each other"));
+    assert!(diagnostic(&deep).contains("values stand more than 60 deep within each other"));
 }
 
 #[test]
 fn a_program_without_end_is_refused() {
     let text = "M98 P1 L999999999\nM2\nO1\nG4 P0\nM99\n";
-    let found = problem(text);
+    let found = diagnostic(text);
     let endless = "the program repeats more than 300000 lines: it is taken to have no end";
     assert!(
         found.starts_with("line ") && found.contains(endless),
@@ -314,7 +314,7 @@ fn a_program_without_end_is_refused() {
     );
     // Nor a loop whose every line is many moves.
     let text = "M3 S1\nG0 X200 Y0 Z0\no1 repeat [100000]\nG2 I-50 P10\no1 endrepeat\n";
-    assert!(problem(text).contains("the program makes more than 1000000 moves"));
+    assert!(diagnostic(text).contains("the program makes more than 1000000 moves"));
 }
 
 #[test]

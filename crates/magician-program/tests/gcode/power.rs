@@ -15,9 +15,9 @@ fn motions_with(text: &str, set: impl FnOnce(&mut GcodeOptions)) -> Vec<Action> 
 
 /// What remains without settings; the guards take it.
 fn steps(text: &str) -> Vec<Action> {
-    let (plan, _) = try_read(text).unwrap_or_else(|problem| panic!("{text}: {problem}"));
+    let (plan, _) = try_read(text).unwrap_or_else(|diagnostic| panic!("{text}: {diagnostic}"));
     let report = check(&plan, &Preflight::at(JointAngles::HOME, ToolBias::LASER));
-    assert!(report.is_good(), "{text}: {:?}", report.complaints);
+    assert!(report.is_good(), "{text}: {:?}", report.refused_steps);
     motions_with(text, |_| {})
 }
 

@@ -7,7 +7,7 @@ use magician_program::{Format, Lines, ReadOptions, check, read};
 use magician_protocol::Set;
 use proptest::prelude::*;
 
-use crate::{problem, try_read, try_with};
+use crate::{diagnostic, try_read, try_with};
 
 #[test]
 fn what_is_wrong_says_where_and_why() {
@@ -104,11 +104,11 @@ fn what_is_wrong_says_where_and_why() {
             "line 1, column 1: the program moves and never says to which X and Y",
         ),
     ] {
-        assert_eq!(problem(text), message, "{text}");
+        assert_eq!(diagnostic(text), message, "{text}");
     }
     let forty = format!("G1 X{}", "9".repeat(40));
     assert_eq!(
-        problem(&forty),
+        diagnostic(&forty),
         "line 1, column 4: X is 1e40, which is too great"
     );
 }
@@ -116,8 +116,8 @@ fn what_is_wrong_says_where_and_why() {
 #[test]
 fn the_place_of_a_problem_is_what_is_wrong() {
     let text = "G21\n(größer) G1 X220 Y1e999 Z1";
-    let problem = try_read(text).expect_err("it is wrong");
-    let range = Lines::new(text).range(&problem.origin).expect("a place");
+    let diagnostic = try_read(text).expect_err("it is wrong");
+    let range = Lines::new(text).range(&diagnostic.origin).expect("a place");
     assert_eq!(&text[range], "Y1e999");
 }
 
@@ -170,7 +170,7 @@ fn accepted_or_refused(text: &str) -> bool {
         return true;
     }
     // It is a place that is out of reach, not the laser; that one may follow from a step left out.
-    let first = report.complaints.first().expect("a complaint");
+    let first = report.refused_steps.first().expect("a complaint");
     assert_eq!(first.error.kind(), ErrorKind::Unreachable, "{first:?}");
     let kind = ran.expect_err("the check refuses it").kind();
     assert!(

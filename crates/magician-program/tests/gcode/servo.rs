@@ -1,11 +1,11 @@
 //! A pen that a servo lifts.
 
 use magician_program::formats::Dialect;
-use magician_program::{Action, Plan, Problem, Surface};
+use magician_program::{Action, Diagnostic, Plan, Surface};
 
 use crate::try_with;
 
-fn servo(text: &str, dialect: Dialect) -> Result<(Plan, Vec<Problem>), Problem> {
+fn servo(text: &str, dialect: Dialect) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
     try_with(text, |options| {
         options.dialect = dialect;
         options.surface = Some(Surface::level(-50.0));
@@ -15,7 +15,8 @@ fn servo(text: &str, dialect: Dialect) -> Result<(Plan, Vec<Problem>), Problem> 
 
 /// The heights at which it draws or goes, each once.
 fn heights(text: &str, dialect: Dialect) -> Vec<f32> {
-    let (plan, _) = servo(text, dialect).unwrap_or_else(|problem| panic!("{text}: {problem}"));
+    let (plan, _) =
+        servo(text, dialect).unwrap_or_else(|diagnostic| panic!("{text}: {diagnostic}"));
     assert!(!plan.burns(), "{text}");
     let mut heights: Vec<f32> = plan
         .steps

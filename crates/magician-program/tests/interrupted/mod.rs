@@ -5,8 +5,8 @@ use std::time::Duration;
 use magician::commands::Pose;
 use magician::{Arm, Options, SimSpeed, VirtualArm};
 use magician_program::rehearse::{RehearseOptions, stage};
-use magician_program::resume::{Tally, Verdict, settle};
-use magician_program::{Program, Rest};
+use magician_program::resume::{ResumePoint, StepCounter, resume_point_at};
+use magician_program::{Program, RemainingProgram};
 use tokio::time::sleep;
 
 /// An arm at its own speed, on a clock of the test's.
@@ -24,14 +24,16 @@ pub(crate) async fn run_until(
     program: &Program,
     (from, at): (u64, Option<[f64; 3]>),
     stop: Option<Duration>,
-) -> Option<(Rest, Verdict, Pose)> {
+) -> Option<(RemainingProgram, ResumePoint, Pose)> {
     let start = arm.preflight_for(&program.kinds()).await.expect("read");
-    let rest = program.rest_within(from, at, start).expect("within reach");
+    let rest = program
+        .remaining_within(from, at, start)
+        .expect("within reach");
     assert!(rest.check().is_good());
-    let mut tally = Tally::new(rest.lead(), false);
+    let mut counter = StepCounter::new(rest.lead(), false);
     let run = arm.start(rest.commands());
     let mut run = run.along(rest.start().clone());
-    let all = run.wait(|progress| tally.note(progress.sent, progress.last.0));
+    let all = run.wait(|progress| counter.note(progress.sent, progress.last.0));
     tokio::select! {
         ran = all => {
             ran.expect("it runs");
@@ -42,12 +44,12 @@ pub(crate) async fn run_until(
     arm.stop().await.expect("it stands");
     let pose: Pose = arm.get().await.expect("a pose");
     let index = arm.current_index().await.expect("an index").0;
-    let span = tally.finished(index);
+    let span = counter.finished(index);
     assert_eq!(span.least, span.most);
-    let verdict = settle(from + span.least, |steps| {
+    let resume_point = resume_point_at(from + span.least, |steps| {
         rest.stands_after(steps, &pose, true)
     });
     // It borrows the rest.
     drop(run);
-    Some((rest, verdict, pose))
+    Some((rest, resume_point, pose))
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, tool_of};
-use magician_program::{Content, Format, Plan, Problem, ReadOptions, Setup, Surface, read};
+use magician_program::{Content, Diagnostic, Format, Plan, ReadOptions, Setup, Surface, read};
 
 /// Of every kind that leaves something.
 pub(crate) const PROGRAMS: [&str; 5] = [
@@ -20,17 +20,17 @@ const WIDTH: f64 = 6.0;
 const SURFACE: f64 = -60.0;
 
 /// The plan of a sample in a folder, as `magician run` makes it.
-pub(crate) fn plan(samples: &Path, name: &str) -> Result<Plan, Problem> {
+pub(crate) fn plan(samples: &Path, name: &str) -> Result<Plan, Diagnostic> {
     let path = samples.join(name);
     let bytes = std::fs::read(&path)
-        .map_err(|error| Problem::of_file(format!("{}: {error}", path.display())))?;
-    let format = Format::of(name, &bytes).ok_or_else(|| Problem::of_file("of no format"))?;
+        .map_err(|error| Diagnostic::of_file(format!("{}: {error}", path.display())))?;
+    let format = Format::of(name, &bytes).ok_or_else(|| Diagnostic::of_file("of no format"))?;
     laid_out(name, format, &bytes)
 }
 
 /// What is hard to draw right over a bad line: long strokes with sharp corners, short segments along curves, and the pen
 /// lifted between them. `points` of it are on a curve.
-pub(crate) fn hard(points: u32) -> Result<Plan, Problem> {
+pub(crate) fn hard(points: u32) -> Result<Plan, Diagnostic> {
     let mut curve = String::new();
     for point in 0..=points {
         let turn = std::f64::consts::TAU * f64::from(point) / f64::from(points);
@@ -47,10 +47,10 @@ pub(crate) fn hard(points: u32) -> Result<Plan, Problem> {
     laid_out("hard.svg", Format::Svg, svg.as_bytes())
 }
 
-fn laid_out(name: &str, format: Format, bytes: &[u8]) -> Result<Plan, Problem> {
+fn laid_out(name: &str, format: Format, bytes: &[u8]) -> Result<Plan, Diagnostic> {
     let content = read(format, bytes, &ReadOptions::default())?.content;
     let mut setup = Setup::default();
-    setup.usual_surface = Some(Surface::level(SURFACE));
+    setup.default_surface = Some(Surface::level(SURFACE));
     if let Content::Image(_) = content {
         setup.size = Size::Width(WIDTH);
     }

@@ -13,7 +13,7 @@ use magician::sim::{Line, Runner, Speed};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, ErrorKind, Options, Ran, Run, Set, VirtualArm};
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
-use magician_program::resume::{Mark, Seen, Span, Tally, Verdict};
+use magician_program::resume::{Checkpoint, ObservedProgress, ResumePoint, StepCounter, StepRange};
 use magician_program::{Action, Plan, Step};
 use tokio::time::{Instant, sleep};
 
@@ -49,7 +49,7 @@ pub(crate) struct Outcome {
     /// How it ended.
     pub(crate) end: Result<Ran, Error>,
     /// Steps that were certainly done and at most done, for a run that has not ended well.
-    pub(crate) steps: Option<Span>,
+    pub(crate) steps: Option<StepRange>,
     /// Its drawing when it was gone on with from there, and the step, if that could be told.
     pub(crate) rest: Option<(usize, Drawing)>,
     /// How long the run took, until it ended.
@@ -156,8 +156,8 @@ async fn still(cell: &VirtualArm) -> Drawing {
 struct Ride<'p> {
     plan: &'p Plan,
     start: Preflight,
-    tally: Tally,
-    mark: Mark,
+    counter: StepCounter,
+    checkpoint: Checkpoint,
     why: Vec<String>,
     /// Commands taken from the plan.
     pulled: Rc<Cell<u64>>,
@@ -176,8 +176,8 @@ impl<'p> Ride<'p> {
         Self {
             plan,
             start,
-            tally: Tally::new(lead(plan), mixed),
-            mark: Mark::new(&plan.title, Some(steps), mixed),
+            counter: StepCounter::new(lead(plan), mixed),
+            checkpoint: Checkpoint::new(&plan.title, Some(steps), mixed),
             why: Vec::new(),
             pulled: Rc::default(),
         }
@@ -218,13 +218,13 @@ impl<'p> Ride<'p> {
     }
 
     async fn turn<C: Iterator<Item = Set>>(&mut self, run: &mut Run<C>) -> Result<Ran, Error> {
-        let (tally, mark) = (&mut self.tally, &mut self.mark);
+        let (counter, checkpoint) = (&mut self.counter, &mut self.checkpoint);
         let ended = run
             .wait(|progress| {
-                tally.note(progress.sent, progress.last.0);
-                let done = tally.finished(progress.current.0).least;
-                mark.finished = mark.finished.max(done);
-                mark.index = tally.last().or(mark.index);
+                counter.note(progress.sent, progress.last.0);
+                let done = counter.finished(progress.current.0).least;
+                checkpoint.finished = checkpoint.finished.max(done);
+                checkpoint.index = counter.last().or(checkpoint.index);
             })
             .await;
         self.note(run.ran());
@@ -233,10 +233,10 @@ impl<'p> Ride<'p> {
 
     fn note(&mut self, ran: Ran) {
         if let Some(last) = ran.last {
-            self.tally.note(ran.commands, last.0);
-            self.mark.index = self.tally.last();
+            self.counter.note(ran.commands, last.0);
+            self.checkpoint.index = self.counter.last();
         }
-        self.mark.handed = self.pulled.get().saturating_sub(lead(self.plan));
+        self.checkpoint.handed = self.pulled.get().saturating_sub(lead(self.plan));
     }
 
     /// The run is over: where it goes on is asked of the arm, and then it is.
@@ -246,26 +246,26 @@ impl<'p> Ride<'p> {
         cell: &VirtualArm,
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
-        let seen = Seen {
+        let seen = ObservedProgress {
             current: arm.current_index().await?.0,
             clock: arm.get::<DeviceTime>().await?.g_systick,
         };
         arm.stop().await?;
         arm.clear_alarms().await?;
         let now = arm.preflight().await?;
-        let verdict = self
-            .mark
-            .verdict(Some(seen), |steps| self.stands_after(steps, &now));
-        let (step, span) = match verdict {
-            Verdict::After(steps) => (Some(steps), exactly(steps)),
-            Verdict::Again(steps) => (
+        let resume_point = self
+            .checkpoint
+            .resume_point(Some(seen), |steps| self.stands_after(steps, &now));
+        let (step, span) = match resume_point {
+            ResumePoint::After(steps) => (Some(steps), exactly(steps)),
+            ResumePoint::Again(steps) => (
                 Some(steps),
-                Span {
+                StepRange {
                     least: steps,
                     most: steps + 1,
                 },
             ),
-            Verdict::Doubt(span) => (None, span),
+            ResumePoint::Doubt(span) => (None, span),
         };
         outcome.steps = Some(span);
         let Some(step) = step.and_then(|step| usize::try_from(step).ok()) else {
@@ -298,8 +298,8 @@ fn lead(plan: &Plan) -> u64 {
     plan.preamble().into_iter().count() as u64
 }
 
-fn exactly(steps: u64) -> Span {
-    Span {
+fn exactly(steps: u64) -> StepRange {
+    StepRange {
         least: steps,
         most: steps,
     }

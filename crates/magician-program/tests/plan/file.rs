@@ -273,18 +273,18 @@ fn problems_say_where_and_what_would_be_right() {
         (String::from("[]"), (1, 1, 2), "expected an object, {..}"),
     ];
     for (text, (line, column, length), message) in cases {
-        let problem = Plan::from_json(text.as_bytes()).expect_err(&text);
-        assert_eq!(problem.message, message, "{text}");
-        let origin = problem.origin;
+        let diagnostic = Plan::from_json(text.as_bytes()).expect_err(&text);
+        assert_eq!(diagnostic.message, message, "{text}");
+        let origin = diagnostic.origin;
         assert_eq!(
             (origin.line, origin.column, origin.length),
             (line, column, length),
-            "{problem}"
+            "{diagnostic}"
         );
     }
-    let problem = Plan::from_json(b"{\"format\":\n\"magic\xFFian\"").unwrap_err();
+    let diagnostic = Plan::from_json(b"{\"format\":\n\"magic\xFFian\"").unwrap_err();
     assert_eq!(
-        problem.to_string(),
+        diagnostic.to_string(),
         "line 2, column 7: this is not UTF-8 text"
     );
 }

@@ -234,8 +234,8 @@ fn what_has_no_place_is_refused_by_its_number() {
             plan.moved([1.0, 0.0, 0.0]),
             plan.placed_on(&Pallet::grid(2, 2, [1.0, 1.0])),
         ] {
-            let problem = changed.expect_err(part);
-            let text = problem.to_string();
+            let diagnostic = changed.expect_err(part);
+            let text = diagnostic.to_string();
             assert!(
                 text.starts_with("line 7, column 2 (corner): step 2 cannot be moved: it "),
                 "{text}"

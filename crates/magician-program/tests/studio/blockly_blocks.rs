@@ -420,15 +420,15 @@ fn every_known_block_is_followed_or_refused_by_name() {
     ];
     for (kind, why) in refused {
         for blocks in [block(kind, ""), wait(&block(kind, ""))] {
-            let problem =
+            let diagnostic =
                 magician_program::read(Format::Blockly, &workspace(&blocks), &Default::default());
-            let problem = problem.unwrap_err();
+            let diagnostic = diagnostic.unwrap_err();
             assert!(
-                problem.message.starts_with(&format!("'{kind}' {why}")),
-                "{problem}"
+                diagnostic.message.starts_with(&format!("'{kind}' {why}")),
+                "{diagnostic}"
             );
-            assert_eq!(problem.name.as_deref(), Some(kind));
-            assert!(problem.origin.column > 40, "{problem:?}");
+            assert_eq!(diagnostic.name.as_deref(), Some(kind));
+            assert!(diagnostic.origin.column > 40, "{diagnostic:?}");
         }
     }
 }

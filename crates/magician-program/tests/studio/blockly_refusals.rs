@@ -11,8 +11,8 @@ fn refusal(blocks: &str) -> String {
 }
 
 fn whole(file: &[u8]) -> String {
-    let problem = read(Format::Blockly, file, &ReadOptions::default()).unwrap_err();
-    problem.to_string()
+    let diagnostic = read(Format::Blockly, file, &ReadOptions::default()).unwrap_err();
+    diagnostic.to_string()
 }
 
 #[test]

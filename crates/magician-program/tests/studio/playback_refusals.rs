@@ -12,10 +12,10 @@ fn refusal(items: &str) -> String {
 }
 
 fn whole(file: &str) -> String {
-    let problem = Playback::read(file.as_bytes()).unwrap_err();
-    match &problem.help {
-        Some(help) => format!("{problem} [{help}]"),
-        None => problem.to_string(),
+    let diagnostic = Playback::read(file.as_bytes()).unwrap_err();
+    match &diagnostic.help {
+        Some(help) => format!("{diagnostic} [{help}]"),
+        None => diagnostic.to_string(),
     }
 }
 
@@ -40,9 +40,9 @@ fn another_file_is_told_from_a_playback_file() {
         no_xml.starts_with("line 1, column 1: this is no XML: "),
         "{no_xml}"
     );
-    let problem = Playback::read(b"<root>\n \xff</root>").unwrap_err();
+    let diagnostic = Playback::read(b"<root>\n \xff</root>").unwrap_err();
     assert_eq!(
-        problem.to_string(),
+        diagnostic.to_string(),
         "line 2, column 2: the file is not UTF-8 from here on"
     );
     let m1 = "<root><DobotType><item_0>M1</item_0></DobotType></root>";

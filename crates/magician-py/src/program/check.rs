@@ -5,7 +5,7 @@ use magician::words::Preflight;
 use magician::{Error, Options};
 use magician_program::preview::{Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage};
-use magician_program::{Complaint, Plan, Report, check};
+use magician_program::{RefusedStep, Plan, Report, check};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -134,8 +134,8 @@ pub(crate) fn findings<'py>(
         .longest_time
         .map(|(step, time)| (report.number(step), time.as_secs_f64()));
     parts.set_item("longest_time", longest)?;
-    let complaints = report.complaints.iter();
-    let complaints = complaints.map(|complaint| objection(py, report, complaint, source));
+    let complaints = report.refused_steps.iter();
+    let complaints = complaints.map(|refused_step| objection(py, report, refused_step, source));
     parts.set_item("complaints", complaints.collect::<PyResult<Vec<_>>>()?)?;
     Ok(parts)
 }
@@ -144,25 +144,25 @@ pub(crate) fn findings<'py>(
 fn objection<'py>(
     py: Python<'py>,
     report: &Report,
-    complaint: &Complaint,
+    refused_step: &RefusedStep,
     source: &Source,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let place = complaint.origin;
+    let place = refused_step.origin;
     let known = |value: u32| Some(value).filter(|value| *value > 0 && !source.rows);
     let row = place.line.checked_sub(1).filter(|_| source.rows);
     let parts = PyDict::new(py);
-    parts.set_item("step", report.number(complaint.step))?;
+    parts.set_item("step", report.number(refused_step.step))?;
     parts.set_item("line", known(place.line))?;
     parts.set_item("column", known(place.column))?;
     parts.set_item("row", row)?;
-    parts.set_item("name", complaint.name.as_deref())?;
-    parts.set_item("error", errors::raise(py, &complaint.error).into_value(py))?;
+    parts.set_item("name", refused_step.name.as_deref())?;
+    parts.set_item("error", errors::raise(py, &refused_step.error).into_value(py))?;
     Ok(parts)
 }
 
 /// Why a run does not begin: the first complaint, and how many there are.
 pub(crate) fn refusal(report: &Report, source: &Source) -> Option<Error> {
-    let first = report.complaints.first()?;
+    let first = report.refused_steps.first()?;
     let mut place = Vec::new();
     let line = first.origin.line;
     match (source.rows, line, first.origin.column) {

@@ -5,7 +5,7 @@ use magician_program::artwork::Sheet;
 use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Content, Format, Frame, Placing, Plan, Power, Prepared, Problem, ReadOptions, Reading, Setup,
+    Content, Format, Frame, Placement, Plan, Power, Prepared, Diagnostic, ReadOptions, Parsed, Setup,
     Surface, Work, read,
 };
 use pyo3::prelude::*;
@@ -73,20 +73,20 @@ impl Wanted {
             surface: setup.surface.unwrap_or(Surface::VIRTUAL),
             size,
         });
-        setup.usual_surface = Some(Surface::VIRTUAL);
-        let mut placing = Placing::default();
-        placing.frame = match (self.place, self.raw) {
+        setup.default_surface = Some(Surface::VIRTUAL);
+        let mut placement = Placement::default();
+        placement.frame = match (self.place, self.raw) {
             (true, true) => return Err("give place or raw, not both".to_owned()),
             (true, false) => Frame::Own,
             (false, true) => Frame::Arm,
-            (false, false) => Frame::Usual,
+            (false, false) => Frame::Default,
         };
-        placing.pen_z = self.pen_z;
-        (placing.at, placing.by) = (self.at, self.by);
-        (placing.scale, placing.rotate) = (above_zero("scale", self.scale)?, self.rotate);
-        (placing.fit, placing.turn) = (self.fit, self.turn);
-        placing.mirror = self.mirror;
-        setup.placing = placing;
+        placement.pen_z = self.pen_z;
+        (placement.at, placement.by) = (self.at, self.by);
+        (placement.scale, placement.rotate) = (above_zero("scale", self.scale)?, self.rotate);
+        (placement.fit, placement.turn) = (self.fit, self.turn);
+        placement.mirror = self.mirror;
+        setup.placement = placement;
         let positive =
             |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
         setup.pen.lift = positive("lift", self.lift)?.unwrap_or(setup.pen.lift);
@@ -105,7 +105,7 @@ impl Wanted {
         };
         setup.work = match (self.work.as_deref(), format) {
             (None, Format::Image) | (Some("engrave"), _) => Work::Engrave(self.engrave()?),
-            (None, _) => Work::Usual,
+            (None, _) => Work::Default,
             (Some("draw"), _) => {
                 let mut trace = Trace::default();
                 trace.level = self.threshold.unwrap_or(trace.level);
@@ -251,8 +251,8 @@ fn made(
     bytes: &[u8],
     options: &ReadOptions,
     setup: &Setup,
-) -> Result<(Prepared, bool), Problem> {
-    let Reading { content, notes } = read(format, bytes, options)?;
+) -> Result<(Prepared, bool), Diagnostic> {
+    let Parsed { content, notes } = read(format, bytes, options)?;
     let taught = matches!(content, Content::Plan(_));
     let mut made = setup.plan(format, content)?.fitting()?;
     made.notes.splice(0..0, notes);

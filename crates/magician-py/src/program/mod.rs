@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use magician::Error;
 use magician_program::formats::playback::Playback;
-use magician_program::{NoteCode, Origin, Pallet, Plan, Problem, Surface, Tool};
+use magician_program::{DiagnosticCode, Origin, Pallet, Plan, Diagnostic, Surface, Tool};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -34,7 +34,7 @@ pub(crate) struct Source {
     /// What its format is called.
     format: Option<String>,
     /// What was read in a certain way.
-    notes: Vec<Problem>,
+    notes: Vec<Diagnostic>,
     /// Its size, its turn in degrees, and where its middle lies, if it was placed.
     placed: Option<(f64, f64, [f64; 2])>,
     /// Its lines are rows of an array, counted from 0.
@@ -83,7 +83,7 @@ type KeptSource = (
 
 impl Source {
     fn kept(&self) -> KeptSource {
-        let note = |note: &Problem| {
+        let note = |note: &Diagnostic| {
             let Origin {
                 line,
                 column,
@@ -111,8 +111,8 @@ impl Source {
     fn of_kept(
         (name, format, notes, placed, rows, assumed, needs_homed_arm, lift): KeptSource,
     ) -> Self {
-        let code_of = |name: String| NoteCode::ALL.into_iter().find(|code| code.name() == name);
-        let note = |(line, column, length, name, message, help, code): KeptNote| Problem {
+        let code_of = |name: String| DiagnosticCode::ALL.into_iter().find(|code| code.name() == name);
+        let note = |(line, column, length, name, message, help, code): KeptNote| Diagnostic {
             code: code_of(code).unwrap_or_default(),
             origin: Origin {
                 line,
@@ -124,7 +124,7 @@ impl Source {
             message,
             help,
             remedies: Vec::new(),
-            lacks: None,
+            missing: None,
         };
         Self {
             name,
@@ -151,7 +151,7 @@ impl PyPlan {
     fn changed(
         &self,
         py: Python<'_>,
-        change: impl FnOnce(&Plan) -> Result<Plan, Problem> + Send,
+        change: impl FnOnce(&Plan) -> Result<Plan, Diagnostic> + Send,
     ) -> PyResult<Self> {
         let plan = py.detach(|| change(&self.plan));
         let plan = plan.map_err(|problem| raise(py, self.source.name.as_deref(), &problem))?;
@@ -160,7 +160,7 @@ impl PyPlan {
 }
 
 /// The exception for a problem with a file or a plan.
-pub(crate) fn raise(py: Python<'_>, name: Option<&str>, problem: &Problem) -> PyErr {
+pub(crate) fn raise(py: Python<'_>, name: Option<&str>, problem: &Diagnostic) -> PyErr {
     let name = name.map(|name| format!("{name}: ")).unwrap_or_default();
     let help = problem.help.iter().map(|help| format!("; {help}"));
     let text = format!("{name}{problem}{}", help.collect::<String>());

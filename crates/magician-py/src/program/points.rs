@@ -1,7 +1,7 @@
 //! Plans of arrays of points.
 
 use magician::{Error, words};
-use magician_program::{Action, Origin, Plan, Problem, Travel};
+use magician_program::{Action, Origin, Plan, Diagnostic, Travel};
 use pyo3::prelude::*;
 
 use super::{PyPlan, Source, surface, tool};
@@ -10,7 +10,7 @@ use crate::errors;
 /// How points become a plan.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-struct Way {
+struct PointOptions {
     title: String,
     tool: Option<String>,
     surface: Option<(f64, [f64; 2])>,
@@ -37,9 +37,9 @@ impl PyPlan {
         points: &[u8],
         columns: usize,
         powers: &[u8],
-        way: Way,
+        way: PointOptions,
     ) -> PyResult<Self> {
-        let bad = |problem: Problem| super::raise(py, None, &problem);
+        let bad = |problem: Diagnostic| super::raise(py, None, &problem);
         let tool = tool(py, way.tool.as_deref())?;
         let by = travel(&way.by).ok_or_else(|| {
             let text = format!(
@@ -86,7 +86,7 @@ pub(crate) fn floats(bytes: &[u8]) -> Vec<f64> {
 }
 
 /// The rows as the arm takes them, none where there are no numbers.
-fn rows(points: &[u8], columns: usize, way: &Way) -> Result<Vec<Option<[f32; 4]>>, Problem> {
+fn rows(points: &[u8], columns: usize, way: &PointOptions) -> Result<Vec<Option<[f32; 4]>>, Diagnostic> {
     let numbers = floats(points);
     let row = |(nth, row): (usize, &[f64])| {
         if row.iter().all(|number| number.is_nan()) {
@@ -101,7 +101,7 @@ fn rows(points: &[u8], columns: usize, way: &Way) -> Result<Vec<Option<[f32; 4]>
             Some(at) => {
                 let name = ["x", "y", "z", "r"].get(at).copied().unwrap_or_default();
                 let found = row.get(at).copied().unwrap_or(f64::NAN);
-                Err(Problem::of_file(format!(
+                Err(Diagnostic::of_file(format!(
                     "row {nth}: {name} is {found}, which is no place"
                 )))
             }
@@ -123,27 +123,27 @@ fn origin(nth: usize) -> Origin {
 }
 
 /// Powers are percent, and for paths.
-fn lit(rows: &[Option<[f32; 4]>], powers: &[f64], way: &Way) -> Result<(), Problem> {
+fn lit(rows: &[Option<[f32; 4]>], powers: &[f64], way: &PointOptions) -> Result<(), Diagnostic> {
     if way.by != "path" && (way.power.is_some() || !powers.is_empty()) {
         let text = format!("power is for by=\"path\", not for by=\"{}\"", way.by);
-        return Err(Problem::of_file(text));
+        return Err(Diagnostic::of_file(text));
     }
     let is_none = |power: &f64| !(0.0..=100.0).contains(power);
     let mut powers = rows.iter().zip(powers).enumerate();
     match powers.find(|(_, (row, power))| row.is_some() && is_none(power)) {
         None => Ok(()),
-        Some((nth, (_, power))) => Err(Problem::of_file(format!(
+        Some((nth, (_, power))) => Err(Diagnostic::of_file(format!(
             "row {nth}: power is {power} %; it is a number from 0 to 100"
         ))),
     }
 }
 
 /// From point to point.
-fn moves(plan: &mut Plan, rows: &[Option<[f32; 4]>], by: Travel) -> Result<(), Problem> {
+fn moves(plan: &mut Plan, rows: &[Option<[f32; 4]>], by: Travel) -> Result<(), Diagnostic> {
     for (nth, row) in rows.iter().enumerate() {
         let Some(to) = *row else {
             let text = format!("row {nth} has no numbers; gaps are for paths");
-            return Err(Problem::of_file(text));
+            return Err(Diagnostic::of_file(text));
         };
         plan.push(Action::Move { to, by }, origin(nth));
     }
@@ -155,8 +155,8 @@ fn paths(
     plan: &mut Plan,
     rows: &[Option<[f32; 4]>],
     powers: &[f64],
-    way: &Way,
-) -> Result<(), Problem> {
+    way: &PointOptions,
+) -> Result<(), Diagnostic> {
     if let Some(speed) = way.speed {
         plan.push(
             words::path_speed(speed as f32, way.acceleration as f32),
@@ -181,7 +181,7 @@ fn paths(
                         "row {nth}: r is {r}, and {first} where this path begins; a continuous path does not turn the tool: \
                          keep r the same, or go by=\"line\""
                     );
-                    return Err(Problem::of_file(text));
+                    return Err(Diagnostic::of_file(text));
                 }
                 let to = [x, y, z];
                 // A way of no length stops the arm and leads nowhere.
@@ -212,7 +212,7 @@ fn segment(to: [f32; 3], power: Option<f64>) -> Action {
 }
 
 /// There from above, with all joints: the arm may be anywhere.
-fn approach(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &Way, nth: usize) {
+fn approach(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &PointOptions, nth: usize) {
     let lift = way.lift as f32;
     let by = Travel::Joints;
     if lift > 0.0 {
@@ -229,7 +229,7 @@ fn approach(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &Way, nth: usize)
     );
 }
 
-fn leave(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &Way, nth: usize) {
+fn leave(plan: &mut Plan, [x, y, z]: [f32; 3], r: f32, way: &PointOptions, nth: usize) {
     let lift = way.lift as f32;
     if lift > 0.0 {
         let by = Travel::Line;

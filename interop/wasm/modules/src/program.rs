@@ -6,7 +6,7 @@ use magician_host::words::Preflight;
 use magician_host::{JointAngles, ToolBias};
 use magician_program::preview::{Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse};
-use magician_program::{Format, Plan, Problem, Program, ReadOptions, Setup, check, read};
+use magician_program::{Diagnostic, Format, Plan, Program, ReadOptions, Setup, check, read};
 
 thread_local! {
     static PLAN: RefCell<Plan> = RefCell::new(Plan::new(""));
@@ -23,7 +23,7 @@ pub(crate) extern "C" fn plan() -> u32 {
     let Some(format) = Format::of("", &bytes) else {
         return 1;
     };
-    let laid = || -> Result<Plan, Problem> {
+    let laid = || -> Result<Plan, Diagnostic> {
         let reading = read(format, &bytes, &ReadOptions::default())?;
         Ok(Setup::default().plan(format, reading.content)?.plan)
     };
@@ -51,7 +51,7 @@ pub(crate) extern "C" fn estimate() -> f64 {
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn resume(step: u64) -> i64 {
     let program = PLAN.with_borrow(|plan| Program::new(plan.clone(), None));
-    let rest = program.rest(step, start());
+    let rest = program.remaining(step, start());
     rest.map_or(-1, |rest| rest.commands().count() as i64)
 }
 

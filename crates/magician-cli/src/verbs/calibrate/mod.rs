@@ -13,7 +13,7 @@ use std::io::{self, IsTerminal, Write};
 use clap::{Args, Subcommand};
 use magician::commands::EndEffectorParams;
 use magician::{Arm, words};
-use magician_program::{Problem, Tool};
+use magician_program::{Diagnostic, Tool};
 use serde::Serialize;
 
 use self::answer::Answer;
@@ -189,7 +189,7 @@ struct Nothing {
 }
 
 /// What points cannot be.
-fn wrong(problem: Problem) -> Failure {
+fn wrong(problem: Diagnostic) -> Failure {
     let advice = problem.advice(&Command);
     let failure = Failure::invalid(problem.message);
     match advice {

@@ -1,7 +1,7 @@
 //! Points that a person touches at the terminal.
 
 use magician::Arm;
-use magician_program::{Problem, Tool};
+use magician_program::{Diagnostic, Tool};
 use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::subject::{Found, Subject, Touch};
@@ -36,7 +36,7 @@ pub(super) struct Touched {
     pub(super) tool: Tool,
     pub(super) touches: Vec<Touch>,
     /// What it has come to, when all of it is touched.
-    pub(super) result: Option<Result<Found, Problem>>,
+    pub(super) result: Option<Result<Found, Diagnostic>>,
 }
 
 /// What a key is for here.

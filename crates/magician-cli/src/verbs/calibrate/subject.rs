@@ -1,7 +1,7 @@
 //! What can be found, and what has to be touched for it.
 
 use magician_program::artwork::Sheet;
-use magician_program::{Problem, Surface, Tip, Tool};
+use magician_program::{Diagnostic, Surface, Tip, Tool};
 
 use crate::config::{Config, Key};
 use crate::failure::Failure;
@@ -108,7 +108,7 @@ impl Subject {
     }
 
     /// What the touches come to.
-    pub(super) fn found(self, touches: &[Touch], tool: Tool) -> Result<Found, Problem> {
+    pub(super) fn found(self, touches: &[Touch], tool: Tool) -> Result<Found, Diagnostic> {
         match (self, touches) {
             (Self::Sheet, [a, b, c]) => {
                 let sheet = Sheet::touched([a.point(), b.point(), c.point()])?;
@@ -121,7 +121,7 @@ impl Subject {
                 let tip = Tip::touched([a.turn(), b.turn()], tool.bias())?;
                 Ok(Found::Tip(tip))
             }
-            _ => Err(Problem::of_file("that many points say nothing of it")),
+            _ => Err(Diagnostic::of_file("that many points say nothing of it")),
         }
     }
 }

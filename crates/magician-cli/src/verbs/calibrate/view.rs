@@ -1,7 +1,7 @@
 //! How touching looks: what to touch at the left, the arm at the right.
 
 use magician_motion::TopView;
-use magician_program::Problem;
+use magician_program::Diagnostic;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -124,7 +124,7 @@ fn to_do(frame: &mut Frame<'_>, area: Rect, touched: &Touched, view: TopView, th
 
 /// What the touches came to.
 fn outcome(
-    result: &Result<Found, Problem>,
+    result: &Result<Found, Diagnostic>,
     touched: &Touched,
     width: u16,
     theme: Theme,

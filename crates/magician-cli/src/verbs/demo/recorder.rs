@@ -127,13 +127,13 @@ impl Recorder {
 
 /// Why it did not come to its end.
 fn told(error: &JobError) -> Failure {
-    let complaint = match &error.fault {
-        Fault::Refused { report, .. } => report.complaints.first(),
+    let refused_step = match &error.fault {
+        Fault::Refused { report, .. } => report.refused_steps.first(),
         _ => None,
     };
-    match (&error.fault, complaint) {
+    match (&error.fault, refused_step) {
         (Fault::Arm(error), _) => Failure::from(&**error),
-        (_, Some(complaint)) => Failure::from(&complaint.error),
+        (_, Some(refused_step)) => Failure::from(&refused_step.error),
         _ => Failure::unexpected(error.to_string()),
     }
 }

@@ -25,7 +25,8 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    Action, Content, Ending, Format, Plan, Position, Problem, Program, Setup, Work, WouldFit,
+    Action, AppliedPlacement, Content, Diagnostic, Ending, Format, Plan, Program, Setup, Work,
+    WouldFit,
 };
 use magician_protocol::visible_lines;
 
@@ -76,11 +77,11 @@ struct Made {
     /// Where the tool stood, if it depends on that and nobody has said it.
     start: Option<[f64; 3]>,
     /// What of the file was taken in a certain way.
-    notes: Vec<Problem>,
+    notes: Vec<Diagnostic>,
     /// How it lies, if it was placed.
-    placed: Option<Position>,
+    placed: Option<AppliedPlacement>,
     /// Why it does not fit there, if it is only looked at, and what would.
-    misfit: Option<Problem>,
+    misfit: Option<Diagnostic>,
     would_fit: Option<WouldFit>,
     format: Format,
     ending: Ending,
@@ -171,8 +172,8 @@ impl Job {
         match self.work {
             Work::Draw(_) => "draw",
             Work::Engrave(_) => "engrave",
-            Work::Usual if made.format == Format::Playback => "play",
-            Work::Usual => "run",
+            Work::Default if made.format == Format::Playback => "play",
+            Work::Default => "run",
         }
     }
 
@@ -256,7 +257,7 @@ impl Job {
         setup.fence = context.fence();
         // What cannot be laid before the arm is what a check is for; a surface that nobody knows is not.
         let fails = self.look.checks() && setup.known_surface().is_some();
-        let refused = |problem: Problem| {
+        let refused = |problem: Diagnostic| {
             let mut failure = source.failure(&problem);
             if fails {
                 failure.kind = Kind::CheckFailed;
@@ -292,7 +293,7 @@ impl Job {
             )));
         }
         let program = Program::new(plan, Some(loops).filter(|loops| *loops > 0));
-        let needs_homed_arm = self.work != Work::Usual || format.needs_homed_arm();
+        let needs_homed_arm = self.work != Work::Default || format.needs_homed_arm();
         let ending = self.ending(&config, needs_homed_arm);
         let stays = ending.stay && ending.draws(program.plan());
         let program = program.pen_stays_down(stays);
@@ -319,7 +320,7 @@ impl Job {
     pub(crate) fn plan(
         &self,
         context: &mut Context,
-    ) -> Result<(Source, Plan, Vec<Problem>), Failure> {
+    ) -> Result<(Source, Plan, Vec<Diagnostic>), Failure> {
         let read = self.read(self.opened()?, &Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
         Ok((made.source, made.program.into_plan(), made.notes))
@@ -415,7 +416,7 @@ impl Made {
     /// A virtual arm that is ready for it.
     fn stage(&self) -> Result<Controller, Failure> {
         let mut options = RehearseOptions::default();
-        options.tool = self.setup.tool.or(self.setup.usual_tool);
+        options.tool = self.setup.tool.or(self.setup.default_tool);
         options.standing = self.standing;
         Ok(stage(self.program.plan(), &options)?)
     }
@@ -444,7 +445,7 @@ fn needs_start() -> Failure {
 }
 
 /// What was read in a certain way, for people: a line each, and with `-v` the place in the file.
-pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
+pub(crate) fn notes(source: &Source, notes: &[Diagnostic], context: &Context) {
     if context.global.json {
         return;
     }
@@ -459,7 +460,7 @@ pub(crate) fn notes(source: &Source, notes: &[Problem], context: &Context) {
     }
 }
 
-fn line_of(source: &Source, note: &Problem) -> String {
+fn line_of(source: &Source, note: &Diagnostic) -> String {
     let text = voice::advised(format!("{}: {note}", source.name), note);
     let paint = Paint::for_stderr();
     format!("{} {}", paint.note("note:"), visible_lines(&text))

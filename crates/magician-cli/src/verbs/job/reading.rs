@@ -4,7 +4,8 @@ use magician::JointAngles;
 use magician::words::Preflight;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::{
-    Content, Format, Lack, NoteCode, Origin, Plan, Problem, ReadOptions, Reading, Setup, Tool, tip,
+    Content, Diagnostic, DiagnosticCode, Format, Missing, Origin, Parsed, Plan, ReadOptions, Setup,
+    Tool, tip,
 };
 
 use super::{Job, Where, notes};
@@ -17,7 +18,7 @@ use crate::source::Source;
 pub(super) struct Opened {
     source: Source,
     format: Format,
-    reading: Option<Reading>,
+    reading: Option<Parsed>,
 }
 
 /// What was in a file.
@@ -26,7 +27,7 @@ pub(super) struct Read {
     pub(super) format: Format,
     pub(super) content: Content,
     /// What of it was taken in a certain way.
-    pub(super) notes: Vec<Problem>,
+    pub(super) notes: Vec<Diagnostic>,
     /// For what depends on where the tool stood when it began.
     pub(super) begun: Option<Begun>,
 }
@@ -101,7 +102,7 @@ impl Job {
         mut options: ReadOptions,
         place: &Where,
         context: &mut Context,
-    ) -> Result<(Reading, Option<Begun>), Failure> {
+    ) -> Result<(Parsed, Option<Begun>), Failure> {
         let config = context.config()?;
         let setup = self.setup(place, &config)?;
         setup.prepare(&mut options.gcode, setup.known_surface());
@@ -112,13 +113,13 @@ impl Job {
             return Ok((source.read(Format::Gcode, options)?, None));
         }
         let anywhere = source.read(Format::Gcode, options.clone());
-        let lacks_start = |problem: &Problem| problem.lacks == Some(Lack::Start);
+        let lacks_start = |problem: &Diagnostic| problem.missing == Some(Missing::Start);
         if (anywhere.as_ref()).is_ok_and(|read| !read.notes.iter().any(lacks_start)) {
             return anywhere.map(|reading| (reading, None));
         }
-        let tool = setup.tool.or(setup.usual_tool);
+        let tool = setup.tool.or(setup.default_tool);
         let anywhere = match anywhere {
-            Ok(Reading {
+            Ok(Parsed {
                 content: Content::Plan(plan),
                 ..
             }) => Some(plan),
@@ -152,8 +153,8 @@ impl Job {
         options.gcode.start = Some(before(at, anywhere.is_some(), &setup));
         let mut from_there = source.read(Format::Gcode, options)?;
         let what = format!("it begins where the tool stands, at {x:.3},{y:.3},{z:.3}");
-        let note = Problem::new(Origin::NONE, what)
-            .coded(NoteCode::Assumed)
+        let note = Diagnostic::new(Origin::NONE, what)
+            .coded(DiagnosticCode::Assumed)
             .help(format!(
                 "--start {x:.3},{y:.3},{z:.3} begins there again, wherever the tool is then"
             ));
@@ -173,7 +174,7 @@ impl Job {
 fn before(at: [f64; 3], has_places: bool, setup: &Setup) -> [f64; 3] {
     let [x, y, z] = at;
     match has_places {
-        true => [x - setup.placing.by[0], y - setup.placing.by[1], z],
+        true => [x - setup.placement.by[0], y - setup.placement.by[1], z],
         false => at,
     }
 }

@@ -2,7 +2,8 @@
 
 use magician::ErrorKind;
 use magician_program::{
-    Complaint, Format, Problem, Report, Rest, WouldFit, would_do_at, would_fit, would_fit_turned,
+    Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit, would_do_at, would_fit,
+    would_fit_turned,
 };
 use serde::Serialize;
 
@@ -157,21 +158,21 @@ fn length(mm: f64) -> String {
 }
 
 impl Refusal {
-    pub(super) fn of(report: &Report, complaint: &Complaint) -> Self {
-        let place = complaint.origin;
+    pub(super) fn of(report: &Report, refused_step: &RefusedStep) -> Self {
+        let place = refused_step.origin;
         let known = |value: u32| Some(value).filter(|value| *value > 0);
-        let error = &complaint.error;
+        let error = &refused_step.error;
         let mut figures = Figures::of(error);
         // The complaint has its own.
         figures.step = None;
         Self {
-            step: report.number(complaint.step),
+            step: report.number(refused_step.step),
             line: known(place.line),
             column: known(place.column),
-            name: complaint.name.clone(),
+            name: refused_step.name.clone(),
             kind: error.kind().name(),
             message: error.to_string(),
-            beyond: complaint.beyond(),
+            beyond: refused_step.beyond(),
             figures,
         }
     }
@@ -197,9 +198,9 @@ impl WayOut {
 
 impl Made {
     /// What would do for the rest of it, which is refused.
-    pub(super) fn way_out(&self, rest: &Rest) -> WayOut {
-        let placing = &self.setup.placing;
-        if self.misfit.is_some() || placing.fit {
+    pub(super) fn way_out(&self, rest: &RemainingProgram) -> WayOut {
+        let placement = &self.setup.placement;
+        if self.misfit.is_some() || placement.fit {
             // The misfit says it itself.
             return WayOut {
                 straight: self.would_fit,
@@ -209,7 +210,7 @@ impl Made {
         let (plan, start) = (rest.first(), rest.start());
         // G-code in the arm's coordinates would be laid on a surface as well, with its Z.
         let moves = self.format != Format::Gcode || self.setup.places();
-        let lies = (placing.scale, placing.rotate);
+        let lies = (placement.scale, placement.rotate);
         let straight = would_fit(plan, start, lies.0, lies.1);
         WayOut {
             straight,
@@ -228,7 +229,7 @@ impl Made {
         let straight = way_out.straight.map(size);
         let turned = way_out.turned.map(|turned| {
             let WouldFit { scale, rotate, .. } = turned;
-            match scale < self.setup.placing.scale {
+            match scale < self.setup.placement.scale {
                 true => format!("--rotate {rotate} --scale {scale} too"),
                 false => format!("--rotate {rotate} would do in this size"),
             }
@@ -243,18 +244,18 @@ impl Made {
 pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut) -> Failure {
     let way_out = made.told(way_out);
     let source = &made.source;
-    let problem = |complaint: &Complaint| Problem {
-        message: sentence(made, report, complaint),
-        ..Problem::from(complaint)
+    let problem = |refused_step: &RefusedStep| Diagnostic {
+        message: sentence(made, report, refused_step),
+        ..Diagnostic::from(refused_step)
     };
-    let problems: Vec<Problem> = (made.misfit.iter().cloned())
-        .chain(report.complaints.iter().take(SHOWN).map(problem))
+    let problems: Vec<Diagnostic> = (made.misfit.iter().cloned())
+        .chain(report.refused_steps.iter().take(SHOWN).map(problem))
         .collect();
     let drawn = problems.iter();
     let mut drawn: Vec<String> = drawn
         .map(|problem| source.draw(problem, Severity::Error))
         .collect();
-    let (all, shown) = (report.refused, report.complaints.len().min(SHOWN));
+    let (all, shown) = (report.refused, report.refused_steps.len().min(SHOWN));
     let count = match (all, shown < all) {
         (0, _) => "nothing was sent".to_owned(),
         (1, _) => "1 step is refused; nothing was sent".to_owned(),
@@ -268,13 +269,15 @@ pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut
         Some(problem) => format!("{}: {problem}; {count}", source.name),
         None => count,
     };
-    let first = report.complaints.first();
-    let kind = first.map_or(ErrorKind::InvalidInput, |complaint| complaint.error.kind());
+    let first = report.refused_steps.first();
+    let kind = first.map_or(ErrorKind::InvalidInput, |refused_step| {
+        refused_step.error.kind()
+    });
     let kind = match check {
         true => Kind::CheckFailed,
         false => Kind::Driver(kind),
     };
-    let about = first.map(|complaint| Figures::of(&complaint.error));
+    let about = first.map(|refused_step| Figures::of(&refused_step.error));
     let mut about = about.unwrap_or_default();
     about.remedies = (problems.first()).map_or_else(Vec::new, |problem| problem.remedies.clone());
     let failure = Failure::new(kind, message)
@@ -287,12 +290,12 @@ pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut
 }
 
 /// What is wrong, with the step and by how much, in the words of the file where it has words.
-fn sentence(made: &Made, report: &Report, complaint: &Complaint) -> String {
-    let error = &complaint.error;
-    let step = format!("step {}", report.number(complaint.step));
-    if let Some(beyond) = complaint.beyond() {
+fn sentence(made: &Made, report: &Report, refused_step: &RefusedStep) -> String {
+    let error = &refused_step.error;
+    let step = format!("step {}", report.number(refused_step.step));
+    if let Some(beyond) = refused_step.beyond() {
         let words = match made.format {
-            Format::Gcode | Format::Points => made.source.words(complaint.origin.line),
+            Format::Gcode | Format::Points => made.source.words(refused_step.origin.line),
             _ => None,
         };
         let what = words.unwrap_or(step);

@@ -2,7 +2,9 @@
 
 use magician::{Set, words};
 use magician_program::artwork::Marking;
-use magician_program::{Action, Ending, Frame, Pallet, Placing, Plan, Problem, Setup, Surface};
+use magician_program::{
+    Action, Diagnostic, Ending, Frame, Pallet, Placement, Plan, Setup, Surface,
+};
 
 use super::options::numbers;
 use super::{Job, Where};
@@ -19,28 +21,28 @@ impl Job {
         let (asked, way, pen) = (&self.place, &self.way, &self.pen);
         let mut setup = Setup::default();
         setup.tool = asked.tool;
-        setup.usual_tool = usual_tool(config)?;
+        setup.default_tool = usual_tool(config)?;
         setup.sheet = config.table("sheet")?;
         setup.surface = asked.surface.map(Surface::level);
         let table = match place {
             Where::Nowhere | Where::Stage(_) => Some(Surface::VIRTUAL),
             Where::Arm => None,
         };
-        setup.usual_surface = config.number("surface").map(Surface::level).or(table);
-        let mut placing = Placing::default();
-        placing.frame = match (asked.place, asked.raw) {
+        setup.default_surface = config.number("surface").map(Surface::level).or(table);
+        let mut placement = Placement::default();
+        placement.frame = match (asked.place, asked.raw) {
             (_, true) => Frame::Arm,
             (true, _) => Frame::Own,
-            _ => Frame::Usual,
+            _ => Frame::Default,
         };
-        placing.pen_z = asked.pen_z;
-        placing.at = asked.at;
-        placing.scale = asked.scale.unwrap_or(1.0);
-        placing.rotate = asked.rotate.unwrap_or(0.0);
-        (placing.fit, placing.turn) = (asked.fit, !asked.no_turn);
-        placing.mirror = asked.mirror;
-        placing.by = asked.by.unwrap_or_default();
-        setup.placing = placing;
+        placement.pen_z = asked.pen_z;
+        placement.at = asked.at;
+        placement.scale = asked.scale.unwrap_or(1.0);
+        placement.rotate = asked.rotate.unwrap_or(0.0);
+        (placement.fit, placement.turn) = (asked.fit, !asked.no_turn);
+        placement.mirror = asked.mirror;
+        placement.by = asked.by.unwrap_or_default();
+        setup.placement = placement;
         let usual = Marking::pen();
         let or_config = |flag: Option<f64>, name| flag.or_else(|| config.number(name));
         setup.pen = Marking {
@@ -59,7 +61,7 @@ impl Job {
         setup.laser_speed = config.number("engrave.speed");
         setup.power = self.beam.power;
         // What is converted is not burnt yet: a run of it has this then.
-        setup.usual_power = self.runs.then(|| config.power("engrave.power")).flatten();
+        setup.default_power = self.runs.then(|| config.power("engrave.power")).flatten();
         Ok(setup)
     }
 
@@ -80,7 +82,7 @@ impl Job {
     }
 
     /// Once at each place of the grid.
-    pub(super) fn on_grid(&self, plan: Plan) -> Result<Plan, Problem> {
+    pub(super) fn on_grid(&self, plan: Plan) -> Result<Plan, Diagnostic> {
         match self.place.grid {
             Some(grid) => plan.placed_on(&Pallet::grid(grid.rows, grid.columns, grid.pitch)),
             None => Ok(plan),

@@ -8,7 +8,7 @@ use magician::{Ctrl, FrameBuf};
 use magician_job::End;
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
-use magician_program::{Position, Problem, Report, Rest, WouldFit};
+use magician_program::{AppliedPlacement, Diagnostic, RemainingProgram, Report, WouldFit};
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
@@ -55,7 +55,7 @@ struct Answer {
     #[serde(skip_serializing_if = "Option::is_none")]
     preview: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    placed: Option<Position>,
+    placed: Option<AppliedPlacement>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     notes: Vec<Note>,
 }
@@ -75,7 +75,7 @@ impl Shown<'_> {
         let Made {
             source, program, ..
         } = self.made;
-        let rest = program.rest(self.from, start);
+        let rest = program.remaining(self.from, start);
         let rest = rest.map_err(|problem| source.failure(&problem))?;
         let report = rest.check();
         if let Some(path) = &self.look.preview {
@@ -112,9 +112,9 @@ impl Shown<'_> {
         }
     }
 
-    fn answer(&self, report: &Report, warnings: &[Problem]) -> Answer {
-        let refusals = report.complaints.iter().take(SHOWN);
-        let refusals = refusals.map(|complaint| Refusal::of(report, complaint));
+    fn answer(&self, report: &Report, warnings: &[Diagnostic]) -> Answer {
+        let refusals = report.refused_steps.iter().take(SHOWN);
+        let refusals = refusals.map(|refused_step| Refusal::of(report, refused_step));
         let steps = self.made.program.steps();
         Answer {
             ok: None,
@@ -157,7 +157,7 @@ impl Shown<'_> {
         }
     }
 
-    fn draw(&self, path: &Path, rest: &Rest, report: &Report) -> Result<(), Failure> {
+    fn draw(&self, path: &Path, rest: &RemainingProgram, report: &Report) -> Result<(), Failure> {
         let end = path.extension().map(|end| end.to_ascii_lowercase());
         let mut options = PreviewOptions::default();
         options.sheet = self.made.setup.sheet.and_then(|sheet| corners(&sheet));
@@ -179,7 +179,12 @@ impl Shown<'_> {
     }
 
     /// Every command that would be sent, up to the end of the first loop.
-    fn commands(&self, rest: &Rest, json: bool, out: &mut Output) -> Result<(), Failure> {
+    fn commands(
+        &self,
+        rest: &RemainingProgram,
+        json: bool,
+        out: &mut Output,
+    ) -> Result<(), Failure> {
         for (nth, command) in (0_u64..).zip(rest.first_commands()) {
             let step = nth.checked_sub(rest.lead());
             let step = step.map(|nth| rest.from() + nth + 1);
@@ -240,7 +245,7 @@ pub(super) fn done(
     put("title", json!(program.plan().title));
     put("steps", json!(steps));
     put("first_step", json!(done.from + 1));
-    put("loops", json!(program.rounds()));
+    put("loops", json!(program.iterations()));
     put("seconds", json!(done.seconds));
     put("drawn_mm", json!(rounded(done.report.drawn)));
     put("travel_mm", json!(rounded(done.report.travelled)));

@@ -110,7 +110,7 @@ impl<'o> Teller<'o> {
         let JobProgress { step, silent, .. } = *progress;
         if let Some(screen) = &self.screen {
             let mut model = screen.borrow_mut();
-            (model.step, model.round) = (step, progress.round);
+            (model.step, model.round) = (step, progress.iteration);
             model.left = waits(silent).or_else(|| self.left(left));
             return;
         }
@@ -136,7 +136,7 @@ impl<'o> Teller<'o> {
             let object = Object {
                 event: "progress",
                 step,
-                round: progress.round,
+                round: progress.iteration,
                 steps: self.steps,
                 share: share.map(|share| (share * 1e4).round() / 1e4),
                 seconds_silent: (!silent.is_zero()).then(|| silent.as_secs_f64().floor()),

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::words::Preflight;
 use magician::{JointAngles, ToolBias};
-use magician_program::{NoteCode, Position, Problem, Report};
+use magician_program::{AppliedPlacement, Diagnostic, DiagnosticCode, Report};
 
 use super::Made;
 use super::tell::clock;
@@ -17,16 +17,16 @@ const LONG: Duration = Duration::from_secs(2 * 3600);
 
 impl Made {
     /// Warnings about the job, from the result of a check.
-    pub(super) fn warnings(&self, report: &Report) -> Vec<Problem> {
+    pub(super) fn warnings(&self, report: &Report) -> Vec<Diagnostic> {
         let mut warnings = Vec::new();
-        if let Some(placed) = self.placed.filter(Position::is_tiny) {
+        if let Some(placed) = self.placed.filter(AppliedPlacement::is_tiny) {
             let percent = 100.0 * placed.scale;
             let what = format!("it becomes very small: {percent:.1} % of its size");
-            warnings.push(Problem::of_file(what).coded(NoteCode::Placed));
+            warnings.push(Diagnostic::of_file(what).coded(DiagnosticCode::Placed));
         }
         if let Some(time) = report.time.filter(|time| *time > LONG) {
             let what = format!("it takes {}", clock(time));
-            warnings.push(Problem::of_file(what).coded(NoteCode::Long));
+            warnings.push(Diagnostic::of_file(what).coded(DiagnosticCode::Long));
         }
         warnings
     }
@@ -39,7 +39,7 @@ impl Made {
         context: &mut Context,
     ) -> Result<(), Failure> {
         let start = Preflight::at(JointAngles::HOME, ToolBias::SUCTION);
-        let rest = self.program.rest(from, start);
+        let rest = self.program.remaining(from, start);
         let report = rest
             .map_err(|problem| self.source.failure(&problem))?
             .check();

@@ -2,7 +2,7 @@
 
 use magician::ErrorKind;
 use magician_job::{Fault, JobError, JournalError, Left, PenLift, ResumeError};
-use magician_program::resume::{Span, Verdict};
+use magician_program::resume::{ResumePoint, StepRange};
 
 use super::{Made, needs_start, report};
 use crate::context::{not_confirmed, place};
@@ -114,32 +114,35 @@ impl Wording<'_> {
             Some(Left::NotAsked) => format!(
                 "the arm finishes what it has; {command} asks it how far it came, and goes on"
             ),
-            Some(Left::Known { verdict, within }) => self.advice(verdict, within, &command),
+            Some(Left::Known {
+                resume_point,
+                within,
+            }) => self.advice(resume_point, within, &command),
             Some(Left::Forgotten(span)) => self.in_doubt(span),
         };
         failure.hint(advice)
     }
 
-    fn advice(&self, verdict: Verdict, within: bool, command: &str) -> String {
+    fn advice(&self, resume_point: ResumePoint, within: bool, command: &str) -> String {
         let of = self.of();
-        match verdict {
-            Verdict::Again(steps) if within => format!(
+        match resume_point {
+            ResumePoint::Again(steps) if within => format!(
                 "{steps}{of} steps are done and the next was cut short; {command} goes on where it stopped, in step {}",
                 steps + 1
             ),
-            Verdict::After(steps) => format!(
+            ResumePoint::After(steps) => format!(
                 "{steps}{of} steps are done; {command} goes on with step {}",
                 steps + 1
             ),
-            Verdict::Again(steps) => format!(
+            ResumePoint::Again(steps) => format!(
                 "{steps}{of} steps are done and the next was cut short; {command} goes on with step {}",
                 steps + 1
             ),
-            Verdict::Doubt(span) => self.in_doubt(span),
+            ResumePoint::Doubt(span) => self.in_doubt(span),
         }
     }
 
-    fn in_doubt(&self, Span { least, most }: Span) -> String {
+    fn in_doubt(&self, StepRange { least, most }: StepRange) -> String {
         let which = match most.saturating_sub(least) {
             0 | 1 => format!("step {}", least + 1),
             _ => format!("steps {} to {most}", least + 1),

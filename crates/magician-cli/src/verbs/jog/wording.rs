@@ -23,7 +23,7 @@ pub(super) fn failure(error: &OrderError) -> Failure {
 /// Why a program did not come to its end.
 fn program(error: &JobError) -> Failure {
     let refused = match &error.fault {
-        Fault::Refused { report, .. } => report.complaints.first().map(|first| (report, first)),
+        Fault::Refused { report, .. } => report.refused_steps.first().map(|first| (report, first)),
         _ => None,
     };
     match (&error.fault, refused) {
@@ -33,11 +33,11 @@ fn program(error: &JobError) -> Failure {
             let name = name.map_or_else(String::new, |name| format!("{name}: "));
             Failure::invalid(format!("{name}{}", problem.message))
         }
-        (_, Some((report, complaint))) => {
-            let name = complaint.name.clone();
-            let name = name.unwrap_or_else(|| format!("step {}", report.number(complaint.step)));
-            let message = format!("{name}: {}", complaint.error.message());
-            Failure::new(Kind::Driver(complaint.error.kind()), message)
+        (_, Some((report, refused_step))) => {
+            let name = refused_step.name.clone();
+            let name = name.unwrap_or_else(|| format!("step {}", report.number(refused_step.step)));
+            let message = format!("{name}: {}", refused_step.error.message());
+            Failure::new(Kind::Driver(refused_step.error.kind()), message)
         }
         _ => Failure::new(Kind::Driver(ErrorKind::Closed), error.to_string()),
     }

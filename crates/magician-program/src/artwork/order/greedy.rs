@@ -1,16 +1,16 @@
-//! From each line to the nearest that has not been drawn.
+//! The nearest-neighbour tour: from each line to the nearest that has not been drawn.
 
 use std::ops::Range;
 
 use super::super::Stroke;
-use super::Leg;
-use super::near::{Entry, Near};
+use super::TourStop;
+use super::kd_tree::{Entry, KdTree};
 
 /// As many corners of a closed line may be where it is begun.
 const MOST_CORNERS: usize = 64;
 
 /// Begins with the line nearest to the lower left corner.
-pub(super) fn tour(strokes: &[Stroke]) -> Vec<Leg> {
+pub(super) fn tour(strokes: &[Stroke]) -> Vec<TourStop> {
     let mut entries = Vec::new();
     // Which of them each line has.
     let ranges: Vec<Range<usize>> = strokes
@@ -22,18 +22,18 @@ pub(super) fn tour(strokes: &[Stroke]) -> Vec<Leg> {
             from..entries.len()
         })
         .collect();
-    let mut near = Near::new(entries);
-    let mut legs = Vec::with_capacity(strokes.len());
+    let mut near = KdTree::new(entries);
+    let mut stops = Vec::with_capacity(strokes.len());
     let mut at = least(strokes);
     while let Some(next) = near.nearest(at) {
         let range = ranges.get(next.owner).cloned().unwrap_or_default();
         range.for_each(|nth| near.remove(nth));
-        if let Some(leg) = leg(strokes, &next) {
-            at = leg.end;
-            legs.push(leg);
+        if let Some(stop) = stop(strokes, &next) {
+            at = stop.end;
+            stops.push(stop);
         }
     }
-    legs
+    stops
 }
 
 fn least(strokes: &[Stroke]) -> [f64; 2] {
@@ -59,11 +59,11 @@ fn beginnings(owner: usize, stroke: &Stroke) -> impl Iterator<Item = Entry> + '_
     })
 }
 
-fn leg(strokes: &[Stroke], entry: &Entry) -> Option<Leg> {
+fn stop(strokes: &[Stroke], entry: &Entry) -> Option<TourStop> {
     let stroke = strokes.get(entry.owner)?;
     let (first, last) = (*stroke.points.first()?, *stroke.points.last()?);
     if stroke.is_closed() {
-        return Some(Leg {
+        return Some(TourStop {
             stroke: entry.owner,
             start: entry.at,
             end: entry.at,
@@ -71,7 +71,7 @@ fn leg(strokes: &[Stroke], entry: &Entry) -> Option<Leg> {
             corner: entry.which,
         });
     }
-    let leg = Leg {
+    let stop = TourStop {
         stroke: entry.owner,
         start: first,
         end: last,
@@ -79,8 +79,8 @@ fn leg(strokes: &[Stroke], entry: &Entry) -> Option<Leg> {
         corner: 0,
     };
     Some(if entry.which == 0 {
-        leg
+        stop
     } else {
-        leg.reversed()
+        stop.reversed()
     })
 }

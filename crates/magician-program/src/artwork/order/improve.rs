@@ -1,8 +1,8 @@
-//! A better order from a good one: stretches turned round, lines moved elsewhere, as long as it gets shorter.
+//! A better tour from a good one by local search, as long as it gets shorter: 2-opt turns stretches round, or-opt moves lines elsewhere.
 
 use super::super::{Stroke, distance};
-use super::Leg;
-use super::near::{Entry, Near};
+use super::TourStop;
+use super::kd_tree::{Entry, KdTree};
 
 /// As many points near an end are looked at.
 const NEIGHBOURS: usize = 8;
@@ -10,17 +10,17 @@ const NEIGHBOURS: usize = 8;
 const WORTH: f64 = 1e-9;
 
 /// Improves until nothing near helps any more, or the effort is spent.
-pub(super) fn improve(legs: &mut Vec<Leg>, effort: u64) {
-    if legs.len() < 2 {
+pub(super) fn improve(stops: &mut Vec<TourStop>, effort: u64) {
+    if stops.len() < 2 {
         return;
     }
-    let mut search = Search::new(std::mem::take(legs), effort);
+    let mut search = LocalSearch::new(std::mem::take(stops), effort);
     while search.effort > 0 && search.pass() {}
-    *legs = search.legs;
+    *stops = search.stops;
 }
 
-struct Search {
-    legs: Vec<Leg>,
+struct LocalSearch {
+    stops: Vec<TourStop>,
     /// Where each line is in the order.
     position: Vec<usize>,
     /// Near each line's two ends, by line: the lines that end there.
@@ -28,40 +28,42 @@ struct Search {
     effort: u64,
 }
 
-impl Search {
-    fn new(legs: Vec<Leg>, effort: u64) -> Self {
-        let most = legs.iter().map(|leg| leg.stroke + 1).max().unwrap_or(0);
+impl LocalSearch {
+    fn new(stops: Vec<TourStop>, effort: u64) -> Self {
+        let most = stops.iter().map(|stop| stop.stroke + 1).max().unwrap_or(0);
         let mut position = vec![0; most];
-        for (at, leg) in legs.iter().enumerate() {
-            if let Some(position) = position.get_mut(leg.stroke) {
+        for (at, stop) in stops.iter().enumerate() {
+            if let Some(position) = position.get_mut(stop.stroke) {
                 *position = at;
             }
         }
-        let ends =
-            |leg: &Leg| [(leg.start, 0), (leg.end, 1)].map(|(at, which)| (at, leg.stroke, which));
+        let ends = |stop: &TourStop| {
+            [(stop.start, 0), (stop.end, 1)].map(|(at, which)| (at, stop.stroke, which))
+        };
         let entries =
-            legs.iter()
+            stops
+                .iter()
                 .flat_map(ends)
                 .map(|(at, owner, which)| Entry { at, owner, which });
-        let points = Near::new(entries.collect());
+        let points = KdTree::new(entries.collect());
         let mut near = vec![[Vec::new(), Vec::new()]; most];
-        for leg in &legs {
+        for stop in &stops {
             let around = |at| {
                 let mut owners: Vec<usize> = points
-                    .neighbours(at, leg.stroke, NEIGHBOURS)
+                    .neighbours(at, stop.stroke, NEIGHBOURS)
                     .into_iter()
                     .map(|entry| entry.owner)
                     .collect();
                 owners.dedup();
                 owners
             };
-            let both = [around(leg.start), around(leg.end)];
-            if let Some(near) = near.get_mut(leg.stroke) {
+            let both = [around(stop.start), around(stop.end)];
+            if let Some(near) = near.get_mut(stop.stroke) {
                 *near = both;
             }
         }
         Self {
-            legs,
+            stops,
             position,
             near,
             effort,
@@ -78,7 +80,7 @@ impl Search {
                     return false;
                 }
                 self.effort = self.effort.saturating_sub(20);
-                better |= self.turn(stroke, *other) || self.shift(stroke, *other);
+                better |= self.two_opt(stroke, *other) || self.or_opt(stroke, *other);
             }
         }
         better
@@ -89,23 +91,23 @@ impl Search {
     }
 
     /// The way from the line at one place to the next; none before the first and behind the last.
-    fn gap(&self, from: Option<&Leg>, to: Option<&Leg>) -> f64 {
+    fn gap(&self, from: Option<&TourStop>, to: Option<&TourStop>) -> f64 {
         match (from, to) {
             (Some(from), Some(to)) => distance(from.end, to.start),
             _ => 0.0,
         }
     }
 
-    fn leg(&self, at: usize) -> Option<&Leg> {
-        self.legs.get(at)
+    fn stop(&self, at: usize) -> Option<&TourStop> {
+        self.stops.get(at)
     }
 
-    fn before(&self, at: usize) -> Option<&Leg> {
-        at.checked_sub(1).and_then(|at| self.leg(at))
+    fn before(&self, at: usize) -> Option<&TourStop> {
+        at.checked_sub(1).and_then(|at| self.stop(at))
     }
 
-    /// Turns the stretch round that ends one line at the other: either what lies behind both, or what begins with both.
-    fn turn(&mut self, one: usize, other: usize) -> bool {
+    /// A step of 2-opt: turns the stretch round that ends one line at the other: either what lies behind both, or what begins with both.
+    fn two_opt(&mut self, one: usize, other: usize) -> bool {
         let (first, last) = (
             self.at(one).min(self.at(other)),
             self.at(one).max(self.at(other)),
@@ -113,7 +115,7 @@ impl Search {
         let behind = first + 1..last + 1;
         let with = first..last;
         for range in [behind, with] {
-            if range.len() > 1 && self.turned(&range) < -WORTH && self.afford(range.len()) {
+            if range.len() > 1 && self.two_opt_gain(&range) < -WORTH && self.afford(range.len()) {
                 self.reverse(range);
                 return true;
             }
@@ -122,13 +124,13 @@ impl Search {
     }
 
     /// How much longer it gets if a stretch is drawn the other way round.
-    fn turned(&self, range: &std::ops::Range<usize>) -> f64 {
-        let (before, after) = (self.before(range.start), self.leg(range.end));
-        let (first, last) = (self.leg(range.start), self.before(range.end));
+    fn two_opt_gain(&self, range: &std::ops::Range<usize>) -> f64 {
+        let (before, after) = (self.before(range.start), self.stop(range.end));
+        let (first, last) = (self.stop(range.start), self.before(range.end));
         let now = self.gap(before, first) + self.gap(last, after);
         let (first, last) = (
-            first.map(|leg| leg.reversed()),
-            last.map(|leg| leg.reversed()),
+            first.map(|stop| stop.reversed()),
+            last.map(|stop| stop.reversed()),
         );
         self.gap(before, last.as_ref()) + self.gap(first.as_ref(), after) - now
     }
@@ -140,58 +142,58 @@ impl Search {
     }
 
     fn reverse(&mut self, range: std::ops::Range<usize>) {
-        if let Some(stretch) = self.legs.get_mut(range.clone()) {
+        if let Some(stretch) = self.stops.get_mut(range.clone()) {
             stretch.reverse();
-            stretch.iter_mut().for_each(|leg| *leg = leg.reversed());
+            stretch.iter_mut().for_each(|stop| *stop = stop.reversed());
         }
         self.renumber(range);
     }
 
     fn renumber(&mut self, range: std::ops::Range<usize>) {
         for at in range {
-            let stroke = self.legs.get(at).map(|leg| leg.stroke);
+            let stroke = self.stops.get(at).map(|stop| stop.stroke);
             if let Some(position) = stroke.and_then(|stroke| self.position.get_mut(stroke)) {
                 *position = at;
             }
         }
     }
 
-    /// Moves one line to just before or behind the other, either way round.
-    fn shift(&mut self, one: usize, other: usize) -> bool {
+    /// A step of or-opt: moves one line to just before or behind the other, either way round.
+    fn or_opt(&mut self, one: usize, other: usize) -> bool {
         let (from, beside) = (self.at(one), self.at(other));
-        let (Some(leg), Some(before), after) = (self.leg(from), from.checked_sub(1), from + 1)
+        let (Some(stop), Some(before), after) = (self.stop(from), from.checked_sub(1), from + 1)
         else {
-            return self.shift_first(one, other);
+            return self.or_opt_first(one, other);
         };
-        let (leg, before) = (*leg, self.leg(before));
-        let saved = self.gap(before, Some(&leg)) + self.gap(Some(&leg), self.leg(after))
-            - self.gap(before, self.leg(after));
-        self.put(from, beside, leg, saved)
+        let (stop, before) = (*stop, self.stop(before));
+        let saved = self.gap(before, Some(&stop)) + self.gap(Some(&stop), self.stop(after))
+            - self.gap(before, self.stop(after));
+        self.put(from, beside, stop, saved)
     }
 
-    fn shift_first(&mut self, one: usize, other: usize) -> bool {
+    fn or_opt_first(&mut self, one: usize, other: usize) -> bool {
         let (from, beside) = (self.at(one), self.at(other));
-        let Some(leg) = self.leg(from).copied() else {
+        let Some(stop) = self.stop(from).copied() else {
             return false;
         };
-        let saved = self.gap(Some(&leg), self.leg(from + 1));
-        self.put(from, beside, leg, saved)
+        let saved = self.gap(Some(&stop), self.stop(from + 1));
+        self.put(from, beside, stop, saved)
     }
 
     /// Puts the line at one place to one of the sides of another, if that costs less than it saves.
-    fn put(&mut self, from: usize, beside: usize, leg: Leg, saved: f64) -> bool {
+    fn put(&mut self, from: usize, beside: usize, stop: TourStop, saved: f64) -> bool {
         for to in [beside, beside + 1] {
             // To where it already is.
             if to == from || to == from + 1 {
                 continue;
             }
-            let (before, after) = (self.before(to).copied(), self.leg(to).copied());
+            let (before, after) = (self.before(to).copied(), self.stop(to).copied());
             let (before, after) = (before.as_ref(), after.as_ref());
             let there = self.gap(before, after);
-            for leg in [leg, leg.reversed()] {
-                let cost = self.gap(before, Some(&leg)) + self.gap(Some(&leg), after) - there;
+            for stop in [stop, stop.reversed()] {
+                let cost = self.gap(before, Some(&stop)) + self.gap(Some(&stop), after) - there;
                 if cost - saved < -WORTH && self.afford(from.abs_diff(to)) {
-                    self.carry(from, to, leg);
+                    self.relocate(from, to, stop);
                     return true;
                 }
             }
@@ -199,50 +201,50 @@ impl Search {
         false
     }
 
-    fn carry(&mut self, from: usize, to: usize, leg: Leg) {
+    fn relocate(&mut self, from: usize, to: usize, stop: TourStop) {
         let (range, at) = if from < to {
             (from..to, to - 1)
         } else {
             (to..from + 1, to)
         };
-        if let Some(stretch) = self.legs.get_mut(range.clone()) {
+        if let Some(stretch) = self.stops.get_mut(range.clone()) {
             match from < to {
                 true => stretch.rotate_left(1),
                 false => stretch.rotate_right(1),
             }
         }
-        if let Some(place) = self.legs.get_mut(at) {
-            *place = leg;
+        if let Some(place) = self.stops.get_mut(at) {
+            *place = stop;
         }
         self.renumber(range);
     }
 }
 
 /// Has each closed line begin at the corner that is best on the way from the line before to the one behind.
-pub(super) fn turn_closed(legs: &mut [Leg], strokes: &[Stroke]) {
-    for at in 0..legs.len() {
+pub(super) fn rotate_closed(stops: &mut [TourStop], strokes: &[Stroke]) {
+    for at in 0..stops.len() {
         let before = at
             .checked_sub(1)
-            .and_then(|at| legs.get(at))
-            .map(|leg| leg.end);
-        let after = legs.get(at + 1).map(|leg| leg.start);
-        let Some(leg) = legs.get_mut(at) else {
+            .and_then(|at| stops.get(at))
+            .map(|stop| stop.end);
+        let after = stops.get(at + 1).map(|stop| stop.start);
+        let Some(stop) = stops.get_mut(at) else {
             return;
         };
-        let Some(stroke) = strokes.get(leg.stroke).filter(|stroke| stroke.is_closed()) else {
+        let Some(stroke) = strokes.get(stop.stroke).filter(|stroke| stroke.is_closed()) else {
             continue;
         };
         let cost = |point: [f64; 2]| {
             let from = before.map_or(0.0, |before| distance(before, point));
             from + after.map_or(0.0, |after| distance(point, after))
         };
-        let mut best = (cost(leg.start) - WORTH, leg.start, leg.corner);
+        let mut best = (cost(stop.start) - WORTH, stop.start, stop.corner);
         for (corner, point) in stroke.points.iter().enumerate().skip(1) {
             if cost(*point) < best.0 {
                 best = (cost(*point), *point, corner);
             }
         }
         let last = stroke.points.len() - 1;
-        (leg.start, leg.end, leg.corner) = (best.1, best.1, best.2 % last);
+        (stop.start, stop.end, stop.corner) = (best.1, best.1, best.2 % last);
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::super::{Stroke, distance};
-use super::near::{Entry, Near};
+use super::kd_tree::{Entry, KdTree};
 
 /// Drops lines that another one is the same as, corner by corner, in either direction.
 pub(super) fn drop_repeated(strokes: &mut Vec<Stroke>) {
@@ -90,7 +90,7 @@ fn close(stroke: Option<&mut Stroke>, within: f64) {
 /// The ends of open lines.
 struct Ends {
     within: f64,
-    near: Near,
+    near: KdTree,
     /// Which of them is the first of each line.
     firsts: Vec<Option<usize>>,
 }
@@ -112,7 +112,7 @@ impl Ends {
         }
         Self {
             within,
-            near: Near::new(entries),
+            near: KdTree::new(entries),
             firsts,
         }
     }

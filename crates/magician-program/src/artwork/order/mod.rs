@@ -3,7 +3,7 @@
 mod greedy;
 mod improve;
 mod join;
-mod near;
+mod kd_tree;
 
 use super::{Artwork, Stroke, distance};
 
@@ -114,7 +114,7 @@ impl Artwork {
 
 /// One line on the way: where it is entered and left.
 #[derive(Clone, Copy, Debug)]
-struct Leg {
+struct TourStop {
     stroke: usize,
     start: [f64; 2],
     end: [f64; 2],
@@ -124,7 +124,7 @@ struct Leg {
     corner: usize,
 }
 
-impl Leg {
+impl TourStop {
     fn reversed(self) -> Self {
         Self {
             start: self.end,
@@ -136,14 +136,14 @@ impl Leg {
 }
 
 fn rearranged(strokes: Vec<Stroke>, effort: u64) -> Vec<Stroke> {
-    let mut legs = greedy::tour(&strokes);
-    improve::improve(&mut legs, effort);
-    improve::turn_closed(&mut legs, &strokes);
+    let mut stops = greedy::tour(&strokes);
+    improve::improve(&mut stops, effort);
+    improve::rotate_closed(&mut stops, &strokes);
     let mut strokes: Vec<Option<Stroke>> = strokes.into_iter().map(Some).collect();
-    let drawn = legs.iter().filter_map(|leg| {
-        let mut stroke = strokes.get_mut(leg.stroke)?.take()?;
-        begin_at(&mut stroke, leg.corner);
-        if leg.reversed {
+    let drawn = stops.iter().filter_map(|stop| {
+        let mut stroke = strokes.get_mut(stop.stroke)?.take()?;
+        begin_at(&mut stroke, stop.corner);
+        if stop.reversed {
             stroke.points.reverse();
         }
         Some(stroke)

@@ -2,9 +2,9 @@
 
 use super::machine::{Machine, finite};
 use super::tree::Block;
-use super::value::{Value, arithmetic, compare, constant, function, modulo};
+use super::value::{BlockValue, arithmetic, compare, constant, function, modulo};
 use super::{refused, robot};
-use crate::Problem;
+use crate::Diagnostic;
 
 /// Standard blocks that give a value.
 const VALUES: [&str; 16] = [
@@ -37,7 +37,7 @@ impl Machine<'_> {
         block: &Block,
         input: &str,
         depth: u32,
-    ) -> Result<Option<Value>, Problem> {
+    ) -> Result<Option<BlockValue>, Diagnostic> {
         let Some(index) = block.input(input) else {
             return Ok(None);
         };
@@ -58,13 +58,13 @@ impl Machine<'_> {
         names: &[&'static str],
         otherwise: f64,
         depth: u32,
-    ) -> Result<f64, Problem> {
+    ) -> Result<f64, Diagnostic> {
         for name in names {
             if let Some(value) = self.value(block, name, depth)? {
                 let number = value.number().filter(|number| number.is_finite());
                 return number.ok_or_else(|| {
                     let said = value.said();
-                    block.problem(format!("{name} of {} is '{said}', no number", block.kind))
+                    block.diagnostic(format!("{name} of {} is '{said}', no number", block.kind))
                 });
             }
             if let Some(text) = block.field(name) {
@@ -78,31 +78,36 @@ impl Machine<'_> {
     }
 
     /// As [`number`](Self::number), for standard blocks: 0 for what is missing, without a note.
-    fn operand(&mut self, block: &Block, name: &str, depth: u32) -> Result<f64, Problem> {
+    fn operand(&mut self, block: &Block, name: &str, depth: u32) -> Result<f64, Diagnostic> {
         let Some(value) = self.value(block, name, depth)? else {
             return Ok(0.0);
         };
         value.number().ok_or_else(|| {
             let said = value.said();
-            block.problem(format!(
+            block.diagnostic(format!(
                 "{} is to compute with '{said}', no number",
                 block.kind
             ))
         })
     }
 
-    fn truth(&mut self, block: &Block, name: &str, depth: u32) -> Result<Option<bool>, Problem> {
+    fn truth(&mut self, block: &Block, name: &str, depth: u32) -> Result<Option<bool>, Diagnostic> {
         Ok(self.value(block, name, depth)?.map(|value| value.is_true()))
     }
 
-    fn evaluate(&mut self, index: usize, block: &Block, depth: u32) -> Result<Value, Problem> {
+    fn evaluate(
+        &mut self,
+        index: usize,
+        block: &Block,
+        depth: u32,
+    ) -> Result<BlockValue, Diagnostic> {
         let operator = block.field("OP").unwrap_or_default();
         let unknown = || {
             let message = format!(
                 "{} has an operator that is not known: '{operator}'",
                 block.kind
             );
-            block.problem(message)
+            block.diagnostic(message)
         };
         let number = match block.kind.as_str() {
             "math_number" => {
@@ -131,66 +136,71 @@ impl Machine<'_> {
                 let name = block.field("CONSTANT").unwrap_or_default();
                 constant(name).unwrap_or(f64::INFINITY)
             }
-            "logic_boolean" => return Ok(Value::Truth(block.field("BOOL") == Some("TRUE"))),
+            "logic_boolean" => return Ok(BlockValue::Truth(block.field("BOOL") == Some("TRUE"))),
             "logic_negate" => {
                 let truth = self.truth(block, "BOOL", depth)?;
-                return Ok(Value::Truth(!truth.unwrap_or(true)));
+                return Ok(BlockValue::Truth(!truth.unwrap_or(true)));
             }
             "logic_compare" => {
-                let zero = Value::Number(0.0);
+                let zero = BlockValue::Number(0.0);
                 let a = self.value(block, "A", depth)?.unwrap_or(zero.clone());
                 let b = self.value(block, "B", depth)?.unwrap_or(zero);
                 let cannot = || {
                     let (a, b) = (a.said(), b.said());
-                    block.problem(format!("{operator} cannot compare '{a}' with '{b}'"))
+                    block.diagnostic(format!("{operator} cannot compare '{a}' with '{b}'"))
                 };
                 return compare(operator, &a, &b)
                     .ok_or_else(cannot)
-                    .map(Value::Truth);
+                    .map(BlockValue::Truth);
             }
             "logic_operation" => return self.operation(block, operator, depth),
             "logic_ternary" => {
                 let met = self.truth(block, "IF", depth)?.unwrap_or(false);
                 let chosen = if met { "THEN" } else { "ELSE" };
                 let value = self.value(block, chosen, depth)?;
-                return value.ok_or_else(|| block.problem(format!("it has no {chosen}")));
+                return value.ok_or_else(|| block.diagnostic(format!("it has no {chosen}")));
             }
             "text" => {
                 let text = block.field("TEXT").unwrap_or_default();
-                return Ok(Value::Text(text.to_owned()));
+                return Ok(BlockValue::Text(text.to_owned()));
             }
             "variables_get" => return self.variable(block),
             "dobot_get_current_coordinate" | robot::JOINT_ANGLE => {
                 self.reading(index, block, depth)?
             }
-            _ => return Err(refused::problem(block)),
+            _ => return Err(refused::diagnostic(block)),
         };
         finite(block, number)
     }
 
     /// The second is only looked at where it matters; one that is missing does not matter.
-    fn operation(&mut self, block: &Block, operator: &str, depth: u32) -> Result<Value, Problem> {
+    fn operation(
+        &mut self,
+        block: &Block,
+        operator: &str,
+        depth: u32,
+    ) -> Result<BlockValue, Diagnostic> {
         let all = match operator {
             "AND" => true,
             "OR" => false,
-            _ => return Err(block.problem(format!("'{operator}' is neither AND nor OR"))),
+            _ => return Err(block.diagnostic(format!("'{operator}' is neither AND nor OR"))),
         };
         let (a, b) = (block.input("A"), block.input("B"));
         if a.is_none() && b.is_none() {
-            return Ok(Value::Truth(false));
+            return Ok(BlockValue::Truth(false));
         }
         if self.truth(block, "A", depth)?.unwrap_or(all) != all {
-            return Ok(Value::Truth(!all));
+            return Ok(BlockValue::Truth(!all));
         }
         let b = self.truth(block, "B", depth)?;
-        Ok(Value::Truth(b.unwrap_or(all)))
+        Ok(BlockValue::Truth(b.unwrap_or(all)))
     }
 }
 
-fn field_number(block: &Block, name: &str, text: &str) -> Result<f64, Problem> {
+fn field_number(block: &Block, name: &str, text: &str) -> Result<f64, Diagnostic> {
     let number = text.trim().parse::<f64>().ok();
     number.filter(|number| number.is_finite()).ok_or_else(|| {
         let message = format!("{name} of {} is '{text}', which is no number", block.kind);
-        block.problem(message)
+        block.diagnostic(message)
     })
 }

@@ -4,10 +4,10 @@ use std::collections::{HashMap, HashSet};
 
 use magician_host::{Given, Setting};
 
-use super::course::Course;
+use super::known::KnownState;
 use super::tree::{Block, Tree};
-use super::value::Value;
-use crate::{Action, NoteCode, Plan, Problem, Reading};
+use super::value::BlockValue;
+use crate::{Action, Diagnostic, DiagnosticCode, Parsed, Plan};
 
 /// Blocks that are run before a program counts as one without end.
 pub(super) const MOST_STEPS: u32 = 200_000;
@@ -27,23 +27,23 @@ pub(super) enum Flow {
 pub(super) struct Machine<'t> {
     pub(super) tree: &'t Tree,
     pub(super) plan: Plan,
-    pub(super) notes: Vec<Problem>,
+    pub(super) notes: Vec<Diagnostic>,
     /// What has been noted of which block.
     noted: HashSet<(usize, &'static str)>,
-    variables: HashMap<String, Value>,
-    pub(super) course: Course,
+    variables: HashMap<String, BlockValue>,
+    pub(super) course: KnownState,
     steps: u32,
 }
 
 impl<'t> Machine<'t> {
-    pub(super) fn run(tree: &'t Tree) -> Result<Reading<Plan>, Problem> {
+    pub(super) fn run(tree: &'t Tree) -> Result<Parsed<Plan>, Diagnostic> {
         let mut machine = Self {
             tree,
             plan: Plan::default(),
             notes: Vec::new(),
             noted: HashSet::new(),
             variables: HashMap::new(),
-            course: Course::default(),
+            course: KnownState::default(),
             steps: 0,
         };
         for block in &tree.blocks {
@@ -53,15 +53,15 @@ impl<'t> Machine<'t> {
         for top in &tree.tops {
             machine.stack(Some(*top), 0)?;
         }
-        Ok(Reading {
+        Ok(Parsed {
             content: machine.plan,
             notes: machine.notes,
         })
     }
 
-    pub(super) fn block(&self, index: usize) -> Result<&'t Block, Problem> {
+    pub(super) fn block(&self, index: usize) -> Result<&'t Block, Diagnostic> {
         let block = self.tree.blocks.get(index);
-        block.ok_or_else(|| Problem::of_file("a block is missing"))
+        block.ok_or_else(|| Diagnostic::of_file("a block is missing"))
     }
 
     fn note_stacks(&mut self) {
@@ -81,7 +81,7 @@ impl<'t> Machine<'t> {
             && self.noted.insert((index, about))
         {
             self.notes
-                .push(block.problem(what).coded(NoteCode::Assumed));
+                .push(block.diagnostic(what).coded(DiagnosticCode::Assumed));
         }
     }
 
@@ -92,16 +92,16 @@ impl<'t> Machine<'t> {
     }
 
     /// Counts what is run, so that it ends.
-    pub(super) fn count(&mut self, block: &Block, depth: u32) -> Result<(), Problem> {
+    pub(super) fn count(&mut self, block: &Block, depth: u32) -> Result<(), Diagnostic> {
         if depth > MOST_NESTED {
             let message = format!("blocks are more than {MOST_NESTED} deep in each other here");
-            return Err(block.problem(message));
+            return Err(block.diagnostic(message));
         }
         self.steps += 1;
         if self.steps > MOST_STEPS {
             let message = format!("the program has not ended after {MOST_STEPS} blocks");
             return Err(block
-                .problem(message)
+                .diagnostic(message)
                 .help("give its loops an end")
                 .remedy((Setting::Loops, Given::Any("N")), "repeats all of it"));
         }
@@ -109,7 +109,7 @@ impl<'t> Machine<'t> {
     }
 
     /// Runs blocks one after the other.
-    pub(super) fn stack(&mut self, first: Option<usize>, depth: u32) -> Result<Flow, Problem> {
+    pub(super) fn stack(&mut self, first: Option<usize>, depth: u32) -> Result<Flow, Diagnostic> {
         let mut next = first;
         while let Some(index) = next {
             let block = self.block(index)?;
@@ -125,7 +125,12 @@ impl<'t> Machine<'t> {
         Ok(Flow::Next)
     }
 
-    fn statement(&mut self, index: usize, block: &'t Block, depth: u32) -> Result<Flow, Problem> {
+    fn statement(
+        &mut self,
+        index: usize,
+        block: &'t Block,
+        depth: u32,
+    ) -> Result<Flow, Diagnostic> {
         match block.kind.as_str() {
             "controls_if" => return self.branch(block, depth),
             "controls_for" => self.counted(index, block, depth)?,
@@ -139,7 +144,7 @@ impl<'t> Machine<'t> {
             }
             "variables_set" => {
                 let value = self.value(block, "VALUE", depth)?;
-                let value = value.unwrap_or(Value::Number(0.0));
+                let value = value.unwrap_or(BlockValue::Number(0.0));
                 self.variables.insert(variable(block)?, value);
             }
             "math_change" => {
@@ -147,7 +152,7 @@ impl<'t> Machine<'t> {
                 let before = self
                     .variables
                     .get(&variable(block)?)
-                    .and_then(Value::number);
+                    .and_then(BlockValue::number);
                 let after = finite(block, before.unwrap_or(0.0) + by)?;
                 self.variables.insert(variable(block)?, after);
             }
@@ -165,7 +170,7 @@ impl<'t> Machine<'t> {
         Ok(Flow::Next)
     }
 
-    fn branch(&mut self, block: &'t Block, depth: u32) -> Result<Flow, Problem> {
+    fn branch(&mut self, block: &'t Block, depth: u32) -> Result<Flow, Diagnostic> {
         for n in block.numbered_inputs(["IF", "DO"]) {
             let met = self.value(block, &format!("IF{n}"), depth)?;
             if met.is_some_and(|met| met.is_true()) {
@@ -176,14 +181,14 @@ impl<'t> Machine<'t> {
     }
 
     /// One round of a loop; whether there may be another.
-    fn round(&mut self, block: &'t Block, depth: u32) -> Result<bool, Problem> {
+    fn round(&mut self, block: &'t Block, depth: u32) -> Result<bool, Diagnostic> {
         // An empty loop has no blocks to count.
         self.count(block, depth)?;
         Ok(self.stack(block.input("DO"), depth + 1)? != Flow::Break)
     }
 
     /// From one number to another, both included, up or down; what the body does to the variable changes nothing.
-    fn counted(&mut self, index: usize, block: &'t Block, depth: u32) -> Result<(), Problem> {
+    fn counted(&mut self, index: usize, block: &'t Block, depth: u32) -> Result<(), Diagnostic> {
         let from = self.number(index, block, &["FROM"], 0.0, depth)?;
         let to = self.number(index, block, &["TO"], 0.0, depth)?;
         let by = self.number(index, block, &["BY"], 1.0, depth)?.abs();
@@ -192,20 +197,20 @@ impl<'t> Machine<'t> {
         let within = |at: f64| if from <= to { at <= to } else { at >= to };
         let mut at = from;
         while within(at) {
-            self.variables.insert(name.clone(), Value::Number(at));
+            self.variables.insert(name.clone(), BlockValue::Number(at));
             if !self.round(block, depth)? {
                 break;
             }
             if at + by == at {
                 let message = format!("its steps of {by} lead nowhere from {at}: it has no end");
-                return Err(block.problem(message));
+                return Err(block.diagnostic(message));
             }
             at += by;
         }
         Ok(())
     }
 
-    fn repeated(&mut self, index: usize, block: &'t Block, depth: u32) -> Result<(), Problem> {
+    fn repeated(&mut self, index: usize, block: &'t Block, depth: u32) -> Result<(), Diagnostic> {
         let times = self.number(index, block, &["TIMES"], 0.0, depth)?;
         let mut left = times.trunc();
         while left >= 1.0 && self.round(block, depth)? {
@@ -214,7 +219,7 @@ impl<'t> Machine<'t> {
         Ok(())
     }
 
-    fn conditional(&mut self, block: &'t Block, depth: u32) -> Result<(), Problem> {
+    fn conditional(&mut self, block: &'t Block, depth: u32) -> Result<(), Diagnostic> {
         let until = block.field("MODE") == Some("UNTIL");
         loop {
             let met = self.value(block, "BOOL", depth)?;
@@ -225,25 +230,25 @@ impl<'t> Machine<'t> {
         }
     }
 
-    pub(super) fn variable(&self, block: &Block) -> Result<Value, Problem> {
+    pub(super) fn variable(&self, block: &Block) -> Result<BlockValue, Diagnostic> {
         let name = variable(block)?;
         self.variables
             .get(&name)
             .cloned()
-            .ok_or_else(|| block.problem(format!("the variable '{name}' has no value yet")))
+            .ok_or_else(|| block.diagnostic(format!("the variable '{name}' has no value yet")))
     }
 }
 
-fn variable(block: &Block) -> Result<String, Problem> {
+fn variable(block: &Block) -> Result<String, Diagnostic> {
     let name = block.field("VAR").filter(|name| !name.is_empty());
-    let missing = || block.problem(format!("the block {} names no variable", block.kind));
+    let missing = || block.diagnostic(format!("the block {} names no variable", block.kind));
     name.map(str::to_owned).ok_or_else(missing)
 }
 
 /// What was computed, if it is a number.
-pub(super) fn finite(block: &Block, number: f64) -> Result<Value, Problem> {
+pub(super) fn finite(block: &Block, number: f64) -> Result<BlockValue, Diagnostic> {
     match number.is_finite() {
-        true => Ok(Value::Number(number)),
-        false => Err(block.problem("what it computes is no number")),
+        true => Ok(BlockValue::Number(number)),
+        false => Err(block.diagnostic("what it computes is no number")),
     }
 }

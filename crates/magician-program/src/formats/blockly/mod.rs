@@ -12,8 +12,8 @@
 //! * A program that goes on for more than 200,000 blocks counts as one without end, and is refused; so are blocks that are more
 //!   than 100 deep in each other.
 
-mod course;
 mod eval;
+mod known;
 mod machine;
 mod refused;
 mod robot;
@@ -21,17 +21,17 @@ mod settings;
 mod tree;
 mod value;
 
-use super::{Content, ReadOptions, Reading};
-use crate::Problem;
+use super::{Content, Parsed, ReadOptions};
+use crate::Diagnostic;
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let tree = tree::Tree::read(bytes)?;
-    let Reading {
+    let Parsed {
         content: mut plan,
         notes,
     } = machine::Machine::run(&tree)?;
     plan.title.clone_from(&options.title);
-    Ok(Reading {
+    Ok(Parsed {
         content: Content::Plan(plan),
         notes,
     })

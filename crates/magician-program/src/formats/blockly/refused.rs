@@ -1,13 +1,13 @@
 //! Blocks that a plan cannot have, each with its reason.
 
 use super::tree::Block;
-use crate::Problem;
+use crate::Diagnostic;
 
 /// Why a block cannot be in a plan.
 #[derive(Clone, Copy)]
 enum Reason {
     /// Its value comes from the arm.
-    Reading,
+    Sensor,
     /// Its value comes from the clock.
     Clock,
     /// It is for the M1.
@@ -17,12 +17,12 @@ enum Reason {
 }
 
 const REFUSED: [(&str, Reason); 20] = [
-    ("dobot_get_input", Reason::Reading),
-    ("dobot_get_adc", Reason::Reading),
-    ("dobot_getiopwm", Reason::Reading),
-    ("dobot_get_12voutput", Reason::Reading),
-    ("dobot_get_colorseneor", Reason::Reading),
-    ("dobot_GetInfraredSensor", Reason::Reading),
+    ("dobot_get_input", Reason::Sensor),
+    ("dobot_get_adc", Reason::Sensor),
+    ("dobot_getiopwm", Reason::Sensor),
+    ("dobot_get_12voutput", Reason::Sensor),
+    ("dobot_get_colorseneor", Reason::Sensor),
+    ("dobot_GetInfraredSensor", Reason::Sensor),
     ("dobot_time", Reason::Clock),
     ("math_random_int", Reason::Clock),
     ("math_random_float", Reason::Clock),
@@ -53,14 +53,14 @@ fn reason(kind: &str) -> Option<Reason> {
     if has("nonlinear_movement") || has("linear_movement") || has("armori") {
         return Some(Reason::OtherArm);
     }
-    (has("_get") || has("getpose")).then_some(Reason::Reading)
+    (has("_get") || has("getpose")).then_some(Reason::Sensor)
 }
 
 /// Why this block cannot be in a plan.
-pub(super) fn problem(block: &Block) -> Problem {
+pub(super) fn diagnostic(block: &Block) -> Diagnostic {
     let kind = block.kind.as_str();
     let (why, help) = match reason(kind) {
-        Some(Reason::Reading) => (
+        Some(Reason::Sensor) => (
             "asks the arm while it runs, and a plan is made before anything moves",
             Some("a program of its own can ask: see the Rust library or the Python package"),
         ),
@@ -76,9 +76,9 @@ pub(super) fn problem(block: &Block) -> Problem {
         None if kind.is_empty() => ("names no kind of block", None),
         None => ("is a block that is not known here", None),
     };
-    let problem = block.problem(format!("'{kind}' {why}"));
+    let diagnostic = block.diagnostic(format!("'{kind}' {why}"));
     match help {
-        Some(help) => problem.help(help),
-        None => problem,
+        Some(help) => diagnostic.help(help),
+        None => diagnostic,
     }
 }

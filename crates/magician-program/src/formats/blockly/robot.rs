@@ -6,7 +6,7 @@ use magician_protocol::{PtpMode, Set};
 
 use super::machine::Machine;
 use super::tree::Block;
-use crate::{Action, Problem, Travel};
+use crate::{Action, Diagnostic, Travel};
 
 pub(super) const JOINT_ANGLE: &str = "dobot_get_joint_angle";
 
@@ -25,7 +25,7 @@ impl<'t> Machine<'t> {
         index: usize,
         block: &'t Block,
         depth: u32,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), Diagnostic> {
         let mut call = Call {
             machine: self,
             index,
@@ -52,7 +52,7 @@ impl<'t> Machine<'t> {
         index: usize,
         block: &Block,
         depth: u32,
-    ) -> Result<f64, Problem> {
+    ) -> Result<f64, Diagnostic> {
         let nth = self.number(index, block, &["value"], 1.0, depth)?;
         let course = &self.course;
         let axis = |axis: usize| course.at.and_then(|at| at.get(axis).copied());
@@ -71,14 +71,14 @@ impl<'t> Machine<'t> {
             7 => ("joint 3", joint(2)),
             8 => ("joint 4", course.j4()),
             0 => ("the place on the rail", course.rail),
-            _ => return Err(block.problem(format!("there is no coordinate {nth}"))),
+            _ => return Err(block.diagnostic(format!("there is no coordinate {nth}"))),
         };
         known.ok_or_else(|| {
             let message = format!(
                 "it asks for {what}, which is not known when the plan is made: no block before it says where the arm is"
             );
             let help = "select the end effector and go to coordinates first; 'dobot_home' leads to a point that the arm keeps";
-            block.problem(message).help(help)
+            block.diagnostic(message).help(help)
         })
     }
 }
@@ -88,7 +88,7 @@ impl Call<'_, '_> {
         &mut self,
         names: &[&'static str],
         otherwise: f64,
-    ) -> Result<f64, Problem> {
+    ) -> Result<f64, Diagnostic> {
         let Self {
             index,
             block,
@@ -103,7 +103,7 @@ impl Call<'_, '_> {
         &mut self,
         names: &[&'static str],
         otherwise: f64,
-    ) -> Result<f32, Problem> {
+    ) -> Result<f32, Diagnostic> {
         let number = self.number(names, otherwise)?;
         let name = names.first().copied().unwrap_or_default();
         fit(self.block, name, number)
@@ -114,13 +114,13 @@ impl Call<'_, '_> {
         &mut self,
         name: &'static str,
         known: std::ops::RangeInclusive<u8>,
-    ) -> Result<u8, Problem> {
+    ) -> Result<u8, Diagnostic> {
         let otherwise = f64::from(*known.start());
         let number = self.number(&[name], otherwise)?;
         let found = known.clone().find(|code| f64::from(*code) == number);
         found.ok_or_else(|| {
             let (kind, from, to) = (&self.block.kind, known.start(), known.end());
-            self.block.problem(format!(
+            self.block.diagnostic(format!(
                 "{name} of {kind} is {number}; {from} to {to} can be"
             ))
         })
@@ -134,12 +134,12 @@ impl Call<'_, '_> {
         self.machine.note(self.index, about, what);
     }
 
-    fn unknown_place(&self, what: &str) -> Problem {
+    fn unknown_place(&self, what: &str) -> Diagnostic {
         let message = format!(
             "{what}, which is not known when the plan is made: no block before it says where the arm is"
         );
         let help = "go to coordinates or joint angles first; 'dobot_home' leads to a point that the arm keeps";
-        self.block.problem(message).help(help)
+        self.block.diagnostic(message).help(help)
     }
 
     fn home(&mut self) {
@@ -147,7 +147,7 @@ impl Call<'_, '_> {
         self.machine.course.home();
     }
 
-    pub(super) fn place(&mut self, x: f64) -> Result<[f64; 3], Problem> {
+    pub(super) fn place(&mut self, x: f64) -> Result<[f64; 3], Diagnostic> {
         let x = self.single(&["xBias"], x)?;
         let y = self.single(&["yBias"], 0.0)?;
         let z = self.single(&["zBias"], 0.0)?;
@@ -155,7 +155,7 @@ impl Call<'_, '_> {
     }
 
     /// A line keeps r, a jump has r = 0.
-    fn go(&mut self, by: Travel) -> Result<(), Problem> {
+    fn go(&mut self, by: Travel) -> Result<(), Diagnostic> {
         let [x, y, z] = self.place(208.0)?;
         let r = match (by, self.machine.course.r) {
             (Travel::Line, Some(r)) => r,
@@ -169,14 +169,14 @@ impl Call<'_, '_> {
         self.arrive([x, y, z, r], by)
     }
 
-    fn arrive(&mut self, to: [f64; 4], by: Travel) -> Result<(), Problem> {
+    fn arrive(&mut self, to: [f64; 4], by: Travel) -> Result<(), Diagnostic> {
         self.machine.course.go(to);
         let to = poses(self.block, to)?;
         self.push(Action::Move { to, by });
         Ok(())
     }
 
-    fn shift(&mut self) -> Result<(), Problem> {
+    fn shift(&mut self) -> Result<(), Diagnostic> {
         let by = self.place(0.0)?;
         self.machine.course.shift(by);
         let [x, y, z] = by;
@@ -186,7 +186,7 @@ impl Call<'_, '_> {
     }
 
     /// The studio turns J4 to the number and leaves the other joints: the same place, with r = J1 + J4.
-    fn turn(&mut self) -> Result<(), Problem> {
+    fn turn(&mut self) -> Result<(), Diagnostic> {
         let j4 = self.number(&["R"], 0.0)?;
         let course = &self.machine.course;
         if let (Some([x, y, z]), Some(j1)) = (course.at, course.j1()) {
@@ -198,7 +198,7 @@ impl Call<'_, '_> {
         self.joints([j1, j2, j3, j4])
     }
 
-    fn joints(&mut self, joints: [f64; 4]) -> Result<(), Problem> {
+    fn joints(&mut self, joints: [f64; 4]) -> Result<(), Diagnostic> {
         let to = poses(self.block, joints)?;
         self.machine.course.bend(to.map(f64::from));
         let by = Travel::Joints;
@@ -207,7 +207,7 @@ impl Call<'_, '_> {
     }
 
     /// J4 stays as it is.
-    fn bend(&mut self) -> Result<(), Problem> {
+    fn bend(&mut self) -> Result<(), Diagnostic> {
         let j1 = self.number(&["Joint1"], 0.0)?;
         let j2 = self.number(&["Joint2"], 0.0)?;
         let j3 = self.number(&["Joint3"], 0.0)?;
@@ -220,7 +220,7 @@ impl Call<'_, '_> {
     }
 
     /// The arm keeps its place, the carriage moves.
-    fn slide(&mut self) -> Result<(), Problem> {
+    fn slide(&mut self) -> Result<(), Diagnostic> {
         let l = self.single(&["L"], 0.0)?;
         let course = &self.machine.course;
         let (ptp_mode, numbers) = match (course.at, course.r, course.joints()) {
@@ -242,13 +242,13 @@ impl Call<'_, '_> {
         Ok(())
     }
 
-    fn wait(&mut self) -> Result<(), Problem> {
+    fn wait(&mut self) -> Result<(), Diagnostic> {
         let seconds = self.number(&["time"], 0.5)?;
         let milliseconds = (seconds * 1000.0).round();
         if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) {
             let most = f64::from(u32::MAX) / 1000.0;
             let message = format!("it waits for {seconds} s; 0 to {most} s can be");
-            return Err(self.block.problem(message));
+            return Err(self.block.diagnostic(message));
         }
         if milliseconds > 0.0 {
             self.push(Action::Wait(milliseconds as u32));
@@ -257,18 +257,18 @@ impl Call<'_, '_> {
     }
 }
 
-fn fit(block: &Block, name: &str, number: f64) -> Result<f32, Problem> {
+fn fit(block: &Block, name: &str, number: f64) -> Result<f32, Diagnostic> {
     let single = number as f32;
     match single.is_finite() {
         true => Ok(single),
-        false => Err(block.problem(format!(
+        false => Err(block.diagnostic(format!(
             "{name} of {} is {number}, out of all range",
             block.kind
         ))),
     }
 }
 
-fn poses(block: &Block, numbers: [f64; 4]) -> Result<[f32; 4], Problem> {
+fn poses(block: &Block, numbers: [f64; 4]) -> Result<[f32; 4], Diagnostic> {
     let mut pose = [0.0; 4];
     for (number, single) in numbers.into_iter().zip(&mut pose) {
         *single = fit(block, "a number", number)?;

@@ -7,7 +7,7 @@ use magician_protocol::{Flag, IoFunction, Port, RailVersion, SensorVersion, Set,
 
 use super::refused;
 use super::robot::Call;
-use crate::{Action, Grip, Problem, Tool};
+use crate::{Action, Diagnostic, Grip, Tool};
 
 /// Pulses by which the studio has the belt go 1 mm. The belt goes about 1.9 mm by them (model section 13).
 const STUDIO_PULSES_PER_MM: f64 = 32_000.0 / (36.0 * std::f64::consts::PI);
@@ -16,7 +16,7 @@ const FASTEST_PULSES: f64 = 1e6;
 
 impl Call<'_, '_> {
     /// Sets what a block that goes nowhere says.
-    pub(super) fn setting(&mut self) -> Result<(), Problem> {
+    pub(super) fn setting(&mut self) -> Result<(), Diagnostic> {
         let action = match self.block.kind.as_str() {
             "dobot_selectendtype" => return self.select_tool(),
             "dobot_SetEndEffectorParams" => {
@@ -62,14 +62,14 @@ impl Call<'_, '_> {
         Ok(())
     }
 
-    fn rates(&mut self) -> Result<[f32; 2], Problem> {
+    fn rates(&mut self) -> Result<[f32; 2], Diagnostic> {
         let velocity = self.single(&["Velocity", "lVelocity"], 20.0)?;
         let acceleration = self.single(&["Acceleration", "lAcceleration"], 50.0)?;
         Ok([velocity, acceleration])
     }
 
     /// The block says the tool by how far it stands out; the gripper, as far out as the suction cup, has a digit more.
-    fn select_tool(&mut self) -> Result<(), Problem> {
+    fn select_tool(&mut self) -> Result<(), Diagnostic> {
         let out = self.number(&["type"], 59.7)?;
         let tools = [
             (59.7, Tool::Suction),
@@ -81,7 +81,7 @@ impl Call<'_, '_> {
             let message = format!(
                 "there is no end effector of type {out}; there are 59.7, 59.701, 61 and 70"
             );
-            return Err(self.block.problem(message));
+            return Err(self.block.diagnostic(message));
         };
         if self.machine.plan.steps.is_empty() {
             self.machine.plan.tool = Some(tool);
@@ -89,13 +89,13 @@ impl Call<'_, '_> {
         self.fit_tool(tool.bias())
     }
 
-    fn fit_tool(&mut self, bias: ToolBias) -> Result<(), Problem> {
+    fn fit_tool(&mut self, bias: ToolBias) -> Result<(), Diagnostic> {
         self.machine.course.fit(bias);
         self.push(words::tool(bias));
         Ok(())
     }
 
-    fn laser(&mut self) -> Result<(), Problem> {
+    fn laser(&mut self) -> Result<(), Diagnostic> {
         let on = self.choice("enable", 0..=1)? == 1;
         if on {
             let power = self.number(&["power"], 50.0)?;
@@ -111,7 +111,7 @@ impl Call<'_, '_> {
     }
 
     /// What is beside the arm: pins, motors, sensors, the rail.
-    fn beside(&mut self) -> Result<(), Problem> {
+    fn beside(&mut self) -> Result<(), Diagnostic> {
         let action: Action = match self.block.kind.as_str() {
             "dobot_setiomultiplexing" => {
                 let function = match self.choice("value", 1..=7)? {
@@ -122,7 +122,7 @@ impl Call<'_, '_> {
                     other => {
                         let message =
                             format!("there is no function {other} of a pin in the studio");
-                        return Err(self.block.problem(message));
+                        return Err(self.block.diagnostic(message));
                     }
                 };
                 words::multiplex(self.choice("io", 1..=20)?, function).into()
@@ -152,13 +152,13 @@ impl Call<'_, '_> {
             .into(),
             "dobot_SetLostStepCmd" => words::check_lost_steps().into(),
             "dobot_SetLostStepParams" => return self.lost_steps(),
-            _ => return Err(refused::problem(self.block)),
+            _ => return Err(refused::diagnostic(self.block)),
         };
         self.push(action);
         Ok(())
     }
 
-    fn motor(&mut self) -> Result<Set, Problem> {
+    fn motor(&mut self) -> Result<Set, Diagnostic> {
         let stepper = match self.choice("io", 0..=1)? {
             0 => Stepper::Stepper1,
             _ => Stepper::Stepper2,
@@ -175,7 +175,7 @@ impl Call<'_, '_> {
         if pulses.abs() > FASTEST_PULSES {
             let message =
                 format!("a motor is to go at {pulses} pulses/s, at most {FASTEST_PULSES} can be");
-            return Err(self.block.problem(message));
+            return Err(self.block.diagnostic(message));
         }
         let rate = pulses.trunc() as i32;
         if self.block.kind != "dobot_setemotors" {
@@ -187,7 +187,7 @@ impl Call<'_, '_> {
                 "a motor is to go {distance} pulses far, at most {} can be",
                 u32::MAX
             );
-            return Err(self.block.problem(message));
+            return Err(self.block.diagnostic(message));
         }
         if rate == 0 || distance < 1.0 {
             return Ok(words::motor(stepper, 0));
@@ -195,7 +195,7 @@ impl Call<'_, '_> {
         Ok(words::motor_by(stepper, rate, distance as u32))
     }
 
-    fn sensor(&mut self) -> Result<Set, Problem> {
+    fn sensor(&mut self) -> Result<Set, Diagnostic> {
         let on = self.choice("io", 0..=1)? == 1;
         let version = match self.choice("version", 0..=1)? {
             0 => SensorVersion::V1,
@@ -214,7 +214,7 @@ impl Call<'_, '_> {
     }
 
     /// It cannot be queued (document 1.18.1).
-    fn lost_steps(&mut self) -> Result<(), Problem> {
+    fn lost_steps(&mut self) -> Result<(), Diagnostic> {
         let value = self.single(&["threshold"], 0.5)?;
         let name = Set::from(LostStepParams { value }).row().set_name;
         let what = format!(

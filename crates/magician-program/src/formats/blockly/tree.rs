@@ -3,7 +3,7 @@
 use roxmltree::Node;
 
 use crate::formats::xml;
-use crate::{Lines, Origin, Problem};
+use crate::{Diagnostic, Lines, Origin};
 
 /// All blocks of a workspace. They name each other by their index.
 #[derive(Debug, Default)]
@@ -65,8 +65,8 @@ impl Block {
         }
     }
 
-    pub(super) fn problem(&self, message: impl Into<String>) -> Problem {
-        Problem::new(self.origin, message).named(self.name())
+    pub(super) fn diagnostic(&self, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.origin, message).named(self.name())
     }
 }
 
@@ -79,7 +79,7 @@ enum Hook<'a> {
 }
 
 impl Tree {
-    pub(super) fn read(bytes: &[u8]) -> Result<Self, Problem> {
+    pub(super) fn read(bytes: &[u8]) -> Result<Self, Diagnostic> {
         let text = xml::text(bytes)?;
         let document = xml::parse(text)?;
         let lines = Lines::new(text);
@@ -89,7 +89,7 @@ impl Tree {
             let place = start_of(root, text, &lines);
             let message =
                 format!("this is no Blockly workspace: its outermost element is '{name}'");
-            return Err(Problem::new(place, message).help("that of a workspace is 'xml'"));
+            return Err(Diagnostic::new(place, message).help("that of a workspace is 'xml'"));
         }
         let mut tree = Self::default();
         let mut open: Vec<_> = blocks_in(root).map(|node| (node, Hook::Top)).collect();
@@ -103,7 +103,7 @@ impl Tree {
         }
         if tree.blocks.is_empty() {
             let place = start_of(root, text, &lines);
-            return Err(Problem::new(place, "the workspace has no blocks"));
+            return Err(Diagnostic::new(place, "the workspace has no blocks"));
         }
         tree.order();
         Ok(tree)

@@ -2,13 +2,13 @@
 
 /// What a block gives.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Value {
+pub(super) enum BlockValue {
     Number(f64),
     Truth(bool),
     Text(String),
 }
 
-impl Value {
+impl BlockValue {
     /// A truth counts as 1 or 0.
     pub(super) fn number(&self) -> Option<f64> {
         match self {
@@ -35,13 +35,13 @@ impl Value {
     }
 }
 
-pub(super) fn compare(operator: &str, a: &Value, b: &Value) -> Option<bool> {
+pub(super) fn compare(operator: &str, a: &BlockValue, b: &BlockValue) -> Option<bool> {
     let same = || match (a.number(), b.number()) {
         (Some(a), Some(b)) => a == b,
         _ => a == b,
     };
     let order = || match (a, b) {
-        (Value::Text(a), Value::Text(b)) => Some(a.cmp(b)),
+        (BlockValue::Text(a), BlockValue::Text(b)) => Some(a.cmp(b)),
         _ => a.number()?.partial_cmp(&b.number()?),
     };
     Some(match operator {

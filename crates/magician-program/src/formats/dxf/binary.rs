@@ -2,12 +2,12 @@
 
 use std::fmt::Write;
 
-use crate::Problem;
+use crate::Diagnostic;
 
 const SENTINEL: &[u8] = b"AutoCAD Binary DXF\r\n\x1A\0";
 
 /// The text of a binary file; nothing if it is none.
-pub(super) fn to_text(bytes: &[u8]) -> Result<Option<String>, Problem> {
+pub(super) fn to_text(bytes: &[u8]) -> Result<Option<String>, Diagnostic> {
     let Some(rest) = bytes.strip_prefix(SENTINEL) else {
         return Ok(None);
     };
@@ -17,7 +17,7 @@ pub(super) fn to_text(bytes: &[u8]) -> Result<Option<String>, Problem> {
     let mut text = String::new();
     while !reader.rest.is_empty() {
         let pair = reader.pair(wide, &mut text);
-        pair.ok_or_else(|| Problem::of_file("the binary DXF file is cut short"))?;
+        pair.ok_or_else(|| Diagnostic::of_file("the binary DXF file is cut short"))?;
     }
     Ok(Some(text))
 }

@@ -9,7 +9,7 @@ use magician_host::{Given, Setting};
 use super::drawing::{Drawing, Hidden};
 use super::entity;
 use super::pairs::Record;
-use crate::{NoteCode, Origin, Problem, Stroke};
+use crate::{Diagnostic, DiagnosticCode, Origin, Stroke};
 
 /// Points of all lines together, at most.
 pub(super) const MOST_POINTS: usize = 2_000_000;
@@ -41,7 +41,7 @@ pub(super) struct Canvas<'p> {
 
 /// Where entities come to lie, and what they inherit.
 #[derive(Clone)]
-pub(super) struct Place<'p> {
+pub(super) struct InsertContext<'p> {
     /// From their coordinates to mm.
     pub(super) map: Affine,
     /// The layer that layer 0 stands for within a block.
@@ -67,8 +67,8 @@ impl<'p> Canvas<'p> {
     }
 
     /// Draws everything.
-    pub(super) fn draw(&mut self) -> Result<(), Problem> {
-        let place = Place {
+    pub(super) fn draw(&mut self) -> Result<(), Diagnostic> {
+        let place = InsertContext {
             map: Affine::scale(self.drawing.unit.unwrap_or(1.0)),
             layer: None,
             blocks: Vec::new(),
@@ -77,16 +77,16 @@ impl<'p> Canvas<'p> {
     }
 
     /// The lines, the names of their layers, and the notes in the order of the file.
-    pub(super) fn finish(self) -> (Vec<Stroke>, Vec<String>, Vec<Problem>) {
+    pub(super) fn finish(self) -> (Vec<Stroke>, Vec<String>, Vec<Diagnostic>) {
         let left_out = self.left_out.into_iter();
-        let mut notes: Vec<Problem> = left_out
+        let mut notes: Vec<Diagnostic> = left_out
             .map(|((kind, why), (count, origin))| {
                 let times = match count {
                     1 => String::new(),
                     _ => format!(" {count} times"),
                 };
                 let what = format!("{kind} is left out{times}: {why}");
-                Problem::new(origin, what).coded(NoteCode::LeftOut)
+                Diagnostic::new(origin, what).coded(DiagnosticCode::LeftOut)
             })
             .collect();
         notes.sort_by(|one, other| (one.origin, &one.message).cmp(&(other.origin, &other.message)));
@@ -95,24 +95,30 @@ impl<'p> Canvas<'p> {
             let why = "the drawing does not say what its unit is: it is taken as mm";
             notes.insert(
                 0,
-                Problem::of_file(why).coded(NoteCode::Assumed).remedy(
-                    (Setting::Scale, Given::Any("FACTOR")),
-                    "makes it what it should be",
-                ),
+                Diagnostic::of_file(why)
+                    .coded(DiagnosticCode::Assumed)
+                    .remedy(
+                        (Setting::Scale, Given::Any("FACTOR")),
+                        "makes it what it should be",
+                    ),
             );
         }
         if let Some((count, origin)) = self.flattened {
             let why = format!("{count} polylines rise and fall: they are drawn as seen from above");
-            notes.push(Problem::new(origin, why).coded(NoteCode::Assumed));
+            notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
         if let Some(origin) = self.drawing.cut {
             let why = "the file does not end with EOF: it may be cut short";
-            notes.push(Problem::new(origin, why).coded(NoteCode::Assumed));
+            notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
         (self.strokes, self.names, notes)
     }
 
-    fn records(&mut self, range: Range<usize>, place: &Place<'p>) -> Result<(), Problem> {
+    fn records(
+        &mut self,
+        range: Range<usize>,
+        place: &InsertContext<'p>,
+    ) -> Result<(), Diagnostic> {
         let mut rest = self.drawing.records.get(range).unwrap_or_default();
         while let Some((record, after)) = rest.split_first() {
             self.count(record)?;
@@ -124,11 +130,11 @@ impl<'p> Canvas<'p> {
         Ok(())
     }
 
-    fn count(&mut self, record: &Record<'p>) -> Result<(), Problem> {
+    fn count(&mut self, record: &Record<'p>) -> Result<(), Diagnostic> {
         self.pairs += record.pairs.len() + 1;
         if self.pairs > MOST_PAIRS {
             let why = "the blocks of the drawing unfold to more than can be drawn";
-            return Err(Problem::new(record.origin, why));
+            return Err(Diagnostic::new(record.origin, why));
         }
         Ok(())
     }
@@ -137,8 +143,8 @@ impl<'p> Canvas<'p> {
         &mut self,
         record: &'p Record<'p>,
         vertices: &'p [Record<'p>],
-        place: &Place<'p>,
-    ) -> Result<(), Problem> {
+        place: &InsertContext<'p>,
+    ) -> Result<(), Diagnostic> {
         if matches!(record.kind, "VERTEX" | "SEQEND" | "VIEWPORT" | "EOF") {
             return Ok(());
         }
@@ -163,7 +169,7 @@ impl<'p> Canvas<'p> {
         &mut self,
         record: &Record<'p>,
         why: impl Into<String>,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), Diagnostic> {
         let kind = record.kind.char_indices().nth(40);
         let kind = kind.and_then(|(end, _)| record.kind.get(..end));
         let key = (kind.unwrap_or(record.kind), why.into());
@@ -183,8 +189,8 @@ impl<'p> Canvas<'p> {
         &mut self,
         record: &'p Record<'p>,
         layer: &'p str,
-        place: &Place<'p>,
-    ) -> Result<(), Problem> {
+        place: &InsertContext<'p>,
+    ) -> Result<(), Diagnostic> {
         let name = record.text(2).unwrap_or_default();
         let drawing = self.drawing;
         let Some(block) = drawing.block(name) else {
@@ -216,7 +222,7 @@ impl<'p> Canvas<'p> {
                 self.count(record)?;
                 let cell = Affine::translate((column as f64 * across, row as f64 * up));
                 let from_base = Affine::translate((-block.base[0], -block.base[1]));
-                let inner = Place {
+                let inner = InsertContext {
                     map: spot * cell * scale * from_base,
                     layer: Some(layer),
                     blocks: blocks.clone(),
@@ -233,10 +239,10 @@ impl<'p> Canvas<'p> {
         points: Vec<Point>,
         record: &Record<'p>,
         layer: &'p str,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), Diagnostic> {
         if points.iter().any(|point| !point.is_finite()) {
             let why = format!("{} lies beyond all numbers", record.kind);
-            return Err(Problem::new(record.origin, why));
+            return Err(Diagnostic::new(record.origin, why));
         }
         let mut points: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.y]).collect();
         points.dedup();
@@ -245,7 +251,7 @@ impl<'p> Canvas<'p> {
             let why = format!("the drawing has more than {MOST_POINTS} points");
             let tolerance = (Setting::Tolerance, Given::Any("MM"));
             return Err(
-                Problem::new(record.origin, why).remedy(tolerance, "needs fewer if it is wider")
+                Diagnostic::new(record.origin, why).remedy(tolerance, "needs fewer if it is wider")
             );
         }
         if points.is_empty() {

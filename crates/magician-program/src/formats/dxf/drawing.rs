@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::pairs::Record;
-use crate::{Origin, Problem};
+use crate::{Diagnostic, Origin};
 
 /// A file, taken apart.
 pub(super) struct Drawing<'p> {
@@ -37,7 +37,7 @@ pub(super) enum Hidden {
 }
 
 impl<'p> Drawing<'p> {
-    pub(super) fn new(records: &'p [Record<'p>]) -> Result<Self, Problem> {
+    pub(super) fn new(records: &'p [Record<'p>]) -> Result<Self, Diagnostic> {
         let mut drawing = Self {
             records,
             entities: 0..0,
@@ -68,7 +68,9 @@ impl<'p> Drawing<'p> {
             }
         }
         if sections == 0 {
-            return Err(Problem::of_file("this is no DXF file: it has no sections"));
+            return Err(Diagnostic::of_file(
+                "this is no DXF file: it has no sections",
+            ));
         }
         Ok(drawing)
     }
@@ -89,7 +91,7 @@ impl<'p> Drawing<'p> {
         found.map_or(self.records.len(), |at| from + at)
     }
 
-    fn layers(&mut self, body: Range<usize>) -> Result<(), Problem> {
+    fn layers(&mut self, body: Range<usize>) -> Result<(), Diagnostic> {
         let records = self.records.get(body).unwrap_or_default();
         for layer in records.iter().filter(|record| record.kind == "LAYER") {
             let (Some(name), flags) = (layer.text(2), layer.integer(70)?) else {
@@ -108,7 +110,7 @@ impl<'p> Drawing<'p> {
         Ok(())
     }
 
-    fn blocks(&mut self, body: Range<usize>) -> Result<(), Problem> {
+    fn blocks(&mut self, body: Range<usize>) -> Result<(), Diagnostic> {
         let mut at = body.start;
         while at < body.end {
             let start = self.find(at, "BLOCK");
@@ -132,7 +134,7 @@ impl<'p> Drawing<'p> {
 }
 
 /// How many mm a drawing unit is, by `$INSUNITS`; nothing where it has none.
-fn unit(header: &Record<'_>) -> Result<Option<f64>, Problem> {
+fn unit(header: &Record<'_>) -> Result<Option<f64>, Diagnostic> {
     let mut pairs = header.pairs.iter();
     if !pairs.any(|pair| (pair.code, pair.value) == (9, "$INSUNITS")) {
         return Ok(None);
@@ -163,7 +165,7 @@ fn unit(header: &Record<'_>) -> Result<Option<f64>, Problem> {
         "0" => return Ok(None),
         other => {
             let why = format!("{other} is no unit of length that a drawing for an arm can have");
-            return Err(Problem::new(unit.origin, why));
+            return Err(Diagnostic::new(unit.origin, why));
         }
     }))
 }

@@ -2,13 +2,13 @@
 
 use kurbo::{Affine, Point, Vec2};
 
-use super::canvas::{Canvas, Place};
+use super::canvas::{Canvas, InsertContext};
 use super::curve::{self, Ellipse};
 use super::pairs::Record;
 use super::spline::Spline;
-use crate::Problem;
+use crate::Diagnostic;
 
-type Drawn = Result<(), Problem>;
+type Drawn = Result<(), Diagnostic>;
 
 /// Draws one entity, or notes why not. The vertices are those of a POLYLINE.
 pub(super) fn draw<'p>(
@@ -16,7 +16,7 @@ pub(super) fn draw<'p>(
     record: &'p Record<'p>,
     vertices: &'p [Record<'p>],
     layer: &'p str,
-    place: &Place<'p>,
+    place: &InsertContext<'p>,
 ) -> Drawn {
     let pen = Pen {
         record,
@@ -43,7 +43,7 @@ pub(super) fn draw<'p>(
 
 /// From an entity's own plane, at this height above it, to the drawing seen from above: the plane is told by its normal, and
 /// turned about it by the arbitrary axis rule of the DXF Reference.
-pub(super) fn plane(record: &Record<'_>, height: f64) -> Result<Affine, Problem> {
+pub(super) fn plane(record: &Record<'_>, height: f64) -> Result<Affine, Diagnostic> {
     let normal = normal(record)?;
     let [nx, ny, nz] = normal;
     let near_z = nx.abs() < 1.0 / 64.0 && ny.abs() < 1.0 / 64.0;
@@ -56,7 +56,7 @@ pub(super) fn plane(record: &Record<'_>, height: f64) -> Result<Affine, Problem>
     Ok(Affine::new([ax, ay, bx, by, nx * height, ny * height]))
 }
 
-fn normal(record: &Record<'_>) -> Result<[f64; 3], Problem> {
+fn normal(record: &Record<'_>) -> Result<[f64; 3], Diagnostic> {
     let [x, y, z] = [210, 220, 230].map(|code| record.number(code));
     Ok(unit([
         x?.unwrap_or(0.0),

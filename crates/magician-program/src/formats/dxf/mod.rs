@@ -17,27 +17,27 @@ mod tests;
 use canvas::Canvas;
 use drawing::Drawing;
 
-use super::{Content, ReadOptions, Reading};
-use crate::{Artwork, Origin, Problem};
+use super::{Content, Parsed, ReadOptions};
+use crate::{Artwork, Diagnostic, Origin};
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     if bytes.starts_with(b"AC10") {
-        return Err(Problem::of_file("this is a DWG file, not a DXF file")
+        return Err(Diagnostic::of_file("this is a DWG file, not a DXF file")
             .help("save it as DXF in the program that it comes from"));
     }
     match binary::to_text(bytes)? {
         // Places in a text that nobody has are none.
         Some(text) => read_text(&text, options)
             .map(without_places)
-            .map_err(|problem| Problem {
+            .map_err(|diagnostic| Diagnostic {
                 origin: Origin::NONE,
-                ..problem
+                ..diagnostic
             }),
         None => read_text(&String::from_utf8_lossy(bytes), options),
     }
 }
 
-fn read_text(text: &str, options: &ReadOptions) -> Result<Reading, Problem> {
+fn read_text(text: &str, options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let pairs = pairs::pairs(text)?;
     let records = pairs::records(&pairs);
     let drawing = Drawing::new(&records)?;
@@ -50,13 +50,13 @@ fn read_text(text: &str, options: &ReadOptions) -> Result<Reading, Problem> {
         strokes: join::joined(strokes),
         names,
     };
-    Ok(Reading {
+    Ok(Parsed {
         content: Content::Artwork(artwork),
         notes,
     })
 }
 
-fn without_places(mut reading: Reading) -> Reading {
+fn without_places(mut reading: Parsed) -> Parsed {
     let forget = |origin: &mut Origin| {
         let name = origin.name;
         *origin = Origin {

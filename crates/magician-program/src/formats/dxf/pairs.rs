@@ -1,6 +1,6 @@
 //! A DXF file as what it is made of: pairs of a group code and a value, each on a line of its own, and records of them.
 
-use crate::{Origin, Problem};
+use crate::{Diagnostic, Origin};
 
 /// A value, and the code that says what it means.
 #[derive(Clone, Copy, Debug)]
@@ -11,7 +11,7 @@ pub(super) struct Pair<'t> {
 }
 
 /// The pairs of a text.
-pub(super) fn pairs(text: &str) -> Result<Vec<Pair<'_>>, Problem> {
+pub(super) fn pairs(text: &str) -> Result<Vec<Pair<'_>>, Diagnostic> {
     let mut pairs = Vec::new();
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
     let mut lines = (1_u32..).zip(text.lines());
@@ -22,13 +22,13 @@ pub(super) fn pairs(text: &str) -> Result<Vec<Pair<'_>>, Problem> {
                 break;
             }
             let what = shortened(code.trim());
-            return Err(Problem::new(
+            return Err(Diagnostic::new(
                 at,
                 format!("expected a group code, found \"{what}\""),
             ));
         };
         let Some((line, value)) = lines.next() else {
-            return Err(Problem::new(at, "the file ends after a group code"));
+            return Err(Diagnostic::new(at, "the file ends after a group code"));
         };
         pairs.push(Pair {
             code: number,
@@ -62,20 +62,20 @@ fn shortened(text: &str) -> String {
 }
 
 impl Pair<'_> {
-    fn number(&self) -> Result<f64, Problem> {
+    fn number(&self) -> Result<f64, Diagnostic> {
         let number = self.value.parse().ok();
         number
             .filter(|number: &f64| number.is_finite())
             .ok_or_else(|| {
                 let what = shortened(self.value);
-                Problem::new(self.origin, format!("expected a number, found \"{what}\""))
+                Diagnostic::new(self.origin, format!("expected a number, found \"{what}\""))
             })
     }
 
-    fn integer(&self) -> Result<i64, Problem> {
+    fn integer(&self) -> Result<i64, Diagnostic> {
         self.value.parse().map_err(|_| {
             let what = shortened(self.value);
-            Problem::new(
+            Diagnostic::new(
                 self.origin,
                 format!("expected a whole number, found \"{what}\""),
             )
@@ -110,37 +110,37 @@ impl<'p> Record<'p> {
         self.first(code).map(|pair| pair.value)
     }
 
-    pub(super) fn number(&self, code: i32) -> Result<Option<f64>, Problem> {
+    pub(super) fn number(&self, code: i32) -> Result<Option<f64>, Diagnostic> {
         self.first(code).map(Pair::number).transpose()
     }
 
     /// A number without which this means nothing.
-    pub(super) fn needed(&self, code: i32) -> Result<f64, Problem> {
+    pub(super) fn needed(&self, code: i32) -> Result<f64, Diagnostic> {
         self.number(code)?.ok_or_else(|| {
             let why = format!("{} has no value for group code {code}", self.kind);
-            Problem::new(self.origin, why)
+            Diagnostic::new(self.origin, why)
         })
     }
 
-    pub(super) fn integer(&self, code: i32) -> Result<i64, Problem> {
+    pub(super) fn integer(&self, code: i32) -> Result<i64, Diagnostic> {
         self.first(code).map_or(Ok(0), Pair::integer)
     }
 
     /// All numbers with this code.
-    pub(super) fn numbers(&self, code: i32) -> Result<Vec<f64>, Problem> {
+    pub(super) fn numbers(&self, code: i32) -> Result<Vec<f64>, Diagnostic> {
         let pairs = self.pairs.iter().filter(|pair| pair.code == code);
         pairs.map(Pair::number).collect()
     }
 
     /// The point whose x has this code; y and z have 10 and 20 more, and are 0 where they are left out.
-    pub(super) fn point(&self, code: i32) -> Result<[f64; 3], Problem> {
+    pub(super) fn point(&self, code: i32) -> Result<[f64; 3], Diagnostic> {
         let x = self.needed(code)?;
         let [y, z] = [10, 20].map(|more| self.number(code + more));
         Ok([x, y?.unwrap_or(0.0), z?.unwrap_or(0.0)])
     }
 
     /// All points whose x has this code, each with the value of one more code that follows it.
-    pub(super) fn points(&self, code: i32, more: i32) -> Result<Vec<([f64; 3], f64)>, Problem> {
+    pub(super) fn points(&self, code: i32, more: i32) -> Result<Vec<([f64; 3], f64)>, Diagnostic> {
         let mut points: Vec<([f64; 3], f64)> = Vec::new();
         for pair in self.pairs {
             if pair.code == code {

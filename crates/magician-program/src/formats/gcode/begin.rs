@@ -8,8 +8,8 @@
 use super::block::Block;
 use super::machine::{Machine, Mode};
 use super::motion::AXES;
-use crate::formats::flaw::Flaw;
-use crate::{NoteCode, Origin};
+use crate::formats::span::SpanDiagnostic;
+use crate::{DiagnosticCode, Origin};
 
 const FEED_FIRST: &str = "the program begins with a feed move (G1), and does not say where from: the arm goes to its end first, and \
      draws from there on";
@@ -85,7 +85,7 @@ impl Machine<'_> {
         }
     }
 
-    pub(super) fn straight(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    pub(super) fn straight(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         self.note_z(block, origin);
         self.hear_z(block);
         let stray = self.is_stray(block);
@@ -107,7 +107,7 @@ impl Machine<'_> {
                 self.notes.add_without_start(origin, NAMES_LATER);
             }
             if feeds && (self.pen_is_down || !self.lifts) {
-                self.notes.add(NoteCode::Assumed, origin, FEED_FIRST);
+                self.notes.add(DiagnosticCode::Assumed, origin, FEED_FIRST);
             }
             self.begin.held = None;
             self.out.enter(place, origin);
@@ -137,7 +137,7 @@ impl Machine<'_> {
         origin: Origin,
     ) {
         if stray && feeds {
-            self.notes.add(NoteCode::Assumed, origin, FEED_FIRST);
+            self.notes.add(DiagnosticCode::Assumed, origin, FEED_FIRST);
         }
         let height = self.begin.held.map(|(height, _)| height).or(from[2]);
         let lower = height.filter(|height| *height > z);
@@ -152,7 +152,8 @@ impl Machine<'_> {
             }
             Some(height) => {
                 self.begin.held = Some((height, origin));
-                self.notes.add(NoteCode::Assumed, origin, LOWERED_LATER);
+                self.notes
+                    .add(DiagnosticCode::Assumed, origin, LOWERED_LATER);
             }
             None => {
                 self.begin.held = None;
@@ -165,14 +166,14 @@ impl Machine<'_> {
     }
 
     /// An arc is what it is only from a place that the program means.
-    pub(super) fn begins_somewhere(&self, block: &Block) -> Result<(), Flaw> {
+    pub(super) fn begins_somewhere(&self, block: &Block) -> Result<(), SpanDiagnostic> {
         let about = self.absolute_centres && block.has_any(b"IJK") && !self.begin.is_own();
         if self.at[0].is_none() || self.at[1].is_none() || !(self.is_stray(block) || about) {
             return Ok(());
         }
         let message = "this arc begins where the arm stands: the program does not say where";
         let help = "put a move (G0 X Y) before it that says where it begins";
-        Err(Flaw::new(block.range.clone(), message).help(help))
+        Err(SpanDiagnostic::new(block.range.clone(), message).help(help))
     }
 
     /// The tool goes down to where the program has it, if that waits.

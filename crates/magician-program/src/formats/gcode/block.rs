@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::lexer::{Item, Words};
 use super::parameters::{Key, Parameters};
-use crate::formats::flaw::Flaw;
+use crate::formats::span::SpanDiagnostic;
 
 /// More codes than this on a line are no program.
 const MOST_CODES: usize = 16;
@@ -61,7 +61,7 @@ fn index(letter: u8) -> usize {
 
 impl Block {
     /// Sorts a line, with the values that parameters have before it.
-    pub(super) fn fill(&mut self, line: &str, values: &Parameters) -> Result<(), Flaw> {
+    pub(super) fn fill(&mut self, line: &str, values: &Parameters) -> Result<(), SpanDiagnostic> {
         self.given = 0;
         self.codes.clear();
         self.bare = None;
@@ -97,15 +97,21 @@ impl Block {
         Ok(())
     }
 
-    fn push(&mut self, letter: u8, number: f64, range: Range<usize>) -> Result<(), Flaw> {
+    fn push(&mut self, letter: u8, number: f64, range: Range<usize>) -> Result<(), SpanDiagnostic> {
         let tenths = (number * 10.0).round();
         let whole = (number * 10.0 - tenths).abs() < 1e-6;
         if !(whole && (0.0..100_000.0).contains(&tenths)) {
             let letter = char::from(letter);
-            return Err(Flaw::new(range, format!("there is no {letter}{number}")));
+            return Err(SpanDiagnostic::new(
+                range,
+                format!("there is no {letter}{number}"),
+            ));
         }
         if self.codes.len() == MOST_CODES {
-            return Err(Flaw::new(range, "there are too many codes on one line"));
+            return Err(SpanDiagnostic::new(
+                range,
+                "there are too many codes on one line",
+            ));
         }
         let tenths = tenths as u32;
         self.codes.push(Code {
@@ -121,11 +127,11 @@ impl Block {
         last.is_some_and(|code| WITH_TEXT.iter().any(|number| code.is(b'M', *number)))
     }
 
-    fn set(&mut self, letter: u8, number: f64, range: &Range<usize>) -> Result<(), Flaw> {
+    fn set(&mut self, letter: u8, number: f64, range: &Range<usize>) -> Result<(), SpanDiagnostic> {
         let at = index(letter);
         if self.number(letter).is_some_and(|known| known != number) {
             let message = format!("{} stands twice on one line", char::from(letter));
-            return Err(Flaw::new(range.clone(), message));
+            return Err(SpanDiagnostic::new(range.clone(), message));
         }
         self.given |= 1 << at;
         if let (Some(to), Some(place)) = (self.numbers.get_mut(at), self.ranges.get_mut(at)) {

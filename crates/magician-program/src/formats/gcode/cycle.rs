@@ -5,8 +5,8 @@ use super::arc::Plane;
 use super::block::Block;
 use super::machine::{Machine, Mode};
 use super::motion::AXES;
-use crate::formats::flaw::Flaw;
-use crate::{NoteCode, Origin};
+use crate::formats::span::SpanDiagnostic;
+use crate::{DiagnosticCode, Origin};
 
 /// A line makes no more holes than this.
 const MOST_HOLES: f64 = 1000.0;
@@ -46,13 +46,18 @@ fn feeds_up(cycle: u32) -> bool {
 }
 
 impl Machine<'_> {
-    pub(super) fn drill(&mut self, block: &Block, cycle: u32, origin: Origin) -> Result<(), Flaw> {
-        let flaw = |message: String| Flaw::new(block.range.clone(), message);
+    pub(super) fn drill(
+        &mut self,
+        block: &Block,
+        cycle: u32,
+        origin: Origin,
+    ) -> Result<(), SpanDiagnostic> {
+        let error = |message: String| SpanDiagnostic::new(block.range.clone(), message);
         let name = format!("G{}", cycle / 10);
         if self.laser || self.lifts || self.plane != Plane::Xy {
             let message =
                 format!("{name} drills, which is done with a pen and in the plane of G17");
-            return Err(flaw(message));
+            return Err(error(message));
         }
         let zero = self.offsets.zero();
         let place = |axis: usize| self.at[axis].map(|at| at - zero[axis]);
@@ -67,7 +72,7 @@ impl Machine<'_> {
         };
         // Without R it begins where the tool is.
         let Some(r) = r.or(now) else {
-            return Err(flaw(format!(
+            return Err(error(format!(
                 "{name} needs R: the height that it begins at"
             )));
         };
@@ -76,7 +81,7 @@ impl Machine<'_> {
             None => self.cycle.z,
         };
         let Some(z) = z.filter(|z| *z <= r) else {
-            return Err(flaw(format!("{name} needs Z: how deep it goes, below R")));
+            return Err(error(format!("{name} needs Z: how deep it goes, below R")));
         };
         (self.cycle.z, self.cycle.r, self.cycle.from) = (Some(z), Some(r), first);
         let holes = if relative {
@@ -85,12 +90,12 @@ impl Machine<'_> {
             1.0
         };
         if !(0.0..=MOST_HOLES).contains(&holes) {
-            return Err(flaw(format!(
+            return Err(error(format!(
                 "{name} makes {holes} holes; {MOST_HOLES} are the most"
             )));
         }
         let message = format!("{name} is done as one way down and up for each hole");
-        self.notes.add(NoteCode::Assumed, origin, &message);
+        self.notes.add(DiagnosticCode::Assumed, origin, &message);
         let up = first.filter(|first| self.cycle.back && *first > r);
         let up = up.unwrap_or(r);
         let (mut at, mut height) = ([x, y], now);
@@ -101,7 +106,7 @@ impl Machine<'_> {
                 }
             }
             let [Some(x), Some(y)] = at else {
-                return Err(flaw(format!("{name} drills, and X and Y are not known")));
+                return Err(error(format!("{name} drills, and X and Y are not known")));
             };
             if height.is_none_or(|height| height < r) {
                 self.leg(Mode::Travel, &[(b'Z', r)], block, origin)?;
@@ -127,7 +132,7 @@ impl Machine<'_> {
         to: &[(u8, f64)],
         block: &Block,
         origin: Origin,
-    ) -> Result<(), Flaw> {
+    ) -> Result<(), SpanDiagnostic> {
         let before = (self.mode, self.relative, self.unit);
         (self.mode, self.relative, self.unit) = (mode, false, 1.0);
         let done = self.straight(&block.instead(to), origin);

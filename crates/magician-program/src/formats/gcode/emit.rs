@@ -12,7 +12,7 @@ const ROTATION: f32 = 0.0;
 
 /// How a motion with the tool at work goes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Work {
+pub(super) struct CutSettings {
     /// Speed, mm/s; that in force on the arm if the program has none.
     pub(super) feed: Option<f64>,
     /// Power of the laser, percent.
@@ -101,13 +101,13 @@ impl<'o> Emitter<'o> {
     }
 
     /// A line of the tool.
-    pub(super) fn line(&mut self, to: [f64; 3], work: Work, origin: Origin) {
+    pub(super) fn line(&mut self, to: [f64; 3], work: CutSettings, origin: Origin) {
         self.begin(origin);
         self.path_speed(work.feed, origin);
         self.segment(to, work, origin);
     }
 
-    fn segment(&mut self, to: [f64; 3], work: Work, origin: Origin) {
+    fn segment(&mut self, to: [f64; 3], work: CutSettings, origin: Origin) {
         if self.laser {
             self.burn(to, work.power, work.follows, origin);
         } else {
@@ -127,7 +127,12 @@ impl<'o> Emitter<'o> {
     }
 
     /// An arc of the tool.
-    pub(super) fn arc(&mut self, arc: &Arc, work: Work, origin: Origin) -> Result<(), String> {
+    pub(super) fn arc(
+        &mut self,
+        arc: &Arc,
+        work: CutSettings,
+        origin: Origin,
+    ) -> Result<(), String> {
         self.begin(origin);
         let lines = self.laser || self.options.arcs == Arcs::Lines || !arc.is_level();
         // What is as good as a line is one: the path goes on, and the arm refuses arcs that are flat.

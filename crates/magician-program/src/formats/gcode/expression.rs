@@ -2,7 +2,7 @@
 
 use super::lexer::Words;
 use super::parameters::{Key, LAST};
-use crate::formats::flaw::Flaw;
+use crate::formats::span::SpanDiagnostic;
 
 /// Brackets and parameters within each other; more are no program.
 const DEEPEST: u32 = 60;
@@ -97,11 +97,11 @@ impl Operator {
 
 impl Words<'_> {
     /// A real value, if one begins here.
-    pub(super) fn value(&mut self) -> Result<Option<f64>, Flaw> {
+    pub(super) fn value(&mut self) -> Result<Option<f64>, SpanDiagnostic> {
         self.value_at(0)
     }
 
-    fn value_at(&mut self, depth: u32) -> Result<Option<f64>, Flaw> {
+    fn value_at(&mut self, depth: u32) -> Result<Option<f64>, SpanDiagnostic> {
         let start = self.at;
         if let Some(number) = self.number() {
             return Ok(Some(number));
@@ -122,7 +122,7 @@ impl Words<'_> {
         }
         if depth > DEEPEST {
             let message = format!("values stand more than {DEEPEST} deep within each other");
-            return Err(Flaw::new(start..self.at + 1, message));
+            return Err(SpanDiagnostic::new(start..self.at + 1, message));
         }
         let value = match self.peek() {
             Some(b'[') => self.bracket(depth)?,
@@ -147,17 +147,17 @@ impl Words<'_> {
         Ok(Some(sign * value))
     }
 
-    fn unknown(&self, start: usize, message: String) -> Flaw {
-        Flaw::new(start..self.at, message)
+    fn unknown(&self, start: usize, message: String) -> SpanDiagnostic {
+        SpanDiagnostic::new(start..self.at, message)
             .help("let the program that made the file write numbers, or set it in the file")
     }
 
     /// `#` and which parameter.
-    pub(super) fn key(&mut self) -> Result<Key, Flaw> {
+    pub(super) fn key(&mut self) -> Result<Key, SpanDiagnostic> {
         self.key_at(0)
     }
 
-    fn key_at(&mut self, depth: u32) -> Result<Key, Flaw> {
+    fn key_at(&mut self, depth: u32) -> Result<Key, SpanDiagnostic> {
         let start = self.at;
         self.at += 1;
         self.skip_blanks();
@@ -166,22 +166,22 @@ impl Words<'_> {
         }
         let Some(number) = self.value_at(depth + 1)? else {
             let message = "# stands without the number or the name of a parameter";
-            return Err(Flaw::new(start..start + 1, message));
+            return Err(SpanDiagnostic::new(start..start + 1, message));
         };
         let whole = number.round();
         if (number - whole).abs() < WHOLE && (1.0..=f64::from(LAST)).contains(&whole) {
             return Ok(Key::Number(whole as u16));
         }
         let message = format!("there is no parameter #{number}; they are #1 to #{LAST}");
-        Err(Flaw::new(start..self.at, message))
+        Err(SpanDiagnostic::new(start..self.at, message))
     }
 
     /// A name in angle brackets, in lower case and without blanks.
-    pub(super) fn name(&mut self) -> Result<Box<str>, Flaw> {
+    pub(super) fn name(&mut self) -> Result<Box<str>, SpanDiagnostic> {
         let start = self.at;
         let rest = self.line.get(start + 1..).unwrap_or_default();
         let Some(length) = rest.find('>') else {
-            return Err(Flaw::new(
+            return Err(SpanDiagnostic::new(
                 start..start + 1,
                 "a name ends with > on its line",
             ));
@@ -191,30 +191,36 @@ impl Words<'_> {
         let letters = letters.filter(|letter| !letter.is_whitespace());
         let name: String = letters.map(|letter| letter.to_ascii_lowercase()).collect();
         if name.is_empty() {
-            return Err(Flaw::new(start..self.at, "a name has no letter"));
+            return Err(SpanDiagnostic::new(start..self.at, "a name has no letter"));
         }
         Ok(name.into())
     }
 
     /// An expression from its bracket to the one that closes it.
-    pub(super) fn bracket(&mut self, depth: u32) -> Result<f64, Flaw> {
+    pub(super) fn bracket(&mut self, depth: u32) -> Result<f64, SpanDiagnostic> {
         let start = self.at;
         self.at += 1;
         let value = self.terms(depth, 0)?;
         self.skip_blanks();
         if self.peek() != Some(b']') {
-            return Err(Flaw::new(start..start + 1, "this bracket is not closed"));
+            return Err(SpanDiagnostic::new(
+                start..start + 1,
+                "this bracket is not closed",
+            ));
         }
         self.at += 1;
         Ok(value)
     }
 
     /// Values with operators of at least this precedence between them.
-    fn terms(&mut self, depth: u32, least: u8) -> Result<f64, Flaw> {
+    fn terms(&mut self, depth: u32, least: u8) -> Result<f64, SpanDiagnostic> {
         self.skip_blanks();
         let start = self.at;
         let Some(mut left) = self.value_at(depth + 1)? else {
-            return Err(Flaw::new(start..start + 1, "a value is missing here"));
+            return Err(SpanDiagnostic::new(
+                start..start + 1,
+                "a value is missing here",
+            ));
         };
         loop {
             self.skip_blanks();
@@ -235,7 +241,7 @@ impl Words<'_> {
                 } else {
                     format!("of {left} and {right} is no number ({name}..)")
                 };
-                return Err(Flaw::new(start..self.at, format!("this {what}")));
+                return Err(SpanDiagnostic::new(start..self.at, format!("this {what}")));
             }
             left = value;
         }
@@ -252,7 +258,7 @@ impl Words<'_> {
     }
 
     /// A function call and its value; `None` if no function of this name begins here.
-    fn function(&mut self, depth: u32) -> Result<Option<f64>, Flaw> {
+    fn function(&mut self, depth: u32) -> Result<Option<f64>, SpanDiagnostic> {
         let start = self.at;
         self.pass(|byte| byte.is_ascii_alphabetic());
         let name = self.line.get(start..self.at).unwrap_or_default();
@@ -279,7 +285,7 @@ impl Words<'_> {
                 self.skip_blanks();
                 if by == self.at || self.peek() != Some(b'[') {
                     let message = "ATAN takes two values: ATAN[1]/[2]";
-                    return Err(Flaw::new(start..self.at, message));
+                    return Err(SpanDiagnostic::new(start..self.at, message));
                 }
                 libm::atan2(of, self.bracket(depth + 1)?).to_degrees()
             }
@@ -295,7 +301,7 @@ impl Words<'_> {
         };
         match value.is_finite() {
             true => Ok(Some(value)),
-            false => Err(Flaw::new(
+            false => Err(SpanDiagnostic::new(
                 start..self.at,
                 format!("{name} of {of} is no number"),
             )),
@@ -303,7 +309,7 @@ impl Words<'_> {
     }
 
     /// Every numbered parameter exists; a named one once it is set.
-    fn exists(&mut self, start: usize, depth: u32) -> Result<f64, Flaw> {
+    fn exists(&mut self, start: usize, depth: u32) -> Result<f64, SpanDiagnostic> {
         self.at += 1;
         self.skip_blanks();
         let mut exists = None;
@@ -323,7 +329,7 @@ impl Words<'_> {
                 self.at += 1;
                 Ok(f64::from(u8::from(exists)))
             }
-            None => Err(Flaw::new(
+            None => Err(SpanDiagnostic::new(
                 start..self.at,
                 "EXISTS asks for a parameter: EXISTS[#<name>]",
             )),

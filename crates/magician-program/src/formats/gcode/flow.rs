@@ -1,17 +1,17 @@
 //! Where O-words lead a program: branches, loops and subroutines.
 
-use super::Line;
-use super::interpreter::{Called, DEEPEST, FILES, Frame, Interpreter};
+use super::SourceLine;
+use super::interpreter::{CallFrame, Called, DEEPEST, FILES, Interpreter};
 use super::lexer::Words;
-use super::oword::{Keyword, Label, Oword, Place, line_at};
-use crate::formats::flaw::Flaw;
+use super::oword::{Keyword, Label, Oword, TextPosition, line_at};
+use crate::formats::span::SpanDiagnostic;
 
 /// A call has no more values than this.
 const MOST_ARGUMENTS: usize = 30;
 
 impl<'p, 't> Interpreter<'p, 't> {
     /// The line behind an O-word.
-    fn after_oword(&self, at: usize) -> Place {
+    fn after_oword(&self, at: usize) -> TextPosition {
         let oword = self.program.owords.all.get(at);
         oword.map_or(self.place, |oword| self.after(oword.place))
     }
@@ -21,15 +21,15 @@ impl<'p, 't> Interpreter<'p, 't> {
         &mut self,
         oword: &'p Oword,
         own: usize,
-        line: &Line<'t>,
-    ) -> Result<(), Flaw> {
+        line: &SourceLine<'t>,
+    ) -> Result<(), SpanDiagnostic> {
         let all = &self.program.owords.all;
         match oword.keyword {
             Keyword::Sub => self.place = self.after_oword(oword.other),
             Keyword::Call => return self.call_sub(oword, line),
             Keyword::EndSub | Keyword::Return => {
                 let value = self.optional(oword, line)?;
-                if let Some(Frame {
+                if let Some(CallFrame {
                     of: Called::Sub(_), ..
                 }) = self.frames.last()
                 {
@@ -37,7 +37,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                     self.parameters.value = value;
                 } else {
                     let message = format!("{} returns, and nothing has called it", oword.label);
-                    return Err(Flaw::new(0..oword.rest, message));
+                    return Err(SpanDiagnostic::new(0..oword.rest, message));
                 }
             }
             Keyword::If => self.branch(own, line)?,
@@ -100,7 +100,7 @@ impl<'p, 't> Interpreter<'p, 't> {
     }
 
     /// The first branch of an `if` whose condition holds.
-    fn branch(&mut self, begin: usize, line: &Line<'t>) -> Result<(), Flaw> {
+    fn branch(&mut self, begin: usize, line: &SourceLine<'t>) -> Result<(), SpanDiagnostic> {
         let all = &self.program.owords.all;
         let mut at = begin;
         loop {
@@ -124,7 +124,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         }
     }
 
-    fn call_sub(&mut self, oword: &Oword, line: &Line<'t>) -> Result<(), Flaw> {
+    fn call_sub(&mut self, oword: &Oword, line: &SourceLine<'t>) -> Result<(), SpanDiagnostic> {
         let label = match oword.label {
             Label::Computed => self.computed(oword, line)?,
             ref known => known.clone(),
@@ -137,18 +137,18 @@ impl<'p, 't> Interpreter<'p, 't> {
                 let message = format!(
                     "call takes up to {MOST_ARGUMENTS} values in brackets, as in o100 call [1] [#2]"
                 );
-                return Err(Flaw::new(words.at..words.at + 1, message));
+                return Err(SpanDiagnostic::new(words.at..words.at + 1, message));
             }
             arguments.push(words.bracket(0)?);
         }
         let Some(sub) = self.program.owords.sub(&label) else {
             let message =
                 format!("{label} is called, and there is no such subroutine in this file");
-            return Err(Flaw::new(0..oword.rest, message).help(FILES));
+            return Err(SpanDiagnostic::new(0..oword.rest, message).help(FILES));
         };
         if self.frames.len() > DEEPEST {
             let message = format!("subroutines call each other more than {DEEPEST} deep");
-            return Err(Flaw::new(0..oword.rest, message));
+            return Err(SpanDiagnostic::new(0..oword.rest, message));
         }
         let saved = self.parameters.enter(&arguments);
         self.call(Called::Sub(saved), 0..oword.rest)?;
@@ -156,7 +156,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         Ok(())
     }
 
-    fn computed(&self, oword: &Oword, line: &Line<'t>) -> Result<Label, Flaw> {
+    fn computed(&self, oword: &Oword, line: &SourceLine<'t>) -> Result<Label, SpanDiagnostic> {
         let mut words = Words::new(line.text, &self.parameters);
         words.pass(|byte| !matches!(byte, b'[' | b'#'));
         let number = words.value()?.unwrap_or(-1.0);
@@ -166,20 +166,24 @@ impl<'p, 't> Interpreter<'p, 't> {
             }
             number => {
                 let message = format!("there is no subroutine o{number}");
-                Err(Flaw::new(0..oword.rest, message))
+                Err(SpanDiagnostic::new(0..oword.rest, message))
             }
         }
     }
 
     /// The one value of an O-word.
-    fn condition(&self, oword: &Oword, line: &Line<'_>) -> Result<f64, Flaw> {
+    fn condition(&self, oword: &Oword, line: &SourceLine<'_>) -> Result<f64, SpanDiagnostic> {
         self.optional(oword, line)?.ok_or_else(|| {
             let message = format!("{} has no value in brackets", oword.label);
-            Flaw::new(0..oword.rest, message)
+            SpanDiagnostic::new(0..oword.rest, message)
         })
     }
 
-    fn optional(&self, oword: &Oword, line: &Line<'_>) -> Result<Option<f64>, Flaw> {
+    fn optional(
+        &self,
+        oword: &Oword,
+        line: &SourceLine<'_>,
+    ) -> Result<Option<f64>, SpanDiagnostic> {
         let mut words = Words::new(line.text, &self.parameters);
         words.at = oword.rest;
         let value = match words.begin() {
@@ -189,7 +193,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         };
         match words.begin() {
             None => Ok(Some(value)),
-            Some(_) => Err(Flaw::new(
+            Some(_) => Err(SpanDiagnostic::new(
                 words.at..line.text.trim_end().len(),
                 "this stands behind the value of an O-word",
             )),

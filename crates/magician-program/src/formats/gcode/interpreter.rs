@@ -6,11 +6,11 @@ use magician_host::{Given, Setting};
 use super::Notes;
 use super::block::Block;
 use super::modes::Modes;
-use super::oword::{Owords, Place, line_at};
+use super::oword::{Owords, TextPosition, line_at};
 use super::parameters::{Parameters, Saved};
-use super::{Line, behind_number};
-use crate::formats::flaw::Flaw;
-use crate::{NoteCode, Problem};
+use super::{SourceLine, behind_number};
+use crate::formats::span::SpanDiagnostic;
+use crate::{Diagnostic, DiagnosticCode};
 
 /// A program may carry out so many lines more than it has.
 const MOST_REPEATED: u64 = 300_000;
@@ -29,7 +29,7 @@ pub(super) struct Program<'t> {
 }
 
 impl<'t> Program<'t> {
-    pub(super) fn new(text: &'t str) -> Result<Self, Problem> {
+    pub(super) fn new(text: &'t str) -> Result<Self, Diagnostic> {
         let lines = text.bytes().filter(|byte| *byte == b'\n').count() + 1;
         let all = lines + text.len() / BYTES_OF_A_LINE;
         Ok(Self {
@@ -47,9 +47,9 @@ impl<'t> Program<'t> {
 
 /// A call under way.
 #[derive(Debug)]
-pub(super) struct Frame {
+pub(super) struct CallFrame {
     /// Where it goes on afterwards.
-    back: Place,
+    back: TextPosition,
     pub(super) of: Called,
     /// How often each loop under way is still to be done.
     pub(super) repeats: Vec<(usize, u64)>,
@@ -78,9 +78,9 @@ pub(super) enum Stepped {
 pub(super) struct Interpreter<'p, 't> {
     pub(super) program: &'p Program<'t>,
     /// The line that comes next.
-    pub(super) place: Place,
+    pub(super) place: TextPosition,
     /// The main program and the calls under way.
-    pub(super) frames: Vec<Frame>,
+    pub(super) frames: Vec<CallFrame>,
     pub(super) parameters: Parameters,
     /// How many lines were carried out.
     pub(super) done: u64,
@@ -92,14 +92,14 @@ pub(super) struct Interpreter<'p, 't> {
 
 impl<'p, 't> Interpreter<'p, 't> {
     pub(super) fn new(program: &'p Program<'t>, modes: Modes) -> Self {
-        let place = Place {
+        let place = TextPosition {
             number: 1,
-            ..Place::default()
+            ..TextPosition::default()
         };
         Self {
             program,
             place,
-            frames: vec![Frame {
+            frames: vec![CallFrame {
                 back: place,
                 of: Called::Main,
                 repeats: Vec::new(),
@@ -120,7 +120,7 @@ impl<'p, 't> Interpreter<'p, 't> {
     pub(super) fn step(
         &mut self,
         block: &mut Block,
-    ) -> Result<Option<(Line<'t>, Stepped)>, Problem> {
+    ) -> Result<Option<(SourceLine<'t>, Stepped)>, Diagnostic> {
         if self.ended {
             return Ok(None);
         }
@@ -129,34 +129,34 @@ impl<'p, 't> Interpreter<'p, 't> {
             self.ended = true;
             return match self.frames.len() {
                 0 | 1 => Ok(None),
-                _ => Err(Problem::of_file(
+                _ => Err(Diagnostic::of_file(
                     "the program ends within a subprogram: M99 is missing",
                 )),
             };
         };
-        self.place = Place {
+        self.place = TextPosition {
             at: next,
             number: here.number.saturating_add(1),
             oword: here.oword,
         };
         let stepped = self.carry_out(&line, here, block);
-        let stepped = stepped.map_err(|flaw| line.problem(flaw))?;
+        let stepped = stepped.map_err(|error| line.diagnostic(error))?;
         Ok(Some((line, stepped)))
     }
 
     fn carry_out(
         &mut self,
-        line: &Line<'t>,
-        here: Place,
+        line: &SourceLine<'t>,
+        here: TextPosition,
         block: &mut Block,
-    ) -> Result<Stepped, Flaw> {
+    ) -> Result<Stepped, SpanDiagnostic> {
         self.done += 1 + (line.text.len() / BYTES_OF_A_LINE) as u64;
         if self.done > self.program.allowed {
             let message = format!(
                 "the program repeats more than {MOST_REPEATED} lines: it is taken to have no end"
             );
             let help = "end its loops, or write it out with the program that made the file";
-            return Err(Flaw::new(0..line.text.trim_end().len(), message).help(help));
+            return Err(SpanDiagnostic::new(0..line.text.trim_end().len(), message).help(help));
         }
         match line.text.as_bytes().get(behind_number(line.text)) {
             Some(b'/' | b'$') => return Ok(Stepped::LeftOut),
@@ -182,7 +182,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         self.note_unset(line);
         for (key, value, range) in block.sets.drain(..) {
             let set = self.parameters.set(key, value);
-            set.map_err(|message| Flaw::new(range, message))?;
+            set.map_err(|message| SpanDiagnostic::new(range, message))?;
         }
         self.begun |= !block.is_empty();
         // Most lines have no code.
@@ -195,27 +195,31 @@ impl<'p, 't> Interpreter<'p, 't> {
         Ok(Stepped::Words)
     }
 
-    fn note_unset(&mut self, line: &Line<'_>) {
+    fn note_unset(&mut self, line: &SourceLine<'_>) {
         if let Some(number) = self.parameters.take_unset() {
             let message = format!("#{number} is read before it is set: it is taken as 0");
             let origin = line.origin(&(0..line.text.trim_end().len()));
-            self.notes.add(NoteCode::Assumed, origin, &message);
+            self.notes.add(DiagnosticCode::Assumed, origin, &message);
         }
     }
 
     /// M98 and M99.
-    fn subprogram(&mut self, block: &mut Block, line: &Line<'_>) -> Result<(), Flaw> {
+    fn subprogram(
+        &mut self,
+        block: &mut Block,
+        line: &SourceLine<'_>,
+    ) -> Result<(), SpanDiagnostic> {
         if block.remove(b'M', 98) {
             let Some(number) = block.take(b'P') else {
                 let message = "M98 has no P: the number of the program that it calls";
-                return Err(Flaw::new(block.range.clone(), message));
+                return Err(SpanDiagnostic::new(block.range.clone(), message));
             };
             let times = block.take(b'L').unwrap_or(1.0).max(0.0).floor();
             let programs = &self.program.owords.numbered;
             let found = programs.get(&(number as u32));
             let Some(place) = found.filter(|_| number >= 0.0 && number.fract() == 0.0) else {
                 let message = format!("M98 calls the program O{number}, which is not in this file");
-                return Err(Flaw::new(block.range.clone(), message).help(FILES));
+                return Err(SpanDiagnostic::new(block.range.clone(), message).help(FILES));
             };
             if times > 0.0 {
                 let of = Called::Numbered(number as u32, times as u64 - 1);
@@ -230,9 +234,9 @@ impl<'p, 't> Interpreter<'p, 't> {
         Ok(())
     }
 
-    fn end_of_subprogram(&mut self, block: &Block, line: &Line<'_>) {
+    fn end_of_subprogram(&mut self, block: &Block, line: &SourceLine<'_>) {
         match self.frames.last_mut() {
-            Some(Frame {
+            Some(CallFrame {
                 of: Called::Numbered(number, left),
                 ..
             }) if *left > 0 => {
@@ -240,7 +244,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                 let place = self.program.owords.numbered.get(number).copied();
                 self.place = self.after(place.unwrap_or_default());
             }
-            Some(Frame {
+            Some(CallFrame {
                 of: Called::Numbered(..),
                 ..
             }) => self.leave(),
@@ -249,19 +253,23 @@ impl<'p, 't> Interpreter<'p, 't> {
                 let message = "M99 would begin the program again: it ends there";
                 let origin = line.origin(&block.range);
                 self.notes
-                    .add_with(NoteCode::Assumed, origin, message, |note| {
+                    .add_with(DiagnosticCode::Assumed, origin, message, |note| {
                         note.remedy((Setting::Loops, Given::Any("N")), "repeats it")
                     });
             }
         }
     }
 
-    pub(super) fn call(&mut self, of: Called, range: std::ops::Range<usize>) -> Result<(), Flaw> {
+    pub(super) fn call(
+        &mut self,
+        of: Called,
+        range: std::ops::Range<usize>,
+    ) -> Result<(), SpanDiagnostic> {
         if self.frames.len() > DEEPEST {
             let message = format!("subroutines call each other more than {DEEPEST} deep");
-            return Err(Flaw::new(range, message));
+            return Err(SpanDiagnostic::new(range, message));
         }
-        self.frames.push(Frame {
+        self.frames.push(CallFrame {
             back: self.place,
             of,
             repeats: Vec::new(),
@@ -283,13 +291,13 @@ impl<'p, 't> Interpreter<'p, 't> {
     }
 
     /// The line behind a place.
-    pub(super) fn after(&self, place: Place) -> Place {
+    pub(super) fn after(&self, place: TextPosition) -> TextPosition {
         let next = line_at(self.program.text, place).map_or(place.at, |(_, next)| next);
         let owords = &self.program.owords.all;
         let is_one = owords
             .get(place.oword)
             .is_some_and(|oword| oword.place.at == place.at);
-        Place {
+        TextPosition {
             at: next,
             number: place.number.saturating_add(1),
             oword: place.oword + usize::from(is_one),
@@ -332,15 +340,15 @@ mod tests {
             let mut interpreter = Interpreter::new(&program, Modes::new(None, false));
             let mut block = Block::default();
             let mut steps = 0;
-            let problem = loop {
+            let diagnostic = loop {
                 match interpreter.step(&mut block) {
                     Ok(Some(_)) => steps += 1,
                     Ok(None) => panic!("{text} ends"),
-                    Err(problem) => break problem.to_string(),
+                    Err(diagnostic) => break diagnostic.to_string(),
                 }
             };
             assert!(steps <= most, "{steps} {text:.20}");
-            assert!(problem.starts_with("line "), "{problem}");
+            assert!(diagnostic.starts_with("line "), "{diagnostic}");
         }
     }
 }

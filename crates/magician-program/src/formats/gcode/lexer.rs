@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::parameters::{Key, Parameters};
-use crate::formats::flaw::Flaw;
+use crate::formats::span::SpanDiagnostic;
 
 /// No number of a program for this arm is as great, whatever its unit.
 const GREATEST: f64 = 1e9;
@@ -103,7 +103,7 @@ impl<'l> Words<'l> {
         self.at += 1;
     }
 
-    fn word(&mut self, letter: u8) -> Result<Word, Flaw> {
+    fn word(&mut self, letter: u8) -> Result<Word, SpanDiagnostic> {
         let start = self.at;
         self.at += 1;
         self.skip_blanks();
@@ -122,12 +122,12 @@ impl<'l> Words<'l> {
             let text = self.line.get(from..self.at).unwrap_or_default();
             let message = format!("{text} may be one number or a number and a word E");
             let help = "write numbers without an exponent, and a space before E";
-            return Err(Flaw::new(start..self.at, message).help(help));
+            return Err(SpanDiagnostic::new(start..self.at, message).help(help));
         }
         let counts = letter.is_ascii_alphabetic() && !letter.eq_ignore_ascii_case(&b'N');
         if let Some(number) = number.filter(|number| counts && number.abs() > GREATEST) {
             let letter = char::from(letter);
-            return Err(Flaw::new(
+            return Err(SpanDiagnostic::new(
                 range,
                 format!("{letter} is {number:e}, which is too great"),
             ));
@@ -190,7 +190,7 @@ impl<'l> Words<'l> {
 
 impl Words<'_> {
     /// A parameter and what it is set to.
-    fn set(&mut self) -> Result<Item, Flaw> {
+    fn set(&mut self) -> Result<Item, SpanDiagnostic> {
         let start = self.at;
         let key = self.key()?;
         self.skip_blanks();
@@ -205,12 +205,12 @@ impl Words<'_> {
         } else {
             format!("{key} stands without a letter before it or = behind it")
         };
-        Err(Flaw::new(start..self.at, message))
+        Err(SpanDiagnostic::new(start..self.at, message))
     }
 }
 
 impl Iterator for Words<'_> {
-    type Item = Result<Item, Flaw>;
+    type Item = Result<Item, SpanDiagnostic>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let first = self.begin()?;
@@ -223,16 +223,16 @@ impl Iterator for Words<'_> {
         let start = self.at;
         let sign = self.line.get(start..)?.chars().next()?;
         self.at = self.line.len();
-        let flaw = match sign {
+        let error = match sign {
             '[' | '0'..='9' | '.' | '-' | '+' => {
-                Flaw::new(start..start + 1, "a number stands without its letter")
+                SpanDiagnostic::new(start..start + 1, "a number stands without its letter")
             }
             _ => {
                 let range = start..start + sign.len_utf8();
-                Flaw::new(range, format!("{sign:?} is no part of a G-code program"))
+                SpanDiagnostic::new(range, format!("{sign:?} is no part of a G-code program"))
             }
         };
-        Some(Err(flaw))
+        Some(Err(error))
     }
 }
 
@@ -302,20 +302,20 @@ mod tests {
 
     #[test]
     fn what_is_no_word_says_where_it_is() {
-        let flaw = |line: &str| {
+        let error = |line: &str| {
             let none = Parameters::none();
             let found = Words::new(line, &none).find_map(Result::err);
-            let flaw = found.expect("a flaw");
-            (flaw.range, flaw.message)
+            let error = found.expect("a flaw");
+            (error.range, error.message)
         };
-        assert_eq!(flaw("X1.2e3").0, 0..6);
-        assert_eq!(flaw("X1E-999 Y2").0, 0..7);
-        assert_eq!(flaw("G1 #1").0, 3..5);
-        assert_eq!(flaw("G1 ü").1, "'ü' is no part of a G-code program");
+        assert_eq!(error("X1.2e3").0, 0..6);
+        assert_eq!(error("X1E-999 Y2").0, 0..7);
+        assert_eq!(error("G1 #1").0, 3..5);
+        assert_eq!(error("G1 ü").1, "'ü' is no part of a G-code program");
         let forty = "1".repeat(40);
         let long = format!("G1 X{forty}");
-        assert_eq!(flaw(&long).0, 3..44);
-        assert_eq!(flaw("7 G1").1, "a number stands without its letter");
+        assert_eq!(error(&long).0, 3..44);
+        assert_eq!(error("7 G1").1, "a number stands without its letter");
         // A fraction after E is a word of its own, as printers write it without spaces.
         assert_eq!(words("G1X10E0.5").len(), 3);
     }

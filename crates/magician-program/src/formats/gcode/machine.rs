@@ -3,8 +3,8 @@
 use magician_host::{Given, Setting};
 
 use super::GcodeOptions;
-use super::Line;
 use super::Notes;
+use super::SourceLine;
 use super::arc::Plane;
 use super::begin::Begin;
 use super::block::{Block, Code};
@@ -15,8 +15,8 @@ use super::offsets::Offsets;
 use super::power::s_max;
 use super::servo::Servo;
 use super::survey::{Kind, Survey};
-use crate::formats::flaw::Flaw;
-use crate::{NoteCode, Origin, Plan, Problem};
+use crate::formats::span::SpanDiagnostic;
+use crate::{Diagnostic, DiagnosticCode, Origin, Plan};
 
 /// The motion that a line without a code of its own repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ impl<'o> Machine<'o> {
         options: &'o GcodeOptions,
         tolerance: f64,
         survey: Survey,
-    ) -> Result<Self, Problem> {
+    ) -> Result<Self, Diagnostic> {
         let kind = survey.kind(options);
         let (laser, lifts) = (kind == Kind::Laser, kind == Kind::Servo);
         let mut notes = Notes::default();
@@ -85,7 +85,7 @@ impl<'o> Machine<'o> {
             range = full.s;
             if never && !survey.fan_lights() {
                 let message = "the program never says S: it burns with full power";
-                notes.add_with(NoteCode::Power, Origin::NONE, message, |note| {
+                notes.add_with(DiagnosticCode::Power, Origin::NONE, message, |note| {
                     let percent = (Setting::Power, Given::Any("PERCENT"));
                     note.remedy(percent, "says how much full power is")
                 });
@@ -95,7 +95,7 @@ impl<'o> Machine<'o> {
             let message = format!(
                 "this is taken for a mill's program ({sign}): its S is a spindle's, and nothing burns"
             );
-            notes.add_with(NoteCode::Power, origin, &message, |note| {
+            notes.add_with(DiagnosticCode::Power, origin, &message, |note| {
                 note.remedy((Setting::Dialect, Given::Word("laser")), "burns with it")
             });
         }
@@ -142,34 +142,34 @@ impl<'o> Machine<'o> {
     /// Does what a line says; its words are in the block.
     pub(super) fn take(
         &mut self,
-        line: &Line<'_>,
+        line: &SourceLine<'_>,
         stepped: Stepped,
         block: &Block,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), Diagnostic> {
         match stepped {
             Stepped::LeftOut => {
                 let range = 0..line.text.trim_end().len();
                 let message =
                     "a line that may be skipped (/) or sets up a controller ($) is left out";
                 self.notes
-                    .add(NoteCode::LeftOut, line.origin(&range), message);
+                    .add(DiagnosticCode::LeftOut, line.origin(&range), message);
                 Ok(())
             }
             Stepped::Words if !block.is_empty() => {
                 let done = self.follow(block, line.origin(&block.range));
-                done.map_err(|flaw| line.problem(flaw))
+                done.map_err(|error| line.diagnostic(error))
             }
             _ => Ok(()),
         }
     }
 
     /// In the order that G-code has: settings, switches, pauses, motion, end.
-    fn follow(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn follow(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         for code in block.codes.iter() {
             if code.is(b'M', 72) || code.is(b'M', 73) {
                 let message = format!("{code} brings settings of before back, and is not done");
                 let help = "write the settings out (G20, G91, F) where they change";
-                return Err(Flaw::new(code.range.clone(), message).help(help));
+                return Err(SpanDiagnostic::new(code.range.clone(), message).help(help));
             }
         }
         if block.is_foreign() {
@@ -188,29 +188,35 @@ impl<'o> Machine<'o> {
             let help = "end the program here, and run the rest as another one";
             let message = "a pause (M0, M1) is left out: the arm goes on";
             self.notes
-                .add_with(NoteCode::LeftOut, origin, message, |note| note.help(help));
+                .add_with(DiagnosticCode::LeftOut, origin, message, |note| {
+                    note.help(help)
+                });
         }
         Ok(())
     }
 
     fn note_codes(&mut self, block: &Block, origin: Origin) {
         for code in block.codes.iter().filter(|code| code.letter == b'M') {
-            self.notes
-                .add(NoteCode::LeftOut, origin, &format!("{code} is left out"));
+            self.notes.add(
+                DiagnosticCode::LeftOut,
+                origin,
+                &format!("{code} is left out"),
+            );
         }
     }
 
     /// A letter without a number is complete only where it names an axis to home.
-    fn check_bare(&self, block: &Block) -> Result<(), Flaw> {
+    fn check_bare(&self, block: &Block) -> Result<(), SpanDiagnostic> {
         match &block.bare {
-            Some((letter, range)) if !block.has(b'G', 28) => {
-                Err(Flaw::new(range.clone(), format!("{letter} has no number")))
-            }
+            Some((letter, range)) if !block.has(b'G', 28) => Err(SpanDiagnostic::new(
+                range.clone(),
+                format!("{letter} has no number"),
+            )),
             _ => Ok(()),
         }
     }
 
-    fn switches(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn switches(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         let fan = block.has(b'M', 106) && self.survey.fan_lights();
         let power = block.power().or(block.number(b'S').filter(|_| fan));
         if let Some(power) = power.or(fan.then_some(self.range)) {
@@ -234,11 +240,13 @@ impl<'o> Machine<'o> {
                 3..=5 | 280 | 300 if angle.is_some() => {}
                 300 => {
                     let message = "M300 (a tone, a servo that is switched off) is left out";
-                    self.notes.add(NoteCode::LeftOut, origin, message);
+                    self.notes.add(DiagnosticCode::LeftOut, origin, message);
                 }
-                _ => self
-                    .notes
-                    .add(NoteCode::LeftOut, origin, &format!("{code} is left out")),
+                _ => self.notes.add(
+                    DiagnosticCode::LeftOut,
+                    origin,
+                    &format!("{code} is left out"),
+                ),
             }
         }
         match angle {
@@ -247,15 +255,15 @@ impl<'o> Machine<'o> {
         }
     }
 
-    fn check_power(&self, power: f64, block: &Block) -> Result<(), Flaw> {
+    fn check_power(&self, power: f64, block: &Block) -> Result<(), SpanDiagnostic> {
         let range = block.range_of(b'S');
         if power < 0.0 {
             let message = format!("the power is S{power}, it must not be negative");
-            return Err(Flaw::new(range, message));
+            return Err(SpanDiagnostic::new(range, message));
         }
         if power > self.range {
             let message = format!("S{power} is above full power, which is S{}", self.range);
-            return Err(Flaw::new(range, message).with(s_max()));
+            return Err(SpanDiagnostic::new(range, message).with(s_max()));
         }
         Ok(())
     }
@@ -271,10 +279,15 @@ impl<'o> Machine<'o> {
     }
 
     /// The servo of a pen.
-    fn turn_servo(&mut self, angle: f64, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn turn_servo(
+        &mut self,
+        angle: f64,
+        block: &Block,
+        origin: Origin,
+    ) -> Result<(), SpanDiagnostic> {
         if self.options.surface.is_none() {
             let message = "a servo moves the pen, and it is not known how high the surface is";
-            return Err(Flaw::new(block.range.clone(), message).remedy(
+            return Err(SpanDiagnostic::new(block.range.clone(), message).remedy(
                 (Setting::Surface, Given::Any("Z")),
                 "says it, as z of the arm",
             ));
@@ -284,22 +297,27 @@ impl<'o> Machine<'o> {
         Ok(())
     }
 
-    fn pause(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn pause(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         let milliseconds = match (block.number(b'P'), block.number(b'S')) {
             (Some(milliseconds), _) => milliseconds,
             (None, Some(seconds)) => seconds * 1000.0,
-            (None, None) => return Err(Flaw::new(block.range.clone(), "G4 needs P (ms) or S (s)")),
+            (None, None) => {
+                return Err(SpanDiagnostic::new(
+                    block.range.clone(),
+                    "G4 needs P (ms) or S (s)",
+                ));
+            }
         };
         if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) {
             let message = format!("a pause of {milliseconds} ms is not possible");
-            return Err(Flaw::new(block.range.clone(), message));
+            return Err(SpanDiagnostic::new(block.range.clone(), message));
         }
         if block
             .number(b'P')
             .is_some_and(|number| number.fract() != 0.0)
         {
             self.notes.add(
-                NoteCode::Assumed,
+                DiagnosticCode::Assumed,
                 origin,
                 "P of a pause (G4) counts milliseconds; S counts seconds",
             );
@@ -307,7 +325,7 @@ impl<'o> Machine<'o> {
         if self.out.wait(milliseconds.round() as u32, origin) {
             let message =
                 "the laser is dark during pauses (G4): the arm would burn a hole where it stands";
-            self.notes.add(NoteCode::Power, origin, message);
+            self.notes.add(DiagnosticCode::Power, origin, message);
         }
         Ok(())
     }
@@ -322,13 +340,13 @@ impl<'o> Machine<'o> {
     }
 
     /// The end of the program, or of the file.
-    pub(super) fn finish(mut self) -> Result<(Plan, Vec<Problem>), Problem> {
+    pub(super) fn finish(mut self) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
         if let Some(origin) = self.begin.waiting {
             let message = "the program moves and never says to which X and Y";
-            return Err(Problem::new(origin, message).without_start());
+            return Err(Diagnostic::new(origin, message).without_start());
         }
         self.lower();
         self.out.laser_off(Origin::NONE);
-        Ok((self.out.plan, self.notes.into_problems()))
+        Ok((self.out.plan, self.notes.into_diagnostics()))
     }
 }

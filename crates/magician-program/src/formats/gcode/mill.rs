@@ -1,6 +1,6 @@
 //! Whether a program is a mill's, whose S is the speed of a spindle.
 
-use super::Line;
+use super::SourceLine;
 use super::block::Block;
 use super::modes::Modes;
 use super::power::setting;
@@ -68,7 +68,7 @@ impl Mill {
     pub(super) fn look(
         &mut self,
         block: &Block,
-        line: &Line<'_>,
+        line: &SourceLine<'_>,
         modes: &Modes,
         (places, marks): (bool, bool),
     ) {

@@ -55,10 +55,10 @@ use magician_host::{Act, Remedy};
 
 use super::notes::Notes;
 use super::text::text_of;
-use super::{Arcs, Content, Dialect, GcodeOptions, ReadOptions, Reading};
-use crate::{NoteCode, Origin, Problem};
+use super::{Arcs, Content, Dialect, GcodeOptions, Parsed, ReadOptions};
+use crate::{Diagnostic, DiagnosticCode, Origin};
 
-use crate::formats::flaw::Flaw;
+use crate::formats::span::SpanDiagnostic;
 use block::Block;
 use interpreter::{Interpreter, Program};
 use machine::Machine;
@@ -71,7 +71,7 @@ const MOST_STEPS: usize = 1_000_000;
 /// No arc is followed more closely than this, mm.
 const FINEST: f64 = 1e-4;
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let text = text_of(bytes);
     let program = Program::new(&text)?;
     let gcode = &options.gcode;
@@ -92,17 +92,17 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
             let message = format!("the program makes more than {MOST_STEPS} moves");
             let help = "let it repeat less, or write it out with the program that made the file";
             let origin = line.origin(&(0..line.text.trim_end().len()));
-            return Err(Problem::new(origin, message).help(help));
+            return Err(Diagnostic::new(origin, message).help(help));
         }
     }
     let left = interpreter.left();
     let (plan, mut notes) = machine.finish()?;
-    notes.extend(interpreter.notes.into_problems());
+    notes.extend(interpreter.notes.into_diagnostics());
     if left > 0 {
         let message = format!("{left} lines behind the end of the program are left out");
-        notes.push(Problem::of_file(message).coded(NoteCode::LeftOut));
+        notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut));
     }
-    Ok(Reading {
+    Ok(Parsed {
         content: Content::Plan(plan),
         notes,
     })
@@ -130,7 +130,7 @@ fn behind_number(line: &str) -> usize {
     blanks(digits + number.count())
 }
 
-impl Flaw {
+impl SpanDiagnostic {
     pub(super) fn help(mut self, help: &'static str) -> Self {
         self.help = Some(help);
         self
@@ -148,12 +148,12 @@ impl Flaw {
 
 /// A line and its number.
 #[derive(Clone, Copy, Debug)]
-struct Line<'t> {
+struct SourceLine<'t> {
     number: u32,
     text: &'t str,
 }
 
-impl Line<'_> {
+impl SourceLine<'_> {
     /// The origin of some of its bytes.
     fn origin(&self, range: &Range<usize>) -> Origin {
         let count = |range: Range<usize>| {
@@ -169,8 +169,8 @@ impl Line<'_> {
         }
     }
 
-    fn problem(&self, flaw: Flaw) -> Problem {
-        let origin = self.origin(&flaw.range);
-        flaw.into_problem(origin)
+    fn diagnostic(&self, error: SpanDiagnostic) -> Diagnostic {
+        let origin = self.origin(&error.range);
+        error.into_diagnostic(origin)
     }
 }

@@ -5,12 +5,12 @@ use magician_host::{Action, Given};
 use super::arc::{Arc, Ends, Plane, Round};
 use super::begin::Begin;
 use super::block::{Block, Code};
-use super::emit::Work;
+use super::emit::CutSettings;
 use super::machine::{Machine, Mode};
 use super::offsets::Setting;
 use super::settings::FASTEST;
-use crate::formats::flaw::Flaw;
-use crate::{NoteCode, Origin};
+use crate::formats::span::SpanDiagnostic;
+use crate::{DiagnosticCode, Origin};
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
 const G92_UNKNOWN: &str =
@@ -27,10 +27,10 @@ const ROUNDED: f64 = 0.5;
 const MOST_TURNS: f64 = 100.0;
 
 impl Machine<'_> {
-    pub(super) fn motion(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    pub(super) fn motion(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if block.has_any(b"ABCUVW") {
             let message = "axes beyond X, Y and Z (A, B, C, U, V, W) are left out";
-            self.notes.add(NoteCode::LeftOut, origin, message);
+            self.notes.add(DiagnosticCode::LeftOut, origin, message);
         }
         for code in block.codes.iter().filter(|code| code.letter == b'G') {
             match code.tenths {
@@ -49,7 +49,7 @@ impl Machine<'_> {
         }
         let axes = block.has_any(&AXES);
         match self.mode {
-            Mode::None if axes => Err(Flaw::new(
+            Mode::None if axes => Err(SpanDiagnostic::new(
                 block.range.clone(),
                 "the line says where and not how: G80 has ended the last motion",
             )),
@@ -71,7 +71,7 @@ impl Machine<'_> {
         }
         let message = format!("homing ({code}) is left out: the arm stays where it is");
         self.notes
-            .add_with(NoteCode::LeftOut, origin, &message, |note| {
+            .add_with(DiagnosticCode::LeftOut, origin, &message, |note| {
                 note.remedy(Action::Home, "homes it before the program")
             });
         if self.options.placed && (block.number(b'Z').is_some() || !block.has_any(&AXES)) {
@@ -80,10 +80,10 @@ impl Machine<'_> {
     }
 
     /// G53 of a program that is placed: where the machine's zero is cannot be known, but Z goes there to be out of the way.
-    fn machine_place(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn machine_place(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if self.mode != Mode::Travel {
             let message = "G53 works at the machine's own coordinates, and where those are is not known of a program that is placed";
-            return Err(Flaw::new(block.range.clone(), message)
+            return Err(SpanDiagnostic::new(block.range.clone(), message)
                 .help("write it in the program's own coordinates")
                 .remedy(
                     (magician_host::Setting::Raw, Given::On),
@@ -91,7 +91,7 @@ impl Machine<'_> {
                 ));
         }
         let message = "the machine's own coordinates (G53) are left out where the program is placed: Z goes as high as the program says";
-        self.notes.add(NoteCode::LeftOut, origin, message);
+        self.notes.add(DiagnosticCode::LeftOut, origin, message);
         if block.number(b'Z').is_some() {
             self.rise(origin);
         }
@@ -146,10 +146,10 @@ impl Machine<'_> {
     }
 
     /// G10: the zero of a coordinate system.
-    fn set_system(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn set_system(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         let Some(setting) = Setting::of(block).filter(|setting| *setting != Setting::Tool) else {
             let message = "the table of tools (G10 L1, L10, L11) is left out";
-            self.notes.add(NoteCode::LeftOut, origin, message);
+            self.notes.add(DiagnosticCode::LeftOut, origin, message);
             return Ok(());
         };
         let missing = self.offsets.set(setting, block, self.unit, self.at)?;
@@ -167,7 +167,7 @@ impl Machine<'_> {
     }
 
     /// Where a line leads, as far as that is known.
-    pub(super) fn target(&self, block: &Block) -> Result<[Option<f64>; 3], Flaw> {
+    pub(super) fn target(&self, block: &Block) -> Result<[Option<f64>; 3], SpanDiagnostic> {
         let mut to = self.at;
         let zero = self.offsets.zero();
         for (axis, letter) in AXES.into_iter().enumerate() {
@@ -185,30 +185,35 @@ impl Machine<'_> {
                 let letter = char::from(letter);
                 let message =
                     format!("{letter} counts from where the arm stands, which is not known");
-                let flaw = Flaw::new(block.range_of(AXES[axis]), message);
-                return Err(flaw.without_start());
+                let error = SpanDiagnostic::new(block.range_of(AXES[axis]), message);
+                return Err(error.without_start());
             };
             if place.abs() > FARTHEST {
                 let message = format!("{} would be at {place:.0} mm", char::from(letter));
-                return Err(Flaw::new(block.range_of(letter), message));
+                return Err(SpanDiagnostic::new(block.range_of(letter), message));
             }
             to[axis] = Some(place);
         }
         Ok(to)
     }
 
-    pub(super) fn work(&mut self, origin: Origin) -> Work {
+    pub(super) fn work(&mut self, origin: Origin) -> CutSettings {
         let power = self.percent();
         let feed = self.feed_of_work(origin);
-        Work {
+        CutSettings {
             feed: feed.map(|feed| feed.min(FASTEST)),
             power,
             follows: feed.filter(|_| self.follows_speed && power > 0.0),
         }
     }
 
-    fn arc(&mut self, block: &Block, clockwise: bool, origin: Origin) -> Result<(), Flaw> {
-        let refused = |message: String| Flaw::new(block.range.clone(), message);
+    fn arc(
+        &mut self,
+        block: &Block,
+        clockwise: bool,
+        origin: Origin,
+    ) -> Result<(), SpanDiagnostic> {
+        let refused = |message: String| SpanDiagnostic::new(block.range.clone(), message);
         if self.plane != Plane::Xy {
             self.stand_at_a_height(block, origin)?;
         }
@@ -237,10 +242,10 @@ impl Machine<'_> {
     }
 
     /// An arc through Z is what it is only from a height that the program means.
-    fn stand_at_a_height(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn stand_at_a_height(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if self.lifts {
             let message = "an arc of G18 or G19 needs Z, and a servo lifts this pen";
-            return Err(Flaw::new(block.range.clone(), message)
+            return Err(SpanDiagnostic::new(block.range.clone(), message)
                 .help("write it as lines, or in the plane of G17"));
         }
         self.lower_to_draw(origin);
@@ -250,7 +255,7 @@ impl Machine<'_> {
         }
     }
 
-    fn round(&self, block: &Block, from: [f64; 3]) -> Result<Round, Flaw> {
+    fn round(&self, block: &Block, from: [f64; 3]) -> Result<Round, SpanDiagnostic> {
         let [first, second, _] = self.plane.axes();
         let words = [first, second].map(|axis| CENTRES[axis]);
         let centre = block.has_any(&words);
@@ -258,14 +263,14 @@ impl Machine<'_> {
             if centre {
                 let words = self.plane.centre_words();
                 let message = format!("the arc has both a centre ({words}) and a radius (R)");
-                return Err(Flaw::new(block.range.clone(), message));
+                return Err(SpanDiagnostic::new(block.range.clone(), message));
             }
             return Ok(Round::Radius(radius * self.unit));
         }
         if !centre {
             let words = self.plane.centre_words();
             let message = format!("the arc has neither a centre ({words}) nor a radius (R)");
-            return Err(Flaw::new(block.range.clone(), message));
+            return Err(SpanDiagnostic::new(block.range.clone(), message));
         }
         let zero = if self.absolute_centres {
             self.offsets.zero()
@@ -307,13 +312,13 @@ impl Machine<'_> {
     pub(super) fn note_z(&mut self, block: &Block, origin: Origin) {
         if self.lifts && block.number(b'Z').is_some() {
             let message = "Z is left out: a servo lifts the pen, to the heights of the surface";
-            self.notes.add(NoteCode::LeftOut, origin, message);
+            self.notes.add(DiagnosticCode::LeftOut, origin, message);
         }
     }
 }
 
 /// How many turns more than one an arc makes.
-fn turns(block: &Block) -> Result<u32, Flaw> {
+fn turns(block: &Block) -> Result<u32, SpanDiagnostic> {
     match block.number(b'P') {
         None => Ok(0),
         Some(turns) if (1.0..=MOST_TURNS).contains(&turns) && turns.fract() == 0.0 => {
@@ -321,12 +326,12 @@ fn turns(block: &Block) -> Result<u32, Flaw> {
         }
         Some(turns) => {
             let message = format!("the arc makes {turns} turns; 1 to {MOST_TURNS} are possible");
-            Err(Flaw::new(block.range_of(b'P'), message))
+            Err(SpanDiagnostic::new(block.range_of(b'P'), message))
         }
     }
 }
 
-fn unknown_start(block: &Block) -> Flaw {
+fn unknown_start(block: &Block) -> SpanDiagnostic {
     let message = "this begins where the arm stands, and it is not known where";
-    Flaw::new(block.range.clone(), message).without_start()
+    SpanDiagnostic::new(block.range.clone(), message).without_start()
 }

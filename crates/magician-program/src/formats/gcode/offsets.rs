@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::motion::AXES;
-use crate::formats::flaw::Flaw;
+use crate::formats::span::SpanDiagnostic;
 
 /// How many coordinate systems there are.
 const SYSTEMS: usize = 9;
@@ -92,7 +92,7 @@ impl Offsets {
         block: &Block,
         unit: f64,
         at: [Option<f64>; 3],
-    ) -> Result<[bool; 3], Flaw> {
+    ) -> Result<[bool; 3], SpanDiagnostic> {
         let system = match block.number(b'P').unwrap_or(0.0) {
             0.0 => self.active,
             number if (1.0..=SYSTEMS as f64).contains(&number) && number.fract() == 0.0 => {
@@ -100,13 +100,13 @@ impl Offsets {
             }
             number => {
                 let message = format!("there is no coordinate system P{number}; P is 0 to 9");
-                return Err(Flaw::new(block.range_of(b'P'), message));
+                return Err(SpanDiagnostic::new(block.range_of(b'P'), message));
             }
         };
         if let Some(turn) = block.number(b'R').filter(|turn| *turn != 0.0) {
             let message = format!("a coordinate system that is turned (R{turn}) is not done");
             let help = "let the program that made the file write turned coordinates";
-            return Err(Flaw::new(block.range_of(b'R'), message).help(help));
+            return Err(SpanDiagnostic::new(block.range_of(b'R'), message).help(help));
         }
         let local = self.local();
         let mut missing = [false; 3];

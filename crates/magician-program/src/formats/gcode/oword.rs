@@ -4,9 +4,9 @@ use std::collections::HashMap;
 
 use super::lexer::Words;
 use super::parameters::Parameters;
-use super::{Line, behind_number};
-use crate::Problem;
-use crate::formats::flaw::Flaw;
+use super::{SourceLine, behind_number};
+use crate::Diagnostic;
+use crate::formats::span::SpanDiagnostic;
 
 /// More of them than this are no program.
 const MOST: usize = 100_000;
@@ -108,7 +108,7 @@ impl std::fmt::Display for Label {
 
 /// A place in the text: a line and its number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Place {
+pub(super) struct TextPosition {
     pub(super) at: usize,
     pub(super) number: u32,
     /// The first O-word that is not before it.
@@ -120,7 +120,7 @@ pub(super) struct Place {
 pub(super) struct Oword {
     pub(super) keyword: Keyword,
     pub(super) label: Label,
-    pub(super) place: Place,
+    pub(super) place: TextPosition,
     /// Where in the line its values begin.
     pub(super) rest: usize,
     /// What it leads to: of what opens or divides the next of its kind, of all others the first.
@@ -132,11 +132,11 @@ pub(super) struct Oword {
 pub(super) struct Owords {
     pub(super) all: Vec<Oword>,
     subs: HashMap<Label, usize>,
-    pub(super) numbered: HashMap<u32, Place>,
+    pub(super) numbered: HashMap<u32, TextPosition>,
 }
 
 /// The line at a place, and where the next one begins.
-pub(super) fn line_at(text: &str, place: Place) -> Option<(Line<'_>, usize)> {
+pub(super) fn line_at(text: &str, place: TextPosition) -> Option<(SourceLine<'_>, usize)> {
     let rest = text.get(place.at..).filter(|rest| !rest.is_empty())?;
     let (line, next) = match rest.find('\n') {
         Some(end) => (rest.get(..end)?, place.at + end + 1),
@@ -144,29 +144,31 @@ pub(super) fn line_at(text: &str, place: Place) -> Option<(Line<'_>, usize)> {
     };
     let text = line.strip_suffix('\r').unwrap_or(line);
     let number = place.number;
-    Some((Line { number, text }, next))
+    Some((SourceLine { number, text }, next))
 }
 
 impl Owords {
-    pub(super) fn of(text: &str) -> Result<Self, Problem> {
+    pub(super) fn of(text: &str) -> Result<Self, Diagnostic> {
         let mut found = Self::default();
         let mut open: Vec<usize> = Vec::new();
-        let mut place = Place {
+        let mut place = TextPosition {
             number: 1,
-            ..Place::default()
+            ..TextPosition::default()
         };
         while let Some((line, next)) = line_at(text, place) {
             place.oword = found.all.len();
             found
                 .take(&line, place, &mut open)
-                .map_err(|flaw| line.problem(flaw))?;
+                .map_err(|error| line.diagnostic(error))?;
             (place.at, place.number) = (next, place.number.saturating_add(1));
         }
         if let Some(first) = open.last().and_then(|first| found.all.get(*first))
             && let Some((line, _)) = line_at(text, first.place)
         {
             let message = format!("{} {} is not ended", first.label, first.keyword.name());
-            return Err(line.problem(Flaw::new(0..line.text.trim_end().len(), message)));
+            return Err(
+                line.diagnostic(SpanDiagnostic::new(0..line.text.trim_end().len(), message))
+            );
         }
         Ok(found)
     }
@@ -176,7 +178,12 @@ impl Owords {
         self.subs.get(label).copied()
     }
 
-    fn take(&mut self, line: &Line<'_>, place: Place, open: &mut Vec<usize>) -> Result<(), Flaw> {
+    fn take(
+        &mut self,
+        line: &SourceLine<'_>,
+        place: TextPosition,
+        open: &mut Vec<usize>,
+    ) -> Result<(), SpanDiagnostic> {
         let Some(head) = head(line.text)? else {
             return Ok(());
         };
@@ -186,13 +193,13 @@ impl Owords {
             }
             return Ok(());
         };
-        let flaw = |message: String| Flaw::new(word.clone(), message);
+        let error = |message: String| SpanDiagnostic::new(word.clone(), message);
         let own = self.all.len();
         if own == MOST {
-            return Err(flaw(format!("the program has more than {MOST} O-words")));
+            return Err(error(format!("the program has more than {MOST} O-words")));
         }
         if head.label == Label::Computed && keyword != Call {
-            return Err(flaw(format!(
+            return Err(error(format!(
                 "the number of {} is computed, which only that of call can be",
                 keyword.name()
             )));
@@ -207,15 +214,15 @@ impl Owords {
         let mut other = own;
         if keyword.opens() {
             if open.len() == DEEPEST {
-                return Err(flaw(format!("O-words stand {DEEPEST} deep in each other")));
+                return Err(error(format!("O-words stand {DEEPEST} deep in each other")));
             }
             if keyword == Sub {
                 let inside = open.iter().any(|at| self.all[*at].keyword == Sub);
                 if inside {
-                    return Err(flaw("a subroutine begins within another one".to_owned()));
+                    return Err(error("a subroutine begins within another one".to_owned()));
                 }
                 if self.subs.insert(head.label.clone(), own).is_some() {
-                    return Err(flaw(format!("there are two subroutines {}", head.label)));
+                    return Err(error(format!("there are two subroutines {}", head.label)));
                 }
             }
             open.push(own);
@@ -224,7 +231,7 @@ impl Owords {
             let found = loops.find(|at| self.all[**at].keyword.is_loop());
             let Some(found) = found else {
                 let (name, label) = (keyword.name(), &head.label);
-                return Err(flaw(format!("{name} stands in no loop {label}")));
+                return Err(error(format!("{name} stands in no loop {label}")));
             };
             other = *found;
         } else if !matches!(keyword, Return | Call) {
@@ -240,7 +247,7 @@ impl Owords {
                     None => "nothing is open here".to_owned(),
                 };
                 let (name, label) = (keyword.name(), &head.label);
-                return Err(flaw(format!("{label} {name} does not match: {what}")));
+                return Err(error(format!("{label} {name} does not match: {what}")));
             };
             open.pop();
             self.all[begun].other = own;
@@ -269,7 +276,7 @@ struct Head {
 }
 
 /// The O-word that a line begins with, behind its number.
-fn head(text: &str) -> Result<Option<Head>, Flaw> {
+fn head(text: &str) -> Result<Option<Head>, SpanDiagnostic> {
     let start = behind_number(text);
     if !matches!(text.as_bytes().get(start), Some(b'o' | b'O')) {
         return Ok(None);

@@ -2,10 +2,10 @@
 
 use magician_host::{Given, Remedy, Setting};
 
-use super::Line;
 use super::Notes;
+use super::SourceLine;
 use super::block::Block;
-use crate::{NoteCode, Origin, Problem};
+use crate::{Diagnostic, DiagnosticCode, Origin};
 
 /// Full power where nothing else is known.
 const USUAL: f64 = 1000.0;
@@ -55,7 +55,7 @@ enum Rule {
 
 impl Powers {
     /// Reads what a line says in its text, comments and settings of the controller included.
-    pub(super) fn read(&mut self, line: &Line<'_>) {
+    pub(super) fn read(&mut self, line: &SourceLine<'_>) {
         let origin = || line.origin(&(0..line.text.trim_end().len()));
         if !self.switched
             && let Some(full) = setting(line.text, "$30").filter(|full| *full > 0.0)
@@ -70,7 +70,7 @@ impl Powers {
     }
 
     /// Looks at the words of a line.
-    pub(super) fn look(&mut self, block: &Block, line: &Line<'_>) {
+    pub(super) fn look(&mut self, block: &Block, line: &SourceLine<'_>) {
         self.switched |= [3, 4, 106].iter().any(|number| block.has(b'M', *number));
         let fan = block.number(b'S').filter(|_| block.has(b'M', 106));
         let Some(s) = block.power().or(fan) else {
@@ -96,14 +96,14 @@ impl Powers {
     }
 
     /// The first of the rules that holds.
-    pub(super) fn full(&self, said: Option<f64>, fan: bool) -> Result<Full, Problem> {
+    pub(super) fn full(&self, said: Option<f64>, fan: bool) -> Result<Full, Diagnostic> {
         let of = |s, rule| Ok(Full { s, rule });
         if let Some(s) = said {
             return match s.is_finite() && s > 0.0 {
                 true => of(s, Rule::Said),
                 false => {
                     let message = format!("full power is said to be S{s}, it must be above 0");
-                    Err(Problem::of_file(message).with(s_max()))
+                    Err(Diagnostic::of_file(message).with(s_max()))
                 }
             };
         }
@@ -123,7 +123,7 @@ impl Powers {
                 let message = format!("S{s} is above 1000, and nothing says which S is full power");
                 let help =
                     "it is the S at which the laser is at its strongest, $30 of its controller";
-                Err(Problem::new(origin, message).help(help).with(s_max()))
+                Err(Diagnostic::new(origin, message).help(help).with(s_max()))
             }
         }
     }
@@ -133,16 +133,16 @@ impl Full {
     /// Tells which rule was used.
     pub(super) fn note(&self, notes: &mut Notes) {
         let Self { s, rule } = *self;
-        let says = |note: Problem| note.with(s_max());
+        let says = |note: Diagnostic| note.with(s_max());
         match rule {
             Rule::Said => notes.add(
-                NoteCode::Power,
+                DiagnosticCode::Power,
                 Origin::NONE,
                 &format!("full power is S{s}, as it was said"),
             ),
             Rule::Setting(origin) => {
                 notes.add(
-                    NoteCode::Power,
+                    DiagnosticCode::Power,
                     origin,
                     &format!("full power is S{s}, as $30 says"),
                 );
@@ -156,17 +156,17 @@ impl Full {
                 } = cut;
                 let message =
                     format!("full power is S{s}, by LightBurn's comments: {percent} % is S{at}");
-                notes.add_with(NoteCode::Power, origin, &message, says);
+                notes.add_with(DiagnosticCode::Power, origin, &message, says);
             }
             Rule::Fan => {
                 let message = format!("full power is S{s}, that of a fan: M106 switches the laser");
-                notes.add_with(NoteCode::Power, Origin::NONE, &message, says);
+                notes.add_with(DiagnosticCode::Power, Origin::NONE, &message, says);
             }
             Rule::Usual => {
                 let message = format!(
                     "full power is taken to be S{s}: the file does not say it, and no S is above that"
                 );
-                notes.add_with(NoteCode::Power, Origin::NONE, &message, says);
+                notes.add_with(DiagnosticCode::Power, Origin::NONE, &message, says);
             }
         }
     }

@@ -1,8 +1,8 @@
 //! The servo that lifts a pen: which of its angles is down.
 
-use super::Line;
+use super::SourceLine;
 use super::block::Block;
-use crate::{Origin, Problem};
+use crate::{Diagnostic, Origin};
 
 /// A servo of M300 stands at 30 or 50 degrees; higher numbers are a tone's.
 const HIGHEST_M300: f64 = 100.0;
@@ -80,7 +80,7 @@ impl Angles {
     }
 
     /// Looks at a line; `feeds` is whether X or Y is fed on it.
-    pub(super) fn look(&mut self, block: &Block, feeds: bool, line: &Line<'_>) {
+    pub(super) fn look(&mut self, block: &Block, feeds: bool, line: &SourceLine<'_>) {
         if let Some(angle) = self.servo.follow(block) {
             self.other |= !block.has(b'M', 300);
             if !self.used.iter().any(|(known, ..)| *known == angle) {
@@ -96,7 +96,7 @@ impl Angles {
     }
 
     /// The angles that are down: those in force while X or Y feeds.
-    pub(super) fn down(&self) -> Result<Vec<f64>, Problem> {
+    pub(super) fn down(&self) -> Result<Vec<f64>, Diagnostic> {
         let all = |(_, feeds, _): &(f64, bool, Origin)| *feeds;
         let angles = self.used.iter().map(|(angle, ..)| *angle);
         match &self.used[..] {
@@ -110,7 +110,7 @@ impl Angles {
                     "X and Y are fed with the servo at S{first} and at S{other}: nothing tells which of them is down"
                 );
                 let help = "write ways between lines as G0 from the program that made the file";
-                Err(Problem::new(*origin, message).help(help))
+                Err(Diagnostic::new(*origin, message).help(help))
             }
             [_, _, ..] => Ok(angles.filter(|angle| *angle < M300_DOWN).collect()),
             one => Ok(one

@@ -8,14 +8,14 @@ use super::block::{Block, Code};
 use super::machine::{Machine, Mode};
 use super::modes::INCH;
 use super::offsets::{Offsets, Setting};
-use crate::formats::flaw::Flaw;
-use crate::{NoteCode, Origin};
+use crate::formats::span::SpanDiagnostic;
+use crate::{DiagnosticCode, Origin};
 
 /// The arm's fastest speed along a line, mm/s (model section 6).
 pub(super) const FASTEST: f64 = ArmModel::MAGICIAN.ceilings.linear_velocity;
 
 impl Machine<'_> {
-    pub(super) fn settings(&mut self, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    pub(super) fn settings(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         let mut motions = 0;
         for code in block.codes.iter().filter(|code| code.letter == b'G') {
             let mode = match code.tenths {
@@ -38,7 +38,7 @@ impl Machine<'_> {
             // Headers write G80 beside the motion that follows the cycle.
             motions += u32::from(mode != Mode::None);
             if motions > 1 {
-                return Err(Flaw::new(
+                return Err(SpanDiagnostic::new(
                     code.range.clone(),
                     "two motions stand on one line",
                 ));
@@ -56,7 +56,7 @@ impl Machine<'_> {
             (b'O', "program numbers (O) are left out"),
         ] {
             if block.number(letter).is_some() {
-                self.notes.add(NoteCode::LeftOut, origin, message);
+                self.notes.add(DiagnosticCode::LeftOut, origin, message);
             }
         }
         if let Some(feed) = block.number(b'F').filter(|_| !block.has(b'G', 28)) {
@@ -65,7 +65,12 @@ impl Machine<'_> {
         Ok(())
     }
 
-    fn setting(&mut self, code: &Code, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn setting(
+        &mut self,
+        code: &Code,
+        block: &Block,
+        origin: Origin,
+    ) -> Result<(), SpanDiagnostic> {
         match code.tenths {
             170 => self.plane = Plane::Xy,
             180 => self.plane = Plane::Zx,
@@ -83,7 +88,7 @@ impl Machine<'_> {
             281 | 301 => {
                 let message =
                     format!("{code} is left out: places that a controller keeps are not used");
-                self.notes.add(NoteCode::LeftOut, origin, &message);
+                self.notes.add(DiagnosticCode::LeftOut, origin, &message);
             }
             // No polar coordinates, compensation, scaling, rotation or cycle; exact or continuous paths, speeds a minute: as it is
             // here anyway.
@@ -92,16 +97,16 @@ impl Machine<'_> {
             990 => self.cycle.back = false,
             430 => {
                 let message = "the length of a tool (G43) is left out: coordinates are the arm's";
-                self.notes.add(NoteCode::LeftOut, origin, message);
+                self.notes.add(DiagnosticCode::LeftOut, origin, message);
             }
             960 => {
                 let message = "G96 is left out: it is a spindle's";
-                self.notes.add(NoteCode::LeftOut, origin, message);
+                self.notes.add(DiagnosticCode::LeftOut, origin, message);
             }
             930 | 950 => {
                 let message =
                     format!("{code} is not done: F is a speed in mm or inches a minute (G94)");
-                return Err(Flaw::new(code.range.clone(), message));
+                return Err(SpanDiagnostic::new(code.range.clone(), message));
             }
             _ => return self.other(code, block, origin),
         }
@@ -117,12 +122,14 @@ impl Machine<'_> {
             );
             let help = "set it with G10 L2 in the file, or run the parts one by one";
             self.notes
-                .add_with(NoteCode::Assumed, origin, &message, |note| note.help(help));
+                .add_with(DiagnosticCode::Assumed, origin, &message, |note| {
+                    note.help(help)
+                });
         }
     }
 
     /// A G code that is not known. It may not move, nor change where things are.
-    fn other(&mut self, code: &Code, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn other(&mut self, code: &Code, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         let places = matches!(code.tenths, 160 | 410..=429 | 431 | 510 | 594..=599 | 680 | 100);
         let moves = matches!(
             code.tenths,
@@ -136,24 +143,27 @@ impl Machine<'_> {
                 "may move the arm"
             };
             let message = format!("{code} {what}, and is not done here");
-            return Err(Flaw::new(code.range.clone(), message)
+            return Err(SpanDiagnostic::new(code.range.clone(), message)
                 .help("write lines and arcs (G0 to G3) from the program that made the file"));
         }
-        self.notes
-            .add(NoteCode::LeftOut, origin, &format!("{code} is left out"));
+        self.notes.add(
+            DiagnosticCode::LeftOut,
+            origin,
+            &format!("{code} is left out"),
+        );
         Ok(())
     }
 
-    fn set_feed(&mut self, feed: f64, block: &Block, origin: Origin) -> Result<(), Flaw> {
+    fn set_feed(&mut self, feed: f64, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if feed <= 0.0 {
             let message = format!("the speed is F{feed}, it must be above 0");
-            return Err(Flaw::new(block.range_of(b'F'), message));
+            return Err(SpanDiagnostic::new(block.range_of(b'F'), message));
         }
         let speed = feed * self.unit / 60.0;
         if speed > FASTEST {
             let message =
                 "speeds above 300 mm/s (F18000) are taken as that: the arm goes no faster";
-            self.notes.add(NoteCode::Speed, origin, message);
+            self.notes.add(DiagnosticCode::Speed, origin, message);
         }
         self.feed = Some(speed);
         Ok(())
@@ -165,7 +175,7 @@ impl Machine<'_> {
             let speed = self.options.laser_speed;
             let message = format!("the program burns before it says F: it begins at {speed} mm/s");
             self.notes
-                .add_with(NoteCode::Speed, origin, &message, |note| {
+                .add_with(DiagnosticCode::Speed, origin, &message, |note| {
                     note.remedy(
                         (magician_host::Setting::Speed, Given::Any("MM/S")),
                         "says another speed",

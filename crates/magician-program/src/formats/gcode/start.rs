@@ -3,8 +3,8 @@
 use magician_host::{Given, Remedy, Setting};
 
 use super::{GcodeOptions, Notes};
-use crate::formats::flaw::Flaw;
-use crate::{Lack, NoteCode, Origin, Problem};
+use crate::formats::span::SpanDiagnostic;
+use crate::{Diagnostic, DiagnosticCode, Missing, Origin};
 
 /// What to do where it is not known where the arm stands.
 fn start() -> Remedy {
@@ -25,21 +25,26 @@ impl GcodeOptions {
 impl Notes {
     /// Adds a note of what would be otherwise if it were known where the arm stands.
     pub(super) fn add_without_start(&mut self, origin: Origin, message: &str) {
-        self.add_with(NoteCode::Assumed, origin, message, Problem::without_start);
+        self.add_with(
+            DiagnosticCode::Assumed,
+            origin,
+            message,
+            Diagnostic::without_start,
+        );
     }
 }
 
-impl Problem {
+impl Diagnostic {
     /// It is wrong only where nobody knows where the arm stands.
     pub(super) fn without_start(self) -> Self {
-        self.with(start()).lacking(Some(Lack::Start))
+        self.with(start()).with_missing(Some(Missing::Start))
     }
 }
 
-impl Flaw {
+impl SpanDiagnostic {
     /// It is wrong only where nobody knows where the arm stands.
     pub(super) fn without_start(mut self) -> Self {
-        self.lacks = Some(Lack::Start);
+        self.missing = Some(Missing::Start);
         self.with(start())
     }
 }

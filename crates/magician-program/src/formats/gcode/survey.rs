@@ -1,6 +1,6 @@
 //! What a program turns out to be when all of it has been looked at.
 
-use super::Line;
+use super::SourceLine;
 use super::block::Block;
 use super::interpreter::{Interpreter, Stepped};
 use super::mill::Mill;
@@ -69,7 +69,7 @@ impl Survey {
     }
 
     /// Looks at a line; `modes` are those that it has set.
-    fn look(&mut self, block: &Block, line: &Line<'_>, modes: &Modes) {
+    fn look(&mut self, block: &Block, line: &SourceLine<'_>, modes: &Modes) {
         if block.is_foreign() || block.is_empty() {
             return;
         }

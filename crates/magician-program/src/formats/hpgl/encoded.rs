@@ -6,7 +6,7 @@
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
-use crate::formats::flaw::Flaw;
+use crate::formats::span::SpanDiagnostic;
 
 /// The first digit that more follow, and the last ones to each base.
 const MORE: u8 = 63;
@@ -124,13 +124,13 @@ fn as_bytes(text: &str) -> Option<Vec<u8>> {
 
 impl Plotter<'_> {
     /// PE: afterwards coordinates are absolute or relative as before, and the pen stays up after a move with the pen up.
-    pub(super) fn encoded(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn encoded(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         // A file that was saved as UTF-8 has a character for each of its bytes; none of those is a number in bytes.
         let read = items(&self.bytes_of(&instruction.text))
             .or_else(|| items(&as_bytes(&instruction.text)?));
         let Some((items, cut_off)) = read else {
             let message = "an encoded polyline (PE) is damaged: a sign in it is no digit";
-            return Err(Flaw::new(instruction.range.clone(), message));
+            return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         };
         if cut_off {
             self.note(

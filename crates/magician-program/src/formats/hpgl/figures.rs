@@ -4,7 +4,7 @@ use super::curves;
 use super::lexer::Instruction;
 use super::plotter::{Plotter, pairs};
 use crate::artwork::{circle_through, distance};
-use crate::formats::flaw::Flaw;
+use crate::formats::span::SpanDiagnostic;
 
 /// More turns than this are no arc of a drawing, degrees.
 const WIDEST: f64 = 36_000.0;
@@ -12,14 +12,14 @@ const WIDEST: f64 = 36_000.0;
 /// What becomes of fills.
 pub(super) const UNFILLED: &str = "nothing is filled: filled shapes are outlines";
 
-fn needs(instruction: &Instruction, what: &str) -> Flaw {
+fn needs(instruction: &Instruction, what: &str) -> SpanDiagnostic {
     let message = format!("{} needs {what}", instruction.name());
-    Flaw::new(instruction.range.clone(), message)
+    SpanDiagnostic::new(instruction.range.clone(), message)
 }
 
 impl Plotter<'_> {
     /// One of them.
-    pub(super) fn figure(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn figure(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let relative = matches!(&instruction.name, b"AR" | b"ER" | b"RR" | b"BR");
         let from = if relative { self.at } else { [0.0; 2] };
         match &instruction.name {
@@ -35,7 +35,7 @@ impl Plotter<'_> {
         Ok(())
     }
 
-    fn circle(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    fn circle(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let &[radius, ..] = &instruction.numbers[..] else {
             return Err(needs(instruction, "a radius"));
         };
@@ -46,7 +46,7 @@ impl Plotter<'_> {
     }
 
     /// An arc from where the pen is.
-    fn arc_on(&mut self, from: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+    fn arc_on(&mut self, from: [f64; 2], instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let &[x, y, sweep, ..] = &instruction.numbers[..] else {
             return Err(needs(instruction, "a centre and an angle"));
         };
@@ -62,7 +62,7 @@ impl Plotter<'_> {
         &mut self,
         from: [f64; 2],
         instruction: &Instruction,
-    ) -> Result<(), Flaw> {
+    ) -> Result<(), SpanDiagnostic> {
         let &[x1, y1, x2, y2, ..] = &instruction.numbers[..] else {
             return Err(needs(instruction, "two points"));
         };
@@ -86,7 +86,7 @@ impl Plotter<'_> {
         self.line(end, instruction)
     }
 
-    fn wedge(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    fn wedge(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let &[radius, start, sweep, ..] = &instruction.numbers[..] else {
             return Err(needs(instruction, "a radius and two angles"));
         };
@@ -98,7 +98,11 @@ impl Plotter<'_> {
         self.outline([x, y], wedge, instruction)
     }
 
-    fn rectangle(&mut self, from: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+    fn rectangle(
+        &mut self,
+        from: [f64; 2],
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
         let &[across, along, ..] = &instruction.numbers[..] else {
             return Err(needs(instruction, "a corner"));
         };
@@ -109,7 +113,7 @@ impl Plotter<'_> {
     }
 
     /// Bezier curves from where the pen is; relative ones count from where each begins.
-    fn curves(&mut self, relative: bool, instruction: &Instruction) -> Result<(), Flaw> {
+    fn curves(&mut self, relative: bool, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         for three in pairs(instruction, None)?.chunks(3) {
             let &[a, b, c] = three else {
                 return Err(needs(instruction, "three points for each curve"));
@@ -133,14 +137,14 @@ impl Plotter<'_> {
         from: [f64; 2],
         sweep: f64,
         instruction: &Instruction,
-    ) -> Result<Vec<[f64; 2]>, Flaw> {
+    ) -> Result<Vec<[f64; 2]>, SpanDiagnostic> {
         let radius = distance(centre, from);
         let span = |sign: f64| [centre[0] + sign * radius, centre[1] + sign * radius];
         self.fits(span(1.0), instruction)?;
         self.fits(span(-1.0), instruction)?;
         if sweep.abs() > WIDEST {
             let message = format!("an arc of {sweep} degrees goes round too often");
-            return Err(Flaw::new(instruction.range.clone(), message));
+            return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
         let tolerance = self.tolerance / self.scale.most();
         Ok(curves::arc(centre, from, sweep, tolerance))
@@ -152,7 +156,7 @@ impl Plotter<'_> {
         start: [f64; 2],
         mut corners: Vec<[f64; 2]>,
         instruction: &Instruction,
-    ) -> Result<(), Flaw> {
+    ) -> Result<(), SpanDiagnostic> {
         // A curve comes back to its first point but for a rounding error.
         if let Some(last) = corners.last_mut() {
             *last = start;

@@ -4,8 +4,8 @@ use magician_host::{Given, Setting};
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
-use crate::formats::flaw::Flaw;
-use crate::{NoteCode, Stroke};
+use crate::formats::span::SpanDiagnostic;
+use crate::{DiagnosticCode, Stroke};
 
 impl Plotter<'_> {
     pub(super) fn reset(&mut self, moves: bool) {
@@ -24,7 +24,7 @@ impl Plotter<'_> {
     }
 
     /// What changes which place a pair of numbers is: the pen does not move.
-    pub(super) fn scaled(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn scaled(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         self.lift_for_a_moment();
         let place = self.scale.place(self.at);
         match &instruction.name {
@@ -42,7 +42,7 @@ impl Plotter<'_> {
             );
             let origin = self.lines.origin(instruction.range.clone());
             self.notes
-                .add_with(NoteCode::Assumed, origin, &message, |note| {
+                .add_with(DiagnosticCode::Assumed, origin, &message, |note| {
                     let note = note.help("IP before SC says it");
                     let note = note.remedy((Setting::Width, Given::Any("MM")), "says its width");
                     note.remedy((Setting::Scale, Given::Any("FACTOR")), "scales it")
@@ -52,7 +52,7 @@ impl Plotter<'_> {
     }
 
     /// IW: what lies outside of a rectangle is not drawn.
-    pub(super) fn windowed(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn windowed(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         self.lift_for_a_moment();
         self.window = match instruction.numbers[..] {
             [] => None,
@@ -65,7 +65,7 @@ impl Plotter<'_> {
             }
             _ => {
                 let message = "IW needs two points or nothing";
-                return Err(Flaw::new(instruction.range.clone(), message));
+                return Err(SpanDiagnostic::new(instruction.range.clone(), message));
             }
         };
         Ok(())

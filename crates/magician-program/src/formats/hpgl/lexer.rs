@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::formats::content::plot::{END_OF_TEXT, ESCAPE, Scanner, is_blank};
-use crate::formats::flaw::Flaw;
+use crate::formats::span::SpanDiagnostic;
 
 /// The most that HPGL's numbers can be.
 const GREATEST: f64 = 8_388_608.0;
@@ -41,14 +41,14 @@ impl<'t> Instructions<'t> {
         }
     }
 
-    fn instruction(&mut self, first: u8) -> Result<Instruction, Flaw> {
+    fn instruction(&mut self, first: u8) -> Result<Instruction, SpanDiagnostic> {
         let start = self.scan.at;
         self.scan.at += 1;
         let second = self.scan.peek().filter(u8::is_ascii_alphabetic);
         let Some(second) = second else {
             let letter = char::from(first);
             let message = format!("{letter} is no instruction: there are two letters in one");
-            return Err(Flaw::new(start..self.scan.at, message));
+            return Err(SpanDiagnostic::new(start..self.scan.at, message));
         };
         self.scan.at += 1;
         let name = [first, second].map(|letter| letter.to_ascii_uppercase());
@@ -119,7 +119,7 @@ impl<'t> Instructions<'t> {
         };
     }
 
-    fn numbers(&mut self, numbers: &mut Vec<f64>) -> Result<(), Flaw> {
+    fn numbers(&mut self, numbers: &mut Vec<f64>) -> Result<(), SpanDiagnostic> {
         loop {
             self.scan.skip(|byte| byte == b',' || is_blank(byte));
             if self.scan.peek() == Some(b'"') {
@@ -147,16 +147,21 @@ impl<'t> Instructions<'t> {
                 Ok(number) if number.abs() <= GREATEST => numbers.push(number),
                 Ok(_) => {
                     let message = format!("a number is beyond {GREATEST}");
-                    return Err(Flaw::new(start..self.scan.at, message));
+                    return Err(SpanDiagnostic::new(start..self.scan.at, message));
                 }
-                Err(_) => return Err(Flaw::new(start..self.scan.at, "this is no number")),
+                Err(_) => {
+                    return Err(SpanDiagnostic::new(
+                        start..self.scan.at,
+                        "this is no number",
+                    ));
+                }
             }
         }
     }
 }
 
 impl Iterator for Instructions<'_> {
-    type Item = Result<Instruction, Flaw>;
+    type Item = Result<Instruction, SpanDiagnostic>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let first = self.scan.begin()?;
@@ -167,7 +172,7 @@ impl Iterator for Instructions<'_> {
         let sign = self.scan.text.get(start..)?.chars().next()?;
         self.scan.at = self.scan.text.len();
         let range = start..start + sign.len_utf8();
-        Some(Err(Flaw::new(
+        Some(Err(SpanDiagnostic::new(
             range,
             format!("{sign:?} begins no instruction"),
         )))
@@ -208,14 +213,14 @@ mod tests {
 
     #[test]
     fn what_is_no_instruction_says_where_it_is() {
-        let flaw = |text: &str| {
+        let error = |text: &str| {
             let found = Instructions::new(text).find_map(Result::err);
             found.expect("a flaw").range
         };
-        assert_eq!(flaw("IN;1 2"), 3..4);
-        assert_eq!(flaw("IN;P1"), 3..4);
-        assert_eq!(flaw("PU-;"), 2..3);
-        assert_eq!(flaw("PU1,99999999"), 4..12);
-        assert_eq!(flaw("PU1 2;ü"), 6..8);
+        assert_eq!(error("IN;1 2"), 3..4);
+        assert_eq!(error("IN;P1"), 3..4);
+        assert_eq!(error("PU-;"), 2..3);
+        assert_eq!(error("PU1,99999999"), 4..12);
+        assert_eq!(error("PU1 2;ü"), 6..8);
     }
 }

@@ -32,8 +32,8 @@ mod text;
 
 use super::notes::Notes;
 use super::text::text_of;
-use super::{Content, ReadOptions, Reading};
-use crate::{Lines, Problem};
+use super::{Content, Parsed, ReadOptions};
+use crate::{Diagnostic, Lines};
 
 use lexer::Instructions;
 use plotter::Plotter;
@@ -41,7 +41,7 @@ use plotter::Plotter;
 /// No curve is followed more closely than this, mm.
 const FINEST: f64 = 1e-4;
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let text = text_of(bytes);
     let latin = std::str::from_utf8(bytes).is_err();
     let lines = Lines::new(&text);
@@ -54,13 +54,13 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
     let mut plotter = Plotter::new(&options.title, tolerance, &lines, latin);
     for instruction in Instructions::new(&text) {
         let done = instruction.and_then(|instruction| plotter.take(&instruction));
-        done.map_err(|flaw| {
-            let origin = lines.origin(flaw.range.clone());
-            flaw.into_problem(origin)
+        done.map_err(|error| {
+            let origin = lines.origin(error.range.clone());
+            error.into_diagnostic(origin)
         })?;
     }
     let (artwork, notes) = plotter.finish();
-    Ok(Reading {
+    Ok(Parsed {
         content: Content::Artwork(artwork),
         notes,
     })

@@ -6,8 +6,8 @@ use super::Notes;
 use super::lexer::Instruction;
 use super::scale::Scale;
 use super::text::Texts;
-use crate::formats::flaw::Flaw;
-use crate::{Artwork, Lines, NoteCode, Problem, Stroke};
+use crate::formats::span::SpanDiagnostic;
+use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Stroke};
 
 /// No sheet is as large, mm.
 const LARGEST: f64 = 1e5;
@@ -85,7 +85,7 @@ impl<'t> Plotter<'t> {
         }
     }
 
-    pub(super) fn finish(mut self) -> (Artwork, Vec<Problem>) {
+    pub(super) fn finish(mut self) -> (Artwork, Vec<Diagnostic>) {
         self.lift();
         self.end_polygon();
         self.tell_texts();
@@ -94,17 +94,17 @@ impl<'t> Plotter<'t> {
             let pens: Vec<_> = self.pens.iter().map(ToString::to_string).collect();
             let message = format!("pens {} draw alike: there is one", pens.join(", "));
             self.notes
-                .add(NoteCode::Assumed, crate::Origin::NONE, &message);
+                .add(DiagnosticCode::Assumed, crate::Origin::NONE, &message);
         }
-        (self.artwork, self.notes.into_problems())
+        (self.artwork, self.notes.into_diagnostics())
     }
 
     pub(super) fn note(&mut self, instruction: &Instruction, message: &str) {
         let origin = self.lines.origin(instruction.range.clone());
-        self.notes.add(NoteCode::LeftOut, origin, message);
+        self.notes.add(DiagnosticCode::LeftOut, origin, message);
     }
 
-    pub(super) fn take(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn take(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         match &instruction.name {
             b"PU" => {
                 self.lift();
@@ -148,7 +148,7 @@ impl<'t> Plotter<'t> {
     }
 
     /// What draws nothing, and what is not understood.
-    fn other(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    fn other(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let name = instruction.name();
         match name.as_str() {
             "LT" if !instruction.numbers.is_empty() => {
@@ -223,7 +223,7 @@ impl<'t> Plotter<'t> {
     }
 
     /// To each of the points of an instruction.
-    fn go(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    fn go(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         for to in pairs(instruction, self.relative.then_some(&mut self.at.clone()))? {
             self.line(to, instruction)?;
         }
@@ -231,7 +231,11 @@ impl<'t> Plotter<'t> {
     }
 
     /// Goes to a point, with the pen as it is.
-    pub(super) fn line(&mut self, to: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn line(
+        &mut self,
+        to: [f64; 2],
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
         self.fits(to, instruction)?;
         let place = self.scale.place(to);
         if self.draws() {
@@ -250,13 +254,17 @@ impl<'t> Plotter<'t> {
     }
 
     /// Whether a point is on any sheet.
-    pub(super) fn fits(&self, to: [f64; 2], instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn fits(
+        &self,
+        to: [f64; 2],
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
         let [x, y] = self.scale.place(to);
         if x.abs().max(y.abs()) <= LARGEST {
             return Ok(());
         }
         let message = format!("the pen would be at {x:.0}, {y:.0} mm");
-        Err(Flaw::new(instruction.range.clone(), message))
+        Err(SpanDiagnostic::new(instruction.range.clone(), message))
     }
 }
 
@@ -264,11 +272,11 @@ impl<'t> Plotter<'t> {
 pub(super) fn pairs(
     instruction: &Instruction,
     mut from: Option<&mut [f64; 2]>,
-) -> Result<Vec<[f64; 2]>, Flaw> {
+) -> Result<Vec<[f64; 2]>, SpanDiagnostic> {
     let (pairs, rest) = instruction.numbers.as_chunks::<2>();
     if !rest.is_empty() {
         let message = format!("{} has an x without a y", instruction.name());
-        return Err(Flaw::new(instruction.range.clone(), message));
+        return Err(SpanDiagnostic::new(instruction.range.clone(), message));
     }
     let places = pairs.iter().map(|[x, y]| match &mut from {
         Some(from) => {

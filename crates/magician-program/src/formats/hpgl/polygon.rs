@@ -3,7 +3,7 @@
 use super::figures::UNFILLED;
 use super::lexer::Instruction;
 use super::plotter::Plotter;
-use crate::{NoteCode, Origin};
+use crate::{DiagnosticCode, Origin};
 
 impl Plotter<'_> {
     /// PM: 0 begins a polygon, 1 another part of it, 2 ends it.
@@ -50,7 +50,7 @@ impl Plotter<'_> {
     pub(super) fn end_polygon(&mut self) {
         if self.polygon.take().is_some() && !self.edges.is_empty() {
             self.notes.add(
-                NoteCode::LeftOut,
+                DiagnosticCode::LeftOut,
                 Origin::NONE,
                 "a polygon (PM) without an end is left out",
             );

@@ -1,7 +1,7 @@
 //! User units (IP, IR, SC) and how the coordinate system is turned (RO).
 
 use super::lexer::Instruction;
-use crate::formats::flaw::Flaw;
+use crate::formats::span::SpanDiagnostic;
 
 /// Plotter units of a millimetre.
 const UNITS: f64 = 40.0;
@@ -126,7 +126,7 @@ impl Scale {
     }
 
     /// PS: how long and how wide the sheet is.
-    pub(super) fn sized(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn sized(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [length, width] = match instruction.numbers[..] {
             [length] => [length, length],
             [length, width, ..] => [length, width],
@@ -143,7 +143,7 @@ impl Scale {
     }
 
     /// RO: the axes are turned to the left, P1 and P2 with them.
-    pub(super) fn rotate(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn rotate(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let angle = instruction.numbers.first().copied().unwrap_or(0.0);
         let turns = [0.0, 90.0, 180.0, 270.0]
             .iter()
@@ -151,7 +151,7 @@ impl Scale {
         let Some(turns) = turns else {
             let message =
                 format!("RO {angle}: the coordinate system is turned by 0, 90, 180 or 270 degrees");
-            return Err(Flaw::new(instruction.range.clone(), message));
+            return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         };
         // P1 and P2 keep their coordinates: IP and IR bring them back onto the sheet.
         self.turns = u8::try_from(turns).unwrap_or_default();
@@ -159,7 +159,7 @@ impl Scale {
     }
 
     /// IP: where P1 and P2 are. P2 follows a P1 that is told alone.
-    pub(super) fn corners(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn corners(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [px, py, qx, qy] = self.corners;
         self.said = !instruction.numbers.is_empty();
         self.corners = match instruction.numbers[..] {
@@ -167,7 +167,7 @@ impl Scale {
             [x, y] => [x, y, x + qx - px, y + qy - py],
             [x1, y1, x2, y2] => [x1, y1, x2, y2],
             _ => {
-                return Err(Flaw::new(
+                return Err(SpanDiagnostic::new(
                     instruction.range.clone(),
                     "IP needs one point, two points or nothing",
                 ));
@@ -177,7 +177,7 @@ impl Scale {
     }
 
     /// IR: where P1 and P2 are, in percent of the sheet.
-    pub(super) fn shares(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    pub(super) fn shares(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [px, py, qx, qy] = self.turned_frame();
         let at = |x: f64, y: f64| [px + (qx - px) * x / 100.0, py + (qy - py) * y / 100.0];
         let numbers: Vec<f64> = instruction
@@ -195,8 +195,8 @@ impl Scale {
     }
 
     /// SC: which coordinates P1 and P2 have.
-    pub(super) fn units(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
-        let refused = |message: &str| Err(Flaw::new(instruction.range.clone(), message));
+    pub(super) fn units(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+        let refused = |message: &str| Err(SpanDiagnostic::new(instruction.range.clone(), message));
         let share = |nth: usize| {
             instruction
                 .numbers
@@ -232,7 +232,7 @@ impl Scale {
     }
 
     /// User units follow P1 and P2.
-    fn rescale(&mut self, instruction: &Instruction) -> Result<(), Flaw> {
+    fn rescale(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         let [px, py, qx, qy] = self.corners;
         let across = [qx - px, qy - py];
         let (factor, shift) = match self.user {
@@ -262,7 +262,7 @@ impl Scale {
             .all(|factor| factor.is_finite() && *factor != 0.0)
         {
             let message = "the scale of SC is no number";
-            return Err(Flaw::new(instruction.range.clone(), message));
+            return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
         (self.factor, self.shift) = (factor, shift);
         Ok(())

@@ -2,7 +2,7 @@
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
-use crate::NoteCode;
+use crate::DiagnosticCode;
 
 /// As many texts are quoted, and as many characters of each.
 const QUOTED: usize = 5;
@@ -58,6 +58,8 @@ impl Plotter<'_> {
         );
         let help = "write the plot with its text as lines to have it drawn";
         self.notes
-            .add_with(NoteCode::LeftOut, first, &message, |note| note.help(help));
+            .add_with(DiagnosticCode::LeftOut, first, &message, |note| {
+                note.help(help)
+            });
     }
 }

@@ -15,8 +15,8 @@ use ::image::{
     DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits,
 };
 
-use super::{Content, ReadOptions, Reading};
-use crate::{NoteCode, Problem, Raster};
+use super::{Content, Parsed, ReadOptions};
+use crate::{Diagnostic, DiagnosticCode, Raster};
 
 use large::Smaller;
 
@@ -27,7 +27,7 @@ const MOST_PIXELS: u64 = 64_000_000;
 /// Memory to decode them, at most, bytes.
 const MOST_MEMORY: u64 = 512 << 20;
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let format = ::image::guess_format(bytes).ok();
     let format = format
         .filter(|format| KNOWN.contains(format))
@@ -55,7 +55,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
             "the image has {width} by {height} pixels: it is scaled down to {} by {} while it is read",
             kept[0], kept[1]
         );
-        notes.push(Problem::of_file(message).coded(NoteCode::Assumed));
+        notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
     }
     let raster = Raster {
         title: options.title.clone(),
@@ -64,7 +64,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
         grey: grey(image),
         pixel: pixel.map(|[x, y]| if turned { [y, x] } else { [x, y] }),
     };
-    Ok(Reading {
+    Ok(Parsed {
         content: Content::Image(raster),
         notes,
     })
@@ -80,8 +80,8 @@ const KNOWN: [ImageFormat; 6] = [
     ImageFormat::Tiff,
 ];
 
-fn unknown() -> Problem {
-    Problem::of_file("this is no PNG, JPEG, BMP, WebP, GIF or TIFF image")
+fn unknown() -> Diagnostic {
+    Diagnostic::of_file("this is no PNG, JPEG, BMP, WebP, GIF or TIFF image")
         .help("save it as one of these")
 }
 
@@ -156,11 +156,13 @@ impl From<ImageError> for Refused {
     }
 }
 
-fn refused(refused: Refused) -> Problem {
+fn refused(refused: Refused) -> Diagnostic {
     let (why, too_large) = match refused {
         Refused::TooLarge([width, height]) => (format!("{width} by {height} pixels"), true),
         Refused::Large(why) => {
-            return Problem::of_file(format!("the image is too large to be read at once: {why}"));
+            return Diagnostic::of_file(format!(
+                "the image is too large to be read at once: {why}"
+            ));
         }
         Refused::By(error @ ImageError::Limits(_)) => (error.to_string(), true),
         Refused::By(error) => (error.to_string(), false),
@@ -169,9 +171,9 @@ fn refused(refused: Refused) -> Problem {
         let megapixels = MOST_PIXELS / 1_000_000;
         let most = format!("at most {MOST_SIDE} pixels on a side and {megapixels} million in all");
         let help = format!("{most}; PNG and JPEG of any size are read");
-        return Problem::of_file(format!("the image is too large: {why}")).help(help);
+        return Diagnostic::of_file(format!("the image is too large: {why}")).help(help);
     }
-    Problem::of_file(format!("the image cannot be decoded: {why}"))
+    Diagnostic::of_file(format!("the image cannot be decoded: {why}"))
 }
 
 fn grey(image: DynamicImage) -> Vec<u8> {

@@ -13,8 +13,8 @@ fn raster(bytes: &[u8]) -> Raster {
 }
 
 fn refusal(bytes: &[u8]) -> String {
-    let problem = read(Format::Image, bytes, &ReadOptions::default()).unwrap_err();
-    problem.message
+    let diagnostic = read(Format::Image, bytes, &ReadOptions::default()).unwrap_err();
+    diagnostic.message
 }
 
 fn encoded(image: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {

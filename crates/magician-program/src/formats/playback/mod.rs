@@ -25,9 +25,9 @@ mod write;
 
 #[cfg(feature = "read-playback")]
 pub(super) use read::read;
-pub use row::{Point, Row, Way};
+pub use row::{Point, PointMotion, Row};
 
-use crate::{Grip, Problem, Tool};
+use crate::{Diagnostic, Grip, Tool};
 
 /// A playback file.
 ///
@@ -42,7 +42,7 @@ pub struct Playback {
     pub rows: Vec<Row>,
     /// Elements that nobody knows, as they stand.
     others: Vec<String>,
-    notes: Vec<Problem>,
+    notes: Vec<Diagnostic>,
 }
 
 impl PartialEq for Playback {
@@ -75,7 +75,7 @@ impl Playback {
 
     /// What was taken in a certain way or left out when it was made; nothing of it is an error.
     #[must_use]
-    pub fn notes(&self) -> &[Problem] {
+    pub fn notes(&self) -> &[Diagnostic] {
         &self.notes
     }
 }

@@ -6,8 +6,8 @@ use magician_motion::{
     ArmModel, ArmState, Ceilings, Geometry, JointAngles, MotionError, Planner, Pose,
 };
 
-use super::{Playback, Point, Row, Way};
-use crate::{Action, Grip, Origin, Plan, Problem, Reading, Tool, Travel};
+use super::{Playback, Point, PointMotion, Row};
+use crate::{Action, Diagnostic, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Points nearer than this are the same to the arm, mm (model section 15a).
 const SAME: f64 = 1e-4;
@@ -23,7 +23,7 @@ impl Playback {
     /// played as straight lines through the same points, and a note says so. Of the first row nobody knows where it begins; its
     /// arc is left to the arm.
     #[must_use]
-    pub fn to_plan(&self) -> Reading<Plan> {
+    pub fn to_plan(&self) -> Parsed<Plan> {
         let mut player = Player {
             plan: Plan {
                 tool: self.tool(),
@@ -34,7 +34,7 @@ impl Playback {
         for row in &self.rows {
             player.play(row);
         }
-        Reading {
+        Parsed {
             content: player.plan,
             notes: player.notes,
         }
@@ -44,7 +44,7 @@ impl Playback {
 #[derive(Default)]
 struct Player {
     plan: Plan,
-    notes: Vec<Problem>,
+    notes: Vec<Diagnostic>,
     names: HashMap<String, usize>,
     /// Where the last row ended.
     at: Option<[f32; 4]>,
@@ -98,7 +98,7 @@ impl Player {
     }
 
     fn go(&mut self, row: &Row, origin: Origin) {
-        if let (Some(from), Way::Arc { via }) = (self.at, row.point.way)
+        if let (Some(from), PointMotion::Arc { via }) = (self.at, row.point.way)
             && let Some(why) = no_circle(from, via, row.point.to)
         {
             let lines = straight(from, via, row.point.to);
@@ -109,7 +109,7 @@ impl Player {
             let note = format!("{why}, so that it is no arc: it is played as {how}");
             let name = format!("row{}", row.number);
             self.notes
-                .push(Problem::new(row.places.motion, note).named(name));
+                .push(Diagnostic::new(row.places.motion, note).named(name));
             for to in lines {
                 let by = Travel::Line;
                 self.plan.push(Action::Move { to, by }, origin);

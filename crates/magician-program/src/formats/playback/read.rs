@@ -6,9 +6,9 @@ use std::ops::Range;
 use roxmltree::Node;
 
 use super::row::{Part, Places, numbered};
-use super::{Playback, Point, Row, Way};
-use crate::formats::{Content, ReadOptions, Reading, xml};
-use crate::{Grip, Lines, NoteCode, Origin, Problem, Travel};
+use super::{Playback, Point, PointMotion, Row};
+use crate::formats::{Content, Parsed, ReadOptions, xml};
+use crate::{Diagnostic, DiagnosticCode, Grip, Lines, Origin, Travel};
 
 /// What the items are, for messages.
 const MEANINGS: [&str; 13] = [
@@ -29,14 +29,14 @@ const MEANINGS: [&str; 13] = [
 
 const NO_PLAYBACK: &str = "this is no playback file of DobotStudio";
 
-pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let playback = Playback::read(bytes)?;
-    let Reading {
+    let Parsed {
         content: mut plan,
         notes,
     } = playback.to_plan();
     plan.title.clone_from(&options.title);
-    Ok(Reading {
+    Ok(Parsed {
         content: Content::Plan(plan),
         notes: playback.notes.into_iter().chain(notes).collect(),
     })
@@ -46,16 +46,16 @@ impl Playback {
     /// Reads a file.
     ///
     /// # Errors
-    /// The first [`Problem`] that makes it unreadable, with its place: no XML, another kind of file, a row without a
+    /// The first [`Diagnostic`] that makes it unreadable, with its place: no XML, another kind of file, a row without a
     /// coordinate, a number that is none, a motion style that nobody knows.
-    pub fn read(bytes: &[u8]) -> Result<Self, Problem> {
+    pub fn read(bytes: &[u8]) -> Result<Self, Diagnostic> {
         let playback = document(bytes)?;
         playback.check_tool()?;
         Ok(playback)
     }
 
     /// One arm has one tool.
-    fn check_tool(&self) -> Result<(), Problem> {
+    fn check_tool(&self) -> Result<(), Diagnostic> {
         let grips = |row: &&Row| row.point.gripper.is_some_and(|grip| grip != Grip::Off);
         let sucks = |row: &&Row| row.point.suction == Some(true);
         let (grips, sucks) = (self.rows.iter().find(grips), self.rows.iter().find(sucks));
@@ -66,11 +66,11 @@ impl Playback {
             "row{} uses the gripper and row{} the suction cup; the arm has one tool",
             grips.number, sucks.number
         );
-        Err(Problem::new(sucks.places.suction, message).named(format!("row{}", sucks.number)))
+        Err(Diagnostic::new(sucks.places.suction, message).named(format!("row{}", sucks.number)))
     }
 }
 
-fn document(bytes: &[u8]) -> Result<Playback, Problem> {
+fn document(bytes: &[u8]) -> Result<Playback, Diagnostic> {
     let text = xml::text(bytes)?;
     let document = xml::parse(text)?;
     let lines = Lines::new(text);
@@ -88,8 +88,8 @@ fn document(bytes: &[u8]) -> Result<Playback, Problem> {
     }
     if playback.rows.is_empty() {
         let place = file.start_of(root);
-        let problem = Problem::new(place, format!("{NO_PLAYBACK}: it has no rows"));
-        return Err(problem.help("its points stand in elements called row0, row1 and so on"));
+        let diagnostic = Diagnostic::new(place, format!("{NO_PLAYBACK}: it has no rows"));
+        return Err(diagnostic.help("its points stand in elements called row0, row1 and so on"));
     }
     file.note_order(&mut playback);
     Ok(playback)
@@ -114,7 +114,7 @@ impl File<'_> {
     }
 
     /// Some other XML.
-    fn stranger(&self, root: Node<'_, '_>) -> Problem {
+    fn stranger(&self, root: Node<'_, '_>) -> Diagnostic {
         let name = root.tag_name().name();
         let help = match name {
             "xml" => "this looks like a DobotBlockly workspace: call it '.blockly'",
@@ -122,10 +122,10 @@ impl File<'_> {
             _ => "the outermost element of a playback file is 'root'",
         };
         let message = format!("{NO_PLAYBACK}: its outermost element is '{name}'");
-        Problem::new(self.start_of(root), message).help(help)
+        Diagnostic::new(self.start_of(root), message).help(help)
     }
 
-    fn add(&self, playback: &mut Playback, node: Node<'_, '_>) -> Result<(), Problem> {
+    fn add(&self, playback: &mut Playback, node: Node<'_, '_>) -> Result<(), Diagnostic> {
         let name = node.tag_name().name();
         if let Some(number) = numbered(name, "row") {
             let row = self.row(number, node, &mut playback.notes)?;
@@ -144,8 +144,8 @@ impl File<'_> {
             }
             _ => {
                 let note = format!("'{name}' is not known: it is kept and not played");
-                let note = Problem::new(self.start_of(node), note);
-                playback.notes.push(note.coded(NoteCode::LeftOut));
+                let note = Diagnostic::new(self.start_of(node), note);
+                playback.notes.push(note.coded(DiagnosticCode::LeftOut));
                 playback.others.extend(self.source(node));
             }
         }
@@ -153,13 +153,13 @@ impl File<'_> {
     }
 
     /// Coordinates of another arm lead elsewhere on this one.
-    fn check_kind(&self, kind: &str, item: Node<'_, '_>) -> Result<(), Problem> {
+    fn check_kind(&self, kind: &str, item: Node<'_, '_>) -> Result<(), Diagnostic> {
         if kind.is_empty() || kind.to_ascii_lowercase().starts_with("magician") {
             return Ok(());
         }
         let place = self.at(content_range(item));
         let message = format!("this was taught on a {kind}, and its points mean other places here");
-        Err(Problem::new(place, message).help("teach the points again on a Magician"))
+        Err(Diagnostic::new(place, message).help("teach the points again on a Magician"))
     }
 
     /// An element as it stands, if it can stand elsewhere too.
@@ -173,8 +173,8 @@ impl File<'_> {
         &self,
         number: u32,
         node: Node<'_, '_>,
-        notes: &mut Vec<Problem>,
-    ) -> Result<Row, Problem> {
+        notes: &mut Vec<Diagnostic>,
+    ) -> Result<Row, Diagnostic> {
         let mut items = Items {
             file: self,
             row: node,
@@ -197,7 +197,7 @@ impl File<'_> {
         Ok(Row {
             number,
             parts,
-            places: items.places(matches!(point.way, Way::Arc { .. })),
+            places: items.places(matches!(point.way, PointMotion::Arc { .. })),
             point,
         })
     }
@@ -211,7 +211,7 @@ impl File<'_> {
                 "row{} stands where row{nth} is expected; rows are played in the order of the file",
                 row.number
             );
-            let note = Problem::new(row.places.motion, message).coded(NoteCode::Assumed);
+            let note = Diagnostic::new(row.places.motion, message).coded(DiagnosticCode::Assumed);
             playback.notes.push(note);
         }
         let mut strange = BTreeSet::new();
@@ -232,7 +232,7 @@ impl File<'_> {
             let note = format!("rows have what is not known ({names}): it is kept and not played");
             playback
                 .notes
-                .push(Problem::of_file(note).coded(NoteCode::LeftOut));
+                .push(Diagnostic::of_file(note).coded(DiagnosticCode::LeftOut));
         }
     }
 }
@@ -246,7 +246,7 @@ struct Items<'f, 'a, 'i> {
 }
 
 impl<'a, 'i> Items<'_, 'a, 'i> {
-    fn take(&mut self, number: u32, item: Node<'a, 'i>) -> Result<(), Problem> {
+    fn take(&mut self, number: u32, item: Node<'a, 'i>) -> Result<(), Diagnostic> {
         if self.node(number).is_some() {
             return Err(self.wrong(item, format!("item_{number} is there twice")));
         }
@@ -266,57 +266,58 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         (!text.is_empty()).then_some((text, node))
     }
 
-    fn wrong(&self, item: Node<'_, '_>, message: String) -> Problem {
+    fn wrong(&self, item: Node<'_, '_>, message: String) -> Diagnostic {
         let place = self.file.at(content_range(item));
-        Problem::new(place, message).named(format!("row{}", self.number))
+        Diagnostic::new(place, message).named(format!("row{}", self.number))
     }
 
-    fn missing(&self, number: u32) -> Problem {
+    fn missing(&self, number: u32) -> Diagnostic {
         let meaning = meaning(number);
         let place = match self.node(number) {
             Some(item) => self.file.at(item.range()),
             None => self.file.start_of(self.row),
         };
-        Problem::new(place, format!("it has no item_{number} ({meaning})"))
+        Diagnostic::new(place, format!("it has no item_{number} ({meaning})"))
             .named(format!("row{}", self.number))
     }
 
-    fn number(&self, number: u32) -> Result<Option<f64>, Problem> {
+    fn number(&self, number: u32) -> Result<Option<f64>, Diagnostic> {
         let Some((text, item)) = self.text(number) else {
             return Ok(None);
         };
         let meaning = meaning(number);
         let value = text.parse::<f64>().map_err(|_| {
-            let problem = format!("item_{number} ({meaning}) is '{text}', which is no number");
-            let problem = self.wrong(item, problem);
+            let diagnostic = format!("item_{number} ({meaning}) is '{text}', which is no number");
+            let diagnostic = self.wrong(item, diagnostic);
             match text.contains(',') {
-                true => problem.help("numbers are written with a decimal point"),
-                false => problem,
+                true => diagnostic.help("numbers are written with a decimal point"),
+                false => diagnostic,
             }
         })?;
         if !(value as f32).is_finite() {
-            let problem = format!("item_{number} ({meaning}) is {text}, which is out of all range");
-            return Err(self.wrong(item, problem));
+            let diagnostic =
+                format!("item_{number} ({meaning}) is {text}, which is out of all range");
+            return Err(self.wrong(item, diagnostic));
         }
         Ok(Some(value))
     }
 
     /// One of a few whole numbers.
-    fn code(&self, number: u32, most: u8, known: &str) -> Result<Option<u8>, Problem> {
+    fn code(&self, number: u32, most: u8, known: &str) -> Result<Option<u8>, Diagnostic> {
         let Some(value) = self.number(number)? else {
             return Ok(None);
         };
         let code = (0..=most).find(|code| f64::from(*code) == value);
         if let (None, Some(item)) = (code, self.node(number)) {
             let meaning = meaning(number);
-            let problem = format!("item_{number} ({meaning}) is {value}; known are {known}");
-            return Err(self.wrong(item, problem));
+            let diagnostic = format!("item_{number} ({meaning}) is {value}; known are {known}");
+            return Err(self.wrong(item, diagnostic));
         }
         Ok(code)
     }
 
     /// x, y, z, r from this item on; an r that is not there is 0.
-    fn pose(&self, first: u32, notes: &mut Vec<Problem>) -> Result<[f32; 4], Problem> {
+    fn pose(&self, first: u32, notes: &mut Vec<Diagnostic>) -> Result<[f32; 4], Diagnostic> {
         let mut pose = [0.0; 4];
         for (number, value) in (first..).zip(&mut pose) {
             match self.number(number)? {
@@ -324,8 +325,8 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
                 Some(_) => *value = self.single(number),
                 None if number == first + 3 => {
                     let note = "it has no R, which is taken for 0";
-                    notes.push(Problem {
-                        code: NoteCode::Assumed,
+                    notes.push(Diagnostic {
+                        code: DiagnosticCode::Assumed,
                         message: note.to_owned(),
                         ..self.missing(number)
                     });
@@ -341,15 +342,15 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         text.and_then(|text| text.parse().ok()).unwrap_or_default()
     }
 
-    fn point(&self, notes: &mut Vec<Problem>) -> Result<Point, Problem> {
+    fn point(&self, notes: &mut Vec<Diagnostic>) -> Result<Point, Diagnostic> {
         let styles = "0 JUMP, 1 MOVJ, 2 MOVL, 3 or 4 ARC";
         let style = self.code(0, 4, styles)?.ok_or_else(|| self.missing(0))?;
         let first = self.pose(2, notes)?;
         let (way, to) = match style {
-            0 => (Way::Move(Travel::Jump), first),
-            1 => (Way::Move(Travel::Joints), first),
-            2 => (Way::Move(Travel::Line), first),
-            arc => (Way::Arc { via: first }, self.second(arc, notes)?),
+            0 => (PointMotion::Move(Travel::Jump), first),
+            1 => (PointMotion::Move(Travel::Joints), first),
+            2 => (PointMotion::Move(Travel::Line), first),
+            arc => (PointMotion::Arc { via: first }, self.second(arc, notes)?),
         };
         let name = self
             .node(1)
@@ -372,7 +373,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
 
     /// Where an arc ends. Studios 1.7 to 1.9 write 3 for it and 1.4 writes 4, and what else 3 was in 1.4 is not known: so
     /// only a row with a second point is one. All zero, which other styles have there too, is none.
-    fn second(&self, style: u8, notes: &mut Vec<Problem>) -> Result<[f32; 4], Problem> {
+    fn second(&self, style: u8, notes: &mut Vec<Diagnostic>) -> Result<[f32; 4], Diagnostic> {
         let mut any = false;
         for number in 6..=9 {
             any |= self.number(number)?.is_some_and(|value| value != 0.0);
@@ -387,13 +388,13 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         let message = format!(
             "motion style {style} is an arc, but items 6 to 9 have no second point; what else it may mean is not known"
         );
-        Err(Problem::new(place, message)
+        Err(Diagnostic::new(place, message)
             .named(format!("row{}", self.number))
             .help("teach this point again, or give it style 0 (JUMP), 1 (MOVJ) or 2 (MOVL)"))
     }
 
     /// Milliseconds; the file has seconds.
-    fn pause(&self) -> Result<u32, Problem> {
+    fn pause(&self) -> Result<u32, Diagnostic> {
         let seconds = self.number(10)?.unwrap_or(0.0);
         let milliseconds = (seconds * 1000.0).round();
         match self.node(10) {

@@ -4,8 +4,8 @@ use magician_host::{Given, Setting};
 
 use super::row::{numbered, setting};
 use super::write::can_be_said;
-use super::{Playback, Point, Row, Way};
-use crate::{Action, Grip, NoteCode, Plan, Problem, Step, Tool, Travel};
+use super::{Playback, Point, PointMotion, Row};
+use crate::{Action, Diagnostic, DiagnosticCode, Grip, Plan, Step, Tool, Travel};
 
 impl Playback {
     /// A plan as a file for DobotStudio 1.9, as far as such a file can say it: moves to poses with all joints, on lines and as
@@ -16,8 +16,8 @@ impl Playback {
     /// does after a pause, and before the next move, gets a row of its own at the same place.
     ///
     /// # Errors
-    /// A [`Problem`] with the number of the first step that such a file cannot say.
-    pub fn from_plan(plan: &Plan) -> Result<Self, Problem> {
+    /// A [`Diagnostic`] with the number of the first step that such a file cannot say.
+    pub fn from_plan(plan: &Plan) -> Result<Self, Diagnostic> {
         let mut recorder = Recorder::new(plan)?;
         for (nth, step) in plan.steps.iter().enumerate() {
             recorder.step(nth, step)?;
@@ -34,11 +34,11 @@ struct Recorder<'p> {
     gripper: Option<Grip>,
     suction: Option<bool>,
     left_out: Vec<&'static str>,
-    notes: Vec<Problem>,
+    notes: Vec<Diagnostic>,
 }
 
 impl<'p> Recorder<'p> {
-    fn new(plan: &'p Plan) -> Result<Self, Problem> {
+    fn new(plan: &'p Plan) -> Result<Self, Diagnostic> {
         let mut recorder = Self {
             plan,
             points: Vec::new(),
@@ -82,13 +82,13 @@ impl<'p> Recorder<'p> {
                 let note = format!("the file cannot say that its points are for the tool '{tool}'");
                 let tool = (Setting::Tool, Given::Any("NAME"));
                 self.notes
-                    .push(Problem::of_file(note).remedy(tool, "says so when it is played"));
+                    .push(Diagnostic::of_file(note).remedy(tool, "says so when it is played"));
             }
         }
     }
 
-    fn cannot(&self, nth: usize, step: &Step, what: &str) -> Problem {
-        let problem = Problem::new(
+    fn cannot(&self, nth: usize, step: &Step, what: &str) -> Diagnostic {
+        let diagnostic = Diagnostic::new(
             step.origin,
             format!(
                 "step {} {what}, and a playback file cannot say that",
@@ -96,15 +96,15 @@ impl<'p> Recorder<'p> {
             ),
         );
         match self.plan.name_of(&step.origin) {
-            Some(name) => problem.named(name),
-            None => problem,
+            Some(name) => diagnostic.named(name),
+            None => diagnostic,
         }
     }
 
-    fn step(&mut self, nth: usize, step: &Step) -> Result<(), Problem> {
+    fn step(&mut self, nth: usize, step: &Step) -> Result<(), Diagnostic> {
         match &step.action {
-            Action::Move { to, by } => self.go(nth, step, Way::Move(*by), *to),
-            Action::Arc { via, to } => self.go(nth, step, Way::Arc { via: *via }, *to),
+            Action::Move { to, by } => self.go(nth, step, PointMotion::Move(*by), *to),
+            Action::Arc { via, to } => self.go(nth, step, PointMotion::Arc { via: *via }, *to),
             Action::Gripper(grip) => {
                 self.gripper = Some(*grip);
                 self.tell(nth, step)
@@ -123,22 +123,28 @@ impl<'p> Recorder<'p> {
                     return Ok(());
                 }
                 let name = command.row().set_name;
-                let problem = self.cannot(nth, step, &format!("is a {name}"));
+                let diagnostic = self.cannot(nth, step, &format!("is a {name}"));
                 let help = "moves to poses, arcs, pauses, and the suction cup or the gripper are what it can say";
-                Err(problem.help(help))
+                Err(diagnostic.help(help))
             }
         }
     }
 
-    fn go(&mut self, nth: usize, step: &Step, way: Way, to: [f32; 4]) -> Result<(), Problem> {
+    fn go(
+        &mut self,
+        nth: usize,
+        step: &Step,
+        way: PointMotion,
+        to: [f32; 4],
+    ) -> Result<(), Diagnostic> {
         let via = match way {
-            Way::Arc { via } => via,
-            Way::Move(_) => to,
+            PointMotion::Arc { via } => via,
+            PointMotion::Move(_) => to,
         };
         if !to.iter().chain(&via).all(|value| value.is_finite()) {
             return Err(self.cannot(nth, step, "leads to what is no number"));
         }
-        if matches!(way, Way::Arc { .. }) && to == [0.0; 4] {
+        if matches!(way, PointMotion::Arc { .. }) && to == [0.0; 4] {
             return Err(self.cannot(nth, step, "is an arc to 0, 0, 0, 0"));
         }
         let name = self.plan.name_of(&step.origin).unwrap_or_default();
@@ -160,14 +166,14 @@ impl<'p> Recorder<'p> {
 
     /// The last point's tool does what it does now; a new one at the same place if it has done something there already, or
     /// paused.
-    fn tell(&mut self, nth: usize, step: &Step) -> Result<(), Problem> {
+    fn tell(&mut self, nth: usize, step: &Step) -> Result<(), Diagnostic> {
         let (gripper, suction, told) = (self.gripper, self.suction, self.told);
         let Some(last) = self.points.last_mut() else {
             return Err(self.before_any(nth, step));
         };
         let same = last.gripper == gripper && last.suction == suction;
         if !same && (told || last.pause > 0) {
-            let again = Point::new(Way::Move(Travel::Joints), last.to);
+            let again = Point::new(PointMotion::Move(Travel::Joints), last.to);
             self.points.push(again);
         }
         if let Some(last) = self.points.last_mut() {
@@ -177,7 +183,7 @@ impl<'p> Recorder<'p> {
         Ok(())
     }
 
-    fn wait(&mut self, nth: usize, step: &Step, milliseconds: u32) -> Result<(), Problem> {
+    fn wait(&mut self, nth: usize, step: &Step, milliseconds: u32) -> Result<(), Diagnostic> {
         let Some(last) = self.points.last_mut() else {
             return Err(self.before_any(nth, step));
         };
@@ -188,21 +194,23 @@ impl<'p> Recorder<'p> {
         Ok(())
     }
 
-    fn before_any(&self, nth: usize, step: &Step) -> Problem {
-        let problem = self.cannot(nth, step, "comes before the first move");
-        problem.help("put a move to a pose in front of it")
+    fn before_any(&self, nth: usize, step: &Step) -> Diagnostic {
+        let diagnostic = self.cannot(nth, step, "comes before the first move");
+        diagnostic.help("put a move to a pose in front of it")
     }
 
-    fn finish(mut self) -> Result<Playback, Problem> {
+    fn finish(mut self) -> Result<Playback, Diagnostic> {
         if self.points.is_empty() {
-            return Err(Problem::of_file("there is no move to a pose to write down"));
+            return Err(Diagnostic::of_file(
+                "there is no move to a pose to write down",
+            ));
         }
         for what in self.left_out {
             let note = format!("the {what} are left out: a playback file does not have them");
             self.notes
-                .push(Problem::of_file(note).coded(NoteCode::LeftOut));
+                .push(Diagnostic::of_file(note).coded(DiagnosticCode::LeftOut));
         }
-        let arcs = |point: &Point| matches!(point.way, Way::Arc { .. });
+        let arcs = |point: &Point| matches!(point.way, PointMotion::Arc { .. });
         let arcs = self.points.iter().any(arcs);
         let rows = (0..).zip(self.points);
         Ok(Playback {

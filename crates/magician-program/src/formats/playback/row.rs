@@ -6,7 +6,7 @@ use crate::{Action, Grip, Origin, Travel};
 
 /// How a taught point is reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Way {
+pub enum PointMotion {
     /// As a point-to-point move.
     Move(Travel),
     /// On an arc through a point, whose r does not count.
@@ -22,7 +22,7 @@ pub struct Point {
     /// What it is called; empty if it has no name.
     pub name: String,
     /// How it is reached.
-    pub way: Way,
+    pub way: PointMotion,
     /// Where it is: x, y, z, r.
     pub to: [f32; 4],
     /// What the gripper does there, where the file has a column for it.
@@ -36,7 +36,7 @@ pub struct Point {
 impl Point {
     /// One without a name, a tool or a pause.
     #[must_use]
-    pub fn new(way: Way, to: [f32; 4]) -> Self {
+    pub fn new(way: PointMotion, to: [f32; 4]) -> Self {
         Self {
             name: String::new(),
             way,
@@ -51,8 +51,8 @@ impl Point {
     #[must_use]
     pub fn motion(&self) -> Action {
         match self.way {
-            Way::Move(by) => Action::Move { to: self.to, by },
-            Way::Arc { via } => Action::Arc { via, to: self.to },
+            PointMotion::Move(by) => Action::Move { to: self.to, by },
+            PointMotion::Arc { via } => Action::Arc { via, to: self.to },
         }
     }
 }
@@ -119,10 +119,10 @@ impl Row {
     /// A row for a point, with the items that DobotStudio 1.9 writes, and those of a second point if `arcs`.
     pub(super) fn of(number: u32, point: Point, arcs: bool) -> Self {
         let (style, first, second) = match point.way {
-            Way::Move(Travel::Jump) => (0, point.to, None),
-            Way::Move(Travel::Joints) => (1, point.to, None),
-            Way::Move(Travel::Line) => (2, point.to, None),
-            Way::Arc { via } => (3, via, Some(point.to)),
+            PointMotion::Move(Travel::Jump) => (0, point.to, None),
+            PointMotion::Move(Travel::Joints) => (1, point.to, None),
+            PointMotion::Move(Travel::Line) => (2, point.to, None),
+            PointMotion::Arc { via } => (3, via, Some(point.to)),
         };
         let mut items = vec![(0, style.to_string()), (1, point.name.clone())];
         items.extend((2..).zip(first.map(|value| format!("{value:?}"))));

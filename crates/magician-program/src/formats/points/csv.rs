@@ -6,9 +6,9 @@ use std::collections::BTreeSet;
 use super::row::{Row, plan};
 use super::{only_recordings, recording};
 use crate::formats::content::points::{Field, between, cells, lines};
-use crate::{Lines, NoteCode, Plan, Problem, Reading};
+use crate::{Diagnostic, DiagnosticCode, Lines, Parsed, Plan};
 
-pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, Problem> {
+pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Diagnostic> {
     let places = Lines::new(text);
     let mut lines = lines(text);
     let (start, header) = lines.next().unwrap_or_default();
@@ -21,7 +21,7 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, P
         if field.is_some_and(|field| {
             field != Field::Idle && field != Field::Speed && columns.contains(&Some(field))
         }) {
-            return Err(Problem::new(
+            return Err(Diagnostic::new(
                 origin,
                 format!("there is another column '{}'", cell.trim()),
             ));
@@ -31,7 +31,7 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, P
                 "nobody knows what the column '{}' says: it is left out",
                 cell.trim()
             );
-            notes.push(Problem::new(origin, note).coded(NoteCode::LeftOut));
+            notes.push(Diagnostic::new(origin, note).coded(DiagnosticCode::LeftOut));
         }
         columns.push(field);
     }
@@ -39,8 +39,8 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, P
     for (axis, name) in ["X", "Y", "Z"].into_iter().enumerate() {
         if !fields.contains(&Field::Place(axis)) {
             let origin = places.origin(start..start + header.len());
-            let problem = Problem::new(origin, format!("no column is called {name}"));
-            return Err(problem.help("the first line names the columns, X,Y,Z,R for one; without one it is x,y,z in every line"));
+            let diagnostic = Diagnostic::new(origin, format!("no column is called {name}"));
+            return Err(diagnostic.help("the first line names the columns, X,Y,Z,R for one; without one it is x,y,z in every line"));
         }
     }
     let mut rows = Vec::new();
@@ -59,7 +59,7 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, P
                     "this line has more than the {} columns of the first",
                     columns.len()
                 );
-                return Err(Problem::new(origin, message));
+                return Err(Diagnostic::new(origin, message));
             };
             let Some(field) = column else { continue };
             // Where commas are in numbers they are not between them.
@@ -78,15 +78,15 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Reading<Plan>, P
         return plan(rows, &fields, notes);
     }
     // The last row of a recording that was cut off is not whole.
-    let seen: Vec<_> = rows.iter().filter_map(Row::seen).collect();
-    if seen.len() < rows.len() {
+    let samples: Vec<_> = rows.iter().filter_map(Row::sample).collect();
+    if samples.len() < rows.len() {
         let what = format!(
             "rows without a time or a place are left out: {}",
-            rows.len() - seen.len()
+            rows.len() - samples.len()
         );
-        notes.push(Problem::of_file(what).coded(NoteCode::LeftOut));
+        notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
     }
-    let mut reading = recording::plan(&seen, resample)?;
+    let mut reading = recording::plan(&samples, resample)?;
     reading.notes.splice(0..0, notes);
     Ok(reading)
 }

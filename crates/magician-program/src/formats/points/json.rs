@@ -6,12 +6,12 @@ use std::collections::BTreeSet;
 use super::row::{Row, plan};
 use crate::formats::content::points::Field;
 use crate::plan::json::Json;
-use crate::{NoteCode, Plan, Problem, Reading};
+use crate::{Diagnostic, DiagnosticCode, Parsed, Plan};
 
 /// More rows has nobody taught.
 const MOST_ROWS: usize = 1_000_000;
 
-pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
+pub(super) fn read(bytes: &[u8]) -> Result<Parsed<Plan>, Diagnostic> {
     let json = Json::of(bytes)?;
     let whole = json.whole()?;
     let lines = json.lines();
@@ -27,7 +27,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
             Some(number) => rows.push((number, value)),
             None => {
                 let note = format!("'{key}' is not known: it is left out");
-                notes.push(json.problem(value, note).coded(NoteCode::LeftOut));
+                notes.push(json.diagnostic(value, note).coded(DiagnosticCode::LeftOut));
             }
         }
         Ok(())
@@ -36,14 +36,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
         json.members(within, |key, value| {
             let number = number_of(&key).ok_or_else(|| {
                 let message = format!("the rows are called row0, row1 and so on, not '{key}'");
-                json.problem(value, message)
+                json.diagnostic(value, message)
             })?;
             rows.push((number, value));
             Ok(())
         })?;
     }
     if rows.len() > MOST_ROWS {
-        return Err(Problem::of_file(format!(
+        return Err(Diagnostic::of_file(format!(
             "more than {MOST_ROWS} rows are too many"
         )));
     }
@@ -53,7 +53,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
         let pair: [(u64, &str); 2] = pair.try_into().ok()?;
         (pair[0].0 == pair[1].0).then_some(pair)
     }) {
-        return Err(json.problem(value, format!("row{number} is here twice")));
+        return Err(json.diagnostic(value, format!("row{number} is here twice")));
     }
     let mut fields = BTreeSet::new();
     let mut strangers = BTreeSet::new();
@@ -64,7 +64,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
             let Some(field) = Field::named(&member.key) else {
                 if strangers.insert(member.key.to_string()) {
                     let note = format!("'{}' is not known: it is left out", member.key);
-                    notes.push(json.problem(member.value, note).coded(NoteCode::LeftOut));
+                    notes.push(
+                        json.diagnostic(member.value, note)
+                            .coded(DiagnosticCode::LeftOut),
+                    );
                 }
                 continue;
             };
@@ -78,10 +81,10 @@ pub(super) fn read(bytes: &[u8]) -> Result<Reading<Plan>, Problem> {
 }
 
 /// A number, a text, or nothing.
-fn plain<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Problem> {
+fn plain<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
     match value.chars().next() {
         Some('"') => json.string(value),
-        Some('{' | '[') => Err(json.problem(value, "expected a number or a text")),
+        Some('{' | '[') => Err(json.diagnostic(value, "expected a number or a text")),
         _ if value == "null" => Ok("".into()),
         _ => Ok(value.into()),
     }

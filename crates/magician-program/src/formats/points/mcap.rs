@@ -4,9 +4,9 @@
 
 use serde::Deserialize;
 
-use super::recording::{self, Seen};
+use super::recording::{self, Sample};
 use crate::formats::content::points::MAGIC;
-use crate::{NoteCode, Origin, Plan, Problem, Reading};
+use crate::{Diagnostic, DiagnosticCode, Origin, Parsed, Plan};
 
 /// Records by their number.
 const CHANNEL: u8 = 0x04;
@@ -81,10 +81,10 @@ struct Found {
     /// The channel of `/pose`.
     channel: Option<u64>,
     first: Option<u64>,
-    seen: Vec<Seen>,
+    samples: Vec<Sample>,
 }
 
-pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Reading<Plan>, Problem> {
+pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Parsed<Plan>, Diagnostic> {
     let mut records = Bytes(bytes.get(MAGIC.len()..).unwrap_or_default());
     let mut found = Found::default();
     while let Some((kind, content)) = records.record() {
@@ -93,27 +93,28 @@ pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Reading<Plan>,
             kind => found.record(kind, content)?,
         }
     }
-    if found.seen.is_empty() {
-        return Err(Problem::of_file(
+    if found.samples.is_empty() {
+        return Err(Diagnostic::of_file(
             "there is no /pose in it: no way of the tool was recorded",
         ));
     }
-    let mut reading = recording::plan(&found.seen, resample)?;
+    let mut reading = recording::plan(&found.samples, resample)?;
     // Behind its last record a whole file has its magic bytes once more.
     if records.0 != MAGIC {
-        let note = Problem::of_file("the recording is cut off: it is followed as far as it goes");
-        reading.notes.push(note.coded(NoteCode::LeftOut));
+        let note =
+            Diagnostic::of_file("the recording is cut off: it is followed as far as it goes");
+        reading.notes.push(note.coded(DiagnosticCode::LeftOut));
     }
     Ok(reading)
 }
 
-fn damaged(what: &str) -> Problem {
-    Problem::of_file(format!("the recording is damaged: {what}"))
+fn damaged(what: &str) -> Diagnostic {
+    Diagnostic::of_file(format!("the recording is damaged: {what}"))
 }
 
 impl Found {
     /// Records in a piece, with a checksum: what was damaged is not followed to another place.
-    fn chunk(&mut self, mut content: Bytes<'_>) -> Result<(), Problem> {
+    fn chunk(&mut self, mut content: Bytes<'_>) -> Result<(), Diagnostic> {
         let mut parts = || {
             content.take(8 + 8 + 8)?;
             let checksum = content.number(4)?;
@@ -125,8 +126,8 @@ impl Found {
             parts().ok_or_else(|| damaged("a chunk is shorter than it says"))?;
         if !compression.is_empty() {
             let what = String::from_utf8_lossy(compression).into_owned();
-            let problem = Problem::of_file(format!("chunks packed with {what} are not read"));
-            return Err(problem.help("write it without compression"));
+            let diagnostic = Diagnostic::of_file(format!("chunks packed with {what} are not read"));
+            return Err(diagnostic.help("write it without compression"));
         }
         if checksum != 0 && checksum != u64::from(crc32fast::hash(data)) {
             return Err(damaged("a chunk has another checksum"));
@@ -138,7 +139,7 @@ impl Found {
         Ok(())
     }
 
-    fn record(&mut self, kind: u8, mut content: Bytes<'_>) -> Result<(), Problem> {
+    fn record(&mut self, kind: u8, mut content: Bytes<'_>) -> Result<(), Diagnostic> {
         let short = || damaged("a record is shorter than it says");
         match kind {
             CHANNEL => {
@@ -151,7 +152,7 @@ impl Found {
                 if topic == b"/pose" {
                     if encoding != b"json" {
                         let what = "the messages of /pose are no JSON, and only that is read";
-                        return Err(Problem::of_file(what));
+                        return Err(Diagnostic::of_file(what));
                     }
                     self.channel = Some(id);
                 }
@@ -174,16 +175,16 @@ impl Found {
         Ok(())
     }
 
-    fn message(&mut self, time: u64, data: &[u8]) -> Result<(), Problem> {
+    fn message(&mut self, time: u64, data: &[u8]) -> Result<(), Diagnostic> {
         let PoseInFrame { pose } = serde_json::from_slice(data).map_err(|error| {
-            Problem::of_file(format!(
+            Diagnostic::of_file(format!(
                 "a message of /pose is no foxglove.PoseInFrame: {error}"
             ))
         })?;
         let begun = *self.first.get_or_insert(time);
         let Position { x, y, z } = pose.position;
         let r = 2.0 * libm::atan2(pose.orientation.z, pose.orientation.w).to_degrees();
-        self.seen.push(Seen {
+        self.samples.push(Sample {
             t: time.saturating_sub(begun) as f64 / NANOS,
             pose: [x * MILLIMETRES, y * MILLIMETRES, z * MILLIMETRES, r],
             j4: None,

@@ -18,15 +18,15 @@ mod row;
 mod strokes;
 
 use super::content::points::{MAGIC, is_strokes};
-use super::{Content, ReadOptions, Reading, only_recordings};
-use crate::{Lines, Origin, Problem};
+use super::{Content, Parsed, ReadOptions, only_recordings};
+use crate::{Diagnostic, Lines, Origin};
 
 /// Reads a list of points of any of the three kinds.
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     if bytes.starts_with(MAGIC) {
         let mut reading = mcap::read(bytes, options.resample)?;
         reading.content.title.clone_from(&options.title);
-        return Ok(Reading {
+        return Ok(Parsed {
             content: Content::Plan(reading.content),
             notes: reading.notes,
         });
@@ -35,11 +35,11 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
         let known = bytes.get(..error.valid_up_to()).unwrap_or_default();
         let known = std::str::from_utf8(known).unwrap_or_default();
         let origin = Lines::new(known).origin(known.len()..known.len());
-        Problem::new(origin, "this is not UTF-8 text")
+        Diagnostic::new(origin, "this is not UTF-8 text")
     })?;
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
     let mut reading = match text.trim_start() {
-        "" => return Err(Problem::of_file("there are no points in it")),
+        "" => return Err(Diagnostic::of_file("there are no points in it")),
         json if json.starts_with('{') => {
             only_recordings(options.resample)?;
             json::read(bytes)?
@@ -51,14 +51,14 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
         _ => csv::read(text, options.resample)?,
     };
     reading.content.title.clone_from(&options.title);
-    Ok(Reading {
+    Ok(Parsed {
         content: Content::Plan(reading.content),
         notes: reading.notes,
     })
 }
 
 /// That something is no number.
-fn no_number(origin: Origin, what: &str, found: &str) -> Problem {
+fn no_number(origin: Origin, what: &str, found: &str) -> Diagnostic {
     let found: String = found.chars().take(30).collect();
-    Problem::new(origin, format!("{what} is a number, and this is '{found}'"))
+    Diagnostic::new(origin, format!("{what} is a number, and this is '{found}'"))
 }

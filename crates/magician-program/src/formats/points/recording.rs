@@ -7,9 +7,9 @@ use magician_host::commands::CpParams;
 use magician_motion::{ArmModel, Pose};
 use magician_protocol::Flag;
 
+use crate::recording::{HELD, LONGEST};
 use crate::simplify::kept_where;
-use crate::trail::{HELD, LONGEST};
-use crate::{Action, NoteCode, Origin, Plan, Problem, Reading, Travel};
+use crate::{Action, Diagnostic, DiagnosticCode, Origin, Parsed, Plan, Travel};
 
 /// What stays within this stands, mm,
 const STILL: f64 = 0.05;
@@ -28,7 +28,7 @@ const PERIODS_OF_A_ROW: f64 = 10.0;
 
 /// Where the arm was at a time.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
+pub(super) struct Sample {
     /// s.
     pub(super) t: f64,
     /// x, y, z, r; mm and deg.
@@ -40,17 +40,17 @@ pub(super) struct Seen {
 
 /// The program that repeats it: to where it begins, and along it. Rows that are nearer than `resample` to where the tool is at
 /// their time without them are left out: between those that stay it goes straight, at an even speed.
-pub(super) fn plan(rows: &[Seen], resample: Option<f64>) -> Result<Reading<Plan>, Problem> {
+pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan>, Diagnostic> {
     let mut last = f64::NEG_INFINITY;
     for row in rows {
         if row.t < last {
             let message = format!("the time goes back from {last} to {} s", row.t);
-            return Err(Problem::new(row.origin, message));
+            return Err(Diagnostic::new(row.origin, message));
         }
         last = row.t;
     }
     let [Some(first), Some(end)] = [rows.first(), rows.last()] else {
-        return Err(Problem::of_file("there are no rows in the recording"));
+        return Err(Diagnostic::of_file("there are no rows in the recording"));
     };
     let period = period(rows);
     let thinned = resample.map(|nearer| thinned(rows, nearer));
@@ -64,7 +64,7 @@ pub(super) fn plan(rows: &[Seen], resample: Option<f64>) -> Result<Reading<Plan>
         match standing(&even[at..]) {
             0 => {
                 let moving = even[at..].iter().enumerate().skip(1);
-                let stands = |(nth, _): &(usize, &Seen)| standing(&even[at + nth..]) > 0;
+                let stands = |(nth, _): &(usize, &Sample)| standing(&even[at + nth..]) > 0;
                 let end = moving.take_while(|each| !stands(each)).count() + 1;
                 let end = (at + end).min(even.len() - 1);
                 replay.follow(&even[at..=end]);
@@ -78,29 +78,29 @@ pub(super) fn plan(rows: &[Seen], resample: Option<f64>) -> Result<Reading<Plan>
         "a recording: replayed at its own speed, {:.1} s from its first pose",
         end.t - first.t
     );
-    let mut notes = vec![Problem::of_file(what).coded(NoteCode::Assumed)];
+    let mut notes = vec![Diagnostic::of_file(what).coded(DiagnosticCode::Assumed)];
     if let (Some(nearer), Some(thinned)) = (resample, &thinned) {
         let (left_out, all) = (rows.len() - thinned.len(), rows.len());
         let what = format!(
             "{left_out} of {all} points are left out: they are nearer than {nearer} mm to the line"
         );
-        notes.push(Problem::of_file(what).coded(NoteCode::LeftOut));
+        notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
     }
     if replay.turned > HELD {
         let what = format!(
             "J4 turns by up to {:.0} degrees during a motion; a continuous path cannot turn it, so it turns at the end of the motion",
             replay.turned
         );
-        notes.push(Problem::of_file(what).coded(NoteCode::Assumed));
+        notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Assumed));
     }
-    Ok(Reading {
+    Ok(Parsed {
         content: replay.plan,
         notes,
     })
 }
 
 /// The period of the path: the usual time from one row to the next, or an even part of it.
-fn period(rows: &[Seen]) -> f64 {
+fn period(rows: &[Sample]) -> f64 {
     let mut steps: Vec<f64> = rows.windows(2).filter_map(step).collect();
     steps.sort_by(f64::total_cmp);
     let usual = steps.get(steps.len() / 2).copied().unwrap_or(PERIOD);
@@ -109,7 +109,7 @@ fn period(rows: &[Seen]) -> f64 {
 }
 
 /// The time between two rows, if it is any.
-fn step(pair: &[Seen]) -> Option<f64> {
+fn step(pair: &[Sample]) -> Option<f64> {
     match pair {
         [before, after] => Some(after.t - before.t).filter(|step| *step > 0.0),
         _ => None,
@@ -127,8 +127,8 @@ enum Between {
 
 /// The rows without which the tool is nowhere farther than this from where it was seen at the time. By the line alone a rest on it
 /// would be lost.
-fn thinned(rows: &[Seen], nearer: f64) -> Vec<Seen> {
-    let off = |row: Seen, from: Seen, to: Seen| {
+fn thinned(rows: &[Sample], nearer: f64) -> Vec<Sample> {
+    let off = |row: Sample, from: Sample, to: Sample| {
         let straight = from.straight(&to);
         let there = from.towards(&to, [&straight, &straight], row.t);
         let turned = (there.pose[3] - row.pose[3]).abs();
@@ -140,7 +140,7 @@ fn thinned(rows: &[Seen], nearer: f64) -> Vec<Seen> {
 }
 
 /// The rows after each period.
-fn evenly(rows: &[Seen], period: f64, between: Between) -> Result<Vec<Seen>, Problem> {
+fn evenly(rows: &[Sample], period: f64, between: Between) -> Result<Vec<Sample>, Diagnostic> {
     // Of two rows at the same time the first counts.
     let mut rows = rows.to_vec();
     rows.dedup_by(|later, earlier| later.t <= earlier.t);
@@ -151,7 +151,7 @@ fn evenly(rows: &[Seen], period: f64, between: Between) -> Result<Vec<Seen>, Pro
     if count > MOST_PERIODS + PERIODS_OF_A_ROW * rows.len() as f64 {
         let time = last.t - first.t;
         let message = format!("the recording takes {time:.0} s, which is too long");
-        return Err(Problem::new(last.origin, message));
+        return Err(Diagnostic::new(last.origin, message));
     }
     let slopes = slopes(&rows);
     let mut at = 0;
@@ -169,14 +169,14 @@ fn evenly(rows: &[Seen], period: f64, between: Between) -> Result<Vec<Seen>, Pro
                     before.towards(after, [&straight, &straight], t)
                 }
             },
-            _ => Seen { t, ..*last },
+            _ => Sample { t, ..*last },
         }
     });
     Ok(even.collect())
 }
 
 /// How fast each coordinate changes at each row: not at all where it turns round.
-fn slopes(rows: &[Seen]) -> Vec<[f64; 4]> {
+fn slopes(rows: &[Sample]) -> Vec<[f64; 4]> {
     let speeds = rows.windows(2).map(|pair| match pair {
         [a, b] => [0, 1, 2, 3].map(|axis| (b.pose[axis] - a.pose[axis]) / (b.t - a.t)),
         _ => [0.0; 4],
@@ -197,7 +197,7 @@ fn slopes(rows: &[Seen]) -> Vec<[f64; 4]> {
 }
 
 /// For how many periods the tool stands at the first of these rows; none if that is too short to be a rest.
-fn standing(rows: &[Seen]) -> usize {
+fn standing(rows: &[Sample]) -> usize {
     let Some(first) = rows.first() else { return 0 };
     let same = rows
         .iter()
@@ -212,7 +212,7 @@ fn standing(rows: &[Seen]) -> usize {
     }
 }
 
-impl Seen {
+impl Sample {
     /// How far it is to another place, mm.
     fn apart(&self, other: &Self) -> f64 {
         Pose::from(self.pose).distance_to(&Pose::from(other.pose))
@@ -254,7 +254,7 @@ impl Seen {
 
 /// The share of the time by which the arm lags: at each change of its speed by `change^2 / (2 acceleration speed)` (model
 /// section 8). A period that is shorter by this makes up for it.
-fn lag(rows: &[Seen], period: f64) -> f64 {
+fn lag(rows: &[Sample], period: f64) -> f64 {
     let speeds = rows.windows(2).map(|pair| match pair {
         [from, to] => from.apart(to) / period,
         _ => 0.0,
@@ -291,7 +291,7 @@ struct Replay {
 }
 
 impl Replay {
-    fn at(first: &Seen, period: f64) -> Self {
+    fn at(first: &Sample, period: f64) -> Self {
         let mut plan = Plan::default();
         let to = first.pose.map(|value| value as f32);
         let by = Travel::Joints;
@@ -315,7 +315,7 @@ impl Replay {
     }
 
     /// Along these rows, a period from each to the next.
-    fn follow(&mut self, rows: &[Seen]) {
+    fn follow(&mut self, rows: &[Sample]) {
         let Some(last) = rows.last() else { return };
         self.set_period(last.origin);
         for pair in rows.windows(2) {

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use magician_host::{Given, Setting};
 
-use super::recording::Seen;
+use super::recording::Sample;
 use crate::formats::content::points::{Field, number};
-use crate::{Action, Grip, NoteCode, Origin, Plan, Problem, Reading, Tool, Travel};
+use crate::{Action, Diagnostic, DiagnosticCode, Grip, Origin, Parsed, Plan, Tool, Travel};
 
 /// Longest pause, s: more than four weeks is none that anybody means.
 const LONGEST_PAUSE: f32 = 2_500_000.0;
@@ -50,7 +50,12 @@ impl Row {
     }
 
     /// Takes what a column says; empty ones say nothing.
-    pub(super) fn take(&mut self, field: Field, text: &str, origin: Origin) -> Result<(), Problem> {
+    pub(super) fn take(
+        &mut self,
+        field: Field,
+        text: &str,
+        origin: Origin,
+    ) -> Result<(), Diagnostic> {
         let text = text.trim();
         if text.is_empty() {
             return Ok(());
@@ -77,7 +82,7 @@ impl Row {
                     let message = format!(
                         "a pause is between 0 and {LONGEST_PAUSE} s, and this is {seconds}"
                     );
-                    return Err(Problem::new(origin, message));
+                    return Err(Diagnostic::new(origin, message));
                 }
                 self.pause = (f64::from(seconds) * 1000.0).round() as u32;
             }
@@ -88,7 +93,7 @@ impl Row {
                     "2" | "2.0" | "close" | "closed" => Grip::Close,
                     _ => {
                         let help = "0 is off, 1 open, 2 closed";
-                        return Err(Problem::new(
+                        return Err(Diagnostic::new(
                             origin,
                             format!("the gripper does not know '{}'", short(text)),
                         )
@@ -102,7 +107,7 @@ impl Row {
                     "1" | "1.0" | "on" | "true" => true,
                     _ => {
                         let message = format!("the suction cup does not know '{}'", short(text));
-                        return Err(Problem::new(origin, message).help("0 is off, 1 on"));
+                        return Err(Diagnostic::new(origin, message).help("0 is off, 1 on"));
                     }
                 });
             }
@@ -123,9 +128,9 @@ impl Row {
     }
 
     /// As a row of a recording; nothing if it is not whole.
-    pub(super) fn seen(&self) -> Option<Seen> {
+    pub(super) fn sample(&self) -> Option<Sample> {
         let [x, y, z, r] = self.place;
-        Some(Seen {
+        Some(Sample {
             t: self.t?,
             pose: [x?, y?, z?, r.unwrap_or(0.0)].map(f64::from),
             j4: self.j4,
@@ -134,7 +139,7 @@ impl Row {
     }
 
     /// Where it leads; nothing if it has no place at all.
-    fn pose(&self, place: [Option<f32>; 4], what: &str) -> Result<Option<[f32; 4]>, Problem> {
+    fn pose(&self, place: [Option<f32>; 4], what: &str) -> Result<Option<[f32; 4]>, Diagnostic> {
         match place {
             [None, None, None, _] => Ok(None),
             [Some(x), Some(y), Some(z), r] => Ok(Some([x, y, z, r.unwrap_or(0.0)])),
@@ -144,7 +149,7 @@ impl Row {
                     (_, None) => "y",
                     _ => "z",
                 };
-                Err(Problem::new(
+                Err(Diagnostic::new(
                     self.origin,
                     format!("{what} has no {missing}"),
                 ))
@@ -152,7 +157,7 @@ impl Row {
         }
     }
 
-    fn motion(&self) -> Result<Option<Action>, Problem> {
+    fn motion(&self) -> Result<Option<Action>, Diagnostic> {
         let Some(to) = self.pose(self.place, "the point")? else {
             return Ok(None);
         };
@@ -170,8 +175,8 @@ impl Row {
             }
             Style::Arc => {
                 let end = self.pose(self.end, "the end of the arc")?.ok_or_else(|| {
-                    let problem = Problem::new(self.origin, "the arc has no end");
-                    problem.help("x, y, z, r are a point on its way, _X, _Y, _Z, _R its end")
+                    let diagnostic = Diagnostic::new(self.origin, "the arc has no end");
+                    diagnostic.help("x, y, z, r are a point on its way, _X, _Y, _Z, _R its end")
                 })?;
                 return Ok(Some(Action::Arc { via: to, to: end }));
             }
@@ -185,7 +190,7 @@ fn short(text: &str) -> String {
 }
 
 /// A motion style by its name, its number, or as `magician convert` writes it.
-fn style(text: &str, origin: Origin) -> Result<Style, Problem> {
+fn style(text: &str, origin: Origin) -> Result<Style, Diagnostic> {
     let plain = text.to_ascii_lowercase();
     Ok(match plain.as_str() {
         "jump" | "0" => Style::Jump,
@@ -195,7 +200,7 @@ fn style(text: &str, origin: Origin) -> Result<Style, Problem> {
         "path" | "cp" => Style::Path,
         _ => {
             let message = format!("nobody knows the motion style '{}'", short(text));
-            return Err(Problem::new(origin, message).help("MOVJ, MOVL, JUMP and ARC are known"));
+            return Err(Diagnostic::new(origin, message).help("MOVJ, MOVL, JUMP and ARC are known"));
         }
     })
 }
@@ -204,8 +209,8 @@ fn style(text: &str, origin: Origin) -> Result<Style, Problem> {
 pub(super) fn plan(
     rows: impl IntoIterator<Item = Row>,
     fields: &BTreeSet<Field>,
-    mut notes: Vec<Problem>,
-) -> Result<Reading<Plan>, Problem> {
+    mut notes: Vec<Diagnostic>,
+) -> Result<Parsed<Plan>, Diagnostic> {
     let mut plan = Plan::default();
     let (mut gripper, mut suction) = (None, None);
     let (mut uses, mut skipped) = ([None; 2], None);
@@ -234,11 +239,11 @@ pub(super) fn plan(
         }
     }
     if plan.steps.is_empty() {
-        return Err(Problem::of_file("there are no points in it"));
+        return Err(Diagnostic::of_file("there are no points in it"));
     }
     if let [Some(_), Some(origin)] = uses {
         let message = "this uses the suction cup, another point the gripper; the arm has one tool";
-        return Err(Problem::new(origin, message));
+        return Err(Diagnostic::new(origin, message));
     }
     plan.tool = match (
         fields.contains(&Field::Gripper),
@@ -257,13 +262,13 @@ pub(super) fn plan(
     };
     plan.steps.retain(|step| !other(&step.action));
     if let Some(origin) = skipped {
-        let note = Problem::new(origin, "rows without a place are left out");
-        notes.push(note.coded(NoteCode::LeftOut));
+        let note = Diagnostic::new(origin, "rows without a place are left out");
+        notes.push(note.coded(DiagnosticCode::LeftOut));
     }
     if fields.contains(&Field::Speed) {
         let what = "velocity and acceleration are not taken: where such files were seen they held the pauses of a playback";
-        let note = Problem::of_file(what)
-            .coded(NoteCode::LeftOut)
+        let note = Diagnostic::of_file(what)
+            .coded(DiagnosticCode::LeftOut)
             .help("a pause is taken from a column 'Pause', in seconds")
             .remedy(
                 (Setting::SpeedRatio, Given::Any("PERCENT")),
@@ -271,7 +276,7 @@ pub(super) fn plan(
             );
         notes.push(note);
     }
-    Ok(Reading {
+    Ok(Parsed {
         content: plan,
         notes,
     })

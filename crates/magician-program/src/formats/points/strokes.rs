@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::formats::content::points::numbers;
-use crate::{Action, Lines, Plan, Problem, Reading, Travel};
+use crate::{Action, Diagnostic, Lines, Parsed, Plan, Travel};
 
 /// So far above its ends a stroke is come to and left, mm.
 const LIFT: f32 = 10.0;
@@ -12,7 +12,7 @@ const LIFT: f32 = 10.0;
 type Corner = ([f32; 3], Range<usize>);
 
 /// Each run of lines is a stroke: there from above with all joints, along it, and up.
-pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
+pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
     let places = Lines::new(text);
     let mut plan = Plan::default();
     let mut stroke: Vec<Corner> = Vec::new();
@@ -30,16 +30,16 @@ pub(super) fn read(text: &str) -> Result<Reading<Plan>, Problem> {
         let Some(corner) = numbers(line) else {
             let found: String = line.chars().take(30).collect();
             let message = format!("a line of strokes is x,y,z in mm, and this is '{found}'");
-            let problem = Problem::new(places.origin(range), message);
-            return Err(problem.help("an empty line is between two strokes"));
+            let diagnostic = Diagnostic::new(places.origin(range), message);
+            return Err(diagnostic.help("an empty line is between two strokes"));
         };
         stroke.push((corner, range));
     }
     put(&mut plan, &places, &stroke);
     let what = "the coordinates are taken to be the arm's; between strokes the pen goes 10 mm up";
-    Ok(Reading {
+    Ok(Parsed {
         content: plan,
-        notes: vec![Problem::of_file(what)],
+        notes: vec![Diagnostic::of_file(what)],
     })
 }
 

@@ -113,13 +113,13 @@ impl Graph {
         let mut order = Vec::with_capacity(self.ways.len());
         let mut seen = HashSet::new();
         for start in 0..self.ways.len() {
-            walk(&self.ways, start, &mut seen, &mut order);
+            collector(&self.ways, start, &mut seen, &mut order);
         }
         seen.clear();
         let mut components = Vec::new();
         for start in order.into_iter().rev() {
             let mut component = Vec::new();
-            walk(&back, start, &mut seen, &mut component);
+            collector(&back, start, &mut seen, &mut component);
             if component.len() > 1 {
                 components.push(component);
             }
@@ -129,7 +129,7 @@ impl Graph {
 }
 
 /// All that can be reached and was not seen, each after what it leads to.
-fn walk(ways: &[Vec<usize>], start: usize, seen: &mut HashSet<usize>, order: &mut Vec<usize>) {
+fn collector(ways: &[Vec<usize>], start: usize, seen: &mut HashSet<usize>, order: &mut Vec<usize>) {
     if !seen.insert(start) {
         return;
     }

@@ -3,8 +3,8 @@
 use kurbo::Affine;
 use usvg::{ClipPath, FillRule, Group, Node};
 
+use super::collector::matrix;
 use super::lines::{Line, curves, flatten};
-use super::walk::matrix;
 
 /// As many crossings of corners and edges are looked at for one path.
 const MOST_WORK: usize = 200_000_000;

@@ -7,7 +7,7 @@ use roxmltree::{Document, Node, NodeId};
 
 use super::circles::in_a_circle;
 use super::source::is;
-use crate::{Origin, Problem};
+use crate::{Diagnostic, Origin};
 
 /// Elements that a drawing may come to when everything it refers to is written out.
 const MOST: f64 = 2_000_000.0;
@@ -17,7 +17,7 @@ const DEEPEST: u32 = 250;
 const MOST_STYLING: f64 = 2e8;
 
 /// Refuses what is too much work.
-pub(super) fn check(document: &Document<'_>) -> Result<(), Problem> {
+pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
     let mut ids = HashMap::new();
     let mut depths: HashMap<NodeId, u32> = HashMap::new();
     for node in document.descendants().filter(Node::is_element) {
@@ -41,7 +41,7 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Problem> {
             "{rules} rules of style for {} elements are too many",
             depths.len()
         );
-        return Err(Problem::of_file(message));
+        return Err(Diagnostic::of_file(message));
     }
     let costly = |id: &&str| ids.get(id).is_some_and(is_followed);
     let mut everywhere: Vec<&str> = references(&sheets).filter(costly).collect();
@@ -64,7 +64,7 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Problem> {
         let message = format!(
             "written out, with everything it refers to, it has {work:.0} elements; at most {MOST:.0} are drawn"
         );
-        return Err(Problem::of_file(message));
+        return Err(Diagnostic::of_file(message));
     }
     Ok(())
 }
@@ -80,7 +80,7 @@ fn is_followed(node: &Node<'_, '_>) -> bool {
     is(node, "clipPath") || is(node, "mask")
 }
 
-fn too_deep(document: &Document<'_>, node: &Node<'_, '_>) -> Problem {
+fn too_deep(document: &Document<'_>, node: &Node<'_, '_>) -> Diagnostic {
     let at = document.text_pos_at(node.range().start);
     // Ids that were added have moved what follows on the line.
     let origin = Origin {
@@ -90,7 +90,7 @@ fn too_deep(document: &Document<'_>, node: &Node<'_, '_>) -> Problem {
     let message = format!(
         "elements stand within more than {DEEPEST} others here, or refer to one another in a circle"
     );
-    Problem::new(origin, message)
+    Diagnostic::new(origin, message)
 }
 
 /// The elements of the largest marker.

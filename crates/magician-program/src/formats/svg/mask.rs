@@ -7,8 +7,8 @@ use kurbo::Affine;
 use usvg::{Group, Mask, MaskType, Node, Paint, Path, Stop};
 
 use super::clip::{Region, Shape};
+use super::collector::matrix;
 use super::lines::{curves, flatten};
-use super::walk::matrix;
 
 /// What is painted more faintly than this is not seen; and what is painted more strongly hides all below it.
 const FAINT: f32 = 1e-3;

@@ -16,21 +16,21 @@ mod numbers;
 mod packed;
 mod source;
 // Without the font texts are left out.
+mod collector;
 #[cfg_attr(not(feature = "text"), path = "no_text.rs")]
 mod text;
-mod walk;
 mod white;
 
 use kurbo::Affine;
 use magician_host::{Given, Setting};
 use usvg::{ImageHrefResolver, Options, Tree};
 
+use self::collector::StrokeCollector;
 use self::notes::Notes;
 use self::source::{Page, Source};
-use self::walk::Walk;
 use self::white::Whites;
-use super::{Content, ReadOptions, Reading};
-use crate::{Artwork, NoteCode, Problem, Stroke};
+use super::{Content, Parsed, ReadOptions};
+use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
 /// Files may be as large, bytes.
 const LARGEST: usize = 64 << 20;
@@ -48,19 +48,19 @@ const STYLE: &str = "* { filter: none !important }
 marker * { marker-start: none !important; marker-mid: none !important; marker-end: none !important }
 marker use { display: none !important }";
 
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Problem> {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     if bytes.len() > LARGEST {
         let message = format!("it has {} bytes, at most {LARGEST} are read", bytes.len());
-        return Err(Problem::of_file(message));
+        return Err(Diagnostic::of_file(message));
     }
     let bytes = packed::unpacked(bytes, LARGEST)?;
     let bytes = bytes.as_ref();
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let at = error.valid_up_to();
-        Problem::of_file(format!("it is not UTF-8 from byte {at} on"))
+        Diagnostic::of_file(format!("it is not UTF-8 from byte {at} on"))
     })?;
     let drawing = on_a_deep_stack(|| drawing(text, options))?;
-    Ok(Reading {
+    Ok(Parsed {
         content: Content::Artwork(drawing.content),
         notes: drawing.notes,
     })
@@ -68,15 +68,15 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Reading, Probl
 
 /// Where there are no threads the caller's stack has to do: link with `-zstack-size` of [`STACK`].
 #[cfg(target_family = "wasm")]
-fn on_a_deep_stack<T>(work: impl FnOnce() -> Result<T, Problem>) -> Result<T, Problem> {
+fn on_a_deep_stack<T>(work: impl FnOnce() -> Result<T, Diagnostic>) -> Result<T, Diagnostic> {
     work()
 }
 
 /// Does something that goes deep, on any caller's stack. If the library breaks on a drawing, that is a problem of the file.
 #[cfg(not(target_family = "wasm"))]
 fn on_a_deep_stack<T: Send>(
-    work: impl FnOnce() -> Result<T, Problem> + Send,
-) -> Result<T, Problem> {
+    work: impl FnOnce() -> Result<T, Diagnostic> + Send,
+) -> Result<T, Diagnostic> {
     std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(STACK);
         match thread
@@ -84,15 +84,15 @@ fn on_a_deep_stack<T: Send>(
             .map(|running| running.join())
         {
             Ok(Ok(done)) => done,
-            Ok(Err(_)) => Err(Problem::of_file("nothing can be made of this drawing")),
-            Err(error) => Err(Problem::of_file(format!(
+            Ok(Err(_)) => Err(Diagnostic::of_file("nothing can be made of this drawing")),
+            Err(error) => Err(Diagnostic::of_file(format!(
                 "there is no room to read it: {error}"
             ))),
         }
     })
 }
 
-fn drawing(text: &str, options: &ReadOptions) -> Result<Reading<Artwork>, Problem> {
+fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnostic> {
     let mut notes = Notes::default();
     let source = source::prepare(text, &mut notes)?;
     let tree = tree(&source.text)?;
@@ -103,7 +103,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Reading<Artwork>, Proble
         let remark = format!(
             "no size is given; a unit is taken as 1/96 inch, so that the page is {width:.1} by {height:.1} mm"
         );
-        notes.add(Problem::of_file(remark).coded(NoteCode::Assumed));
+        notes.add(Diagnostic::of_file(remark).coded(DiagnosticCode::Assumed));
     }
     // Up is up, from the lower edge of the page.
     let to = Affine::new([PIXEL, 0.0, 0.0, -PIXEL, 0.0, page[1]]);
@@ -117,9 +117,10 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Reading<Artwork>, Proble
         ..
     } = source;
     let whites = Whites::of(tree.root(), options.white);
-    let mut walk = Walk::new(&elements, tolerance, options.fills, whites, &mut notes);
-    walk.all(tree.root(), to)?;
-    let Walk { strokes, names, .. } = walk;
+    let mut collector =
+        StrokeCollector::new(&elements, tolerance, options.fills, whites, &mut notes);
+    collector.all(tree.root(), to)?;
+    let StrokeCollector { strokes, names, .. } = collector;
     if says != Page::Unknown && !options.clip_page {
         beyond_the_page(&strokes, page, &mut notes);
     }
@@ -129,9 +130,9 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Reading<Artwork>, Proble
         strokes,
         names,
     };
-    Ok(Reading {
+    Ok(Parsed {
         content: artwork,
-        notes: notes.into_problems(),
+        notes: notes.into_diagnostics(),
     })
 }
 
@@ -144,13 +145,13 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
     for stroke in strokes {
         if !stroke.points.iter().all(within) {
             let remark = "a line leaves the page, and is drawn there too";
-            let note = Problem::new(stroke.origin, remark).coded(NoteCode::Assumed);
+            let note = Diagnostic::new(stroke.origin, remark).coded(DiagnosticCode::Assumed);
             notes.add(note.remedy((Setting::ClipPage, Given::On), "cuts it off"));
         }
     }
 }
 
-fn tree(source: &str) -> Result<Tree, Problem> {
+fn tree(source: &str) -> Result<Tree, Diagnostic> {
     let mut options = Options {
         dpi: 96.0,
         style_sheet: Some(STYLE.to_owned()),
@@ -171,6 +172,6 @@ fn tree(source: &str) -> Result<Tree, Problem> {
             }
             other => other.to_string(),
         };
-        Problem::of_file(message)
+        Diagnostic::of_file(message)
     })
 }

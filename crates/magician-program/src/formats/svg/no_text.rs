@@ -2,36 +2,37 @@
 
 use usvg::{Options, Text};
 
+use super::collector::{NodeContext, StrokeCollector};
 use super::source::Element;
-use super::walk::{Place, Walk};
-use crate::{Lack, NoteCode, Problem};
+use crate::{Diagnostic, DiagnosticCode, Missing};
 
 pub(super) fn set_up(_options: &mut Options<'_>) {}
 
 /// What is to be said of a text in the source.
-pub(super) fn left_out(text: &Element) -> Option<Problem> {
-    let note = text.problem("text is left out: this build has no font, which is its feature text");
+pub(super) fn left_out(text: &Element) -> Option<Diagnostic> {
+    let note =
+        text.diagnostic("text is left out: this build has no font, which is its feature text");
     Some(
-        note.coded(NoteCode::LeftOut)
-            .lacking(Some(Lack::Feature("text"))),
+        note.coded(DiagnosticCode::LeftOut)
+            .with_missing(Some(Missing::Feature("text"))),
     )
 }
 
-impl Walk<'_> {
+impl StrokeCollector<'_> {
     /// The library has left it out.
     #[expect(
         clippy::unused_self,
         clippy::unnecessary_wraps,
         reason = "as where there is a font"
     )]
-    pub(super) fn text(&mut self, _text: &Text, _outer: &Place) -> Result<(), Problem> {
+    pub(super) fn text(&mut self, _text: &Text, _outer: &NodeContext) -> Result<(), Diagnostic> {
         Ok(())
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::{Content, Format, Lack, NoteCode, ReadOptions, read};
+    use crate::{Content, DiagnosticCode, Format, Missing, ReadOptions, read};
 
     #[test]
     fn lines_are_drawn_and_texts_are_left_out_with_a_note() {
@@ -47,8 +48,8 @@ mod tests {
             panic!("{:?}", reading.notes);
         };
         assert_eq!(
-            (note.code, note.lacks),
-            (NoteCode::LeftOut, Some(Lack::Feature("text")))
+            (note.code, note.missing),
+            (DiagnosticCode::LeftOut, Some(Missing::Feature("text")))
         );
         assert_eq!((note.origin.line, note.name.as_deref()), (3, Some("word")));
     }

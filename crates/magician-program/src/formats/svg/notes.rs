@@ -1,6 +1,6 @@
 //! What is said of a drawing, each thing once.
 
-use crate::Problem;
+use crate::Diagnostic;
 
 /// As many different things are said.
 const MOST: usize = 50;
@@ -8,14 +8,14 @@ const MOST: usize = 50;
 /// Remarks, with how often each was made.
 #[derive(Default)]
 pub(super) struct Notes {
-    made: Vec<(Problem, usize)>,
+    made: Vec<(Diagnostic, usize)>,
 }
 
 impl Notes {
     /// Makes one; of the same words only the first counts with its place.
-    pub(super) fn add(&mut self, note: Problem) {
+    pub(super) fn add(&mut self, note: Diagnostic) {
         let room = self.made.len() < MOST;
-        let same = |made: &&mut (Problem, usize)| made.0.message == note.message;
+        let same = |made: &&mut (Diagnostic, usize)| made.0.message == note.message;
         match self.made.iter_mut().find(same) {
             Some((_, times)) => *times += 1,
             None if room => self.made.push((note, 1)),
@@ -23,7 +23,7 @@ impl Notes {
         }
     }
 
-    pub(super) fn into_problems(self) -> Vec<Problem> {
+    pub(super) fn into_diagnostics(self) -> Vec<Diagnostic> {
         let told = self.made.into_iter().map(|(mut note, times)| {
             if times > 1 {
                 note.message += &format!(" ({times} times)");

@@ -5,11 +5,11 @@ use std::io::Read;
 
 use flate2::read::MultiGzDecoder;
 
-use crate::Problem;
+use crate::Diagnostic;
 use crate::formats::content::GZIP;
 
 /// The bytes as they are, or what was packed in them; no more than so many.
-pub(super) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Problem> {
+pub(super) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Diagnostic> {
     if !bytes.starts_with(&GZIP) {
         return Ok(bytes.into());
     }
@@ -17,10 +17,12 @@ pub(super) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Pr
     MultiGzDecoder::new(bytes)
         .take(largest as u64 + 1)
         .read_to_end(&mut unpacked)
-        .map_err(|error| Problem::of_file(format!("it is packed (gzip) and damaged: {error}")))?;
+        .map_err(|error| {
+            Diagnostic::of_file(format!("it is packed (gzip) and damaged: {error}"))
+        })?;
     if unpacked.len() > largest {
         let message = format!("unpacked it has more than {largest} bytes, which are not read");
-        return Err(Problem::of_file(message));
+        return Err(Diagnostic::of_file(message));
     }
     Ok(unpacked.into())
 }

@@ -11,7 +11,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::cost;
 use super::notes::Notes;
 use super::{numbers, text};
-use crate::{Lines, NoteCode, Origin, Problem};
+use crate::{Diagnostic, DiagnosticCode, Lines, Origin};
 
 /// Elements that can be what a stroke came from.
 const DRAWING: [&str; 13] = [
@@ -58,13 +58,13 @@ pub(super) struct Element {
 }
 
 impl Element {
-    pub(super) fn problem(&self, message: impl Into<String>) -> Problem {
-        Problem::new(self.origin, message).named(self.name.clone())
+    pub(super) fn diagnostic(&self, message: impl Into<String>) -> Diagnostic {
+        Diagnostic::new(self.origin, message).named(self.name.clone())
     }
 }
 
 /// Makes a text ready.
-pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Problem> {
+pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnostic> {
     let document = parse(text)?;
     let root = document.root_element();
     if !is(&root, "svg") {
@@ -72,7 +72,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Problem> 
             "the outermost element is <{}>, not <svg>",
             root.tag_name().name()
         );
-        return Err(Problem::new(
+        return Err(Diagnostic::new(
             Origin {
                 line: 1,
                 column: 1,
@@ -99,11 +99,11 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Problem> 
             edits.push((inside, r#"<rect width="1" height="1"/>"#.to_owned()));
         }
         if let Some(number) = numbers::beyond(&node) {
-            let problem = Problem::new(
+            let diagnostic = Diagnostic::new(
                 place.origin(start_tag(text, &node)),
                 format!("a number is beyond any drawing: {number}"),
             );
-            return Err(problem.named(node.attribute("id").unwrap_or(node.tag_name().name())));
+            return Err(diagnostic.named(node.attribute("id").unwrap_or(node.tag_name().name())));
         }
         let drawing = DRAWING.iter().any(|tag| is(&node, tag));
         let remarks: Vec<_> = remarks(&node).collect();
@@ -118,7 +118,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Problem> 
                 .unwrap_or_else(|| node.tag_name().name().to_owned()),
         };
         for remark in remarks {
-            notes.add(element.problem(remark).coded(NoteCode::LeftOut));
+            notes.add(element.diagnostic(remark).coded(DiagnosticCode::LeftOut));
         }
         if is(&node, "text")
             && let Some(note) = text::left_out(&element)
@@ -144,7 +144,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Problem> 
     })
 }
 
-pub(super) fn parse(text: &str) -> Result<Document<'_>, Problem> {
+pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
     let options = ParsingOptions {
         allow_dtd: true,
         nodes_limit: MOST_NODES,
@@ -161,7 +161,7 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Problem> {
         // The library ends its sentences with the place.
         let message = error.to_string();
         let message = message.split(" at ").next().unwrap_or(&message);
-        Problem::new(origin, format!("the XML cannot be read: {message}"))
+        Diagnostic::new(origin, format!("the XML cannot be read: {message}"))
     })
 }
 

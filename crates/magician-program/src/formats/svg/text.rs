@@ -3,11 +3,11 @@
 use kurbo::{Affine, BezPath, PathEl};
 use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text};
 
+use super::collector::{NodeContext, StrokeCollector, matrix};
 use super::lines::{curves, flatten};
 use super::source::Element;
-use super::walk::{Place, Walk, matrix};
 use super::white::Whites;
-use crate::{NoteCode, Problem, font};
+use crate::{Diagnostic, DiagnosticCode, font};
 
 /// Texts are written in our font.
 pub(super) fn set_up(options: &mut Options<'_>) {
@@ -17,12 +17,12 @@ pub(super) fn set_up(options: &mut Options<'_>) {
 }
 
 /// What is to be said of a text in the source; what of it cannot be written is said when it is.
-pub(super) fn left_out(_text: &Element) -> Option<Problem> {
+pub(super) fn left_out(_text: &Element) -> Option<Diagnostic> {
     None
 }
 
-impl Walk<'_> {
-    pub(super) fn text(&mut self, text: &Text, outer: &Place) -> Result<(), Problem> {
+impl StrokeCollector<'_> {
+    pub(super) fn text(&mut self, text: &Text, outer: &NodeContext) -> Result<(), Diagnostic> {
         let place = self.inner(text.id(), outer);
         for character in missing(text).chars() {
             let code = u32::from(character);
@@ -31,24 +31,33 @@ impl Walk<'_> {
                 font::NAME
             );
             let help = "turn the text into paths in the program that it was drawn with";
-            let note = place.element.problem(remark).help(help);
-            self.notes.add(note.coded(NoteCode::LeftOut));
+            let note = place.element.diagnostic(remark).help(help);
+            self.notes.add(note.coded(DiagnosticCode::LeftOut));
         }
         for wish in differences(text) {
             let remark = format!(
                 "text is written in {} Regular instead of {wish}",
                 font::NAME
             );
-            self.notes
-                .add(place.element.problem(remark).coded(NoteCode::Assumed));
+            self.notes.add(
+                place
+                    .element
+                    .diagnostic(remark)
+                    .coded(DiagnosticCode::Assumed),
+            );
         }
         self.letters(text.flattened(), &place, speck(text))
     }
 
     /// The outlines of a text's letters, whatever is done with other fills, but for those that are smaller than a speck.
-    fn letters(&mut self, group: &Group, outer: &Place, speck: f64) -> Result<(), Problem> {
+    fn letters(
+        &mut self,
+        group: &Group,
+        outer: &NodeContext,
+        speck: f64,
+    ) -> Result<(), Diagnostic> {
         let to = outer.to * matrix(group.transform());
-        let place = Place {
+        let place = NodeContext {
             to,
             ..outer.clone()
         };

@@ -5,11 +5,11 @@ use magician_host::{Given, Setting};
 use usvg::{Color, Group, Node, Paint, Path};
 
 use super::clip::{Region, Shape};
+use super::collector::StrokeCollector;
 use super::lines::{Line, curves, flatten};
 use super::source::Element;
-use super::walk::Walk;
 use crate::formats::White;
-use crate::{NoteCode, Stroke};
+use crate::{DiagnosticCode, Stroke};
 
 /// As many points of a line are looked at.
 const SAMPLES: usize = 32;
@@ -102,7 +102,7 @@ impl Whites {
     }
 }
 
-impl Walk<'_> {
+impl StrokeCollector<'_> {
     /// If everything is white, everything is drawn; otherwise a note reports what was left out.
     pub(super) fn tell_white(&mut self) {
         let Some((element, count)) = self.whites.left_out.take() else {
@@ -112,7 +112,7 @@ impl Walk<'_> {
             self.strokes = std::mem::take(&mut self.whites.kept);
             let remark = "all of it is white: it is drawn all the same";
             self.notes
-                .add(element.problem(remark).coded(NoteCode::Assumed));
+                .add(element.diagnostic(remark).coded(DiagnosticCode::Assumed));
             return;
         }
         let times = match count {
@@ -120,7 +120,7 @@ impl Walk<'_> {
             times => format!(" ({times} elements)"),
         };
         let remark = format!("white on white is left out: it would not be seen{times}");
-        let note = element.problem(remark).coded(NoteCode::LeftOut);
+        let note = element.diagnostic(remark).coded(DiagnosticCode::LeftOut);
         self.notes
             .add(note.remedy((Setting::White, Given::Word("draw")), "keeps it"));
     }

@@ -8,10 +8,10 @@ use magician_protocol::{MAX_PARAMS, ParseError, Row, Set, Writer, encode_text};
 use super::write::{grip_name, travel};
 use super::{FORMAT, VERSION};
 use crate::plan::json::{Json, Member};
-use crate::{Action, Grip, Origin, Plan, Problem, Step, Surface, Tool, Travel};
+use crate::{Action, Diagnostic, Grip, Origin, Plan, Step, Surface, Tool, Travel};
 
 /// Reads a plan file.
-pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Problem> {
+pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
     let json = Json::of(bytes)?;
     let file = json.object(json.whole()?)?;
     let mut plan = Plan::default();
@@ -41,7 +41,7 @@ pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Problem> {
         }
     }
     let steps = steps.ok_or_else(|| {
-        Problem::of_file("there are no steps")
+        Diagnostic::of_file("there are no steps")
             .help("a plan has '\"steps\":[', one on each line, ']'")
     })?;
     let mut reader = StepReader {
@@ -54,19 +54,19 @@ pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Problem> {
 }
 
 /// That it is a plan, and of a version that is known; both are looked at before anything else.
-fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<(), Problem> {
+fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<(), Diagnostic> {
     let find = |key: &str| file.iter().find(|member| member.key == key);
     let help = format!("a plan begins with {{\"format\":\"{FORMAT}\",\"version\":{VERSION},");
     let Some(format) = find("format") else {
-        return Err(Problem::of_file("it does not say that it is a plan").help(help));
+        return Err(Diagnostic::of_file("it does not say that it is a plan").help(help));
     };
     if json.string(format.value)? != FORMAT {
         let message = format!("this is {}, not \"{FORMAT}\"", format.value);
-        return Err(json.problem(format.value, message).help(help));
+        return Err(json.diagnostic(format.value, message).help(help));
     }
     let Some(version) = find("version") else {
         return Err(json
-            .problem(format.value, "it does not say of which version it is")
+            .diagnostic(format.value, "it does not say of which version it is")
             .help(help));
     };
     let number: u32 = json.number(version.value, "a whole number")?;
@@ -78,12 +78,12 @@ fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<(), Problem>
         } else {
             "versions count from 1"
         };
-        return Err(json.problem(version.value, message).help(help));
+        return Err(json.diagnostic(version.value, message).help(help));
     }
     Ok(())
 }
 
-fn tool(json: &Json<'_>, value: &str) -> Result<Option<Tool>, Problem> {
+fn tool(json: &Json<'_>, value: &str) -> Result<Option<Tool>, Diagnostic> {
     if value == "null" {
         return Ok(None);
     }
@@ -98,13 +98,13 @@ fn tool(json: &Json<'_>, value: &str) -> Result<Option<Tool>, Problem> {
             let names = Tool::NAMED.map(|(name, _)| name).join(", ");
             let help = format!("it is one of {names}, or its bias as [x,y,z] in mm");
             Err(json
-                .problem(value, format!("there is no tool {value}"))
+                .diagnostic(value, format!("there is no tool {value}"))
                 .help(help))
         }
     }
 }
 
-fn surface(json: &Json<'_>, value: &str) -> Result<Option<Surface>, Problem> {
+fn surface(json: &Json<'_>, value: &str) -> Result<Option<Surface>, Diagnostic> {
     if value == "null" {
         return Ok(None);
     }
@@ -119,7 +119,7 @@ fn surface(json: &Json<'_>, value: &str) -> Result<Option<Surface>, Problem> {
     }
     match height {
         Some(height) => Ok(Some(Surface { height, slope })),
-        None => Err(json.problem(value, "the surface has no 'height'")),
+        None => Err(json.diagnostic(value, "the surface has no 'height'")),
     }
 }
 
@@ -128,10 +128,10 @@ fn float<T: FromStr + Into<f64> + Copy>(
     json: &Json<'_>,
     key: &str,
     value: &str,
-) -> Result<T, Problem> {
+) -> Result<T, Diagnostic> {
     let wrong = || {
         let message = format!("'{key}' takes a number, and this is {}", shortened(value));
-        json.problem(value, message)
+        json.diagnostic(value, message)
     };
     let named = matches!(value, "\"NaN\"" | "\"inf\"" | "\"-inf\"");
     let number = if named {
@@ -152,13 +152,13 @@ fn numbers<T, const N: usize>(
     key: &str,
     what: &str,
     value: &str,
-) -> Result<[T; N], Problem>
+) -> Result<[T; N], Diagnostic>
 where
     T: FromStr + Into<f64> + Copy + Default,
 {
     let wrong = |found: &dyn Display| {
         let message = format!("'{key}' takes {N} numbers, {what}, and {found}");
-        json.problem(value, message)
+        json.diagnostic(value, message)
     };
     if !value.starts_with('[') {
         return Err(wrong(&format_args!("this is {}", shortened(value))));
@@ -195,7 +195,7 @@ struct StepReader<'j, 't> {
 }
 
 impl<'t> StepReader<'_, 't> {
-    fn step(&mut self, value: &'t str) -> Result<(), Problem> {
+    fn step(&mut self, value: &'t str) -> Result<(), Diagnostic> {
         let mut members = self.json.object(value)?;
         let mut take = |key: &str| {
             let at = members.iter().position(|member| member.key == key)?;
@@ -213,7 +213,7 @@ impl<'t> StepReader<'_, 't> {
         Ok(())
     }
 
-    fn place(&self, value: &str) -> Result<[u32; 3], Problem> {
+    fn place(&self, value: &str) -> Result<[u32; 3], Diagnostic> {
         let mut place = Vec::new();
         let what = "a whole number; 'at' is [line, column, length]";
         self.json.each(value, |item| {
@@ -224,12 +224,12 @@ impl<'t> StepReader<'_, 't> {
         place.try_into().map_err(|_| {
             let message =
                 format!("'at' takes 3 whole numbers, line, column, length, and has {count}");
-            self.json.problem(value, message)
+            self.json.diagnostic(value, message)
         })
     }
 
     /// One more than the name's index.
-    fn name(&mut self, value: &str) -> Result<u32, Problem> {
+    fn name(&mut self, value: &str) -> Result<u32, Diagnostic> {
         if !value.starts_with('"') {
             return self.json.number(value, "a name, or its number in 'names'");
         }
@@ -245,19 +245,21 @@ impl<'t> StepReader<'_, 't> {
         Ok(Origin::NONE.named(index).name)
     }
 
-    fn action(&self, step: &str, mut members: Vec<Member<'t>>) -> Result<Action, Problem> {
+    fn action(&self, step: &str, mut members: Vec<Member<'t>>) -> Result<Action, Diagnostic> {
         let json = self.json;
         let mut actions = members.iter().filter(|member| is_action(&member.key));
         let (first, second) = (actions.next(), actions.next());
         let Some(first) = first else {
             let message = "this step says nothing to do";
             return Err(json
-                .problem(step, message)
+                .diagnostic(step, message)
                 .help(format!("a step is one of {}", Action::NAMES.join(", "))));
         };
         if let Some(second) = second {
             let message = format!("'{}' and '{}' in one step", first.key, second.key);
-            return Err(json.problem(step, message).help("make two steps of them"));
+            return Err(json
+                .diagnostic(step, message)
+                .help("make two steps of them"));
         }
         let at = members
             .iter()
@@ -311,7 +313,7 @@ impl<'t> StepReader<'_, 't> {
                 true => Action::Home,
                 false => {
                     return Err(
-                        json.problem(value, "'home' takes true; leave the step out instead")
+                        json.diagnostic(value, "'home' takes true; leave the step out instead")
                     );
                 }
             },
@@ -342,13 +344,13 @@ impl<'t> Rest<'_, 't> {
         Some(self.members.swap_remove(at).value)
     }
 
-    fn needed(&mut self, key: &str) -> Result<&'t str, Problem> {
+    fn needed(&mut self, key: &str) -> Result<&'t str, Diagnostic> {
         let message = format!("'{}' needs '{key}' beside it", self.key);
-        let problem = self.json.problem(self.value, message);
-        self.take(key).ok_or(problem)
+        let diagnostic = self.json.diagnostic(self.value, message);
+        self.take(key).ok_or(diagnostic)
     }
 
-    fn travel(&mut self, allowed: &[Travel]) -> Result<Travel, Problem> {
+    fn travel(&mut self, allowed: &[Travel]) -> Result<Travel, Diagnostic> {
         let Some(value) = self.take("by") else {
             return Ok(Travel::Joints);
         };
@@ -370,7 +372,7 @@ impl<'t> Rest<'_, 't> {
 }
 
 /// Seconds, whole ms, as ms.
-fn wait(json: &Json<'_>, value: &str) -> Result<u32, Problem> {
+fn wait(json: &Json<'_>, value: &str) -> Result<u32, Diagnostic> {
     let seconds: f64 = float(json, "wait", value)?;
     let milliseconds = seconds * 1000.0;
     let whole = milliseconds.round();
@@ -380,22 +382,22 @@ fn wait(json: &Json<'_>, value: &str) -> Result<u32, Problem> {
             "'wait' takes seconds, 0 to 4294967.295 in whole ms, and this is {}",
             shortened(value)
         );
-        return Err(json.problem(value, message));
+        return Err(json.diagnostic(value, message));
     }
     Ok(whole as u32)
 }
 
 /// Any command that can be queued, its fields under the names of the protocol's table.
-fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, Problem> {
+fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, Diagnostic> {
     let called = json.string(name)?;
     let row = Row::find_writable(&called).map_err(|_| {
         let message = format!("there is no command {} to set", shortened(name));
-        json.problem(name, message)
+        json.diagnostic(name, message)
             .remedy(magician_host::Action::ListCommands, "lists them")
     })?;
     let layout = row.set.filter(|_| row.queueable).ok_or_else(|| {
         let message = format!("'{}' cannot be queued, so it cannot be a step", row.name);
-        json.problem(name, message)
+        json.diagnostic(name, message)
     })?;
     let members = values.map_or(Ok(Vec::new()), |values| json.object(values))?;
     let texts = members.iter().map(|member| argument(json, member.value));
@@ -418,19 +420,19 @@ fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, 
             _ => about.is_some() && layout.field(&member.key) == about,
         });
         let place = member.map_or(values.unwrap_or(name), |member| member.value);
-        json.problem(place, format!("{}: {error}", row.name))
+        json.diagnostic(place, format!("{}: {error}", row.name))
     })?;
     let count = writer
         .finish()
-        .map_err(|error| json.problem(name, error.to_string()))?;
+        .map_err(|error| json.diagnostic(name, error.to_string()))?;
     let params = room.get(..count).unwrap_or_default();
     let command = Set::decode(row.id, params);
-    let command = command.map_err(|error| json.problem(name, error.to_string()))?;
+    let command = command.map_err(|error| json.diagnostic(name, error.to_string()))?;
     Ok(Action::Command(Box::new(command)))
 }
 
 /// A value as the command line takes it: arrays with commas, outputs as ratio:address:level.
-fn argument<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Problem> {
+fn argument<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
     if !value.starts_with('[') {
         return item(json, value);
     }
@@ -445,17 +447,17 @@ fn argument<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Problem
     Ok(parts.join(",").into())
 }
 
-fn item<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Problem> {
+fn item<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
     match value.as_bytes().first() {
         Some(b'"') => json.string(value),
         Some(b'[' | b'{') => {
-            Err(json.problem(value, "expected a number, a text or a list of them"))
+            Err(json.diagnostic(value, "expected a number, a text or a list of them"))
         }
         _ => Ok(value.into()),
     }
 }
 
-fn output(json: &Json<'_>, value: &str) -> Result<String, Problem> {
+fn output(json: &Json<'_>, value: &str) -> Result<String, Diagnostic> {
     let [mut ratio, mut address, mut level] = [None; 3];
     for member in json.object(value)? {
         let slot: &mut Option<u16> = match &*member.key {
@@ -468,6 +470,6 @@ fn output(json: &Json<'_>, value: &str) -> Result<String, Problem> {
     }
     match (ratio, address, level) {
         (Some(ratio), Some(address), Some(level)) => Ok(format!("{ratio}:{address}:{level}")),
-        _ => Err(json.problem(value, "an output has 'ratio', 'address' and 'level'")),
+        _ => Err(json.diagnostic(value, "an output has 'ratio', 'address' and 'level'")),
     }
 }

@@ -14,12 +14,12 @@ const BESIDE: f64 = 0.2;
 const RUN_ON: f64 = 2.0;
 
 /// A straight way, from one pose to another.
-struct Line {
+struct StraightMove {
     from: Pose,
     to: Pose,
 }
 
-impl Line {
+impl StraightMove {
     /// The way of a command from where the course is, which it follows.
     fn of(command: &Set, course: &mut Preflight) -> Option<Self> {
         let from = course.arm()?.pose;
@@ -80,7 +80,7 @@ pub(crate) fn place_on(
     let mut best: Option<(f64, (u64, [f64; 3]))> = None;
     let (mut beyond, mut passed) = (0.0, 0);
     for command in commands.take_while(is_straight) {
-        let line = Line::of(&command, course)?;
+        let line = StraightMove::of(&command, course)?;
         let (share, off) = line.nearest(place);
         let within = share.clamp(0.0, 1.0);
         let at = line.at(within);
@@ -112,7 +112,7 @@ pub(super) fn from_there(
     place: [f64; 3],
 ) -> Option<(ArmState, Option<Action>)> {
     let command = action.command();
-    let line = Line::of(&command, &mut course.clone())?;
+    let line = StraightMove::of(&command, &mut course.clone())?;
     let (share, _) = line.nearest(place);
     let share = share.clamp(0.0, 1.0);
     let at = line.at(share);

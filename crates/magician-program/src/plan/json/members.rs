@@ -7,7 +7,7 @@ use serde::de::{Deserializer as _, Error as _, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
 use super::{Json, Key};
-use crate::{Lines, Origin, Problem};
+use crate::{Diagnostic, Lines, Origin};
 
 impl<'t> Json<'t> {
     /// The lines of the text, for many [places](Self::place).
@@ -25,16 +25,16 @@ impl<'t> Json<'t> {
     pub(crate) fn members(
         &self,
         value: &'t str,
-        visit: impl FnMut(Cow<'t, str>, &'t str) -> Result<(), Problem>,
-    ) -> Result<(), Problem> {
+        visit: impl FnMut(Cow<'t, str>, &'t str) -> Result<(), Diagnostic>,
+    ) -> Result<(), Diagnostic> {
         struct Members<'p, F> {
             visit: F,
-            problem: &'p mut Option<Problem>,
+            diagnostic: &'p mut Option<Diagnostic>,
         }
 
         impl<'t, F> Visitor<'t> for Members<'_, F>
         where
-            F: FnMut(Cow<'t, str>, &'t str) -> Result<(), Problem>,
+            F: FnMut(Cow<'t, str>, &'t str) -> Result<(), Diagnostic>,
         {
             type Value = ();
 
@@ -44,8 +44,8 @@ impl<'t> Json<'t> {
 
             fn visit_map<A: MapAccess<'t>>(mut self, mut map: A) -> Result<(), A::Error> {
                 while let Some((Key(key), value)) = map.next_entry::<Key<'t>, &'t RawValue>()? {
-                    if let Err(problem) = (self.visit)(key, value.get()) {
-                        *self.problem = Some(problem);
+                    if let Err(diagnostic) = (self.visit)(key, value.get()) {
+                        *self.diagnostic = Some(diagnostic);
                         return Err(A::Error::custom("a problem"));
                     }
                 }
@@ -54,14 +54,14 @@ impl<'t> Json<'t> {
         }
 
         if !value.starts_with('{') {
-            return Err(self.problem(value, "expected an object, {..}"));
+            return Err(self.diagnostic(value, "expected an object, {..}"));
         }
-        let mut problem = None;
+        let mut diagnostic = None;
         let members = Members {
             visit,
-            problem: &mut problem,
+            diagnostic: &mut diagnostic,
         };
         let parsed = serde_json::Deserializer::from_str(value).deserialize_map(members);
-        parsed.map_err(|error| problem.unwrap_or_else(|| self.syntax(value, &error)))
+        parsed.map_err(|error| diagnostic.unwrap_or_else(|| self.syntax(value, &error)))
     }
 }

@@ -64,7 +64,7 @@ impl Bench {
     pub(super) fn perform(&mut self, plan: &Plan, mut look: impl FnMut(&State)) {
         let start = Preflight::at(JointAngles::HOME, Tool::None.bias());
         let report = check(plan, &start);
-        assert!(report.is_good(), "{:?}", report.complaints);
+        assert!(report.is_good(), "{:?}", report.refused_steps);
         for command in plan.commands() {
             while self.0.state().queue.waiting > 30 {
                 self.go_on(&mut look);

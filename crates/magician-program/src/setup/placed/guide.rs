@@ -2,10 +2,10 @@
 
 use magician_motion::ToolBias;
 
-use super::Course;
+use super::ProgramTransform;
 use crate::artwork::Marking;
 use crate::reach::{APPROACH, Above};
-use crate::setup::marks::TOUCH;
+use crate::setup::work_lines::TOUCH;
 use crate::{Action, Origin, Plan, Reach, Step, Surface, Tool, Travel};
 
 /// A way that leaves the reach is followed up to this share of it.
@@ -15,7 +15,7 @@ const SHARES: u32 = 64;
 pub(super) struct Guide<'a> {
     plan: Plan,
     steps: Vec<Step>,
-    course: &'a Course,
+    course: &'a ProgramTransform,
     surface: Surface,
     reach: Reach,
     lift: f64,
@@ -23,7 +23,12 @@ pub(super) struct Guide<'a> {
 }
 
 impl<'a> Guide<'a> {
-    pub(super) fn new(plan: Plan, course: &'a Course, surface: Surface, marking: &Marking) -> Self {
+    pub(super) fn new(
+        plan: Plan,
+        course: &'a ProgramTransform,
+        surface: Surface,
+        marking: &Marking,
+    ) -> Self {
         Self {
             plan,
             steps: Vec::new(),

@@ -75,7 +75,7 @@ impl Screen {
             step: 0,
             steps: program.steps(),
             round: 1,
-            rounds: program.rounds(),
+            rounds: program.iterations(),
             left: None,
             help: None,
         };

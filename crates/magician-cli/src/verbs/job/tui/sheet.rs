@@ -5,7 +5,7 @@ use std::iter;
 use magician::words::Preflight;
 use magician_motion::TopView;
 use magician_program::Program;
-use magician_program::preview::Stroke;
+use magician_program::preview::DrawnLine;
 use ratatui::Frame;
 use ratatui::layout::Rect;
 use ratatui::style::Color;
@@ -24,7 +24,7 @@ const LEAST: f64 = 10.0;
 /// The lines of one round, and the sheet that they lie on.
 #[derive(Debug)]
 pub(super) struct Sheet {
-    strokes: Vec<Stroke>,
+    strokes: Vec<DrawnLine>,
     /// Its corners, seen as on paper.
     outline: Vec<[f64; 2]>,
     bounds: [[f64; 2]; 2],
@@ -35,8 +35,8 @@ pub(super) struct Sheet {
 impl Sheet {
     /// What a program leaves; `outline` are the corners of the sheet, if it is known.
     pub(super) fn of(program: &Program, start: &Preflight, outline: &[[f64; 2]]) -> Self {
-        let strokes = Stroke::of(program.plan(), start).into_iter();
-        let strokes = strokes.map(|stroke| Stroke {
+        let strokes = DrawnLine::of(program.plan(), start).into_iter();
+        let strokes = strokes.map(|stroke| DrawnLine {
             from: TopView::PAPER.project(stroke.from),
             to: TopView::PAPER.project(stroke.to),
             ..stroke
@@ -46,7 +46,7 @@ impl Sheet {
         Self::new(strokes.collect(), outline.collect(), round)
     }
 
-    fn new(strokes: Vec<Stroke>, outline: Vec<[f64; 2]>, round: u64) -> Self {
+    fn new(strokes: Vec<DrawnLine>, outline: Vec<[f64; 2]>, round: u64) -> Self {
         let ends = strokes.iter().flat_map(|stroke| [stroke.from, stroke.to]);
         let points = ends.chain(outline.iter().copied());
         let around = |bounds: Option<[[f64; 2]; 2]>, [x, y]: [f64; 2]| {
@@ -120,7 +120,7 @@ fn line([x1, y1]: [f64; 2], [x2, y2]: [f64; 2], color: Color) -> Line {
 }
 
 /// Points on lines, evenly apart over all of them.
-fn dotted(strokes: &[Stroke], apart: f64) -> impl Iterator<Item = (f64, f64)> {
+fn dotted(strokes: &[DrawnLine], apart: f64) -> impl Iterator<Item = (f64, f64)> {
     let mut left = 0.0;
     strokes.iter().flat_map(move |stroke| {
         let ([x1, y1], [x2, y2]) = (stroke.from, stroke.to);
@@ -165,7 +165,7 @@ fn fitted(area: Rect, bounds: [[f64; 2]; 2]) -> ([[f64; 2]; 2], f64) {
 impl Sheet {
     /// Two lines in steps 1 and 3 of four, on a sheet.
     pub(super) fn example() -> Self {
-        let stroke = |step, from, to| Stroke { step, from, to };
+        let stroke = |step, from, to| DrawnLine { step, from, to };
         Self::new(
             vec![
                 stroke(1, [0.0, 0.0], [80.0, 0.0]),

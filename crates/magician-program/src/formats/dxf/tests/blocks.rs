@@ -59,8 +59,8 @@ fn blocks_that_unfold_to_too_much_are_refused() {
         write!(words, " 0 BLOCK 2 b{nth} {inner} {inner} 0 ENDBLK").unwrap();
     }
     words += " 0 ENDSEC 0 SECTION 2 ENTITIES 0 INSERT 2 b29 10 0 20 0 0 ENDSEC";
-    let problem = read(Format::Dxf, file(&words).as_bytes(), &options()).unwrap_err();
-    assert!(problem.message.contains("more than"), "{problem}");
+    let diagnostic = read(Format::Dxf, file(&words).as_bytes(), &options()).unwrap_err();
+    assert!(diagnostic.message.contains("more than"), "{diagnostic}");
     let rows = "0 SECTION 2 BLOCKS 0 BLOCK 2 b 0 ENDBLK 0 ENDSEC \
         0 SECTION 2 ENTITIES 0 INSERT 2 b 10 0 20 0 70 9000000 71 9000000 0 ENDSEC";
     read(Format::Dxf, file(rows).as_bytes(), &options()).unwrap_err();

@@ -65,8 +65,8 @@ fn the_plate_is_as_it_was_drawn() {
 #[test]
 fn what_is_no_dxf_says_where() {
     let refusal = |text: &str| {
-        let problem = read(Format::Dxf, text.as_bytes(), &options()).unwrap_err();
-        problem.to_string()
+        let diagnostic = read(Format::Dxf, text.as_bytes(), &options()).unwrap_err();
+        diagnostic.to_string()
     };
     assert_eq!(refusal(""), "this is no DXF file: it has no sections");
     assert_eq!(refusal("AC1027"), "this is a DWG file, not a DXF file");

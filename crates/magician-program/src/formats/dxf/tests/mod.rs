@@ -19,7 +19,7 @@ fn options() -> ReadOptions {
     }
 }
 
-fn drawn(bytes: &[u8]) -> (Artwork, Vec<Problem>) {
+fn drawn(bytes: &[u8]) -> (Artwork, Vec<Diagnostic>) {
     let reading = read(Format::Dxf, bytes, &options()).unwrap();
     match reading.content {
         Content::Artwork(artwork) => (artwork, reading.notes),

@@ -5,7 +5,7 @@ use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
 /// What is known of the arm. A program may begin anywhere, and its home point is where its owner has put it, so nothing is
 /// known before the first block that goes to coordinates or to angles.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Course {
+pub(super) struct KnownState {
     /// x, y, z.
     pub(super) at: Option<[f64; 3]>,
     pub(super) r: Option<f64>,
@@ -16,7 +16,7 @@ pub(super) struct Course {
     pub(super) rail: Option<f64>,
 }
 
-impl Course {
+impl KnownState {
     pub(super) fn home(&mut self) {
         *self = Self {
             tool: self.tool,

@@ -1,4 +1,4 @@
-//! Points of which the nearest is found quickly, wherever they lie: in cells that are halved until few points are in one.
+//! A k-d tree: the nearest of many points is found quickly, wherever they lie, in cells that are halved until few points are in one.
 
 use super::super::distance;
 
@@ -14,8 +14,9 @@ pub(super) struct Entry {
     pub(super) which: usize,
 }
 
-/// Points of some owners. Both halves of cell n are the cells 2 n and 2 n + 1; the first cell, 1, holds all points.
-pub(super) struct Near {
+/// A k-d tree of points of some owners, from which points are removed. Both halves of cell n are the cells 2 n and 2 n + 1; the first
+/// cell, 1, holds all points.
+pub(super) struct KdTree {
     /// Each cell's points are next to one another.
     entries: Vec<Entry>,
     /// Where each of them is that was given.
@@ -51,7 +52,7 @@ impl Cell {
     }
 }
 
-impl Near {
+impl KdTree {
     pub(super) fn new(given: Vec<Entry>) -> Self {
         let mut order: Vec<usize> = (0..given.len()).collect();
         let mut near = Self {
@@ -219,7 +220,7 @@ mod tests {
     fn it_finds_what_a_look_at_every_point_finds() {
         for count in [0, 1, 2, 7, 8, 9, 40, 500] {
             let given = points(count);
-            let mut near = Near::new(given.clone());
+            let mut near = KdTree::new(given.clone());
             let mut left = given.clone();
             for (nth, gone) in given.iter().enumerate() {
                 let at = [nth as f64 % 70.0 - 3.0, (nth * 7) as f64 % 70.0];

@@ -5,7 +5,7 @@ const SAME: f64 = 1.0;
 
 /// What happens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum MarkKind {
+pub(super) enum MarkerKind {
     /// The tool takes hold.
     Pick,
     /// It lets go.
@@ -16,26 +16,26 @@ pub(super) enum MarkKind {
 
 /// A place at which something happens.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Mark {
+pub(super) struct Marker {
     pub(super) at: [f64; 3],
     /// What happens there, each once.
-    pub(super) kinds: Vec<MarkKind>,
+    pub(super) kinds: Vec<MarkerKind>,
     pub(super) name: Option<String>,
 }
 
-impl Mark {
+impl Marker {
     /// Adds what happens at a place.
-    pub(super) fn add(marks: &mut Vec<Self>, at: [f64; 3], kind: MarkKind, name: Option<&str>) {
+    pub(super) fn add(markers: &mut Vec<Self>, at: [f64; 3], kind: MarkerKind, name: Option<&str>) {
         let near = |mark: &&mut Self| (0..3).all(|axis| (mark.at[axis] - at[axis]).abs() < SAME);
         let name = name.map(str::to_owned);
-        match marks.iter_mut().find(near) {
+        match markers.iter_mut().find(near) {
             Some(mark) => {
                 if !mark.kinds.contains(&kind) {
                     mark.kinds.push(kind);
                 }
                 mark.name = mark.name.take().or(name);
             }
-            None => marks.push(Self {
+            None => markers.push(Self {
                 at,
                 kinds: vec![kind],
                 name,

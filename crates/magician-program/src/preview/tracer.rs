@@ -5,11 +5,11 @@ use magician_host::{ArmState, JointAngles, Set};
 use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
 
-use super::marks::{Mark, MarkKind};
-use super::strokes::Stroke;
+use super::markers::{Marker, MarkerKind};
+use super::purpose::PlanPurpose;
+use super::strokes::DrawnLine;
+use super::toolpath::{Layer, MOST_REFUSED, StrokeKind, Toolpath};
 use super::track::Track;
-use super::trip::{Layer, Leaves, MOST_COMPLAINTS, Trip};
-use super::work::Work;
 use crate::check::reaches;
 use crate::{Action, Grip, Plan, Report, Travel};
 
@@ -36,25 +36,25 @@ enum Turn {
     J4(f64),
 }
 
-/// A walk under way.
-pub(super) struct Walk {
-    trip: Trip,
+/// Follows a plan and collects its [`Toolpath`].
+pub(super) struct PathTracer {
+    toolpath: Toolpath,
     course: Preflight,
     at: Option<[f64; 3]>,
     turn: Turn,
     holds: bool,
     lit: bool,
-    /// Steps complained of, the next one last.
+    /// Refused steps, the next one last.
     awaited: Vec<usize>,
     /// Whether it has come to a first place of its own: the way there leaves nothing.
     begun: bool,
     /// The step under way.
     nth: usize,
     /// What is left, step by step, if that is wanted.
-    strokes: Option<Vec<Stroke>>,
+    strokes: Option<Vec<DrawnLine>>,
 }
 
-impl Walk {
+impl PathTracer {
     /// Begins where the arm stands.
     pub(super) fn from(
         plan: &Plan,
@@ -62,21 +62,24 @@ impl Walk {
         start: &Preflight,
         side: Option<bool>,
     ) -> Self {
-        let work = Work::of(plan);
-        let first = report.complaints.iter().map(|complaint| complaint.step);
-        let mut awaited: Vec<usize> = first.take(MOST_COMPLAINTS).collect();
+        let purpose = PlanPurpose::of(plan);
+        let first = report
+            .refused_steps
+            .iter()
+            .map(|refused_step| refused_step.step);
+        let mut awaited: Vec<usize> = first.take(MOST_REFUSED).collect();
         awaited.reverse();
-        let mut walk = Self {
-            trip: Trip {
+        let mut tracer = Self {
+            toolpath: Toolpath {
                 layers: Vec::new(),
-                marks: Vec::new(),
+                markers: Vec::new(),
                 ends: None,
-                complaints: Vec::new(),
+                refused_steps: Vec::new(),
                 drawn: 0.0,
                 other: 0.0,
                 bounds: None,
-                has_side: side.unwrap_or(work.is_deep()),
-                work,
+                has_side: side.unwrap_or(purpose.is_deep()),
+                purpose,
             },
             course: start.clone(),
             at: None,
@@ -89,13 +92,13 @@ impl Walk {
             strokes: None,
         };
         if let Some(arm) = start.arm() {
-            walk.stand(arm);
+            tracer.stand(arm);
         }
-        walk
+        tracer
     }
 
     /// The lines that are left, each with its step.
-    pub(super) fn strokes(mut self, plan: &Plan) -> Vec<Stroke> {
+    pub(super) fn strokes(mut self, plan: &Plan) -> Vec<DrawnLine> {
         self.strokes = Some(Vec::new());
         self.through(plan);
         self.strokes.unwrap_or_default()
@@ -118,7 +121,7 @@ impl Walk {
 
     fn arrive(&mut self, at: [f64; 3]) {
         self.at = Some(at);
-        let [_, end] = self.trip.ends.get_or_insert([at, at]);
+        let [_, end] = self.toolpath.ends.get_or_insert([at, at]);
         *end = at;
     }
 
@@ -146,13 +149,13 @@ impl Walk {
             Action::Suction(on) => self.hold(on, name),
             Action::Gripper(grip) => self.hold(grip == Grip::Close, name),
             Action::Laser(on) => self.lit = on,
-            Action::Wait(_) => self.mark(MarkKind::Wait, name),
+            Action::Wait(_) => self.mark(MarkerKind::Wait, name),
             Action::Home => self.at = None,
             Action::Command(ref command) => self.command(command),
         }
         while self.awaited.pop_if(|step| *step == nth).is_some() {
             let there = action.target().map(|to| to.map(f64::from));
-            self.trip.complaints.push((nth, there.or(self.at)));
+            self.toolpath.refused_steps.push((nth, there.or(self.at)));
         }
     }
 
@@ -284,8 +287,8 @@ impl Walk {
     }
 
     fn go(&mut self, from: [f64; 3], to: [f64; 3], power: Option<f64>) {
-        let leaves = match self.trip.work.leaves([from, to], power, self.holds) {
-            Leaves::Ink if !self.begun => Leaves::Nothing,
+        let leaves = match self.toolpath.purpose.leaves([from, to], power, self.holds) {
+            StrokeKind::Ink if !self.begun => StrokeKind::Nothing,
             leaves => leaves,
         };
         let geometry = self.course.geometry();
@@ -305,7 +308,7 @@ impl Walk {
             if nth == pieces as u32 || within(nth) != within(begun) {
                 let shown = match within(begun) {
                     true => leaves,
-                    false => Leaves::Unreachable,
+                    false => StrokeKind::Unreachable,
                 };
                 self.draw(shown, leaves, at(f64::from(begun)), at(f64::from(nth)));
                 begun = nth;
@@ -314,77 +317,77 @@ impl Walk {
     }
 
     /// A part of the way as it is shown, and as it counts.
-    fn draw(&mut self, shown: Leaves, leaves: Leaves, from: [f64; 3], to: [f64; 3]) {
-        let trip = &mut self.trip;
-        let known = (trip.layers.iter()).position(|layer| layer.leaves == shown);
+    fn draw(&mut self, shown: StrokeKind, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
+        let toolpath = &mut self.toolpath;
+        let known = (toolpath.layers.iter()).position(|layer| layer.leaves == shown);
         let nth = known.unwrap_or_else(|| {
             let (above, side) = (Track::new(FINE), Track::new(FINE));
-            trip.layers.push(Layer {
+            toolpath.layers.push(Layer {
                 leaves: shown,
                 above,
                 side,
             });
-            trip.layers.len() - 1
+            toolpath.layers.len() - 1
         });
-        let Some(layer) = trip.layers.get_mut(nth) else {
+        let Some(layer) = toolpath.layers.get_mut(nth) else {
             return;
         };
         let flat = |[x, y, _]: [f64; 3]| [x, y];
         let beside = |[x, y, z]: [f64; 3]| [libm::hypot(x, y), z];
         layer.above.begin(flat(from));
         layer.above.line_to(flat(to));
-        if trip.has_side {
+        if toolpath.has_side {
             layer.side.begin(beside(from));
             layer.side.line_to(beside(to));
         }
         let squares: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
         match leaves {
-            Leaves::Ink | Leaves::Burn(_) => {
+            StrokeKind::Ink | StrokeKind::Burn(_) => {
                 if let Some(strokes) = &mut self.strokes {
-                    Stroke::add(strokes, self.nth, flat(from), flat(to));
+                    DrawnLine::add(strokes, self.nth, flat(from), flat(to));
                 }
-                trip.drawn += squares.sqrt();
+                toolpath.drawn += squares.sqrt();
                 for [x, y] in [flat(from), flat(to)] {
-                    let [low, high] = trip.bounds.get_or_insert([[x, y]; 2]);
+                    let [low, high] = toolpath.bounds.get_or_insert([[x, y]; 2]);
                     *low = [low[0].min(x), low[1].min(y)];
                     *high = [high[0].max(x), high[1].max(y)];
                 }
             }
-            Leaves::Nothing | Leaves::Carried | Leaves::Unreachable => {
-                trip.other += squares.sqrt();
+            StrokeKind::Nothing | StrokeKind::Carried | StrokeKind::Unreachable => {
+                toolpath.other += squares.sqrt();
             }
         }
     }
 
     fn hold(&mut self, holds: bool, name: Option<&str>) {
         let kind = match (self.holds, holds) {
-            (false, true) => MarkKind::Pick,
-            (true, false) => MarkKind::Place,
+            (false, true) => MarkerKind::Pick,
+            (true, false) => MarkerKind::Place,
             _ => return,
         };
         self.holds = holds;
         self.mark(kind, name);
     }
 
-    fn mark(&mut self, kind: MarkKind, name: Option<&str>) {
-        if let Some(at) = self.at.filter(|_| self.trip.marks.len() < MOST_MARKS) {
-            Mark::add(&mut self.trip.marks, at, kind, name);
+    fn mark(&mut self, kind: MarkerKind, name: Option<&str>) {
+        if let Some(at) = self.at.filter(|_| self.toolpath.markers.len() < MOST_MARKS) {
+            Marker::add(&mut self.toolpath.markers, at, kind, name);
         }
     }
 
     /// Ends, after so many steps.
-    pub(super) fn finish(mut self, steps: usize) -> Trip {
+    pub(super) fn finish(mut self, steps: usize) -> Toolpath {
         let at = self.at;
         let rest = self.awaited.drain(..).rev();
-        self.trip
-            .complaints
+        self.toolpath
+            .refused_steps
             .extend(rest.map(|step| (step.min(steps), at)));
-        for layer in &mut self.trip.layers {
+        for layer in &mut self.toolpath.layers {
             layer.above.settle();
             layer.side.settle();
         }
-        self.trip.thin(FINE);
-        self.trip
+        self.toolpath.thin(FINE);
+        self.toolpath
     }
 }
 

@@ -1,46 +1,46 @@
-//! What a check makes of all rounds of a program.
+//! What a check makes of all iterations of a program.
 
 use magician_host::words::Preflight;
 
-use super::Rest;
+use super::RemainingProgram;
 use crate::check::widen;
-use crate::{Complaint, Plan, Report, check};
+use crate::{Plan, RefusedStep, Report, check};
 
-/// As many rounds are checked that each lead somewhere else.
-const MOST_ROUNDS: usize = 100;
+/// As many iterations are checked that each lead somewhere else.
+const MOST_ITERATIONS: usize = 100;
 
-impl Rest {
-    /// Checks what is left: the first part, and the rounds after it until one leaves the arm as it found it, for then all do; no
+impl RemainingProgram {
+    /// Checks what is left: the first part, and the iterations after it until one leaves the arm as it found it, for then all do; no
     /// more than a hundred. Places of complaints are counted on from those of the [first](Self::first) part.
     #[must_use]
     pub fn check(&self) -> Report {
         let mut report = check(&self.first, &self.told);
         if self.follow != Some(0) && report.is_good() {
-            self.check_rounds(&mut report);
+            self.check_iterations(&mut report);
         }
         report.time = report.time.filter(|_| self.follow.is_some());
         report.offset = self.offset();
         report
     }
 
-    /// Adds the rounds after the first part.
-    fn check_rounds(&self, report: &mut Report) {
+    /// Adds the iterations after the first part.
+    fn check_iterations(&self, report: &mut Report) {
         let mut course = self.told.clone();
         follow(&mut course, &self.first);
-        let round = Plan {
+        let iteration = Plan {
             tool: None,
             ..Plan::clone(&self.whole)
         };
         let mut left = self.follow;
         let mut steps = self.first.steps.len();
-        for nth in 1..=MOST_ROUNDS {
-            let again = check(&round, &course);
+        for nth in 1..=MOST_ITERATIONS {
+            let again = check(&iteration, &course);
             let before = course.arm().copied();
-            follow(&mut course, &round);
-            let settled = course.arm().copied() == before || nth == MOST_ROUNDS;
+            follow(&mut course, &iteration);
+            let settled = course.arm().copied() == before || nth == MOST_ITERATIONS;
             let times = left.map_or(0, |left| if settled { left } else { 1 });
             add(report, again, times, steps);
-            steps = steps.saturating_add(round.steps.len());
+            steps = steps.saturating_add(iteration.steps.len());
             left = left.map(|left| left.saturating_sub(times));
             if settled || left == Some(0) || !report.is_good() {
                 return;
@@ -56,26 +56,29 @@ fn follow(course: &mut Preflight, plan: &Plan) {
     }
 }
 
-/// Adds what was found in a round that comes so often, behind so many steps.
-fn add(report: &mut Report, round: Report, times: u64, steps: usize) {
+/// Adds what was found in an iteration that comes so often, behind so many steps.
+fn add(report: &mut Report, iteration: Report, times: u64, steps: usize) {
     let count = u32::try_from(times).unwrap_or(u32::MAX);
-    let time = round.time.and_then(|time| time.checked_mul(count));
+    let time = iteration.time.and_then(|time| time.checked_mul(count));
     report.time = (report.time.zip(time)).and_then(|(all, time)| all.checked_add(time));
-    report.drawn += times as f64 * round.drawn;
-    report.travelled += times as f64 * round.travelled;
-    report.refused += round.refused;
-    let complaints = round.complaints.into_iter().map(|complaint| Complaint {
-        step: complaint.step.saturating_add(steps),
-        ..complaint
-    });
-    report.complaints.extend(complaints);
-    for percent in round.power.into_iter().flatten() {
+    report.drawn += times as f64 * iteration.drawn;
+    report.travelled += times as f64 * iteration.travelled;
+    report.refused += iteration.refused;
+    let refused_steps = iteration
+        .refused_steps
+        .into_iter()
+        .map(|refused_step| RefusedStep {
+            step: refused_step.step.saturating_add(steps),
+            ..refused_step
+        });
+    report.refused_steps.extend(refused_steps);
+    for percent in iteration.power.into_iter().flatten() {
         report.burn(percent);
     }
-    for at in round.bounds.into_iter().flatten() {
+    for at in iteration.bounds.into_iter().flatten() {
         widen(&mut report.bounds, at);
     }
-    for at in round.travel_bounds.into_iter().flatten() {
+    for at in iteration.travel_bounds.into_iter().flatten() {
         widen(&mut report.travel_bounds, at);
     }
 }
@@ -96,7 +99,7 @@ mod tests {
         let thrice = rest(Some(3), 0).check();
         assert!(thrice.is_good());
         let [once_s, thrice_s] = [&once, &thrice].map(|report| report.time.unwrap().as_secs_f64());
-        // The first round has the way from home besides.
+        // The first iteration has the way from home besides.
         assert!(
             thrice_s > 2.0 * once_s && thrice_s < 3.0 * once_s,
             "{once_s} {thrice_s}"
@@ -104,7 +107,7 @@ mod tests {
         assert!(rest(None, 0).check().time.is_none());
     }
 
-    /// Each round leads 30 mm further out.
+    /// Each iteration leads 30 mm further out.
     #[test]
     fn rounds_that_lead_ever_further_are_checked_until_one_is_refused() {
         let mut plan = plan();
@@ -117,11 +120,11 @@ mod tests {
         };
         plan.push(Set::from(further), Origin::NONE);
         plan.steps.drain(..2);
-        let check = |rounds, from| {
-            let program = Program::new(plan.clone(), rounds);
-            let rest = program.rest(from, start()).expect("within reach");
+        let check = |iterations, from| {
+            let program = Program::new(plan.clone(), iterations);
+            let rest = program.remaining(from, start()).expect("within reach");
             let report = rest.check();
-            let steps = report.complaints.iter();
+            let steps = report.refused_steps.iter();
             let steps: Vec<u64> = steps.map(|one| report.number(one.step)).collect();
             (report, steps)
         };
@@ -129,9 +132,9 @@ mod tests {
         assert!(twice.is_good());
         assert!((twice.travelled - 60.0).abs() < 1e-6);
         assert!(twice.travel_bounds.is_some_and(|[_, most]| most[0] > 250.0));
-        // 200 mm and four rounds are more than the arm reaches.
-        for (rounds, from) in [(Some(9), 0), (None, 0), (Some(9), 3)] {
-            let (report, steps) = check(rounds, from);
+        // 200 mm and four iterations are more than the arm reaches.
+        for (iterations, from) in [(Some(9), 0), (None, 0), (Some(9), 3)] {
+            let (report, steps) = check(iterations, from);
             assert!(!report.is_good());
             assert!(steps.len() == 1 && steps[0] % 2 == 0, "{steps:?}");
             assert!((4..=from + 10).contains(&steps[0]), "{steps:?}");

@@ -6,15 +6,15 @@ use magician_protocol::{visible, visible_lines};
 
 use crate::Origin;
 
-/// What is wrong with a file, or deserves to be known of it: where, what, and what to do about it.
+/// An error in a file, or a note about it: where, what, and what to do about it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Problem {
+pub struct Diagnostic {
     /// Where.
     pub origin: Origin,
     /// The id of the element or the name of the point, if it has one.
     pub name: Option<String>,
-    /// What kind of thing it is.
-    pub code: NoteCode,
+    /// Its kind.
+    pub code: DiagnosticCode,
     /// What.
     pub message: String,
     /// Advice that names nothing to be done to the arm and no option.
@@ -22,13 +22,13 @@ pub struct Problem {
     /// What to do about it; a door says it in its own words: [`advice`](Self::advice).
     pub remedies: Vec<Remedy>,
     /// What is missing, where nothing is wrong with the file.
-    pub lacks: Option<Lack>,
+    pub missing: Option<Missing>,
 }
 
-/// What kind of thing a [`Problem`] is, for programs.
+/// The kind of a [`Diagnostic`], for programs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum NoteCode {
+pub enum DiagnosticCode {
     /// Something is wrong.
     #[default]
     Problem,
@@ -48,7 +48,7 @@ pub enum NoteCode {
     Long,
 }
 
-impl NoteCode {
+impl DiagnosticCode {
     /// All of them.
     pub const ALL: [Self; 8] = [
         Self::Problem,
@@ -64,7 +64,7 @@ impl NoteCode {
     /// Its name in JSON.
     ///
     /// ```
-    /// assert_eq!(magician_program::NoteCode::LeftOut.name(), "left-out");
+    /// assert_eq!(magician_program::DiagnosticCode::LeftOut.name(), "left-out");
     /// ```
     #[must_use]
     pub const fn name(self) -> &'static str {
@@ -81,10 +81,10 @@ impl NoteCode {
     }
 }
 
-/// What is not known when a file is read, and solves a [`Problem`] when it is.
+/// What is missing to read a file: with it there is no such [`Diagnostic`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Lack {
+pub enum Missing {
     /// Where the arm stands when the program begins: [`GcodeOptions::start`](crate::formats::GcodeOptions::start).
     Start,
     /// A feature of this crate, which this build does not have: a reader
@@ -92,18 +92,18 @@ pub enum Lack {
     Feature(&'static str),
 }
 
-impl Problem {
+impl Diagnostic {
     /// At a place.
     #[must_use]
     pub fn new(origin: Origin, message: impl Into<String>) -> Self {
         Self {
             origin,
             name: None,
-            code: NoteCode::Problem,
+            code: DiagnosticCode::Problem,
             message: message.into(),
             help: None,
             remedies: Vec::new(),
-            lacks: None,
+            missing: None,
         }
     }
 
@@ -122,15 +122,15 @@ impl Problem {
 
     /// As a note of this kind.
     #[must_use]
-    pub fn coded(mut self, code: NoteCode) -> Self {
+    pub fn coded(mut self, code: DiagnosticCode) -> Self {
         self.code = code;
         self
     }
 
     /// With what is missing.
     #[must_use]
-    pub(crate) fn lacking(mut self, lack: Option<Lack>) -> Self {
-        self.lacks = lack;
+    pub(crate) fn with_missing(mut self, lack: Option<Missing>) -> Self {
+        self.missing = lack;
         self
     }
 
@@ -145,11 +145,11 @@ impl Problem {
     ///
     /// ```
     /// use magician_host::{Given, Setting};
-    /// use magician_program::Problem;
+    /// use magician_program::Diagnostic;
     ///
-    /// let problem = Problem::of_file("the drawing is 400 by 300 mm")
+    /// let diagnostic = Diagnostic::of_file("the drawing is 400 by 300 mm")
     ///     .remedy((Setting::Scale, Given::Number(0.5)), "would do");
-    /// assert_eq!(problem.remedies[0].act.to_string(), "scale 0.5");
+    /// assert_eq!(diagnostic.remedies[0].act.to_string(), "scale 0.5");
     /// ```
     #[must_use]
     pub fn remedy(self, act: impl Into<Act>, effect: impl Into<Cow<'static, str>>) -> Self {
@@ -173,7 +173,7 @@ impl Problem {
 }
 
 /// `line 3, column 5 (outline): what`. A terminal obeys nothing of what is quoted from the file.
-impl fmt::Display for Problem {
+impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Origin { line, column, .. } = self.origin;
         match (line, column) {
@@ -192,16 +192,16 @@ impl fmt::Display for Problem {
     }
 }
 
-impl std::error::Error for Problem {}
+impl std::error::Error for Diagnostic {}
 
 /// As an error of the driver: invalid input.
-impl From<Problem> for magician_host::Error {
-    fn from(problem: Problem) -> Self {
+impl From<Diagnostic> for magician_host::Error {
+    fn from(diagnostic: Diagnostic) -> Self {
         let error = Self::new(
             magician_host::ErrorCode::InvalidProgram,
-            problem.to_string(),
+            diagnostic.to_string(),
         );
-        let remedies = problem.remedies.into_iter();
+        let remedies = diagnostic.remedies.into_iter();
         remedies.fold(error, |error, remedy| {
             error.remedy(remedy.act, remedy.effect)
         })

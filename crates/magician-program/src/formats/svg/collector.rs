@@ -13,7 +13,7 @@ use super::notes::Notes;
 use super::source::Element;
 use super::white::Whites;
 use crate::formats::Fills;
-use crate::{NoteCode, Problem, Stroke};
+use crate::{Diagnostic, DiagnosticCode, Stroke};
 
 /// As many corners a drawing may have.
 const MOST_CORNERS: usize = 5_000_000;
@@ -21,7 +21,7 @@ const MOST_CORNERS: usize = 5_000_000;
 const FARTHEST: f64 = 100_000.0;
 
 /// What goes through the elements and collects strokes.
-pub(super) struct Walk<'a> {
+pub(super) struct StrokeCollector<'a> {
     pub(super) elements: &'a HashMap<String, Element>,
     pub(super) tolerance: f64,
     pub(super) fills: Fills,
@@ -36,7 +36,7 @@ pub(super) struct Walk<'a> {
 
 /// Where in the drawing the walk is.
 #[derive(Clone)]
-pub(super) struct Place {
+pub(super) struct NodeContext {
     /// From the coordinates here to mm on the sheet.
     pub(super) to: Affine,
     /// What clips it.
@@ -45,7 +45,7 @@ pub(super) struct Place {
     pub(super) element: Element,
 }
 
-impl<'a> Walk<'a> {
+impl<'a> StrokeCollector<'a> {
     pub(super) fn new(
         elements: &'a HashMap<String, Element>,
         tolerance: f64,
@@ -67,8 +67,8 @@ impl<'a> Walk<'a> {
     }
 
     /// Goes through everything; `to` leads from pixels to mm on the sheet.
-    pub(super) fn all(&mut self, root: &Group, to: Affine) -> Result<(), Problem> {
-        let place = Place {
+    pub(super) fn all(&mut self, root: &Group, to: Affine) -> Result<(), Diagnostic> {
+        let place = NodeContext {
             to,
             clips: Vec::new(),
             element: Element::default(),
@@ -78,7 +78,7 @@ impl<'a> Walk<'a> {
         Ok(())
     }
 
-    fn group(&mut self, group: &Group, outer: &Place) -> Result<(), Problem> {
+    fn group(&mut self, group: &Group, outer: &NodeContext) -> Result<(), Diagnostic> {
         if group.opacity().get() == 0.0 {
             return Ok(());
         }
@@ -94,7 +94,7 @@ impl<'a> Walk<'a> {
                     let remark = "a mask that hides by degrees is ignored: what it hides is drawn";
                     let element = self.first(group).unwrap_or(&place.element);
                     self.notes
-                        .add(element.problem(remark).coded(NoteCode::LeftOut));
+                        .add(element.diagnostic(remark).coded(DiagnosticCode::LeftOut));
                 }
             }
         }
@@ -118,15 +118,15 @@ impl<'a> Walk<'a> {
         self.elements.get(group.id()).or(within)
     }
 
-    pub(super) fn inner(&self, id: &str, outer: &Place) -> Place {
+    pub(super) fn inner(&self, id: &str, outer: &NodeContext) -> NodeContext {
         let known = self.elements.get(id);
-        Place {
+        NodeContext {
             element: known.unwrap_or(&outer.element).clone(),
             ..outer.clone()
         }
     }
 
-    fn path(&mut self, path: &Path, outer: &Place) -> Result<(), Problem> {
+    fn path(&mut self, path: &Path, outer: &NodeContext) -> Result<(), Diagnostic> {
         if !path.is_visible() {
             return Ok(());
         }
@@ -159,8 +159,8 @@ impl<'a> Walk<'a> {
         path: &Path,
         stroke: Option<&Outline>,
         fill: Option<&usvg::Fill>,
-        place: &Place,
-    ) -> Result<Vec<Line>, Problem> {
+        place: &NodeContext,
+    ) -> Result<Vec<Line>, Diagnostic> {
         match (stroke, fill) {
             (Some(stroke), _) => self.stroked(path, stroke, place),
             (None, Some(fill)) => {
@@ -169,7 +169,7 @@ impl<'a> Walk<'a> {
                 lines.retain(encloses);
                 if lines.len() < all {
                     let remark = "lines without a stroke that enclose no area are left out: nothing of them can be seen";
-                    let note = place.element.problem(remark);
+                    let note = place.element.diagnostic(remark);
                     self.notes
                         .add(note.help("give them a stroke to have them drawn"));
                 }
@@ -191,15 +191,15 @@ impl<'a> Walk<'a> {
             Fills::Outline => (true, "filled shapes without a line are drawn as outlines"),
         };
         let code = if take {
-            NoteCode::Assumed
+            DiagnosticCode::Assumed
         } else {
-            NoteCode::LeftOut
+            DiagnosticCode::LeftOut
         };
-        self.notes.add(element.problem(remark).coded(code));
+        self.notes.add(element.diagnostic(remark).coded(code));
         take
     }
 
-    pub(super) fn curves(&self, path: &Path, place: &Place) -> Result<BezPath, Problem> {
+    pub(super) fn curves(&self, path: &Path, place: &NodeContext) -> Result<BezPath, Diagnostic> {
         let curves = curves(path.data(), place.to);
         let bounds = curves.control_box();
         let sides = [bounds.x0, bounds.y0, bounds.x1, bounds.y1];
@@ -211,7 +211,7 @@ impl<'a> Walk<'a> {
             Some(side) => {
                 let message =
                     format!("it reaches to {side:.0} mm, at most {FARTHEST:.0} mm are drawn");
-                Err(place.element.problem(message))
+                Err(place.element.diagnostic(message))
             }
         }
     }
@@ -221,8 +221,8 @@ impl<'a> Walk<'a> {
         &mut self,
         path: &Path,
         stroke: &Outline,
-        place: &Place,
-    ) -> Result<Vec<Line>, Problem> {
+        place: &NodeContext,
+    ) -> Result<Vec<Line>, Diagnostic> {
         let curves = self.curves(path, place)?;
         let whole = || flatten(&curves, self.tolerance, false);
         let Some(pattern) = stroke.dasharray() else {
@@ -240,8 +240,12 @@ impl<'a> Walk<'a> {
         }
         let Some(mut dashes) = dashed(&flatten(&own, fine, false), &pattern, offset) else {
             let remark = "dashes too fine to be drawn are drawn as whole lines";
-            self.notes
-                .add(place.element.problem(remark).coded(NoteCode::Assumed));
+            self.notes.add(
+                place
+                    .element
+                    .diagnostic(remark)
+                    .coded(DiagnosticCode::Assumed),
+            );
             return Ok(whole());
         };
         for point in dashes.iter_mut().flatten() {
@@ -255,15 +259,15 @@ impl<'a> Walk<'a> {
     pub(super) fn add(
         &mut self,
         mut lines: Vec<Line>,
-        place: &Place,
+        place: &NodeContext,
         white: bool,
-    ) -> Result<(), Problem> {
+    ) -> Result<(), Diagnostic> {
         for region in &place.clips {
             let clipped: Option<Vec<Vec<Line>>> =
                 lines.iter().map(|line| region.clip(line)).collect();
             let Some(clipped) = clipped else {
                 let message = "its clip path is too fine to be followed";
-                return Err(place.element.problem(message));
+                return Err(place.element.diagnostic(message));
             };
             lines = clipped.concat();
         }
@@ -298,14 +302,14 @@ impl<'a> Walk<'a> {
     }
 
     /// Refuses more corners than can be drawn.
-    fn count(&mut self, lines: &[Line]) -> Result<(), Problem> {
+    fn count(&mut self, lines: &[Line]) -> Result<(), Diagnostic> {
         for points in lines {
             self.corners += points.len();
             if self.corners > MOST_CORNERS {
                 let message = format!("the drawing has more than {MOST_CORNERS} corners");
                 let tolerance = (Setting::Tolerance, Given::Any("MM"));
                 return Err(
-                    Problem::of_file(message).remedy(tolerance, "needs fewer if it is wider")
+                    Diagnostic::of_file(message).remedy(tolerance, "needs fewer if it is wider")
                 );
             }
         }

@@ -8,8 +8,8 @@ use magician_host::words::{Guards, Preflight};
 
 use super::{Program, Timetable};
 use crate::plan::within;
-use crate::resume::{Tally, Verdict};
-use crate::{Plan, Problem, Report};
+use crate::resume::{ResumePoint, StepCounter};
+use crate::{Diagnostic, Plan, Report};
 
 /// How far from where it should an arm may stand, mm: no further than a gap in a line may be, for what was cut off so near
 /// its end counts as done.
@@ -18,9 +18,9 @@ const NEAR: f64 = 0.2;
 const STILL: f64 = 0.02;
 
 /// What is left of a [`Program`] from one of its steps on, for an arm that stands in a certain way: what comes before the
-/// first step, the rest of the round that it is in, and the rounds after it.
+/// first step, the rest of the iteration that it is in, and the iterations after it.
 #[derive(Clone, Debug)]
-pub struct Rest {
+pub struct RemainingProgram {
     settings: Vec<Set>,
     /// The part of the plan that comes first, with what has to be done before it.
     pub(super) first: Arc<Plan>,
@@ -39,27 +39,27 @@ pub struct Rest {
     pub(super) told: Preflight,
 }
 
-impl Rest {
+impl RemainingProgram {
     pub(super) fn of(
         program: &Program,
         from: u64,
         at: Option<[f64; 3]>,
         start: Preflight,
-    ) -> Result<Self, Problem> {
+    ) -> Result<Self, Diagnostic> {
         let mut told = start.clone();
         for setting in &program.settings {
             let taken = told.check(setting);
-            taken.map_err(|error| Problem::of_file(error.to_string()))?;
+            taken.map_err(|error| Diagnostic::of_file(error.to_string()))?;
         }
-        let round = program.round().max(1);
-        let (done, step) = (from / round, from % round);
+        let iteration = program.steps_per_iteration().max(1);
+        let (done, step) = (from / iteration, from % iteration);
         let first = match usize::try_from(step).unwrap_or(usize::MAX) {
             0 if at.is_none() => Arc::clone(&program.plan),
             step => Arc::new(program.plan.continued(step, at, &told)?.plan),
         };
         let added = match step {
             0 if at.is_none() => 0,
-            step => (first.steps.len() as u64).saturating_sub(round.saturating_sub(step)),
+            step => (first.steps.len() as u64).saturating_sub(iteration.saturating_sub(step)),
         };
         Ok(Self {
             settings: program.settings.clone(),
@@ -68,7 +68,8 @@ impl Rest {
             from,
             within: at,
             whole: Arc::clone(&program.plan),
-            follow: (program.rounds).map(|rounds| rounds.saturating_sub(done.saturating_add(1))),
+            follow: (program.iterations)
+                .map(|iterations| iterations.saturating_sub(done.saturating_add(1))),
             stays: program.stays,
             start,
             told,
@@ -99,7 +100,7 @@ impl Rest {
         &self.told
     }
 
-    /// The first part, as a plan of its own: what comes before the first step, and the rest of its round.
+    /// The first part, as a plan of its own: what comes before the first step, and the rest of its iteration.
     #[must_use]
     pub fn first(&self) -> &Plan {
         &self.first
@@ -112,7 +113,7 @@ impl Rest {
             .saturating_sub(self.added.cast_signed())
     }
 
-    /// Commands before the first step, for [`Tally::new`](crate::resume::Tally::new).
+    /// Commands before the first step, for [`StepCounter::new`](crate::resume::StepCounter::new).
     #[must_use]
     pub fn lead(&self) -> u64 {
         let tool = u64::from(self.first.tool.is_some());
@@ -127,16 +128,16 @@ impl Rest {
     /// All commands, in order.
     pub fn commands(&self) -> impl Iterator<Item = Set> + '_ {
         let times = usize::try_from(self.follow.unwrap_or(u64::MAX)).unwrap_or(usize::MAX);
-        let rounds = repeat_n(&*self.whole, times);
-        let later = rounds.flat_map(|plan| plan.steps.iter().map(|step| step.action.command()));
+        let iterations = repeat_n(&*self.whole, times);
+        let later = iterations.flat_map(|plan| plan.steps.iter().map(|step| step.action.command()));
         let all = self.first_commands().chain(later);
         all.take(if self.stays { self.count() } else { usize::MAX })
     }
 
     /// How many commands there are without the last lift.
     fn count(&self) -> usize {
-        let rounds = self.follow.unwrap_or(u64::MAX);
-        let later = rounds.saturating_mul(self.whole.steps.len() as u64);
+        let iterations = self.follow.unwrap_or(u64::MAX);
+        let later = iterations.saturating_mul(self.whole.steps.len() as u64);
         let first = self.first_commands().count() as u64;
         let all = first.saturating_add(later).saturating_sub(1);
         usize::try_from(all).unwrap_or(usize::MAX)
@@ -159,7 +160,7 @@ impl Rest {
     /// Whether the arm has moved since the rest began: it stands elsewhere, or it has finished a command that leads away from
     /// where it stood, wherever it is by now. Yes where it is not known where the rest began.
     #[must_use]
-    pub fn has_moved(&self, tally: &Tally, index: u64, pose: &Pose) -> bool {
+    pub fn has_moved(&self, counter: &StepCounter, index: u64, pose: &Pose) -> bool {
         let Some(began) = self.start.arm() else {
             return true;
         };
@@ -169,7 +170,7 @@ impl Rest {
             pairs.any(|(began, now)| (began - now).abs() > STILL)
         };
         let mut course = self.start.clone().guards(Guards::NONE);
-        let done = usize::try_from(tally.commands(index).least).unwrap_or(usize::MAX);
+        let done = usize::try_from(counter.commands(index).least).unwrap_or(usize::MAX);
         let mut ends = self.commands().take(done).map(|command| {
             // What could not be checked was not sent.
             let _ = course.check(&command);
@@ -178,7 +179,7 @@ impl Rest {
         elsewhere(pose.joint_angle.map(f64::from)) || ends.any(|end| end.is_none_or(elsewhere))
     }
 
-    /// The plan of one round.
+    /// The plan of one iteration.
     pub(crate) fn whole(&self) -> &Plan {
         &self.whole
     }
@@ -200,7 +201,7 @@ impl Rest {
         };
         let mut course = self.start.clone().guards(Guards::NONE);
         let first = sums(&mut course, self.first_commands());
-        let round = match self.follow {
+        let iteration = match self.follow {
             Some(0) => Vec::new(),
             _ => {
                 let steps = self.whole.steps.iter();
@@ -208,7 +209,7 @@ impl Rest {
             }
         };
         let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
-        Timetable::new(all, lead, first, round)
+        Timetable::new(all, lead, first, iteration)
     }
 
     /// The [`timetable`](Self::timetable) where every command is changed before it is sent, and these are sent before the first.
@@ -225,33 +226,37 @@ impl Rest {
         let mut course = self.start.clone().guards(Guards::NONE);
         let sooner = sums(&mut course, before.iter().copied());
         let first = sums(&mut course, self.first_commands().map(&mut change));
-        let (mut round, mut rounds) = (Vec::new(), 0);
+        let (mut iteration, mut iterations) = (Vec::new(), 0);
         if let Some(follow @ 1..) = self.follow {
             let steps = self.whole.steps.iter();
             let commands = steps.map(|step| change(step.action.command()));
-            (round, rounds) = (sums(&mut course, commands), follow);
+            (iteration, iterations) = (sums(&mut course, commands), follow);
         }
         let last = |sums: &[f64]| sums.last().copied().unwrap_or_default();
-        let all = last(&sooner) + last(&first) + rounds as f64 * last(&round);
+        let all = last(&sooner) + last(&first) + iterations as f64 * last(&iteration);
         let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
         let all = Duration::try_from_secs_f64(all).unwrap_or(Duration::MAX);
-        Timetable::new(all, lead, first, round)
+        Timetable::new(all, lead, first, iteration)
     }
 
     /// Where a run goes on that ended like this and left the arm there: the steps that are finished, and the place within the
     /// next, if it goes on from within. It does not where the step that was cut short leads nowhere straight, or the arm
     /// stands beside its line.
     #[must_use]
-    pub fn goes_on(&self, verdict: Verdict, pose: &Pose) -> Option<(u64, Option<[f64; 3]>)> {
-        match verdict {
+    pub fn goes_on(
+        &self,
+        resume_point: ResumePoint,
+        pose: &Pose,
+    ) -> Option<(u64, Option<[f64; 3]>)> {
+        match resume_point {
             // It has not come to where it was to begin.
-            Verdict::After(steps) if steps == self.from => Some((steps, self.within)),
-            Verdict::After(steps) => Some((steps, None)),
-            Verdict::Again(steps) => Some(match self.place_after(steps, pose) {
+            ResumePoint::After(steps) if steps == self.from => Some((steps, self.within)),
+            ResumePoint::After(steps) => Some((steps, None)),
+            ResumePoint::Again(steps) => Some(match self.place_after(steps, pose) {
                 Some((steps, at)) => (steps, Some(at)),
                 None => (steps, None),
             }),
-            Verdict::Doubt(_) => None,
+            ResumePoint::Doubt(_) => None,
         }
     }
 
@@ -328,9 +333,9 @@ pub(super) mod tests {
         plan
     }
 
-    pub(in crate::program) fn rest(rounds: Option<u64>, from: u64) -> Rest {
-        let program = Program::new(plan(), rounds);
-        program.rest(from, start()).expect("within reach")
+    pub(in crate::program) fn rest(iterations: Option<u64>, from: u64) -> RemainingProgram {
+        let program = Program::new(plan(), iterations);
+        program.remaining(from, start()).expect("within reach")
     }
 
     #[test]
@@ -339,7 +344,7 @@ pub(super) mod tests {
         plan.tool = Some(Tool::Pen);
         let ratio = words::speed(80.0, 80.0);
         let program = Program::new(plan, Some(3)).with_settings(vec![ratio]);
-        let rest = program.rest(0, start()).expect("within reach");
+        let rest = program.remaining(0, start()).expect("within reach");
         assert_eq!((rest.lead(), rest.offset()), (2, 0));
         let sent: Vec<Set> = rest.commands().collect();
         assert_eq!(sent.len(), 2 + 3 * 3);
@@ -355,9 +360,9 @@ pub(super) mod tests {
         let mut plan = plan();
         plan.push(slow, Origin::NONE);
         plan.push(Action::Wait(1), Origin::NONE);
-        let changes = |rounds, from, settings| -> Vec<Set> {
-            let program = Program::new(plan.clone(), rounds).with_settings(settings);
-            let rest = program.rest(from, start()).expect("within reach");
+        let changes = |iterations, from, settings| -> Vec<Set> {
+            let program = Program::new(plan.clone(), iterations).with_settings(settings);
+            let rest = program.remaining(from, start()).expect("within reach");
             rest.changes().copied().collect()
         };
         assert_eq!(changes(Some(1), 0, vec![fast]), [fast, slow]);
@@ -377,7 +382,7 @@ pub(super) mod tests {
         }
         let setting = vec![words::speed(10.0, 10.0)];
         let program = Program::new(plan, Some(1)).with_settings(setting);
-        let rest = program.rest(0, start()).expect("within reach");
+        let rest = program.remaining(0, start()).expect("within reach");
         let joint_angle = JointAngles::HOME.to_array().map(|angle| angle as f32);
         let pose = Pose {
             x,
@@ -386,15 +391,15 @@ pub(super) mod tests {
             r,
             joint_angle,
         };
-        let mut tally = Tally::new(rest.lead(), false);
-        assert!(!rest.has_moved(&tally, 40, &pose));
+        let mut counter = StepCounter::new(rest.lead(), false);
+        assert!(!rest.has_moved(&counter, 40, &pose));
         // The setting has the index 40.
-        tally.note(3, 42);
-        let moved = [39, 40, 41, 42].map(|index| rest.has_moved(&tally, index, &pose));
+        counter.note(3, 42);
+        let moved = [39, 40, 41, 42].map(|index| rest.has_moved(&counter, index, &pose));
         assert_eq!(moved, [false, false, true, true]);
         let mut away = pose;
         away.joint_angle[1] += 0.1;
-        assert!(rest.has_moved(&tally, 39, &away));
+        assert!(rest.has_moved(&counter, 39, &away));
     }
 
     #[test]
@@ -406,7 +411,7 @@ pub(super) mod tests {
         assert_eq!(rest.commands().count() as u64, lead + 2 + 3);
         let rest = super::tests::rest(Some(2), 4);
         assert_eq!(rest.commands().count() as u64, rest.lead() + 2);
-        let error = Program::new(plan(), Some(2)).rest(6, start());
+        let error = Program::new(plan(), Some(2)).remaining(6, start());
         assert!(error.is_err());
         let forever = super::tests::rest(None, 300);
         assert_eq!(forever.commands().take(1000).count(), 1000);
@@ -422,19 +427,19 @@ pub(super) mod tests {
         };
         plan.push(up(40.0), Origin::NONE);
         plan.push(up(60.0), Origin::NONE);
-        for (rounds, from) in [(1, 0), (1, 2), (3, 0), (3, 11)] {
-            let program = Program::new(plan.clone(), Some(rounds));
+        for (iterations, from) in [(1, 0), (1, 2), (3, 0), (3, 11)] {
+            let program = Program::new(plan.clone(), Some(iterations));
             let down = program.clone().pen_stays_down(true);
             assert_eq!(down.key(), program.key());
             assert_eq!(down.steps(), program.steps().map(|steps| steps - 1));
             let [all, less] = [program, down].map(|program| {
-                let rest = program.rest(from, start()).expect("within reach");
+                let rest = program.remaining(from, start()).expect("within reach");
                 rest.commands().collect::<Vec<Set>>()
             });
             assert_eq!(all.split_last().map(|(_, rest)| rest), Some(&less[..]));
         }
         let endless = Program::new(plan, None).pen_stays_down(true);
-        let rest = endless.rest(0, start()).expect("within reach");
+        let rest = endless.remaining(0, start()).expect("within reach");
         assert_eq!(rest.commands().take(1000).count(), 1000);
         // What does not end with a lift is as it is.
         let program = Program::new(super::tests::plan(), Some(1)).pen_stays_down(true);
@@ -443,19 +448,19 @@ pub(super) mod tests {
 
     #[test]
     fn what_is_left_falls_to_nothing_step_by_step() {
-        for (rounds, from) in [(1, 0), (3, 0), (3, 1), (3, 5), (2, 3)] {
-            let rest = rest(Some(rounds), from);
+        for (iterations, from) in [(1, 0), (3, 0), (3, 1), (3, 5), (2, 3)] {
+            let rest = rest(Some(iterations), from);
             let report = rest.check();
             let table = rest.timetable(&report);
-            let steps = 3 * rounds - from;
+            let steps = 3 * iterations - from;
             let left: Vec<f64> = (0..=steps)
                 .map(|done| table.left(done).expect("known").as_secs_f64())
                 .collect();
             let all = report.time.unwrap().as_secs_f64();
-            assert!(left[0] <= all && left[0] > 0.0, "{rounds} {from}");
+            assert!(left[0] <= all && left[0] > 0.0, "{iterations} {from}");
             assert!(left.windows(2).all(|pair| pair[0] > pair[1]), "{left:?}");
             assert!(left[steps as usize] < 1e-6, "{left:?}");
-            // The wait is the last step of every round.
+            // The wait is the last step of every iteration.
             let last = left[steps as usize - 1] - left[steps as usize];
             assert!((last - 1.0).abs() < 1e-3, "{left:?}");
             assert_eq!(table.left(steps + 10), Some(Duration::ZERO));
@@ -466,16 +471,16 @@ pub(super) mod tests {
 
     #[test]
     fn what_is_left_of_slower_commands_is_known_as_well() {
-        for (rounds, from) in [(1, 0), (3, 4)] {
-            let rest = rest(Some(rounds), from);
+        for (iterations, from) in [(1, 0), (3, 4)] {
+            let rest = rest(Some(iterations), from);
             let table = rest.timetable(&rest.check());
             let same = rest.timetable_with(&table, &[], |command| command);
             let slow = words::speed(5.0, 50.0);
             let slower = rest.timetable_with(&table, &[slow], |command| command);
-            for done in 0..=3 * rounds - from {
+            for done in 0..=3 * iterations - from {
                 let left = |table: &Timetable| table.left(done).expect("known").as_secs_f64();
                 assert!((left(&same) - left(&table)).abs() < 1e-6, "{done}");
-                let moves = done + 1 < 3 * rounds - from;
+                let moves = done + 1 < 3 * iterations - from;
                 assert_eq!(left(&slower) > left(&same) + 0.5, moves, "{done}");
             }
         }

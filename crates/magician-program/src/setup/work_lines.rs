@@ -1,9 +1,9 @@
-//! What a program in its own coordinates draws or burns.
+//! The lines that a program in its own coordinates draws or burns.
 
 use magician_host::{Given, Setting};
 
 use crate::artwork::{circle_through, distance};
-use crate::{Action, Artwork, Plan, Problem, Stroke};
+use crate::{Action, Artwork, Diagnostic, Plan, Stroke};
 
 /// So far above the Z of touching a pen still draws, mm.
 pub(super) const TOUCH: f64 = 0.5;
@@ -13,15 +13,15 @@ const STILL: f64 = 1e-4;
 const PIECE: f64 = 3.0;
 
 /// What it draws, and at which Z.
-pub(super) struct Marks {
+pub(super) struct WorkLines {
     /// The lines, as on a sheet.
     pub(super) artwork: Artwork,
     /// The Z at which the tool touches.
     pub(super) touch: f64,
 }
 
-impl Marks {
-    pub(super) fn of(plan: &Plan, pen_z: Option<f64>) -> Result<Self, Problem> {
+impl WorkLines {
+    pub(super) fn of(plan: &Plan, pen_z: Option<f64>) -> Result<Self, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         // Followed again for each question: a drawing has a million of them, and they are much larger than its points.
         let working = || segments(plan).filter(|segment| !laser || segment.lit);
@@ -32,9 +32,8 @@ impl Marks {
         let Some(lowest) = lowest(true).or(lowest(false)) else {
             let message =
                 "nothing is drawn or burnt in it: it has no size and no middle to be placed by";
-            return Err(
-                Problem::of_file(message).remedy((Setting::Raw, Given::On), "runs it as it stands")
-            );
+            return Err(Diagnostic::of_file(message)
+                .remedy((Setting::Raw, Given::On), "runs it as it stands"));
         };
         let touch = pen_z.unwrap_or(lowest);
         // Where all lines only come down to it, as in reliefs and arcs through Z, they are what it draws.
@@ -63,7 +62,7 @@ impl Marks {
             let message = format!(
                 "nothing is drawn at Z {touch} or below: the lowest Z at which it draws is {lowest}"
             );
-            return Err(Problem::of_file(message).remedy(
+            return Err(Diagnostic::of_file(message).remedy(
                 (Setting::PenZ, Given::Any("Z")),
                 "says at which Z its pen touches",
             ));

@@ -1,6 +1,6 @@
 //! What a plan is for, which decides what its ways leave.
 
-use super::trip::{Leaves, SHADES};
+use super::toolpath::{SHADES, StrokeKind};
 use crate::rehearse::{RehearseOptions, kind_of, tool_of};
 use crate::{Action, Plan, Surface, Tool};
 
@@ -9,7 +9,7 @@ const AT_SURFACE: f64 = 0.05;
 
 /// What a plan is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Work {
+pub(super) enum PlanPurpose {
     /// A pen draws on a surface.
     Draws(Option<Surface>),
     /// A laser burns, wherever it is lit.
@@ -18,7 +18,7 @@ pub(super) enum Work {
     Carries(Option<f64>),
 }
 
-impl Work {
+impl PlanPurpose {
     /// What a plan is for: its tool says so, or else its steps.
     pub(super) fn of(plan: &Plan) -> Self {
         let lowest = |path: bool| {
@@ -40,24 +40,29 @@ impl Work {
     }
 
     /// What a straight way leaves.
-    pub(super) fn leaves(&self, ends: [[f64; 3]; 2], power: Option<f64>, holds: bool) -> Leaves {
+    pub(super) fn leaves(
+        &self,
+        ends: [[f64; 3]; 2],
+        power: Option<f64>,
+        holds: bool,
+    ) -> StrokeKind {
         let power = power.unwrap_or(0.0);
         if power > 0.0 {
             // A conversion of a float saturates.
             let shade = (power / 100.0 * SHADES as f64).ceil() as usize;
-            return Leaves::Burn(shade.clamp(1, SHADES));
+            return StrokeKind::Burn(shade.clamp(1, SHADES));
         }
         match self {
             Self::Draws(Some(surface)) => {
                 let down = |[x, y, z]: [f64; 3]| z <= surface.at([x, y]) + AT_SURFACE;
                 if ends.into_iter().all(down) {
-                    Leaves::Ink
+                    StrokeKind::Ink
                 } else {
-                    Leaves::Nothing
+                    StrokeKind::Nothing
                 }
             }
-            _ if holds => Leaves::Carried,
-            _ => Leaves::Nothing,
+            _ if holds => StrokeKind::Carried,
+            _ => StrokeKind::Nothing,
         }
     }
 

@@ -1,11 +1,11 @@
-//! The tool's way through a plan, sorted by what it leaves.
+//! The tool's path through a plan, sorted by what it leaves.
 
 use magician_host::words::Preflight;
 
-use super::marks::Mark;
+use super::markers::Marker;
+use super::purpose::PlanPurpose;
+use super::tracer::PathTracer;
 use super::track::Track;
-use super::walk::Walk;
-use super::work::Work;
 use crate::{Plan, Report};
 
 /// As coarse a picture may become to stay a picture, mm.
@@ -14,12 +14,12 @@ const COARSEST: f64 = 0.2;
 const MANY: usize = 150_000;
 /// Powers of the laser that are told apart.
 pub(super) const SHADES: usize = 10;
-/// As many complaints are marked.
-pub(super) const MOST_COMPLAINTS: usize = 3;
+/// Refused steps that are marked.
+pub(super) const MOST_REFUSED: usize = 3;
 
 /// What a part of the way leaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Leaves {
+pub(super) enum StrokeKind {
     /// Nothing.
     Nothing,
     /// Nothing, and the tool holds something.
@@ -35,32 +35,32 @@ pub(super) enum Leaves {
 /// Lines that look the same, seen from above and from the side (distance from the base axis and z).
 #[derive(Clone, Debug)]
 pub(super) struct Layer {
-    pub(super) leaves: Leaves,
+    pub(super) leaves: StrokeKind,
     pub(super) above: Track,
     pub(super) side: Track,
 }
 
-/// The way through a plan.
+/// The path of the tool through a plan.
 #[derive(Clone, Debug)]
-pub(super) struct Trip {
+pub(super) struct Toolpath {
     pub(super) layers: Vec<Layer>,
-    pub(super) marks: Vec<Mark>,
+    pub(super) markers: Vec<Marker>,
     /// Where it begins and ends, where that is known.
     pub(super) ends: Option<[[f64; 3]; 2]>,
-    /// Where the first complaints are.
-    pub(super) complaints: Vec<(usize, Option<[f64; 3]>)>,
+    /// Where the first refused steps are.
+    pub(super) refused_steps: Vec<(usize, Option<[f64; 3]>)>,
     /// How long the way is that leaves something, mm, and the other.
     pub(super) drawn: f64,
     pub(super) other: f64,
     /// The least and the greatest corner of what is left.
     pub(super) bounds: Option<[[f64; 2]; 2]>,
     /// What it is for.
-    pub(super) work: Work,
+    pub(super) purpose: PlanPurpose,
     /// Whether it is shown from the side.
     pub(super) has_side: bool,
 }
 
-impl Trip {
+impl Toolpath {
     /// Goes through a plan.
     pub(super) fn through(
         plan: &Plan,
@@ -68,13 +68,13 @@ impl Trip {
         start: &Preflight,
         side: Option<bool>,
     ) -> Self {
-        let mut walk = Walk::from(plan, report, start, side);
-        walk.through(plan);
-        walk.finish(plan.steps.len())
+        let mut tracer = PathTracer::from(plan, report, start, side);
+        tracer.through(plan);
+        tracer.finish(plan.steps.len())
     }
 }
 
-impl Trip {
+impl Toolpath {
     /// Makes it coarser than this, as long as it has too many corners.
     pub(super) fn thin(&mut self, mut tolerance: f64) {
         while self.corners() > MANY && tolerance < COARSEST {
