@@ -31,8 +31,8 @@ pub use burning::{
 };
 pub use error::{Error, ErrorCode, ErrorKind, Result};
 pub use magician_motion::{
-    ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles, Law,
-    Limits, ToolBias, Trajectory,
+    ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,
+    Limits, ToolBias, Trajectory, VelocityProfile,
 };
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,

@@ -6,8 +6,8 @@ use std::hint::black_box;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use magician_motion::{
-    ArmModel, ArmState, CpSegment, Geometry, Jog, JogAxis, LookAhead, Planner, Pose, Rates,
-    ToolBias,
+    ArmModel, ArmState, CpSegment, Geometry, Jog, JogAxis, KinematicLimits, LookAhead, Planner,
+    Pose, ToolBias,
 };
 
 const ARM: Geometry = Geometry::magician(ToolBias::SUCTION);
@@ -84,7 +84,7 @@ fn starts(points: &[[f64; 3]]) -> Vec<ArmState> {
         .collect()
 }
 
-const RATES: Rates = Rates {
+const RATES: KinematicLimits = KinematicLimits {
     velocity: 100.0,
     acceleration: 100.0,
 };

@@ -7,24 +7,24 @@
 
 use crate::Geometry;
 use crate::angle::{DEGREES_PER_RADIAN, sin_cos};
-use crate::joint_leg::JointLeg;
+use crate::joint_segment::JointSegment;
 
 /// How exactly the summit is found, mm.
 const EXACT: f64 = 1e-6;
 /// Spans looked at, at most. A jump needs dozens; more are asked for only by numbers that are no arm's.
 const MOST_SPANS: u32 = 5_000;
 
-/// The greatest height of the tool on a leg, mm, if it is above `ceiling`.
-pub(crate) fn above(leg: &JointLeg, geometry: &Geometry, ceiling: f64) -> Option<f64> {
-    if bound(leg, geometry) <= ceiling {
+/// The greatest height of the tool on a segment, mm, if it is above `ceiling`.
+pub(crate) fn above(segment: &JointSegment, geometry: &Geometry, ceiling: f64) -> Option<f64> {
+    if bound(segment, geometry) <= ceiling {
         return None;
     }
     let search = Search {
-        leg,
+        segment,
         geometry,
-        curvature: curvature(leg, geometry),
+        curvature: curvature(segment, geometry),
     };
-    let (from, to) = (search.at(0.0), search.at(leg.duration()));
+    let (from, to) = (search.at(0.0), search.at(segment.duration()));
     let mut highest = from.height.max(to.height);
     search.raise(&mut highest, from, to, &mut { MOST_SPANS });
     let highest = highest + EXACT;
@@ -32,8 +32,8 @@ pub(crate) fn above(leg: &JointLeg, geometry: &Geometry, ceiling: f64) -> Option
 }
 
 /// A height that the tool does not exceed, known at once: every joint at its best.
-fn bound(leg: &JointLeg, geometry: &Geometry) -> f64 {
-    let (from, to) = (leg.from.joints, leg.to.joints);
+fn bound(segment: &JointSegment, geometry: &Geometry) -> f64 {
+    let (from, to) = (segment.from.joints, segment.to.joints);
     let within = |angle: f64, a: f64, b: f64| a.min(b) <= angle && angle <= a.max(b);
     let cos = if within(0.0, from.j2, to.j2) {
         1.0
@@ -45,9 +45,9 @@ fn bound(leg: &JointLeg, geometry: &Geometry) -> f64 {
 }
 
 /// A bound of the height's second derivative, mm/s2.
-fn curvature(leg: &JointLeg, geometry: &Geometry) -> f64 {
-    let [_, rear, fore, _] = &leg.axes;
-    let swing = |length: f64, axis: &crate::joint_leg::Axis| {
+fn curvature(segment: &JointSegment, geometry: &Geometry) -> f64 {
+    let [_, rear, fore, _] = &segment.axes;
+    let swing = |length: f64, axis: &crate::joint_segment::Axis| {
         let (velocity, acceleration) = axis.extremes();
         let turning = velocity / DEGREES_PER_RADIAN;
         length * (turning * turning + acceleration / DEGREES_PER_RADIAN)
@@ -62,14 +62,14 @@ struct Point {
 }
 
 struct Search<'a> {
-    leg: &'a JointLeg,
+    segment: &'a JointSegment,
     geometry: &'a Geometry,
     curvature: f64,
 }
 
 impl Search<'_> {
     fn at(&self, t: f64) -> Point {
-        let joints = self.leg.joints_at(t);
+        let joints = self.segment.joints_at(t);
         let (_, cos) = sin_cos(joints.j2);
         let (sin, _) = sin_cos(joints.j3);
         let Geometry {

@@ -5,7 +5,7 @@
 //! centre, which may be far away, is never asked for.
 
 use crate::angle::{DEGREES_PER_RADIAN, atan2, sin_cos};
-use crate::leg::SHORTEST_MOVE;
+use crate::move_segment::SHORTEST_MOVE;
 use crate::roots::quadratic;
 use crate::{MotionError, Pose, Unreachable};
 

@@ -1,8 +1,8 @@
 //! From three points to a trajectory round an arc (model section 9).
 
 use crate::arc::Arc;
-use crate::arc_leg::ArcLeg;
-use crate::leg::Leg;
+use crate::arc_segment::ArcSegment;
+use crate::move_segment::MoveSegment;
 use crate::{ArmState, MotionError, Plan, Planner, Pose, Trajectory, Unreachable};
 
 impl Planner {
@@ -10,8 +10,8 @@ impl Planner {
     /// and in the sense that `via` fixes, less than once round (model section 9).
     ///
     /// The way round the arc keeps the linear speeds of [`speeds`](Self::speeds), into which the caller puts the set
-    /// for arcs. Meanwhile r goes straight from its present value to `to.r` by the rotation speeds, each law
-    /// stretched to the longer one; `via.r` is ignored. The law bounds velocity and acceleration along the arc and
+    /// for arcs. Meanwhile r goes straight from its present value to `to.r` by the rotation speeds, each profile
+    /// stretched to the longer one; `via.r` is ignored. The profile bounds velocity and acceleration along the arc and
     /// not the acceleration towards its centre, as the arm's own.
     ///
     /// `to` must be within reach and limits, and `via` too, but for J4. An arc that leaves them on the way ends there,
@@ -75,15 +75,15 @@ impl Planner {
         way: f64,
     ) -> Result<Plan, MotionError> {
         from.check_invertible(&self.geometry)?;
-        let [along, turning] = self.tool_laws(way, to.pose.r - from.pose.r)?;
-        let leg = Leg::Arc(ArcLeg {
+        let [along, turning] = self.tool_profiles(way, to.pose.r - from.pose.r)?;
+        let segment = MoveSegment::Arc(ArcSegment {
             from: *from,
             to: *to,
             arc,
             along,
             turning,
         });
-        let trajectory = Trajectory::of_legs(&self.geometry, from, [leg]);
+        let trajectory = Trajectory::of_segments(&self.geometry, from, [segment]);
         Ok(Plan::within(trajectory, &self.limits))
     }
 }

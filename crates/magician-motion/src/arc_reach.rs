@@ -13,8 +13,8 @@
 use crate::angle::sin_cos;
 use crate::arc::{Arc, Place};
 use crate::boundary::{Circle, SPATIAL};
-use crate::roots::between;
-use crate::wrist::Span;
+use crate::roots::bisect;
+use crate::wrist::Interval;
 use crate::{Bound, Geometry, Limits};
 
 /// A boundary nearer than this counts as touched, in the unit of the functions, mm2: far above rounding errors, and on
@@ -40,7 +40,7 @@ pub(crate) struct Outline {
     /// Its root: how far the tool is out in the vertical plane.
     out: [f64; 3],
     /// Between which values that is on all of the span.
-    out_range: Span,
+    out_range: Interval,
     /// Bounds of the first three derivatives of `out`, infinite where the root may vanish.
     out_rates: [f64; 3],
     /// The height of the wrist.
@@ -85,7 +85,7 @@ impl Outline {
             far,
             square: [whole - across, 2.0 * slope, 2.0 * bend],
             out: [root, root_rate, (bend - root_rate * root_rate) / root],
-            out_range: Span(nearest_out, libm::sqrt((far * far - across).max(0.0))),
+            out_range: Interval(nearest_out, libm::sqrt((far * far - across).max(0.0))),
             out_rates,
             up: [z + geometry.tool.z, dz, ddz],
             ball,
@@ -94,7 +94,7 @@ impl Outline {
 
     /// Bounds of the rate of J1 by the way on the span, rad/mm, if the tool keeps clear of the base axis; `place` is
     /// the middle.
-    pub(crate) fn turning(&self, place: &Place, across: f64) -> Option<Span> {
+    pub(crate) fn turning(&self, place: &Place, across: f64) -> Option<Interval> {
         let [x, y, _] = place.at;
         let [dx, dy, _] = place.along;
         let [_, out_rate, _] = self.out;
@@ -104,8 +104,8 @@ impl Outline {
         }
         let swept = x * dy - y * dx + across * out_rate;
         let change = (self.far * self.curvature + libm::fabs(across) * second) * self.half;
-        let swept = Span(swept - change, swept + change);
-        Some(swept.over_positive(&Span(self.near * self.near, self.far * self.far)))
+        let swept = Interval(swept - change, swept + change);
+        Some(swept.over_positive(&Interval(self.near * self.near, self.far * self.far)))
     }
 }
 
@@ -119,7 +119,7 @@ enum Surface {
 }
 
 /// What a span is known to hold of a surface.
-enum Verdict {
+enum SurfaceCheck {
     Clear,
     Monotone,
     Open,
@@ -136,7 +136,7 @@ impl Surface {
                 let ([out, out1, out2], [up, up1, up2]) = (outline.out, outline.up);
                 let [most1, most2, most3] = outline.out_rates;
                 let (aside, above) = (out - circle.outwards, up - circle.up);
-                let Span(least_out, most_out) = outline.out_range;
+                let Interval(least_out, most_out) = outline.out_range;
                 let most_aside = libm::fabs(least_out - circle.outwards)
                     .max(libm::fabs(most_out - circle.outwards));
                 let most_above = libm::fabs(above) + outline.ball;
@@ -165,18 +165,18 @@ impl Surface {
         value
     }
 
-    fn verdict(&self, outline: &Outline) -> Verdict {
+    fn check(&self, outline: &Outline) -> SurfaceCheck {
         let half = outline.half;
         let [value, slope, second, third] = self.taylor(outline);
         let bulge = half * half * (0.5 * libm::fabs(second) + half * third / 6.0);
         let change = half * libm::fabs(slope) + bulge;
         let size = libm::fabs(value);
         if size - change > TOUCH || size + change <= TOUCH {
-            Verdict::Clear
+            SurfaceCheck::Clear
         } else if libm::fabs(slope) > half * (libm::fabs(second) + 0.5 * half * third) {
-            Verdict::Monotone
+            SurfaceCheck::Monotone
         } else {
-            Verdict::Open
+            SurfaceCheck::Open
         }
     }
 }
@@ -275,10 +275,10 @@ impl<R: FnMut(f64)> Search<'_, R> {
             if pending & bit == 0 || nowhere {
                 continue;
             }
-            match surface.verdict(&outline) {
-                Verdict::Clear => {}
-                Verdict::Monotone => monotone |= bit,
-                Verdict::Open => open |= bit,
+            match surface.check(&outline) {
+                SurfaceCheck::Clear => {}
+                SurfaceCheck::Monotone => monotone |= bit,
+                SurfaceCheck::Open => open |= bit,
             }
         }
         let middle = 0.5 * (from + to);
@@ -319,7 +319,7 @@ impl<R: FnMut(f64)> Search<'_, R> {
                 continue;
             }
             let at = if (a > 0.0) != (b > 0.0) {
-                between(from, to, |way| surface.value(&self.outline(way, way)))
+                bisect(from, to, |way| surface.value(&self.outline(way, way)))
             } else if side(a) == 0 {
                 from
             } else {

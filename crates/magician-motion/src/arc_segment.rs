@@ -3,22 +3,22 @@
 use crate::angle::atan2;
 use crate::arc::Arc;
 use crate::arc_reach::{Outline, spatial_cuts};
-use crate::profile::Profile;
 use crate::tool_path::ToolPath;
-use crate::wrist::Span;
+use crate::trapezoid::Trapezoid;
+use crate::wrist::Interval;
 use crate::{ArmState, Geometry, Limits, Pose};
 
 /// The tool along a circular arc, perhaps several times round, r alongside.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ArcLeg {
+pub(crate) struct ArcSegment {
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
     pub(crate) arc: Arc,
-    pub(crate) along: Profile,
-    pub(crate) turning: Profile,
+    pub(crate) along: Trapezoid,
+    pub(crate) turning: Trapezoid,
 }
 
-impl ArcLeg {
+impl ArcSegment {
     fn turn_sign(&self) -> f64 {
         libm::copysign(1.0, self.to.pose.r - self.from.pose.r)
     }
@@ -47,7 +47,7 @@ impl ArcLeg {
 
     /// Bounds of J1 on the whole path: the tool keeps within a ball round the middle of it, and the ball within an
     /// angle as seen from the base axis.
-    fn j1_bounds(&self, geometry: &Geometry) -> Option<Span> {
+    fn j1_bounds(&self, geometry: &Geometry) -> Option<Interval> {
         let way = 0.5 * self.lap();
         let [x, y, _] = self.arc.place(way).at;
         let (ball, distance) = (self.arc.widest(way), libm::sqrt(x * x + y * y));
@@ -64,15 +64,15 @@ impl ArcLeg {
             )
         };
         let cone = angle(ball, distance);
-        let bias = Span::over(angle(across, near), angle(across, distance + ball));
+        let bias = Interval::over(angle(across, near), angle(across, distance + ball));
         let heading = atan2(y, x);
-        let j1 = Span(heading - cone - bias.1, heading + cone - bias.0);
+        let j1 = Interval(heading - cone - bias.1, heading + cone - bias.0);
         // Further round the azimuth may jump by a turn.
         (libm::fabs(heading) + cone < 180.0).then_some(j1)
     }
 }
 
-impl ToolPath for ArcLeg {
+impl ToolPath for ArcSegment {
     fn start(&self) -> &ArmState {
         &self.from
     }
@@ -125,8 +125,8 @@ impl ToolPath for ArcLeg {
         let Some(turning) = outline.turning(&place, geometry.tool.y) else {
             return (f64::NEG_INFINITY, f64::INFINITY);
         };
-        let speed = Span::over(self.along.velocity(a), self.along.velocity(b));
-        let r = Span::over(self.turn_rate(a), self.turn_rate(b));
-        Span::j4(&r, &turning.times(&speed))
+        let speed = Interval::over(self.along.velocity(a), self.along.velocity(b));
+        let r = Interval::over(self.turn_rate(a), self.turn_rate(b));
+        Interval::j4(&r, &turning.times(&speed))
     }
 }

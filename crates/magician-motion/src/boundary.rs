@@ -8,7 +8,7 @@
 //! sampled, and no root can be missed.
 
 use crate::angle::sin_cos;
-use crate::roots::{between, quadratic};
+use crate::roots::{bisect, quadratic};
 use crate::{Bound, Geometry, Limits, Pose};
 
 /// A boundary of the workspace in the arm's vertical plane, its centre given from the shoulder.
@@ -205,7 +205,7 @@ impl Cut {
     fn piece_roots(&self, from: Point, to: Point, report: &mut impl FnMut(f64)) {
         let value = |at| self.point(at).value;
         if (from.value > 0.0) != (to.value > 0.0) {
-            report(between(from.at, to.at, value));
+            report(bisect(from.at, to.at, value));
             return;
         }
         // Only a hollow (a hill, if both values are negative) can hold two roots, and only one that dips below the
@@ -220,10 +220,10 @@ impl Cut {
         if a + falling * (meet - from.at) > 0.0 {
             return;
         }
-        let bottom = between(from.at, to.at, |at| self.point(at).slope);
+        let bottom = bisect(from.at, to.at, |at| self.point(at).slope);
         if side * value(bottom) <= 0.0 {
-            report(between(from.at, bottom, value));
-            report(between(bottom, to.at, value));
+            report(bisect(from.at, bottom, value));
+            report(bisect(bottom, to.at, value));
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Jogging: one axis at a time, until told to stop or a limit does (model section 10).
 
-use crate::joint_leg::{Axis, JointLeg};
-use crate::law::Law;
-use crate::leg::Leg;
-use crate::line_leg::LineLeg;
-use crate::profile::{Profile, Rates};
+use crate::joint_segment::{Axis, JointSegment};
+use crate::line_segment::LineSegment;
+use crate::move_segment::MoveSegment;
+use crate::trapezoid::{KinematicLimits, Trapezoid};
+use crate::velocity_profile::VelocityProfile;
 use crate::{
     ArmState, Ceilings, Crossing, MotionError, Plan, Planner, Pose, Range, SpeedQuantity, Speeds,
     Trajectory,
@@ -120,7 +120,7 @@ impl Speeds {
     /// # Errors
     ///
     /// [`MotionError::Speed`] for a value that is NaN, zero or negative.
-    pub fn jog(&self, axis: JogAxis, ceilings: &Ceilings) -> Result<Rates, MotionError> {
+    pub fn jog(&self, axis: JogAxis, ceilings: &Ceilings) -> Result<KinematicLimits, MotionError> {
         match axis.joint() {
             Some(_) if axis == JogAxis::R => self.rotation(ceilings),
             Some(joint) => self.joint(joint, ceilings),
@@ -131,7 +131,7 @@ impl Speeds {
 
 impl Ceilings {
     /// These rates of a jog, each up to its ceiling.
-    fn jog(&self, axis: JogAxis, rates: Rates) -> Result<Rates, MotionError> {
+    fn jog(&self, axis: JogAxis, rates: KinematicLimits) -> Result<KinematicLimits, MotionError> {
         match axis.joint() {
             Some(_) if axis == JogAxis::R => self.rotation(rates),
             Some(joint) => self.joint(joint, rates),
@@ -156,7 +156,7 @@ impl Planner {
         &self,
         from: &ArmState,
         jog: Jog,
-        rates: Rates,
+        rates: KinematicLimits,
         entry: f64,
     ) -> Result<Plan, MotionError> {
         let rates = self.ceilings.jog(jog.axis, rates)?;
@@ -172,18 +172,18 @@ impl Planner {
         let sign = if jog.positive { 1.0 } else { -1.0 };
         let forwards = sign * entry;
         let braking = (forwards < 0.0).then(|| {
-            let law = Law::stopping(-forwards, rates.acceleration);
-            self.jog_leg(from, jog.axis, -sign, law)
+            let law = VelocityProfile::stopping(-forwards, rates.acceleration);
+            self.jog_segment(from, jog.axis, -sign, law)
         });
-        let start = braking.map_or(*from, |leg| leg.end());
+        let start = braking.map_or(*from, |segment| segment.end());
         let forwards = forwards.max(0.0);
         // A jog that is too fast slows down first, and must not be made to do so by the end of the way.
         let slowing = 0.5 * forwards * forwards / rates.acceleration;
         let length = self.way(&start, jog.axis, sign) + slowing;
-        let law = Law::between(length, forwards, rates.velocity, &rates);
-        let running = self.jog_leg(&start, jog.axis, sign, law);
-        let legs = braking.into_iter().chain([running]);
-        let whole = Trajectory::of_legs(&self.geometry, from, legs);
+        let law = VelocityProfile::between(length, forwards, rates.velocity, &rates);
+        let running = self.jog_segment(&start, jog.axis, sign, law);
+        let segments = braking.into_iter().chain([running]);
+        let whole = Trajectory::of_segments(&self.geometry, from, segments);
         let plan = Plan::within(whole, &self.limits);
         Ok(match plan.crossing {
             Some(crossing) if entry == 0.0 && crossing.progress * length < AT_LIMIT => Plan {
@@ -209,16 +209,16 @@ impl Planner {
             ..*self
         };
         let trajectory = match jog.under_way(at_us) {
-            Some((leg, t)) if deceleration > 0.0 => match leg {
-                Leg::Joints(leg) => {
-                    let axes = leg
+            Some((segment, t)) if deceleration > 0.0 => match segment {
+                MoveSegment::Joints(segment) => {
+                    let axes = segment
                         .axes
                         .map(|axis| stopping(axis.velocity(t), deceleration));
-                    let leg = JointLeg::following(&own.geometry, &from, axes);
-                    Trajectory::of_legs(&own.geometry, &from, [Leg::Joints(leg)])
+                    let segment = JointSegment::following(&own.geometry, &from, axes);
+                    Trajectory::of_segments(&own.geometry, &from, [MoveSegment::Joints(segment)])
                 }
-                Leg::Line(leg) if leg.turning.length() == 0.0 => {
-                    let rate = leg.tool_rate_at(t);
+                MoveSegment::Line(segment) if segment.turning.length() == 0.0 => {
+                    let rate = segment.tool_rate_at(t);
                     own.line_stop(&from, &rate, deceleration)
                 }
                 _ => jog.braked(at_us, [deceleration; 3]),
@@ -233,7 +233,7 @@ impl Planner {
             r: rate.r,
             ..Pose::default()
         });
-        let law = Law::stopping(speed, deceleration);
+        let law = VelocityProfile::stopping(speed, deceleration);
         if law.length() <= 0.0 {
             return Trajectory::at_rest(&self.geometry, from);
         }
@@ -244,30 +244,36 @@ impl Planner {
             z: along(from.pose.z, rate.z),
             r: from.pose.r,
         };
-        let leg = self.straight(from, to, law);
-        Trajectory::of_legs(&self.geometry, from, [leg])
+        let segment = self.straight(from, to, law);
+        Trajectory::of_segments(&self.geometry, from, [segment])
     }
 
-    fn jog_leg(&self, from: &ArmState, axis: JogAxis, sign: f64, law: Law) -> Leg {
+    fn jog_segment(
+        &self,
+        from: &ArmState,
+        axis: JogAxis,
+        sign: f64,
+        law: VelocityProfile,
+    ) -> MoveSegment {
         let Some(joint) = axis.joint() else {
             let to = axis.moved(&from.pose, sign * law.length());
             return self.straight(from, to, law);
         };
-        let mut axes = [Axis::Travelling(1.0, Profile::default()); 4];
+        let mut axes = [Axis::Travelling(1.0, Trapezoid::default()); 4];
         if let Some(moving) = axes.get_mut(joint) {
             *moving = Axis::Running(sign, law);
         }
-        Leg::Joints(JointLeg::following(&self.geometry, from, axes))
+        MoveSegment::Joints(JointSegment::following(&self.geometry, from, axes))
     }
 
     /// A line that may lead out of reach: where it does, it is cut.
-    fn straight(&self, from: &ArmState, to: Pose, along: Law) -> Leg {
+    fn straight(&self, from: &ArmState, to: Pose, along: VelocityProfile) -> MoveSegment {
         let joints = self.geometry.inverse(&to).unwrap_or(from.joints);
-        Leg::Line(LineLeg {
+        MoveSegment::Line(LineSegment {
             from: *from,
             to: ArmState { joints, pose: to },
             along,
-            turning: Profile::default(),
+            turning: Trapezoid::default(),
         })
     }
 
@@ -298,7 +304,7 @@ impl Planner {
 }
 
 fn stopping(velocity: f64, deceleration: f64) -> Axis {
-    let law = Law::stopping(libm::fabs(velocity), deceleration);
+    let law = VelocityProfile::stopping(libm::fabs(velocity), deceleration);
     Axis::Running(libm::copysign(1.0, velocity), law)
 }
 
@@ -323,7 +329,7 @@ impl Trajectory {
     #[must_use]
     pub fn tool_velocity(&self, t_us: u64) -> Pose {
         match self.under_way(t_us) {
-            Some((leg, t)) => leg.tool_rate(self.geometry(), t),
+            Some((segment, t)) => segment.tool_rate(self.geometry(), t),
             None => Pose::default(),
         }
     }

@@ -1,28 +1,28 @@
-//! The joints of a motion: each by a law of its own.
+//! The joints of a motion: each by a profile of its own.
 
 use crate::crossing::{Moments, first_violation};
-use crate::law::Law;
-use crate::profile::{Braking, Profile};
 use crate::roots::quadratic;
+use crate::trapezoid::{Braking, Trapezoid};
+use crate::velocity_profile::VelocityProfile;
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError};
 
-/// Every joint by a law of its own.
+/// Every joint by a profile of its own.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct JointLeg {
+pub(crate) struct JointSegment {
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
     pub(crate) axes: [Axis; 4],
 }
 
-/// The law of one joint: how far it has gone from where it started.
+/// The profile of one joint: how far it has gone from where it started.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Axis {
     /// From rest to rest, forwards (1) or backwards (-1).
-    Travelling(f64, Profile),
+    Travelling(f64, Trapezoid),
     /// From speed to rest.
     Braking(Braking),
     /// From any speed to any other, forwards (1) or backwards (-1).
-    Running(f64, Law),
+    Running(f64, VelocityProfile),
 }
 
 impl Axis {
@@ -85,16 +85,16 @@ impl Axis {
     }
 }
 
-impl JointLeg {
-    /// The leg on which every joint goes by its own law, wherever that leads.
+impl JointSegment {
+    /// The segment on which every joint goes by its own profile, wherever that leads.
     pub(crate) fn following(geometry: &Geometry, from: &ArmState, axes: [Axis; 4]) -> Self {
-        let mut leg = Self {
+        let mut segment = Self {
             from: *from,
             to: *from,
             axes,
         };
-        leg.to = ArmState::at_joints(geometry, &leg.joints_at(leg.duration()));
-        leg
+        segment.to = ArmState::at_joints(geometry, &segment.joints_at(segment.duration()));
+        segment
     }
 
     pub(crate) fn joints_at(&self, t: f64) -> JointAngles {
@@ -133,7 +133,7 @@ impl JointLeg {
         })
     }
 
-    /// Whether both ends, and with them everything between, are within limits. The joints move each by its own law, so
+    /// Whether both ends, and with them everything between, are within limits. The joints move each by its own profile, so
     /// the coupled bound is safe only if no pairing of J2 and J3 on the way violates it.
     fn stays_within(&self, limits: &Limits) -> bool {
         let (from, to) = (self.from.joints, self.to.joints);
@@ -143,7 +143,7 @@ impl JointLeg {
             .all(|joints| limits.violations(joints).next().is_none())
     }
 
-    /// The moments at which the bound's angle is `angle`: between corners of the laws it is a quadratic of time.
+    /// The moments at which the bound's angle is `angle`: between corners of the profiles it is a quadratic of time.
     fn passings(&self, bound: Bound, angle: f64, moments: &mut Moments) {
         let [j1, j2, j3, j4] = &self.axes;
         let (axis, other) = match bound {
@@ -203,9 +203,9 @@ impl JointLeg {
     }
 }
 
-impl JointLeg {
+impl JointSegment {
     /// The joint that goes furthest, and how far.
-    pub(crate) fn governing(&self) -> (Axis, f64) {
+    pub(crate) fn dominant_axis(&self) -> (Axis, f64) {
         let [first, ..] = self.axes;
         let sweep = |axis: &Axis| libm::fabs(axis.offset(axis.duration()));
         self.axes

@@ -1,4 +1,4 @@
-//! Kinematics, limits, paths and speed laws of the Dobot Magician arm.
+//! Kinematics, limits, paths and velocity profiles of the Dobot Magician arm.
 //!
 //! Pure mathematics: no clock, no input or output, no allocation, and the same results on every platform. Lengths
 //! are mm, angles degrees, times seconds, and in trajectories whole microseconds. The model whose sections are cited is
@@ -23,35 +23,35 @@
 mod angle;
 mod apex;
 mod arc;
-mod arc_leg;
 mod arc_plan;
 mod arc_reach;
+mod arc_segment;
 mod boundary;
 mod crossing;
 mod error;
 mod fence;
 mod geometry;
 mod jog;
-mod joint_leg;
+mod joint_segment;
 mod jump;
 mod kinematics;
-mod lasting;
-mod law;
-mod leg;
 mod limits;
-mod line_leg;
+mod line_segment;
 mod look_ahead;
+mod min_duration;
 mod model;
+mod move_segment;
+mod path_segment;
 mod planner;
-mod profile;
 mod roots;
 mod segment;
-mod segment_leg;
 mod speeds;
 mod state;
 mod tool_path;
 mod top_view;
 mod trajectory;
+mod trapezoid;
+mod velocity_profile;
 mod wrist;
 
 pub use error::{MotionError, SpeedQuantity, Unreachable};
@@ -60,16 +60,16 @@ pub use geometry::{FOREARM, Geometry, ParseToolError, REAR_ARM, ToolBias};
 pub use jog::{Jog, JogAxis};
 pub use jump::{JumpHeights, Transfer};
 pub use kinematics::{JointAngles, Pose};
-pub use law::Law;
 pub use limits::{Bound, LIMIT_TOLERANCE, Limits, Range};
 pub use look_ahead::{CpSegment, CpSpeeds, LookAhead};
 pub use model::{ArmModel, Ceilings, Homing, PowerUp};
 pub use planner::{Crossing, Move, MoveKind, Plan, Planner, Target};
-pub use profile::{Braking, Profile, Rates};
 pub use speeds::Speeds;
 pub use state::ArmState;
 pub use top_view::TopView;
 pub use trajectory::Trajectory;
+pub use trapezoid::{Braking, KinematicLimits, Trapezoid};
+pub use velocity_profile::VelocityProfile;
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

@@ -1,22 +1,22 @@
 //! The tool of a motion on a straight line, r alongside.
 
 use crate::boundary::{Section, spatial_cuts};
-use crate::law::Law;
-use crate::profile::Profile;
 use crate::tool_path::ToolPath;
-use crate::wrist::Span;
+use crate::trapezoid::Trapezoid;
+use crate::velocity_profile::VelocityProfile;
+use crate::wrist::Interval;
 use crate::{ArmState, Geometry, Limits, Pose};
 
 /// The tool along a straight line, r alongside.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LineLeg {
+pub(crate) struct LineSegment {
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
-    pub(crate) along: Law,
-    pub(crate) turning: Profile,
+    pub(crate) along: VelocityProfile,
+    pub(crate) turning: Trapezoid,
 }
 
-impl LineLeg {
+impl LineSegment {
     /// The share of the way covered after `t` seconds.
     pub(crate) fn share(&self, t: f64) -> f64 {
         if self.along.length() > 0.0 {
@@ -60,7 +60,7 @@ impl LineLeg {
     }
 }
 
-impl ToolPath for LineLeg {
+impl ToolPath for LineSegment {
     fn start(&self) -> &ArmState {
         &self.from
     }
@@ -105,7 +105,7 @@ impl ToolPath for LineLeg {
         (Some(above), Some(below))
     }
 
-    /// The moments at which something of the leg ceases to be monotone.
+    /// The moments at which something of the segment ceases to be monotone.
     fn corners(&self, geometry: &Geometry) -> [f64; 5] {
         let [a, b] = self.along.corners();
         let [c, d] = self.turning.corners();
@@ -116,21 +116,21 @@ impl ToolPath for LineLeg {
     /// The square of the radius and its slope are monotone as well, so that the values at both ends enclose them.
     fn j4_rates(&self, geometry: &Geometry, a: f64, b: f64) -> (f64, f64) {
         let section = self.section(geometry);
-        let ends = |function: &dyn Fn(f64) -> f64| Span::over(function(a), function(b));
+        let ends = |function: &dyn Fn(f64) -> f64| Interval::over(function(a), function(b));
         let square = ends(&|t| section.square(self.share(t)).0.max(0.0));
         let slope = ends(&|t| section.square(self.share(t)).1);
         let across = geometry.tool.y;
         let turning = if across == 0.0 {
-            Span::over(section.swept(), section.swept())
+            Interval::over(section.swept(), section.swept())
         } else {
             slope
-                .times(&Span::over(0.5 * across, 0.5 * across))
-                .over_positive(&Span(libm::sqrt(square.0), libm::sqrt(square.1)))
+                .times(&Interval::over(0.5 * across, 0.5 * across))
+                .over_positive(&Interval(libm::sqrt(square.0), libm::sqrt(square.1)))
                 .plus(section.swept())
         };
         let j1 = turning
             .over_positive(&square.plus(across * across))
             .times(&ends(&|t| self.share_rate(t)));
-        Span::j4(&ends(&|t| self.turn_rate(t)), &j1)
+        Interval::j4(&ends(&|t| self.turn_rate(t)), &j1)
     }
 }

@@ -5,11 +5,11 @@
 //! least, over everything ahead, of the square allowed there plus twice the acceleration times the way to it. So one
 //! pass forwards finds it without a root, and ends where the way is long enough for whatever comes.
 
-use crate::law::Law;
-use crate::leg::SHORTEST_MOVE;
-use crate::profile::Rates;
+use crate::move_segment::SHORTEST_MOVE;
 use crate::speeds::positive;
 use crate::trajectory::microseconds;
+use crate::trapezoid::KinematicLimits;
+use crate::velocity_profile::VelocityProfile;
 use crate::{ArmModel, Ceilings, MotionError, SpeedQuantity};
 
 /// The settings of a continuous path.
@@ -79,7 +79,7 @@ impl CpSegment {
 /// The speeds of a continuous path, given the segments that are known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookAhead {
-    rates: Rates,
+    rates: KinematicLimits,
     cruise_squared: f64,
     /// Twice the acceleration, mm/s2.
     braking: f64,
@@ -96,7 +96,7 @@ impl LookAhead {
     ///
     /// [`MotionError::Speed`] for a setting that is NaN, zero or negative.
     pub fn new(speeds: &CpSpeeds, ceilings: &Ceilings) -> Result<Self, MotionError> {
-        let rates = ceilings.linear(Rates {
+        let rates = ceilings.linear(KinematicLimits {
             velocity: speeds.junction_velocity,
             acceleration: speeds.plan_acceleration,
         })?;
@@ -118,12 +118,12 @@ impl LookAhead {
 
     /// The fastest that a segment itself may be travelled: what to plan it with.
     #[must_use]
-    pub fn rates(&self, segment: &CpSegment) -> Rates {
+    pub fn rates(&self, segment: &CpSegment) -> KinematicLimits {
         let velocity = match self.clock {
             Some(clock) => self.rates.velocity.min(segment.length * clock),
             None => self.rates.velocity,
         };
-        Rates {
+        KinematicLimits {
             velocity,
             ..self.rates
         }
@@ -189,7 +189,8 @@ impl LookAhead {
                 return 0;
             }
             let exit = libm::sqrt(*exit);
-            let law = Law::between(segment.length, speed, exit, &look_ahead.rates(segment));
+            let law =
+                VelocityProfile::between(segment.length, speed, exit, &look_ahead.rates(segment));
             speed = law.exit();
             microseconds(law.duration())
         })

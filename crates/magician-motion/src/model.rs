@@ -1,7 +1,8 @@
 //! The numbers of one firmware: its measures, limits, ceilings, homing, and what it knows at power-up.
 
 use crate::{
-    CpSpeeds, Geometry, JointAngles, JumpHeights, Limits, Planner, Range, Rates, Speeds, ToolBias,
+    CpSpeeds, Geometry, JointAngles, JumpHeights, KinematicLimits, Limits, Planner, Range, Speeds,
+    ToolBias,
 };
 
 /// The numbers by which one firmware plans motions. Simulator, check and reach take the same value.
@@ -84,9 +85,9 @@ pub struct PowerUp {
     /// Heights of jumps.
     pub jump: JumpHeights,
     /// Speed on the sliding rail, mm/s and mm/s2.
-    pub rail: Rates,
+    pub rail: KinematicLimits,
     /// Speed of jogging on the rail, mm/s and mm/s2.
-    pub rail_jog: Rates,
+    pub rail_jog: KinematicLimits,
 }
 
 impl ArmModel {
@@ -164,11 +165,11 @@ impl ArmModel {
                 whole_periods: false,
             },
             jump: JumpHeights::even(20.0, 100.0),
-            rail: Rates {
+            rail: KinematicLimits {
                 velocity: 100.0,
                 acceleration: 100.0,
             },
-            rail_jog: Rates {
+            rail_jog: KinematicLimits {
                 velocity: 100.0,
                 acceleration: 100.0,
             },

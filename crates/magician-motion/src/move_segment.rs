@@ -1,41 +1,41 @@
-//! One stretch of a motion: geometry and speed law together.
+//! One stretch of a motion: geometry and velocity profile together.
 
-use crate::arc_leg::ArcLeg;
-use crate::joint_leg::{Axis, JointLeg};
-use crate::line_leg::LineLeg;
-use crate::segment_leg::SegmentLeg;
+use crate::arc_segment::ArcSegment;
+use crate::joint_segment::{Axis, JointSegment};
+use crate::line_segment::LineSegment;
+use crate::path_segment::PathSegment;
 use crate::tool_path::ToolPath;
 use crate::{ArmState, Geometry, Limits, MotionError, Pose, apex};
 
-/// What a leg is made of.
+/// What a segment is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Leg {
-    /// Every joint by a law of its own.
-    Joints(JointLeg),
+pub(crate) enum MoveSegment {
+    /// Every joint by a profile of its own.
+    Joints(JointSegment),
     /// The tool along a straight line, r alongside.
-    Line(LineLeg),
+    Line(LineSegment),
     /// The tool along a circular arc, r alongside.
-    Arc(ArcLeg),
+    Arc(ArcSegment),
     /// The tool along a segment of a continuous path, joint 4 at rest.
-    Segment(SegmentLeg),
+    Segment(PathSegment),
 }
 
-impl Leg {
+impl MoveSegment {
     pub(crate) fn duration(&self) -> f64 {
         match self {
-            Self::Joints(leg) => leg.duration(),
-            Self::Line(leg) => leg.along.duration(),
-            Self::Arc(leg) => leg.along.duration(),
-            Self::Segment(leg) => leg.along.duration(),
+            Self::Joints(segment) => segment.duration(),
+            Self::Line(segment) => segment.along.duration(),
+            Self::Arc(segment) => segment.along.duration(),
+            Self::Segment(segment) => segment.along.duration(),
         }
     }
 
     pub(crate) fn end(&self) -> ArmState {
         match self {
-            Self::Joints(leg) => leg.to,
-            Self::Line(leg) => leg.to,
-            Self::Arc(leg) => leg.to,
-            Self::Segment(leg) => leg.to,
+            Self::Joints(segment) => segment.to,
+            Self::Line(segment) => segment.to,
+            Self::Arc(segment) => segment.to,
+            Self::Segment(segment) => segment.to,
         }
     }
 
@@ -45,14 +45,14 @@ impl Leg {
             return self.end();
         }
         match self {
-            Self::Joints(leg) if t <= 0.0 => leg.from,
-            Self::Line(leg) if t <= 0.0 => leg.from,
-            Self::Arc(leg) if t <= 0.0 => leg.from,
-            Self::Joints(leg) => ArmState::at_joints(geometry, &leg.joints_at(t)),
-            Self::Line(leg) => leg.state_at(geometry, t),
-            Self::Arc(leg) => leg.state_at(geometry, t),
+            Self::Joints(segment) if t <= 0.0 => segment.from,
+            Self::Line(segment) if t <= 0.0 => segment.from,
+            Self::Arc(segment) if t <= 0.0 => segment.from,
+            Self::Joints(segment) => ArmState::at_joints(geometry, &segment.joints_at(t)),
+            Self::Line(segment) => segment.state_at(geometry, t),
+            Self::Arc(segment) => segment.state_at(geometry, t),
             // It may begin in the middle of its segment, and knows where.
-            Self::Segment(leg) => leg.state_at(geometry, t),
+            Self::Segment(segment) => segment.state_at(geometry, t),
         }
     }
 
@@ -64,7 +64,7 @@ impl Leg {
         stopped_by: &MotionError,
     ) -> ArmState {
         match self {
-            Self::Joints(leg) => leg.state_stopped_by(geometry, t, stopped_by),
+            Self::Joints(segment) => segment.state_stopped_by(geometry, t, stopped_by),
             Self::Line(_) | Self::Arc(_) | Self::Segment(_) => self.state_at(geometry, t),
         }
     }
@@ -75,16 +75,16 @@ impl Leg {
             return [0.0; 4];
         }
         match self {
-            Self::Joints(leg) => leg.axes.map(|axis| axis.velocity(t)),
-            Self::Line(leg) => {
-                let state = leg.state_at(geometry, t);
-                geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
+            Self::Joints(segment) => segment.axes.map(|axis| axis.velocity(t)),
+            Self::Line(segment) => {
+                let state = segment.state_at(geometry, t);
+                geometry.joint_velocities(&state.joints, &state.pose, &segment.tool_rate_at(t))
             }
-            Self::Arc(leg) => {
-                let state = leg.state_at(geometry, t);
-                geometry.joint_velocities(&state.joints, &state.pose, &leg.tool_rate_at(t))
+            Self::Arc(segment) => {
+                let state = segment.state_at(geometry, t);
+                geometry.joint_velocities(&state.joints, &state.pose, &segment.tool_rate_at(t))
             }
-            Self::Segment(leg) => leg.joint_velocities(geometry, t),
+            Self::Segment(segment) => segment.joint_velocities(geometry, t),
         }
     }
 
@@ -94,93 +94,99 @@ impl Leg {
             return Pose::default();
         }
         match self {
-            Self::Joints(leg) => {
-                let velocities = leg.axes.map(|axis| axis.velocity(t));
-                geometry.tool_rate(&leg.joints_at(t), velocities)
+            Self::Joints(segment) => {
+                let velocities = segment.axes.map(|axis| axis.velocity(t));
+                geometry.tool_rate(&segment.joints_at(t), velocities)
             }
-            Self::Line(leg) => leg.tool_rate_at(t),
-            Self::Arc(leg) => leg.tool_rate_at(t),
-            Self::Segment(leg) => leg.tool_rate_at(geometry, t),
+            Self::Line(segment) => segment.tool_rate_at(t),
+            Self::Arc(segment) => segment.tool_rate_at(t),
+            Self::Segment(segment) => segment.tool_rate_at(geometry, t),
         }
     }
 
-    /// When the leg first leaves the limits or the reach of the arm, seconds, and how.
+    /// When the segment first leaves the limits or the reach of the arm, seconds, and how.
     pub(crate) fn first_crossing(
         &self,
         geometry: &Geometry,
         limits: &Limits,
     ) -> Option<(f64, MotionError)> {
         match self {
-            Self::Joints(leg) => leg.first_crossing(limits),
-            Self::Line(leg) => leg.first_crossing(geometry, limits),
-            Self::Arc(leg) => leg.first_crossing(geometry, limits),
-            Self::Segment(leg) => leg.first_crossing(geometry, limits),
+            Self::Joints(segment) => segment.first_crossing(limits),
+            Self::Line(segment) => segment.first_crossing(geometry, limits),
+            Self::Arc(segment) => segment.first_crossing(geometry, limits),
+            Self::Segment(segment) => segment.first_crossing(geometry, limits),
         }
     }
 
     /// How far the tool rises above `ceiling` on the way, mm; both ends are taken to be below it.
-    pub(crate) fn excess(&self, geometry: &Geometry, ceiling: f64) -> Option<f64> {
+    pub(crate) fn overshoot(&self, geometry: &Geometry, ceiling: f64) -> Option<f64> {
         match self {
-            Self::Joints(leg) => apex::above(leg, geometry, ceiling).map(|top| top - ceiling),
+            Self::Joints(segment) => {
+                apex::above(segment, geometry, ceiling).map(|top| top - ceiling)
+            }
             Self::Line(_) | Self::Arc(_) | Self::Segment(_) => None,
         }
     }
 
-    /// How much the leg counts in a motion of several, mm: the way between its ends, round the arc; degrees if there
+    /// How much the segment counts in a motion of several, mm: the way between its ends, round the arc; degrees if there
     /// is none.
-    pub(crate) fn weight(&self) -> f64 {
+    pub(crate) fn arc_length(&self) -> f64 {
         match self {
-            Self::Joints(leg) => {
-                let way = leg.from.pose.distance_to(&leg.to.pose);
+            Self::Joints(segment) => {
+                let way = segment.from.pose.distance_to(&segment.to.pose);
                 if way >= SHORTEST_MOVE {
                     way
                 } else {
-                    leg.governing().1
+                    segment.dominant_axis().1
                 }
             }
-            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => leg.along.length(),
-            Self::Line(leg) => leg.turning.length(),
-            Self::Arc(leg) => leg.along.length(),
-            Self::Segment(leg) => leg.along.length(),
+            Self::Line(segment) if segment.along.length() >= SHORTEST_MOVE => {
+                segment.along.length()
+            }
+            Self::Line(segment) => segment.turning.length(),
+            Self::Arc(segment) => segment.along.length(),
+            Self::Segment(segment) => segment.along.length(),
         }
     }
 
-    fn governing(&self) -> Axis {
+    fn dominant_axis(&self) -> Axis {
         match self {
-            Self::Joints(leg) => leg.governing().0,
-            Self::Line(leg) if leg.along.length() >= SHORTEST_MOVE => Axis::Running(1.0, leg.along),
-            Self::Line(leg) => Axis::Travelling(1.0, leg.turning),
-            Self::Arc(leg) => Axis::Travelling(1.0, leg.along),
-            Self::Segment(leg) => Axis::Running(1.0, leg.along),
+            Self::Joints(segment) => segment.dominant_axis().0,
+            Self::Line(segment) if segment.along.length() >= SHORTEST_MOVE => {
+                Axis::Running(1.0, segment.along)
+            }
+            Self::Line(segment) => Axis::Travelling(1.0, segment.turning),
+            Self::Arc(segment) => Axis::Travelling(1.0, segment.along),
+            Self::Segment(segment) => Axis::Running(1.0, segment.along),
         }
     }
 
-    /// The same leg in a longer time. What begins or ends with speed is not slowed.
+    /// The same segment in a longer time. What begins or ends with speed is not slowed.
     pub(crate) fn lasting(mut self, duration: f64) -> Self {
         match &mut self {
-            Self::Joints(JointLeg { axes, .. }) => {
+            Self::Joints(JointSegment { axes, .. }) => {
                 for axis in axes {
                     if let Axis::Travelling(_, profile) = axis {
                         *profile = profile.stretched(duration);
                     }
                 }
             }
-            Self::Line(LineLeg { along, turning, .. }) => {
+            Self::Line(LineSegment { along, turning, .. }) => {
                 *along = along.stretched(duration);
                 *turning = turning.stretched(duration);
             }
-            Self::Arc(ArcLeg { along, turning, .. }) => {
+            Self::Arc(ArcSegment { along, turning, .. }) => {
                 *along = along.stretched(duration);
                 *turning = turning.stretched(duration);
             }
-            Self::Segment(SegmentLeg { along, .. }) => *along = along.stretched(duration),
+            Self::Segment(PathSegment { along, .. }) => *along = along.stretched(duration),
         }
         self
     }
 
-    /// The share of the leg done after `t` seconds.
+    /// The share of the segment done after `t` seconds.
     pub(crate) fn progress(&self, t: f64) -> f64 {
-        let axis = self.governing();
+        let axis = self.dominant_axis();
         let whole = axis.offset(axis.duration());
         if whole == 0.0 || t >= self.duration() {
             1.0
@@ -189,9 +195,9 @@ impl Leg {
         }
     }
 
-    /// When a share of the leg is done, seconds.
+    /// When a share of the segment is done, seconds.
     pub(crate) fn time_at(&self, progress: f64) -> f64 {
-        match self.governing() {
+        match self.dominant_axis() {
             Axis::Travelling(_, profile) => profile.time_at(progress * profile.length()),
             Axis::Running(_, law) => law.time_at(progress * law.length()),
             Axis::Braking(braking) => {

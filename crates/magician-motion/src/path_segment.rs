@@ -3,27 +3,27 @@
 
 use crate::angle::DEGREES_PER_RADIAN;
 use crate::boundary::{Section, spatial_cuts};
-use crate::law::Law;
 use crate::tool_path::spatial_crossing;
+use crate::velocity_profile::VelocityProfile;
 use crate::{ArmState, Geometry, Limits, MotionError, Pose, Range};
 
 /// The tool along a straight segment from some place on it to its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct SegmentLeg {
-    /// Both ends of the whole segment, wherever on it this leg begins.
+pub(crate) struct PathSegment {
+    /// Both ends of the whole segment, wherever on it this one begins.
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
     /// The length of the whole segment, mm.
     pub(crate) length: f64,
     /// What of it was done before, mm.
     pub(crate) done: f64,
-    /// The law of the rest.
-    pub(crate) along: Law,
+    /// The profile of the rest.
+    pub(crate) along: VelocityProfile,
 }
 
-impl SegmentLeg {
-    /// The rest of the segment from `t` on, by a new law from the present speed.
-    pub(crate) fn rest(&self, t: f64, law: impl FnOnce(f64, f64) -> Law) -> Self {
+impl PathSegment {
+    /// The rest of the segment from `t` on, by a new profile from the present speed.
+    pub(crate) fn rest(&self, t: f64, law: impl FnOnce(f64, f64) -> VelocityProfile) -> Self {
         let done = self.done + self.along.position(t);
         Self {
             done,

@@ -1,10 +1,10 @@
 //! From a request to a trajectory (model section 7).
 
-use crate::joint_leg::{Axis, JointLeg};
+use crate::joint_segment::{Axis, JointSegment};
 use crate::jump::Corners;
-use crate::leg::{Leg, SHORTEST_MOVE};
-use crate::line_leg::LineLeg;
-use crate::profile::{Profile, Rates};
+use crate::line_segment::LineSegment;
+use crate::move_segment::{MoveSegment, SHORTEST_MOVE};
+use crate::trapezoid::{KinematicLimits, Trapezoid};
 use crate::{
     ArmState, Ceilings, Geometry, JointAngles, JumpHeights, Limits, MotionError, Pose, Speeds,
     Trajectory, Transfer, Unreachable,
@@ -170,16 +170,16 @@ impl Planner {
             Destination::Joints(state) => *state,
             Destination::Pose(_) => self.check(to)?,
         };
-        let leg = self.joint_leg(from, &to)?;
-        Ok(Trajectory::of_leg(&self.geometry, from, leg))
+        let segment = self.joint_segment(from, &to)?;
+        Ok(Trajectory::of_segment(&self.geometry, from, segment))
     }
 
     fn plan_line(&self, from: &ArmState, to: &Destination) -> Result<Trajectory, MotionError> {
         if Destination::Pose(to.pose()).is_reached(from) {
             return Ok(self.arrival(from, to));
         }
-        let leg = self.line_leg(from, &self.check(to)?)?;
-        Ok(Trajectory::of_leg(&self.geometry, from, leg))
+        let segment = self.line_segment(from, &self.check(to)?)?;
+        Ok(Trajectory::of_segment(&self.geometry, from, segment))
     }
 
     fn plan_jump(
@@ -191,70 +191,71 @@ impl Planner {
     ) -> Result<Trajectory, MotionError> {
         let to = self.check(to)?;
         let corners = Corners::between(&self.geometry, &from.pose, &to.pose, heights)?;
-        let legs = self.jump_legs(from, &to, &corners, transfer)?;
-        let legs = self.under_the_ceiling(from, &to, corners, transfer, legs);
-        Ok(Trajectory::of_legs(&self.geometry, from, legs))
+        let segments = self.jump_segments(from, &to, &corners, transfer)?;
+        let segments = self.lower_corners(from, &to, corners, transfer, segments);
+        Ok(Trajectory::of_segments(&self.geometry, from, segments))
     }
 
-    /// The legs of a jump, changed where joints would swing the tool up through the ceiling between two corners: the
+    /// The segments of a jump, changed where joints would swing the tool up through the ceiling between two corners: the
     /// corners give way downwards, and where the ends leave no room for that, straight lines take over if they can.
-    fn under_the_ceiling(
+    fn lower_corners(
         &self,
         from: &ArmState,
         to: &ArmState,
         corners: Corners,
         transfer: Transfer,
-        legs: [Leg; 3],
-    ) -> [Leg; 3] {
-        let excess = |legs: &[Leg; 3]| {
-            legs.iter()
-                .filter_map(|leg| leg.excess(&self.geometry, corners.ceiling))
+        segments: [MoveSegment; 3],
+    ) -> [MoveSegment; 3] {
+        let overshoot = |segments: &[MoveSegment; 3]| {
+            segments
+                .iter()
+                .filter_map(|segment| segment.overshoot(&self.geometry, corners.ceiling))
                 .fold(0.0, f64::max)
         };
-        let (mut lower, mut lower_legs) = (corners, legs);
+        let (mut lower, mut lower_segments) = (corners, segments);
         // Where one corner is down already the other converges slowly: then by ever larger steps.
         let steps = (0..MOST_LOWERINGS).map(|round| match round {
             0..8 => 1.0,
             _ => f64::from(round - 6),
         });
         for step in steps {
-            let excess = excess(&lower_legs);
-            if excess <= 0.0 {
-                return lower_legs;
+            let overshoot = overshoot(&lower_segments);
+            if overshoot <= 0.0 {
+                return lower_segments;
             }
-            let Some(next) = lower.lowered(step * excess) else {
+            let Some(next) = lower.lowered(step * overshoot) else {
                 break;
             };
-            let Ok(next_legs) = self.jump_legs(from, to, &next, transfer) else {
+            let Ok(next_segments) = self.jump_segments(from, to, &next, transfer) else {
                 break;
             };
-            (lower, lower_legs) = (next, next_legs);
+            (lower, lower_segments) = (next, next_segments);
         }
-        match self.jump_legs(from, to, &corners.straight(), Transfer::Line) {
+        match self.jump_segments(from, to, &corners.straight(), Transfer::Line) {
             Ok(straight) if self.is_clear(from, straight) => straight,
-            _ => lower_legs,
+            _ => lower_segments,
         }
     }
 
-    fn is_clear(&self, from: &ArmState, legs: [Leg; 3]) -> bool {
-        Trajectory::of_legs(&self.geometry, from, legs)
+    fn is_clear(&self, from: &ArmState, segments: [MoveSegment; 3]) -> bool {
+        Trajectory::of_segments(&self.geometry, from, segments)
             .first_crossing(&self.limits)
             .is_none()
     }
 
-    fn jump_legs(
+    fn jump_segments(
         &self,
         from: &ArmState,
         to: &ArmState,
         corners: &Corners,
         transfer: Transfer,
-    ) -> Result<[Leg; 3], MotionError> {
+    ) -> Result<[MoveSegment; 3], MotionError> {
         let lift = self.check(&Destination::Pose(corners.lift))?;
         let descent = self.check(&Destination::Pose(corners.descent))?;
         Ok([
-            self.leg(from, &lift, corners.lift_is_straight)?,
-            self.leg(&lift, &descent, transfer == Transfer::Line)?,
-            self.leg(&descent, to, corners.descent_is_straight)?,
+            self.move_segment(from, &lift, corners.lift_is_straight)?,
+            self.move_segment(&lift, &descent, transfer == Transfer::Line)?,
+            self.move_segment(&descent, to, corners.descent_is_straight)?,
         ])
     }
 
@@ -277,15 +278,20 @@ impl Planner {
         Trajectory::at_rest(&self.geometry, &end)
     }
 
-    fn leg(&self, from: &ArmState, to: &ArmState, straight: bool) -> Result<Leg, MotionError> {
+    fn move_segment(
+        &self,
+        from: &ArmState,
+        to: &ArmState,
+        straight: bool,
+    ) -> Result<MoveSegment, MotionError> {
         if straight {
-            self.line_leg(from, to)
+            self.line_segment(from, to)
         } else {
-            self.joint_leg(from, to)
+            self.joint_segment(from, to)
         }
     }
 
-    fn joint_leg(&self, from: &ArmState, to: &ArmState) -> Result<Leg, MotionError> {
+    fn joint_segment(&self, from: &ArmState, to: &ArmState) -> Result<MoveSegment, MotionError> {
         let mut sweeps = to.joints.to_array();
         for (sweep, start) in sweeps.iter_mut().zip(from.joints.to_array()) {
             *sweep -= start;
@@ -295,26 +301,26 @@ impl Planner {
         let [p1, p2, p3, p4] =
             synchronised(lengths, |joint| self.speeds.joint(joint, &self.ceilings))?;
         let axis = |sweep, profile| Axis::Travelling(libm::copysign(1.0, sweep), profile);
-        Ok(Leg::Joints(JointLeg {
+        Ok(MoveSegment::Joints(JointSegment {
             from: *from,
             to: *to,
             axes: [axis(s1, p1), axis(s2, p2), axis(s3, p3), axis(s4, p4)],
         }))
     }
 
-    /// The laws of a tool that goes `way` mm along its path and turns by `turn` degrees meanwhile.
-    pub(crate) fn tool_laws(&self, way: f64, turn: f64) -> Result<[Profile; 2], MotionError> {
+    /// The profiles of a tool that goes `way` mm along its path and turns by `turn` degrees meanwhile.
+    pub(crate) fn tool_profiles(&self, way: f64, turn: f64) -> Result<[Trapezoid; 2], MotionError> {
         synchronised([way, libm::fabs(turn)], |axis| match axis {
             0 => self.speeds.linear(&self.ceilings),
             _ => self.speeds.rotation(&self.ceilings),
         })
     }
 
-    fn line_leg(&self, from: &ArmState, to: &ArmState) -> Result<Leg, MotionError> {
+    fn line_segment(&self, from: &ArmState, to: &ArmState) -> Result<MoveSegment, MotionError> {
         from.check_invertible(&self.geometry)?;
         let way = from.pose.distance_to(&to.pose);
-        let [along, turning] = self.tool_laws(way, to.pose.r - from.pose.r)?;
-        Ok(Leg::Line(LineLeg {
+        let [along, turning] = self.tool_profiles(way, to.pose.r - from.pose.r)?;
+        Ok(MoveSegment::Line(LineSegment {
             from: *from,
             to: *to,
             along: along.into(),
@@ -378,15 +384,15 @@ impl Destination {
     }
 }
 
-/// The laws of axes that start and end together: the slowest sets the time, and the others are stretched to it.
+/// The profiles of axes that start and end together: the slowest sets the time, and the others are stretched to it.
 ///
 /// An axis that hardly moves needs no speed of its own; it goes along as gently as it can.
 fn synchronised<const N: usize>(
     lengths: [f64; N],
-    rates: impl Fn(usize) -> Result<Rates, MotionError>,
-) -> Result<[Profile; N], MotionError> {
+    rates: impl Fn(usize) -> Result<KinematicLimits, MotionError>,
+) -> Result<[Trapezoid; N], MotionError> {
     let mut duration: f64 = 0.0;
-    let mut allowed: [Option<Rates>; N] = [None; N];
+    let mut allowed: [Option<KinematicLimits>; N] = [None; N];
     for (axis, (slot, length)) in allowed.iter_mut().zip(lengths).enumerate() {
         *slot = match rates(axis) {
             Ok(rates) => Some(rates),
@@ -400,11 +406,11 @@ fn synchronised<const N: usize>(
     if lengths.iter().all(|length| *length < SHORTEST_MOVE) {
         duration = 0.0;
     }
-    let mut profiles = [Profile::default(); N];
+    let mut profiles = [Trapezoid::default(); N];
     for (profile, (length, rates)) in profiles.iter_mut().zip(lengths.into_iter().zip(allowed)) {
         *profile = match rates {
-            Some(rates) if duration > 0.0 => Profile::lasting(length, &rates, duration),
-            _ => Profile::triangle(length, duration),
+            Some(rates) if duration > 0.0 => Trapezoid::lasting(length, &rates, duration),
+            _ => Trapezoid::triangle(length, duration),
         };
     }
     Ok(profiles)

@@ -13,7 +13,7 @@ pub(crate) fn quadratic(a: f64, b: f64, c: f64) -> [f64; 2] {
 
 /// The root of a monotone function between `a` and `b`, where its signs differ: halved until no number lies
 /// between.
-pub(crate) fn between(mut a: f64, mut b: f64, function: impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn bisect(mut a: f64, mut b: f64, function: impl Fn(f64) -> f64) -> f64 {
     let rising = function(a) < function(b);
     // A span of doubles has at most 2^64 members.
     for _ in 0..128 {

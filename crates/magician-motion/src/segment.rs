@@ -1,10 +1,10 @@
 //! One segment of a continuous path, planned and planned again while it is under way (model section 8).
 
-use crate::law::Law;
-use crate::leg::{Leg, SHORTEST_MOVE};
-use crate::profile::Rates;
-use crate::segment_leg::SegmentLeg;
+use crate::move_segment::{MoveSegment, SHORTEST_MOVE};
+use crate::path_segment::PathSegment;
 use crate::speeds::finite_speed;
+use crate::trapezoid::KinematicLimits;
+use crate::velocity_profile::VelocityProfile;
 use crate::{ArmState, MotionError, Plan, Planner, Pose, SpeedQuantity, Trajectory};
 
 impl Planner {
@@ -26,7 +26,7 @@ impl Planner {
         to: [f64; 3],
         entry: f64,
         exit: f64,
-        rates: Rates,
+        rates: KinematicLimits,
     ) -> Result<Plan, MotionError> {
         let rates = self.ceilings.linear(rates)?;
         let entry = finite_speed(SpeedQuantity::LinearVelocity, entry)?;
@@ -39,14 +39,14 @@ impl Planner {
             let trajectory = Trajectory::at_rest(&self.geometry, &to);
             return Ok(Plan::within(trajectory, &self.limits));
         }
-        let leg = SegmentLeg {
+        let path = PathSegment {
             from: *from,
             to,
             length,
             done: 0.0,
-            along: Law::between(length, entry, exit, &rates),
+            along: VelocityProfile::between(length, entry, exit, &rates),
         };
-        let trajectory = Trajectory::of_leg(&self.geometry, from, Leg::Segment(leg));
+        let trajectory = Trajectory::of_segment(&self.geometry, from, MoveSegment::Segment(path));
         Ok(Plan::within(trajectory, &self.limits))
     }
 
@@ -62,16 +62,19 @@ impl Planner {
         running: &Trajectory,
         at_us: u64,
         exit: f64,
-        rates: Rates,
+        rates: KinematicLimits,
     ) -> Result<Option<Plan>, MotionError> {
         let rates = self.ceilings.linear(rates)?;
         let exit = finite_speed(SpeedQuantity::LinearVelocity, exit)?;
-        let Some((Leg::Segment(leg), t)) = running.under_way(at_us) else {
+        let Some((MoveSegment::Segment(path), t)) = running.under_way(at_us) else {
             return Ok(None);
         };
-        let rest = leg.rest(t, |length, entry| Law::between(length, entry, exit, &rates));
+        let rest = path.rest(t, |length, entry| {
+            VelocityProfile::between(length, entry, exit, &rates)
+        });
         let from = running.sample(at_us);
-        let trajectory = Trajectory::of_leg(running.geometry(), &from, Leg::Segment(rest));
+        let trajectory =
+            Trajectory::of_segment(running.geometry(), &from, MoveSegment::Segment(rest));
         Ok(Some(Plan::within(trajectory, &self.limits)))
     }
 
@@ -90,7 +93,7 @@ impl Trajectory {
     #[must_use]
     pub fn path_speed(&self, t_us: u64) -> f64 {
         match self.under_way(t_us) {
-            Some((Leg::Segment(leg), t)) => leg.along.velocity(t),
+            Some((MoveSegment::Segment(path), t)) => path.along.velocity(t),
             Some(_) => {
                 let rate = self.tool_velocity(t_us);
                 rate.distance_to(&Pose {
@@ -106,8 +109,8 @@ impl Trajectory {
     /// other motion, and for one that a limit ends.
     #[must_use]
     pub fn exit_speed(&self) -> f64 {
-        match self.last_leg() {
-            Some(Leg::Segment(leg)) => leg.along.exit(),
+        match self.last_segment() {
+            Some(MoveSegment::Segment(path)) => path.along.exit(),
             _ => 0.0,
         }
     }

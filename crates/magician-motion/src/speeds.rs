@@ -1,6 +1,6 @@
 //! How fast a motion may be: what has been set, the ratio, and the arm's ceilings.
 
-use crate::profile::Rates;
+use crate::trapezoid::KinematicLimits;
 use crate::{ArmModel, Ceilings, MotionError, SpeedQuantity};
 
 /// The point-to-point speed settings as they stand, in the values of the protocol: nothing clamped or checked.
@@ -29,9 +29,13 @@ pub struct Speeds {
 
 impl Speeds {
     /// Velocity and acceleration of a joint, its index from 0.
-    pub(crate) fn joint(&self, index: usize, ceilings: &Ceilings) -> Result<Rates, MotionError> {
+    pub(crate) fn joint(
+        &self,
+        index: usize,
+        ceilings: &Ceilings,
+    ) -> Result<KinematicLimits, MotionError> {
         let of = |values: [f64; 4]| values.get(index).copied().unwrap_or(f64::NAN);
-        let set = Rates {
+        let set = KinematicLimits {
             velocity: of(self.joint_velocity),
             acceleration: of(self.joint_acceleration),
         };
@@ -39,8 +43,8 @@ impl Speeds {
     }
 
     /// Velocity and acceleration along a straight line.
-    pub(crate) fn linear(&self, ceilings: &Ceilings) -> Result<Rates, MotionError> {
-        let set = Rates {
+    pub(crate) fn linear(&self, ceilings: &Ceilings) -> Result<KinematicLimits, MotionError> {
+        let set = KinematicLimits {
             velocity: self.linear_velocity,
             acceleration: self.linear_acceleration,
         };
@@ -48,8 +52,8 @@ impl Speeds {
     }
 
     /// Velocity and acceleration of r along a straight line.
-    pub(crate) fn rotation(&self, ceilings: &Ceilings) -> Result<Rates, MotionError> {
-        let set = Rates {
+    pub(crate) fn rotation(&self, ceilings: &Ceilings) -> Result<KinematicLimits, MotionError> {
+        let set = KinematicLimits {
             velocity: self.rotation_velocity,
             acceleration: self.rotation_acceleration,
         };
@@ -58,12 +62,12 @@ impl Speeds {
 
     fn scaled(
         &self,
-        capped: impl FnOnce() -> Result<Rates, MotionError>,
-    ) -> Result<Rates, MotionError> {
+        capped: impl FnOnce() -> Result<KinematicLimits, MotionError>,
+    ) -> Result<KinematicLimits, MotionError> {
         let velocity_ratio = ratio(SpeedQuantity::VelocityRatio, self.velocity_ratio)?;
         let acceleration_ratio = ratio(SpeedQuantity::AccelerationRatio, self.acceleration_ratio)?;
         let capped = capped()?;
-        Ok(Rates {
+        Ok(KinematicLimits {
             velocity: capped.velocity * velocity_ratio,
             acceleration: capped.acceleration * acceleration_ratio,
         })
@@ -79,10 +83,14 @@ impl Default for Speeds {
 
 impl Ceilings {
     /// These rates of a joint (its index from 0), each up to its ceiling.
-    pub(crate) fn joint(&self, index: usize, rates: Rates) -> Result<Rates, MotionError> {
+    pub(crate) fn joint(
+        &self,
+        index: usize,
+        rates: KinematicLimits,
+    ) -> Result<KinematicLimits, MotionError> {
         let name = u8::try_from(index + 1).unwrap_or(u8::MAX);
         let of = |values: [f64; 4]| values.get(index).copied().unwrap_or(f64::NAN);
-        Ok(Rates {
+        Ok(KinematicLimits {
             velocity: positive(SpeedQuantity::JointVelocity(name), rates.velocity)?
                 .min(of(self.joint_velocity)),
             acceleration: positive(SpeedQuantity::JointAcceleration(name), rates.acceleration)?
@@ -91,8 +99,8 @@ impl Ceilings {
     }
 
     /// These rates along a path, each up to its ceiling.
-    pub(crate) fn linear(&self, rates: Rates) -> Result<Rates, MotionError> {
-        Ok(Rates {
+    pub(crate) fn linear(&self, rates: KinematicLimits) -> Result<KinematicLimits, MotionError> {
+        Ok(KinematicLimits {
             velocity: positive(SpeedQuantity::LinearVelocity, rates.velocity)?
                 .min(self.linear_velocity),
             acceleration: positive(SpeedQuantity::LinearAcceleration, rates.acceleration)?
@@ -101,8 +109,8 @@ impl Ceilings {
     }
 
     /// These rates of r along a path, each up to its ceiling.
-    pub(crate) fn rotation(&self, rates: Rates) -> Result<Rates, MotionError> {
-        Ok(Rates {
+    pub(crate) fn rotation(&self, rates: KinematicLimits) -> Result<KinematicLimits, MotionError> {
+        Ok(KinematicLimits {
             velocity: positive(SpeedQuantity::RotationVelocity, rates.velocity)?
                 .min(self.rotation_velocity),
             acceleration: positive(SpeedQuantity::RotationAcceleration, rates.acceleration)?

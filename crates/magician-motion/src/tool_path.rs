@@ -1,4 +1,4 @@
-//! Motions whose tool follows a path in space, r by a law of its own: where they leave the limits.
+//! Motions whose tool follows a path in space, r by a profile of its own: where they leave the limits.
 
 use crate::crossing::{Moments, first_violation};
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Pose, wrist};

@@ -1,26 +1,26 @@
 //! A planned motion as a function of time.
 
-use crate::joint_leg::{Axis, JointLeg};
-use crate::leg::Leg;
-use crate::profile::Braking;
+use crate::joint_segment::{Axis, JointSegment};
+use crate::move_segment::MoveSegment;
+use crate::trapezoid::Braking;
 use crate::{ArmState, Geometry, MotionError};
 
-/// A planned motion: up to three legs, and where it ends. Where two legs meet, the arm is at rest.
+/// A planned motion: up to three segments, and where it ends. Where two segments meet, the arm is at rest.
 ///
 /// Every question is answered from the start of the motion, in closed form; nothing is stepped or remembered, so
 /// the order and the number of questions do not matter. Time is in whole microseconds from the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trajectory {
     geometry: Geometry,
-    legs: [Option<TimedLeg>; 3],
+    segments: [Option<TimedSegment>; 3],
     start: ArmState,
     end: ArmState,
     duration_us: u64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct TimedLeg {
-    leg: Leg,
+struct TimedSegment {
+    segment: MoveSegment,
     start_us: u64,
 }
 
@@ -39,44 +39,51 @@ impl Trajectory {
     pub fn at_rest(geometry: &Geometry, state: &ArmState) -> Self {
         Self {
             geometry: *geometry,
-            legs: [None; 3],
+            segments: [None; 3],
             start: *state,
             end: *state,
             duration_us: 0,
         }
     }
 
-    /// The legs in turn, each beginning when the one before has come to rest.
-    pub(crate) fn of_legs(
+    /// The segments in turn, each beginning when the one before has come to rest.
+    pub(crate) fn of_segments(
         geometry: &Geometry,
         start: &ArmState,
-        legs: impl IntoIterator<Item = Leg>,
+        segments: impl IntoIterator<Item = MoveSegment>,
     ) -> Self {
         let mut trajectory = Self::at_rest(geometry, start);
-        for (slot, leg) in trajectory.legs.iter_mut().zip(legs) {
-            *slot = Some(TimedLeg {
-                leg,
+        for (slot, segment) in trajectory.segments.iter_mut().zip(segments) {
+            *slot = Some(TimedSegment {
+                segment,
                 start_us: trajectory.duration_us,
             });
-            trajectory.end = leg.end();
-            let lasting = microseconds(leg.duration());
+            trajectory.end = segment.end();
+            let lasting = microseconds(segment.duration());
             trajectory.duration_us = trajectory.duration_us.saturating_add(lasting);
         }
         trajectory
     }
 
-    /// One leg that sets off from `start`.
-    pub(crate) fn of_leg(geometry: &Geometry, start: &ArmState, leg: Leg) -> Self {
+    /// One segment that sets off from `start`.
+    pub(crate) fn of_segment(geometry: &Geometry, start: &ArmState, segment: MoveSegment) -> Self {
         Self {
             geometry: *geometry,
             start: *start,
-            end: leg.end(),
-            duration_us: microseconds(leg.duration()),
-            legs: [Some(TimedLeg { leg, start_us: 0 }), None, None],
+            end: segment.end(),
+            duration_us: microseconds(segment.duration()),
+            segments: [
+                Some(TimedSegment {
+                    segment,
+                    start_us: 0,
+                }),
+                None,
+                None,
+            ],
         }
     }
 
-    /// The same motion in `least_us`, if it takes less: every leg longer by the same factor. No motion stays none.
+    /// The same motion in `least_us`, if it takes less: every segment longer by the same factor. No motion stays none.
     pub(crate) fn lasting(mut self, least_us: u64) -> Self {
         let total = self.duration_us;
         if total == 0 || total >= least_us {
@@ -86,11 +93,11 @@ impl Trajectory {
             let product = u128::from(at_us) * u128::from(least_us);
             u64::try_from(product / u128::from(total)).unwrap_or(least_us)
         };
-        // The last leg ends where the motion does, each other where the next begins.
+        // The last segment ends where the motion does, each other where the next begins.
         let mut end_us = total;
-        for timed in self.legs.iter_mut().rev().flatten() {
+        for timed in self.segments.iter_mut().rev().flatten() {
             let start_us = later(timed.start_us);
-            timed.leg = timed.leg.lasting(seconds(later(end_us) - start_us));
+            timed.segment = timed.segment.lasting(seconds(later(end_us) - start_us));
             end_us = timed.start_us;
             timed.start_us = start_us;
         }
@@ -98,8 +105,8 @@ impl Trajectory {
         self
     }
 
-    fn legs(&self) -> impl Iterator<Item = &TimedLeg> {
-        self.legs.iter().flatten()
+    fn segments(&self) -> impl Iterator<Item = &TimedSegment> {
+        self.segments.iter().flatten()
     }
 
     /// When the motion first leaves the limits or the reach, and how, with the state it would stop in.
@@ -107,9 +114,9 @@ impl Trajectory {
         &self,
         limits: &crate::Limits,
     ) -> Option<(u64, MotionError, ArmState)> {
-        self.legs().find_map(|timed| {
-            let (t, error) = timed.leg.first_crossing(&self.geometry, limits)?;
-            let state = timed.leg.state_stopped_by(&self.geometry, t, &error);
+        self.segments().find_map(|timed| {
+            let (t, error) = timed.segment.first_crossing(&self.geometry, limits)?;
+            let state = timed.segment.state_stopped_by(&self.geometry, t, &error);
             // A motion that begins on a bound and leads out of it is one of no time.
             let at_us = timed.start_us.saturating_add(libm::floor(t * 1e6) as u64);
             Some((at_us, error, state))
@@ -134,14 +141,14 @@ impl Trajectory {
     /// How long it would take if nothing cut it short.
     #[must_use]
     pub fn uncut_us(&self) -> u64 {
-        if self.last_leg().is_some() {
+        if self.last_segment().is_some() {
             return self.duration_us;
         }
-        let lasts = |timed: &TimedLeg| {
-            let lasting = microseconds(timed.leg.duration());
+        let lasts = |timed: &TimedSegment| {
+            let lasting = microseconds(timed.segment.duration());
             timed.start_us.saturating_add(lasting)
         };
-        self.legs().last().map_or(0, lasts)
+        self.segments().last().map_or(0, lasts)
     }
 
     /// Where it starts.
@@ -156,32 +163,35 @@ impl Trajectory {
         &self.end
     }
 
-    /// The leg under way at a time within the motion, and the seconds since it began.
-    fn leg_at(&self, t_us: u64) -> Option<(&TimedLeg, f64)> {
-        let timed = self.legs().filter(|timed| timed.start_us <= t_us).last()?;
+    /// The segment under way at a time within the motion, and the seconds since it began.
+    fn segment_at(&self, t_us: u64) -> Option<(&TimedSegment, f64)> {
+        let timed = self
+            .segments()
+            .filter(|timed| timed.start_us <= t_us)
+            .last()?;
         Some((timed, seconds(t_us - timed.start_us)))
     }
 
-    /// The leg under way at a time and the seconds since it began; nothing from the end of the motion on.
-    pub(crate) fn under_way(&self, t_us: u64) -> Option<(&Leg, f64)> {
-        let (timed, t) = self.leg_at(t_us).filter(|_| t_us < self.duration_us)?;
-        Some((&timed.leg, t))
+    /// The segment under way at a time and the seconds since it began; nothing from the end of the motion on.
+    pub(crate) fn under_way(&self, t_us: u64) -> Option<(&MoveSegment, f64)> {
+        let (timed, t) = self.segment_at(t_us).filter(|_| t_us < self.duration_us)?;
+        Some((&timed.segment, t))
     }
 
-    /// Each leg with the moments between which it is under way, as far as the motion goes.
-    pub(crate) fn timed_legs(&self) -> impl Iterator<Item = (&Leg, u64, u64)> {
-        let ends = self.legs().skip(1).map(|next| next.start_us);
+    /// Each segment with the moments between which it is under way, as far as the motion goes.
+    pub(crate) fn timed_segments(&self) -> impl Iterator<Item = (&MoveSegment, u64, u64)> {
+        let ends = self.segments().skip(1).map(|next| next.start_us);
         let ends = ends.chain([self.duration_us]);
-        self.legs()
+        self.segments()
             .zip(ends)
             .filter(|(timed, _)| timed.start_us < self.duration_us)
-            .map(|(timed, end)| (&timed.leg, timed.start_us, end.min(self.duration_us)))
+            .map(|(timed, end)| (&timed.segment, timed.start_us, end.min(self.duration_us)))
     }
 
-    /// The leg with which the motion ends; nothing if it is cut short.
-    pub(crate) fn last_leg(&self) -> Option<&Leg> {
-        let timed = self.legs().last()?;
-        (timed.leg.end() == self.end).then_some(&timed.leg)
+    /// The segment with which the motion ends; nothing if it is cut short.
+    pub(crate) fn last_segment(&self) -> Option<&MoveSegment> {
+        let timed = self.segments().last()?;
+        (timed.segment.end() == self.end).then_some(&timed.segment)
     }
 
     /// The arm's measures that its poses hold for: those it was planned with, and none that came later.
@@ -196,8 +206,8 @@ impl Trajectory {
         if t_us >= self.duration_us {
             return self.end;
         }
-        match self.leg_at(t_us) {
-            Some((timed, t)) => timed.leg.state_at(&self.geometry, t),
+        match self.segment_at(t_us) {
+            Some((timed, t)) => timed.segment.state_at(&self.geometry, t),
             None => self.start,
         }
     }
@@ -206,7 +216,7 @@ impl Trajectory {
     #[must_use]
     pub fn joint_velocities(&self, t_us: u64) -> [f64; 4] {
         match self.under_way(t_us) {
-            Some((leg, t)) => leg.joint_velocities(&self.geometry, t),
+            Some((segment, t)) => segment.joint_velocities(&self.geometry, t),
             None => [0.0; 4],
         }
     }
@@ -217,16 +227,16 @@ impl Trajectory {
     #[must_use]
     pub fn progress(&self, t_us: u64) -> f64 {
         let t_us = t_us.min(self.duration_us);
-        if t_us == self.duration_us && self.last_leg().is_some() {
+        if t_us == self.duration_us && self.last_segment().is_some() {
             // The last microsecond may be a rounding error short of the end.
             return 1.0;
         }
         let (mut done, mut whole) = (0.0, 0.0);
-        for timed in self.legs() {
-            let weight = timed.leg.weight();
-            whole += weight;
+        for timed in self.segments() {
+            let arc_length = timed.segment.arc_length();
+            whole += arc_length;
             if timed.start_us <= t_us {
-                done += weight * timed.leg.progress(seconds(t_us - timed.start_us));
+                done += arc_length * timed.segment.progress(seconds(t_us - timed.start_us));
             }
         }
         if whole > 0.0 { done / whole } else { 1.0 }
@@ -235,20 +245,23 @@ impl Trajectory {
     /// When a share of the planned motion is done, in microseconds, or never if a limit ends it before.
     #[must_use]
     pub fn time_at_progress(&self, progress: f64) -> Option<u64> {
-        let whole: f64 = self.legs().map(|timed| timed.leg.weight()).sum();
+        let whole: f64 = self
+            .segments()
+            .map(|timed| timed.segment.arc_length())
+            .sum();
         let mut left = progress.clamp(0.0, 1.0) * whole;
         let mut at_us = 0;
-        for timed in self.legs() {
-            let weight = timed.leg.weight();
-            let share = if weight > 0.0 {
-                (left / weight).min(1.0)
+        for timed in self.segments() {
+            let arc_length = timed.segment.arc_length();
+            let share = if arc_length > 0.0 {
+                (left / arc_length).min(1.0)
             } else {
                 1.0
             };
             at_us = timed
                 .start_us
-                .saturating_add(microseconds(timed.leg.time_at(share)));
-            left -= weight;
+                .saturating_add(microseconds(timed.segment.time_at(share)));
+            left -= arc_length;
             // Less than that is the rounding of the sum.
             if left <= 1e-12 * whole {
                 break;
@@ -275,9 +288,9 @@ impl Trajectory {
         let axes = [v1, v2, v3].map(|velocity| Axis::Braking(Braking::lasting(velocity, duration)));
         let [a1, a2, a3] = axes;
         let axes = [a1, a2, a3, Axis::Braking(Braking::lasting(0.0, 0.0))];
-        let leg = JointLeg::following(&self.geometry, &from, axes);
+        let segment = JointSegment::following(&self.geometry, &from, axes);
         if duration > 0.0 {
-            Self::of_legs(&self.geometry, &from, [Leg::Joints(leg)])
+            Self::of_segments(&self.geometry, &from, [MoveSegment::Joints(segment)])
         } else {
             Self::at_rest(&self.geometry, &from)
         }

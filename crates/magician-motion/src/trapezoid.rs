@@ -1,15 +1,15 @@
-//! The speed law of one axis: distance as a function of time (model section 7).
+//! The velocity profile of one axis: distance as a function of time (model section 7).
 
 /// The fastest that an axis may go, in its own unit: per second, and per second squared. Both are positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rates {
+pub struct KinematicLimits {
     /// Highest velocity.
     pub velocity: f64,
     /// Highest acceleration.
     pub acceleration: f64,
 }
 
-impl Rates {
+impl KinematicLimits {
     /// The least time in seconds for `length` from rest to rest.
     #[must_use]
     pub fn least_time(&self, length: f64) -> f64 {
@@ -29,24 +29,24 @@ impl Rates {
 ///
 /// Everything is a closed form of time; nothing is accumulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Profile {
+pub struct Trapezoid {
     length: f64,
     duration: f64,
     ramp: f64,
     peak: f64,
 }
 
-impl Profile {
-    /// The fastest law over `length`.
+impl Trapezoid {
+    /// The fastest profile over `length`.
     #[must_use]
-    pub fn fastest(length: f64, rates: &Rates) -> Self {
+    pub fn fastest(length: f64, rates: &KinematicLimits) -> Self {
         Self::lasting(length, rates, rates.least_time(length))
     }
 
-    /// The law over `length` that takes `duration` seconds, no less than the fastest: a triangle where the velocity
+    /// The profile over `length` that takes `duration` seconds, no less than the fastest: a triangle where the velocity
     /// allows, else a trapezoid at full velocity with the ramps that are left.
     #[must_use]
-    pub fn lasting(length: f64, rates: &Rates, duration: f64) -> Self {
+    pub fn lasting(length: f64, rates: &KinematicLimits, duration: f64) -> Self {
         if 2.0 * length <= rates.velocity * duration {
             return Self::triangle(length, duration);
         }
@@ -60,19 +60,19 @@ impl Profile {
         }
     }
 
-    /// The same way in `duration` seconds, no less than this law takes: what [`lasting`](Self::lasting) gives for the
-    /// rates that this law was made for.
+    /// The same way in `duration` seconds, no less than this profile takes: what [`lasting`](Self::lasting) gives for the
+    /// rates that this profile was made for.
     ///
-    /// A law that cruises does so at the velocity allowed, and one that does not will not when given longer.
+    /// A profile that cruises does so at the velocity allowed, and one that does not will not when given longer.
     pub(crate) fn stretched(&self, duration: f64) -> Self {
-        let rates = Rates {
+        let rates = KinematicLimits {
             velocity: self.peak,
             acceleration: self.slope(),
         };
         Self::lasting(self.length, &rates, duration.max(self.duration))
     }
 
-    /// The law over `length` in `duration` seconds that never cruises; it has the least acceleration.
+    /// The profile over `length` in `duration` seconds that never cruises; it has the least acceleration.
     pub(crate) fn triangle(length: f64, duration: f64) -> Self {
         Self {
             length,
@@ -184,7 +184,7 @@ impl Profile {
     }
 }
 
-/// A velocity that falls to zero at a steady rate, never below: the law of an emergency stop.
+/// A velocity that falls to zero at a steady rate, never below: the profile of an emergency stop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Braking {
     velocity: f64,

@@ -1,12 +1,12 @@
-//! The speed law of one axis that need not begin or end at rest: jogging and continuous path (model sections 8 and 10).
+//! The velocity profile of one axis that need not begin or end at rest: jogging and continuous path (model sections 8 and 10).
 
-use crate::profile::{Profile, Rates};
+use crate::trapezoid::{KinematicLimits, Trapezoid};
 
 /// A velocity that ramps from its entry to a peak, holds it, and ramps to its exit; it is never negative.
 ///
-/// Everything is a closed form of time; nothing is accumulated. The way back from a reversal is a law of its own.
+/// Everything is a closed form of time; nothing is accumulated. The way back from a reversal is a profile of its own.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Law {
+pub struct VelocityProfile {
     length: f64,
     duration: f64,
     entry: f64,
@@ -16,15 +16,15 @@ pub struct Law {
     ramp_out: f64,
 }
 
-impl Law {
-    /// The fastest law over `length` from one speed to another, neither of them negative.
+impl VelocityProfile {
+    /// The fastest profile over `length` from one speed to another, neither of them negative.
     ///
     /// It cruises no faster than the rates allow, and slows down to that if it enters faster. Where `length` is too
     /// short to gain the exit speed, it exits with what it has gained; where it is too short to lose the excess, it
     /// brakes harder than the rates allow and still exits as asked.
     #[must_use]
-    pub fn between(length: f64, entry: f64, exit: f64, rates: &Rates) -> Self {
-        let Rates {
+    pub fn between(length: f64, entry: f64, exit: f64, rates: &KinematicLimits) -> Self {
+        let KinematicLimits {
             velocity: cruise,
             acceleration,
         } = *rates;
@@ -80,16 +80,16 @@ impl Law {
         }
     }
 
-    /// The same way in `duration` seconds, no less than this law takes, if it is from rest to rest; else this law.
+    /// The same way in `duration` seconds, no less than this profile takes, if it is from rest to rest; else this profile.
     pub(crate) fn stretched(&self, duration: f64) -> Self {
         if self.entry > 0.0 || self.exit > 0.0 {
             return *self;
         }
-        let rates = Rates {
+        let rates = KinematicLimits {
             velocity: self.peak,
             acceleration: self.slope_out(),
         };
-        Profile::lasting(self.length, &rates, duration.max(self.duration)).into()
+        Trapezoid::lasting(self.length, &rates, duration.max(self.duration)).into()
     }
 
     /// The distance covered in all.
@@ -201,8 +201,8 @@ impl Law {
     }
 }
 
-impl From<Profile> for Law {
-    fn from(profile: Profile) -> Self {
+impl From<Trapezoid> for VelocityProfile {
+    fn from(profile: Trapezoid) -> Self {
         let (peak, _) = profile.extremes();
         let [ramp, _] = profile.corners();
         Self {

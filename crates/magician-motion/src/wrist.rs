@@ -1,14 +1,14 @@
 //! Where J4 passes a limit on the path of a tool.
 //!
-//! J4 is r less J1. r follows its own law of time, J1 the arc tangent of a point that moves by another, so there is no
-//! closed form. But both laws are monotone between their corners. On a line so are the square of the radius and its
+//! J4 is r less J1. r follows its own profile of time, J1 the arc tangent of a point that moves by another, so there is no
+//! closed form. But both profiles are monotone between their corners. On a line so are the square of the radius and its
 //! slope, up to the nearest point to the base axis; on an arc the curvature bounds how they change. So on any span
 //! between corners the rate of J4 can be enclosed, and with it J4. A span whose enclosure stays below the limit
 //! holds no crossing; one on which the rate keeps its sign holds at most one, bracketed by its ends; any other is
 //! halved. No crossing is missed that lasts longer than the shortest span.
 
 use crate::angle::DEGREES_PER_RADIAN;
-use crate::roots::between;
+use crate::roots::bisect;
 use crate::tool_path::ToolPath;
 use crate::{Geometry, LIMIT_TOLERANCE, Limits};
 
@@ -130,7 +130,7 @@ impl<P: ToolPath> Wrist<'_, P> {
         }
         let above = |t| self.value(t) - level;
         Some(if above(a) < 0.0 {
-            between(a, b, above)
+            bisect(a, b, above)
         } else {
             a
         })
@@ -149,9 +149,9 @@ impl<P: ToolPath> Wrist<'_, P> {
 
 /// All numbers from the first to the second.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Span(pub(crate) f64, pub(crate) f64);
+pub(crate) struct Interval(pub(crate) f64, pub(crate) f64);
 
-impl Span {
+impl Interval {
     pub(crate) fn over(a: f64, b: f64) -> Self {
         Self(a.min(b), a.max(b))
     }

@@ -5,8 +5,8 @@ mod support;
 use std::collections::VecDeque;
 
 use magician_motion::{
-    ArmModel, ArmState, CpSegment, CpSpeeds, Geometry, JointAngles, LookAhead, MotionError,
-    Planner, Pose, Rates, ToolBias, Trajectory, Unreachable,
+    ArmModel, ArmState, CpSegment, CpSpeeds, Geometry, JointAngles, KinematicLimits, LookAhead,
+    MotionError, Planner, Pose, ToolBias, Trajectory, Unreachable,
 };
 use proptest::prelude::*;
 use support::*;
@@ -370,7 +370,7 @@ proptest! {
         if distance(START, to) < 1.0 {
             return Ok(());
         }
-        let rates = Rates { velocity: settings.junction_velocity, acceleration: settings.plan_acceleration };
+        let rates = KinematicLimits { velocity: settings.junction_velocity, acceleration: settings.plan_acceleration };
         let motion = run.planner.segment(&run.state, to, 10.0, 50.0, rates).expect("in reach").trajectory;
         let at_us = (motion.duration_us() as f64 * share) as u64;
         let braked = run.planner.brake(&motion, at_us, 2.0).trajectory;
@@ -399,7 +399,7 @@ proptest! {
         let (Ok(from), Ok(to)) = (end(-0.5 * length), end(0.5 * length)) else {
             return Ok(());
         };
-        let rates = Rates { velocity: 100.0, acceleration: 200.0 };
+        let rates = KinematicLimits { velocity: 100.0, acceleration: 200.0 };
         let plan = planner.segment(&from, place(&to), 20.0, 20.0, rates).expect("in reach");
         let stopped = plan.trajectory.end().joints;
         prop_assert!(plan.crossing.is_some());
@@ -420,7 +420,7 @@ proptest! {
         }
         let [x, y, z] = place(&from);
         let to = [x + scale * step[0], y + scale * step[1], z + scale * step[2]];
-        let rates = Rates { velocity: 100.0, acceleration: 200.0 };
+        let rates = KinematicLimits { velocity: 100.0, acceleration: 200.0 };
         let plan = match planner.segment(&from, to, 100.0 * part, 100.0, rates) {
             Ok(plan) => plan,
             Err(MotionError::Limit { .. } | MotionError::Unreachable(_)) => return Ok(()),
@@ -464,7 +464,7 @@ fn a_straight_line_in_pieces_takes_the_time_of_the_whole() {
     }
     run.advance(u64::MAX).expect("in order");
     let taken: u64 = run.ends.iter().map(|(_, us)| us).sum();
-    let rates = Rates {
+    let rates = KinematicLimits {
         velocity: settings.junction_velocity,
         acceleration: settings.plan_acceleration,
     };
@@ -506,7 +506,7 @@ fn a_fed_queue_is_never_slower_than_its_look_ahead_allows() {
 fn the_end_of_a_segment_is_checked() {
     let planner = Planner::default();
     let home = state(&planner, [0.0, 45.0, 45.0, 10.0]);
-    let rates = Rates {
+    let rates = KinematicLimits {
         velocity: 100.0,
         acceleration: 100.0,
     };

@@ -3,8 +3,8 @@
 mod support;
 
 use magician_motion::{
-    ArmModel, ArmState, Bound, Geometry, Jog, JogAxis, LIMIT_TOLERANCE, Limits, MotionError,
-    Planner, Pose, Range, Rates, SpeedQuantity, Speeds, ToolBias,
+    ArmModel, ArmState, Bound, Geometry, Jog, JogAxis, KinematicLimits, LIMIT_TOLERANCE, Limits,
+    MotionError, Planner, Pose, Range, SpeedQuantity, Speeds, ToolBias,
 };
 use proptest::prelude::*;
 use support::*;
@@ -25,8 +25,8 @@ fn jogs() -> impl Strategy<Value = Jog> {
         .prop_map(|(axis, positive)| Jog { axis, positive })
 }
 
-fn rates() -> impl Strategy<Value = Rates> {
-    (2.0..300.0f64, 5.0..300.0f64).prop_map(|(velocity, acceleration)| Rates {
+fn rates() -> impl Strategy<Value = KinematicLimits> {
+    (2.0..300.0f64, 5.0..300.0f64).prop_map(|(velocity, acceleration)| KinematicLimits {
         velocity,
         acceleration,
     })
@@ -97,7 +97,7 @@ fn excess(limits: &Limits, state: &ArmState) -> f64 {
 fn a_joint_runs_from_home_to_its_limit_in_the_time_of_the_law() {
     let planner = Planner::default();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
-    let rates = Rates {
+    let rates = KinematicLimits {
         velocity: 15.0,
         acceleration: 50.0,
     };
@@ -138,7 +138,7 @@ fn rates_that_are_none_are_refused() {
     let planner = Planner::default();
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
     let refused = |axis, velocity, acceleration, entry| {
-        let rates = Rates {
+        let rates = KinematicLimits {
             velocity,
             acceleration,
         };
@@ -182,7 +182,7 @@ fn without_limits_a_joint_turns_on_and_the_tool_ends_at_the_reach() {
         ..Planner::default()
     };
     let home = state(&planner, [0.0, 45.0, 45.0, 0.0]);
-    let rates = Rates {
+    let rates = KinematicLimits {
         velocity: 20.0,
         acceleration: 50.0,
     };
@@ -208,7 +208,7 @@ fn without_limits_a_joint_turns_on_and_the_tool_ends_at_the_reach() {
 #[test]
 fn at_and_beyond_a_limit_only_inwards() {
     let planner = Planner::default();
-    let rates = Rates {
+    let rates = KinematicLimits {
         velocity: 20.0,
         acceleration: 50.0,
     };
@@ -397,7 +397,7 @@ fn limits_of_any_width_end_a_jog() {
         j1: Range::new(min, max),
         ..ArmModel::MAGICIAN.limits
     };
-    let rates = Rates {
+    let rates = KinematicLimits {
         velocity: 300.0,
         acceleration: 5.0,
     };

@@ -32,7 +32,7 @@ fn a_quick_motion_waits_and_a_slow_one_does_not() {
     let sideways = line(Target::PoseIncrement(Pose::new(0.0, 100.0, 0.0, 0.0)));
     let lasting = |least_us| {
         planner
-            .plan_lasting(&from, &sideways, least_us)
+            .plan_with_min_duration(&from, &sideways, least_us)
             .expect("planned")
     };
     let plain = planner.plan(&from, &sideways).expect("planned");
@@ -57,7 +57,7 @@ fn the_law_of_the_model_stretches_a_motion_that_cruises() {
     // 180 degrees at 100 deg/s and 100 deg/s2: 2.8 s; in 3 s it cruises still, with ramps of 1.2 s.
     let turn = joint_move(Target::JointIncrement([180.0, 0.0, 0.0, 0.0].into()));
     let motion = planner
-        .plan_lasting(&from, &turn, 3_000_000)
+        .plan_with_min_duration(&from, &turn, 3_000_000)
         .expect("planned")
         .trajectory;
     assert_eq!(motion.duration_us(), 3_000_000);
@@ -74,7 +74,7 @@ fn the_law_of_the_model_stretches_a_motion_that_cruises() {
     }
     // In 4 s it does not.
     let motion = planner
-        .plan_lasting(&from, &turn, 4_000_000)
+        .plan_with_min_duration(&from, &turn, 4_000_000)
         .expect("planned")
         .trajectory;
     assert!((motion.joint_velocities(2_000_000)[0] - 90.0).abs() < 1e-6);
@@ -89,7 +89,7 @@ fn no_motion_takes_no_time() {
         joint_move(Target::Joints(from.joints)),
     ] {
         let plan = planner
-            .plan_lasting(&from, &request, 5_000_000)
+            .plan_with_min_duration(&from, &request, 5_000_000)
             .expect("planned");
         assert_eq!((plan.trajectory.duration_us(), plan.crossing), (0, None));
     }
@@ -111,7 +111,7 @@ proptest! {
         prop_assume!(plain.crossing.is_none());
         let plain = plain.trajectory;
         let least_us = (plain.duration_us() as f64 * factor) as u64 + 1;
-        let motion = free.plan_lasting(&from, &request, least_us).expect("planned").trajectory;
+        let motion = free.plan_with_min_duration(&from, &request, least_us).expect("planned").trajectory;
         prop_assert_eq!(motion.duration_us(), least_us);
         prop_assert_eq!(motion.end(), plain.end());
         prop_assert_eq!(motion.sample(0), plain.sample(0));
@@ -150,7 +150,7 @@ proptest! {
         let request = line(Target::Pose(planner.geometry.forward(&to)));
         let plain = planner.plan(&from, &request).expect("planned");
         let whole = Planner { limits: WITHOUT_LIMITS, ..planner }.plan(&from, &request).expect("planned").trajectory;
-        let slow = planner.plan_lasting(&from, &request, whole.duration_us() * 3).expect("planned");
+        let slow = planner.plan_with_min_duration(&from, &request, whole.duration_us() * 3).expect("planned");
         // r has another law then, and with it J4: the other joints cross where they did.
         let Some(crossing) = plain.crossing else {
             return Ok(());

@@ -2,7 +2,7 @@
 
 mod support;
 
-use magician_motion::{ArmModel, ArmState, Planner, Profile, Rates, Speeds, Target};
+use magician_motion::{ArmModel, ArmState, KinematicLimits, Planner, Speeds, Target, Trapezoid};
 use proptest::prelude::*;
 use rsruckig::prelude::*;
 use support::*;
@@ -26,7 +26,7 @@ proptest! {
 
     #[test]
     fn one_axis(length in 1e-3..500.0f64, velocity in 0.5..480.0f64, acceleration in 0.5..400.0f64) {
-        let ours = Profile::fastest(length, &Rates { velocity, acceleration }).duration();
+        let ours = Trapezoid::fastest(length, &KinematicLimits { velocity, acceleration }).duration();
         let theirs = ruckig([length], [velocity], [acceleration]);
         prop_assert!((ours - theirs).abs() <= 1e-6, "{ours} {theirs}");
     }

@@ -2,12 +2,12 @@
 
 mod support;
 
-use magician_motion::{Law, Profile, Rates};
+use magician_motion::{KinematicLimits, Trapezoid, VelocityProfile};
 use proptest::prelude::*;
 use support::cases;
 
-fn rates() -> impl Strategy<Value = Rates> {
-    (1.0..300.0f64, 1.0..400.0f64).prop_map(|(velocity, acceleration)| Rates {
+fn rates() -> impl Strategy<Value = KinematicLimits> {
+    (1.0..300.0f64, 1.0..400.0f64).prop_map(|(velocity, acceleration)| KinematicLimits {
         velocity,
         acceleration,
     })
@@ -15,31 +15,31 @@ fn rates() -> impl Strategy<Value = Rates> {
 
 #[test]
 fn the_closed_forms() {
-    let rates = Rates {
+    let rates = KinematicLimits {
         velocity: 100.0,
         acceleration: 200.0,
     };
     // Half a second up over 25 mm, 50 mm held, half a second down.
-    let whole = Law::between(100.0, 0.0, 0.0, &rates);
+    let whole = VelocityProfile::between(100.0, 0.0, 0.0, &rates);
     assert!((whole.duration() - 1.5).abs() < 1e-12);
     assert_eq!(whole.corners(), [0.5, 1.0]);
     // Too short for what it is to gain: the square of the speed grows by 2 a s.
-    let short = Law::between(1.0, 0.0, 90.0, &rates);
+    let short = VelocityProfile::between(1.0, 0.0, 90.0, &rates);
     assert!((short.exit() - 20.0).abs() < 1e-12);
     assert!((short.duration() - 0.1).abs() < 1e-12);
     // Too short for what it is to lose: at the mean speed over the length.
-    let hard = Law::between(1.0, 90.0, 10.0, &rates);
+    let hard = VelocityProfile::between(1.0, 90.0, 10.0, &rates);
     assert!((hard.duration() - 0.02).abs() < 1e-12);
     assert!((hard.acceleration(0.01) + 4000.0).abs() < 1e-6);
     assert_eq!(hard.exit(), 10.0);
     // Faster than allowed at first: 50 mm/s too much, lost over 31.25 mm.
-    let fast = Law::between(100.0, 150.0, 100.0, &rates);
+    let fast = VelocityProfile::between(100.0, 150.0, 100.0, &rates);
     assert!((fast.corners()[0] - 0.25).abs() < 1e-12);
     assert!((fast.duration() - 0.25 - 0.6875).abs() < 1e-12);
-    let stop = Law::stopping(50.0, 100.0);
+    let stop = VelocityProfile::stopping(50.0, 100.0);
     assert_eq!((stop.length(), stop.duration()), (12.5, 0.5));
     assert_eq!(stop.velocity(0.25), 25.0);
-    assert_eq!(Law::stopping(0.0, 100.0).duration(), 0.0);
+    assert_eq!(VelocityProfile::stopping(0.0, 100.0).duration(), 0.0);
 }
 
 proptest! {
@@ -49,7 +49,7 @@ proptest! {
     fn is_its_own_integral_and_keeps_its_rates(
         length in 0.001..500.0f64, entry in 0.0..400.0f64, exit in 0.0..400.0f64, rates in rates(),
     ) {
-        let law = Law::between(length, entry, exit, &rates);
+        let law = VelocityProfile::between(length, entry, exit, &rates);
         let forced = entry.powi(2) - exit.min(rates.velocity).powi(2) > 2.0 * rates.acceleration * length;
         prop_assert_eq!(law.position(0.0), 0.0);
         prop_assert_eq!(law.position(law.duration()), length);
@@ -90,9 +90,9 @@ proptest! {
 
     #[test]
     fn from_rest_to_rest_is_the_point_to_point_law(length in 0.001..500.0f64, rates in rates(), share in 0.0..1.0f64) {
-        let (law, profile) = (Law::between(length, 0.0, 0.0, &rates), Profile::fastest(length, &rates));
+        let (law, profile) = (VelocityProfile::between(length, 0.0, 0.0, &rates), Trapezoid::fastest(length, &rates));
         prop_assert!((law.duration() - rates.least_time(length)).abs() < 1e-12 * law.duration().max(1.0));
-        let same = Law::from(profile);
+        let same = VelocityProfile::from(profile);
         let t = share * law.duration();
         for law in [law, same] {
             prop_assert!((law.position(t) - profile.position(t)).abs() < 1e-9);

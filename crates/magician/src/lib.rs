@@ -66,8 +66,8 @@ pub use magician_host::{
     connection, proxy, stream, words,
 };
 pub use magician_motion::{
-    ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles, Law,
-    Limits, ToolBias, Trajectory,
+    ArmModel, ArmState, Breach, Cuboid, Fence, FenceError, FencePart, Geometry, JointAngles,
+    Limits, ToolBias, Trajectory, VelocityProfile,
 };
 pub use magician_protocol::{
     self as protocol, Alarm, AlarmSet, Ctrl, FrameBuf, QueuedCmdIndex as QueueIndex, Set, commands,

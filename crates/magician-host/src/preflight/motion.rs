@@ -1,8 +1,8 @@
 //! Where each command leads, and how long it takes.
 
 use magician_motion::{
-    ArmState, CpSegment, JointAngles, LookAhead, MotionError, Move, MoveKind, Plan, Planner, Pose,
-    Rates, Speeds, Target, Transfer,
+    ArmState, CpSegment, JointAngles, KinematicLimits, LookAhead, MotionError, Move, MoveKind,
+    Plan, Planner, Pose, Speeds, Target, Transfer,
 };
 use magician_protocol::commands::{CircleCmd, EMotorS};
 use magician_protocol::{CpMode, Effect, JogCommand, PtpMode, Set};
@@ -122,7 +122,7 @@ impl Preflight {
         };
         let planner = self.planner(self.now.ptp_speeds());
         let least = course.time.unwrap_or(0);
-        let plan = planner.plan_lasting(&from, &request, least);
+        let plan = planner.plan_with_min_duration(&from, &request, least);
         if let Ok(Plan {
             crossing: Some(_), ..
         }) = plan
@@ -258,7 +258,7 @@ impl Preflight {
         }
         self.path_slow_enough(look_ahead.rates(&way).velocity)?;
         // The way does not depend on the speed.
-        let rates = Rates {
+        let rates = KinematicLimits {
             velocity: 100.0,
             acceleration: 100.0,
         };

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use magician_motion::{CpSegment, Law, LookAhead};
+use magician_motion::{CpSegment, LookAhead, VelocityProfile};
 
 /// Segments that the arm knows ahead of the one under way: its queue holds 32 commands (model section 14).
 const AHEAD: usize = 31;
@@ -31,7 +31,7 @@ pub(super) struct Path {
     /// Nothing is told before it is settled.
     lazy: bool,
     /// The law of every segment that is settled, for those who ask for it.
-    laws: Option<Vec<Law>>,
+    laws: Option<Vec<VelocityProfile>>,
 }
 
 impl Path {
@@ -52,7 +52,7 @@ impl Path {
     }
 
     /// The laws that were settled since, in the order of their segments.
-    pub(super) fn take_laws(&mut self) -> Vec<Law> {
+    pub(super) fn take_laws(&mut self) -> Vec<VelocityProfile> {
         self.laws.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
@@ -70,7 +70,7 @@ impl Path {
     pub(super) fn end(&mut self) -> u64 {
         let rest = self.tell(false);
         if self.laws.is_some() {
-            let open: Vec<Law> = self.open_laws().collect();
+            let open: Vec<VelocityProfile> = self.open_laws().collect();
             self.laws.get_or_insert_default().extend(open);
         }
         self.open.clear();
@@ -105,7 +105,7 @@ impl Path {
     }
 
     /// The laws of the open segments if the last of them ends at rest.
-    fn open_laws(&self) -> impl Iterator<Item = Law> {
+    fn open_laws(&self) -> impl Iterator<Item = VelocityProfile> {
         let mut entry = self.entry;
         let ahead = self.look_ahead.iter();
         ahead
@@ -123,7 +123,7 @@ fn next_law<'a>(
     entry: f64,
     segment: &'a CpSegment,
     behind: impl Iterator<Item = &'a CpSegment>,
-) -> Law {
+) -> VelocityProfile {
     let exit = look_ahead.exit_speed(segment, behind);
-    Law::between(segment.length(), entry, exit, &look_ahead.rates(segment))
+    VelocityProfile::between(segment.length(), entry, exit, &look_ahead.rates(segment))
 }

@@ -1,5 +1,5 @@
 use magician_motion::{
-    ArmModel, ArmState, CpSpeeds, JumpHeights, PowerUp, Rates, Speeds, ToolBias,
+    ArmModel, ArmState, CpSpeeds, JumpHeights, KinematicLimits, PowerUp, Speeds, ToolBias,
 };
 use magician_protocol::commands::{
     ArcCommonParams, ArcParams, CpParams, EndEffectorLaser, EndEffectorParams, HomeParams, Pose,
@@ -217,14 +217,14 @@ impl Readings {
     }
 
     /// The speeds on the rail; nothing if one of them is none.
-    pub(super) fn rail_rates(&self) -> Option<Rates> {
+    pub(super) fn rail_rates(&self) -> Option<KinematicLimits> {
         let (rail, ratios) = (&self.rail_speeds, &self.ratios);
         let scaled = |value: f32, percent: f32| {
             // NaN is not above 0; f64::min would hide one.
             let sensible = value > 0.0 && percent > 0.0;
             sensible.then_some(f64::from(value) * f64::from(percent).min(100.0) / 100.0)
         };
-        Some(Rates {
+        Some(KinematicLimits {
             velocity: scaled(rail.velocity, ratios.velocity_ratio)?,
             acceleration: scaled(rail.acceleration, ratios.acceleration_ratio)?,
         })

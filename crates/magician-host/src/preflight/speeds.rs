@@ -1,6 +1,6 @@
 //! How fast the tool is on each segment of continuous paths.
 
-use magician_motion::{ArmModel, CpSegment, Law, LookAhead};
+use magician_motion::{ArmModel, CpSegment, LookAhead, VelocityProfile};
 use magician_protocol::{CpMode, Set};
 
 use super::Readings;
@@ -39,7 +39,7 @@ impl PathLaws {
     /// The speed law of each of these commands, all of them being known to the arm as early as its queue lets it; nothing for
     /// what is no segment of a path, for one without a length, and for one that begins where no command has led.
     #[must_use]
-    pub fn of(commands: &[Set]) -> Vec<Option<Law>> {
+    pub fn of(commands: &[Set]) -> Vec<Option<VelocityProfile>> {
         let mut course = Self {
             model: ArmModel::MAGICIAN,
             settings: Readings::default(),

@@ -6,10 +6,10 @@
 
 use super::{Breach, Fence, FencePart, TOLERANCE};
 use crate::angle::DEGREES_PER_RADIAN;
-use crate::arc_leg::ArcLeg;
-use crate::joint_leg::JointLeg;
-use crate::law::Law;
-use crate::leg::Leg;
+use crate::arc_segment::ArcSegment;
+use crate::joint_segment::JointSegment;
+use crate::move_segment::MoveSegment;
+use crate::velocity_profile::VelocityProfile;
 use crate::{Geometry, Trajectory};
 
 /// A line that is so near to its curve tells all, mm.
@@ -82,16 +82,18 @@ impl Fence {
             return Some(0);
         }
         let limit = limit(start);
-        let on_the_way = motion.timed_legs().find_map(|(leg, from_us, to_us)| {
-            let bend = bend(leg, motion.geometry());
-            let stretch = Stretch {
-                from_us,
-                to_us,
-                from: tip(motion, from_us),
-                to: tip(motion, to_us),
-            };
-            self.search(part, limit, bend, stretch, motion)
-        });
+        let on_the_way = motion
+            .timed_segments()
+            .find_map(|(segment, from_us, to_us)| {
+                let bend = bend(segment, motion.geometry());
+                let stretch = Stretch {
+                    from_us,
+                    to_us,
+                    from: tip(motion, from_us),
+                    to: tip(motion, to_us),
+                };
+                self.search(part, limit, bend, stretch, motion)
+            });
         on_the_way.or_else(|| (end > end_limit(start)).then(|| motion.duration_us()))
     }
 
@@ -191,10 +193,10 @@ impl Fence {
         let Some(top) = self.top_speed else {
             return Ok(());
         };
-        let fastest = motion.timed_legs().map(|(leg, from_us, to_us)| {
-            let at_most = highest_speed(leg, motion.geometry());
-            match leg {
-                Leg::Joints(_) if at_most > top => sampled_speed(motion, from_us, to_us),
+        let fastest = motion.timed_segments().map(|(segment, from_us, to_us)| {
+            let at_most = highest_speed(segment, motion.geometry());
+            match segment {
+                MoveSegment::Joints(_) if at_most > top => sampled_speed(motion, from_us, to_us),
                 _ => at_most,
             }
         });
@@ -220,8 +222,8 @@ fn arms(geometry: &Geometry) -> [f64; 3] {
 }
 
 /// The highest speeds (rad/s) and accelerations (rad/s2) of J1 to J3.
-fn rates(leg: &JointLeg) -> [(f64, f64); 3] {
-    let [first, second, third, _] = &leg.axes;
+fn rates(segment: &JointSegment) -> [(f64, f64); 3] {
+    let [first, second, third, _] = &segment.axes;
     [first, second, third].map(|axis| {
         let (velocity, acceleration) = axis.extremes();
         (
@@ -232,16 +234,16 @@ fn rates(leg: &JointLeg) -> [(f64, f64); 3] {
 }
 
 /// The highest acceleration of the tip that bends its way or makes the middle of it come late, mm/s2; 0 for a straight one.
-fn bend(leg: &Leg, geometry: &Geometry) -> f64 {
-    match leg {
-        Leg::Line(_) | Leg::Segment(_) => 0.0,
-        Leg::Arc(ArcLeg { arc, along, .. }) => {
+fn bend(segment: &MoveSegment, geometry: &Geometry) -> f64 {
+    match segment {
+        MoveSegment::Line(_) | MoveSegment::Segment(_) => 0.0,
+        MoveSegment::Arc(ArcSegment { arc, along, .. }) => {
             let (velocity, acceleration) = along.extremes();
             libm::fabs(acceleration) + velocity * velocity * arc.curvature()
         }
-        Leg::Joints(leg) => {
+        MoveSegment::Joints(segment) => {
             let [base, rear, fore] = arms(geometry);
-            let [(w1, a1), (w2, a2), (w3, a3)] = rates(leg);
+            let [(w1, a1), (w2, a2), (w3, a3)] = rates(segment);
             let turning = base * (w1 * w1 + a1);
             let across = 2.0 * w1 * (rear * w2 + fore * w3);
             turning + across + rear * (w2 * w2 + a2) + fore * (w3 * w3 + a3)
@@ -249,26 +251,26 @@ fn bend(leg: &Leg, geometry: &Geometry) -> f64 {
     }
 }
 
-/// No part of a leg is faster, mm/s; exact but for joints.
-fn highest_speed(leg: &Leg, geometry: &Geometry) -> f64 {
-    match leg {
-        Leg::Line(leg) => peak(&leg.along),
-        Leg::Segment(leg) => peak(&leg.along),
-        Leg::Arc(leg) => {
-            let [first, _] = leg.along.corners();
-            leg.along.velocity(first)
+/// No part of a segment is faster, mm/s; exact but for joints.
+fn highest_speed(segment: &MoveSegment, geometry: &Geometry) -> f64 {
+    match segment {
+        MoveSegment::Line(segment) => peak(&segment.along),
+        MoveSegment::Segment(segment) => peak(&segment.along),
+        MoveSegment::Arc(segment) => {
+            let [first, _] = segment.along.corners();
+            segment.along.velocity(first)
         }
-        Leg::Joints(leg) => {
+        MoveSegment::Joints(segment) => {
             let [base, rear, fore] = arms(geometry);
-            let [(w1, _), (w2, _), (w3, _)] = rates(leg);
+            let [(w1, _), (w2, _), (w3, _)] = rates(segment);
             let (across, along) = (base * w1, rear * w2 + fore * w3);
             libm::sqrt(across * across + along * along)
         }
     }
 }
 
-/// Speeds change evenly between the ends of a law and its corners.
-fn peak(law: &Law) -> f64 {
+/// Speeds change evenly between the ends of a profile and its corners.
+fn peak(law: &VelocityProfile) -> f64 {
     let [first, second] = law.corners();
     let speeds = [0.0, first, second].map(|at| law.velocity(at));
     speeds.into_iter().fold(law.exit(), f64::max)

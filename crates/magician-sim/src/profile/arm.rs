@@ -1,6 +1,8 @@
 //! The part of a profile that is the [`ArmModel`]: how it is written in a file.
 
-use magician_motion::{ArmModel, CpSpeeds, JointAngles, JumpHeights, Limits, Range, Rates, Speeds};
+use magician_motion::{
+    ArmModel, CpSpeeds, JointAngles, JumpHeights, KinematicLimits, Limits, Range, Speeds,
+};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::Profile;
@@ -421,7 +423,7 @@ impl Profile {
         let [along, _, _, round] = jog.coordinate_velocity.map(f64::from);
         let [along_acceleration, _, _, round_acceleration] =
             jog.coordinate_acceleration.map(f64::from);
-        let rates = |velocity: f32, acceleration: f32| Rates {
+        let rates = |velocity: f32, acceleration: f32| KinematicLimits {
             velocity: velocity.into(),
             acceleration: acceleration.into(),
         };

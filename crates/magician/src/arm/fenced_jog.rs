@@ -1,6 +1,8 @@
 //! Jogs under a fence: when the stop has to go out, so that the tool is at rest before it.
 
-use magician_motion::{ArmState, Fence, JogAxis, Plan, Planner, Rates, Speeds, Trajectory};
+use magician_motion::{
+    ArmState, Fence, JogAxis, KinematicLimits, Plan, Planner, Speeds, Trajectory,
+};
 use magician_protocol::commands::{
     JogCmd, JogCommonParams, JogCoordinateParams, JogJointParams, Pose,
 };
@@ -107,7 +109,7 @@ fn fenced(
     check: &Preflight,
     planner: &Planner,
     jog: magician_motion::Jog,
-    rates: Rates,
+    rates: KinematicLimits,
     late: Micros,
 ) -> Result<Option<FencedJog>> {
     let (Some(fence), Some(from)) = (check.held_fence(), check.arm()) else {

@@ -1,6 +1,6 @@
 //! Continuous paths: one segment after the other without a stop between (model section 8).
 
-use magician_motion::{CpSegment, JointAngles, LookAhead, Planner, Pose, Rates};
+use magician_motion::{CpSegment, JointAngles, LookAhead, Planner, Pose, KinematicLimits};
 use magician_protocol::CpMode;
 
 use crate::convert::from_wire;
@@ -78,7 +78,7 @@ impl Segment {
     }
 
     /// The speeds along it.
-    pub(super) fn rates(&self) -> Rates {
+    pub(super) fn rates(&self) -> KinematicLimits {
         self.look_ahead.rates(&self.way.segment)
     }
 

@@ -85,7 +85,7 @@ impl ArmView<'_> {
         let Plan {
             trajectory,
             crossing,
-        } = planner.plan_lasting(&self.arm(), request, rail.duration())?;
+        } = planner.plan_with_min_duration(&self.arm(), request, rail.duration())?;
         let rail = rail
             .along(trajectory.uncut_us(), self.settings)
             .stopped_with(crossing.map(|crossing| crossing.at_us));

@@ -1,6 +1,6 @@
 //! The carriage on the rail (model sections 10 and 12): it moves with the arm, alone, or is jogged.
 
-use magician_motion::{Braking, Profile, Rates};
+use magician_motion::{Braking, Trapezoid, KinematicLimits};
 
 use crate::Micros;
 use crate::device::store::settings::Settings;
@@ -44,7 +44,7 @@ pub(crate) struct RailPath {
     /// Where it turns from slowing to going.
     turn: f64,
     sign: f64,
-    going: Profile,
+    going: Trapezoid,
     end: f64,
     duration: Micros,
 }
@@ -66,14 +66,14 @@ impl RailPath {
             slowing: Braking::default(),
             turn: at,
             sign: 1.0,
-            going: Profile::default(),
+            going: Trapezoid::default(),
             end: at,
             duration: 0,
         }
     }
 
     /// From rest to rest at the rates; a way shorter than [`SHORTEST`] takes no time.
-    pub(super) fn to_place(from: f64, to: f64, rates: Option<Rates>) -> Option<Self> {
+    pub(super) fn to_place(from: f64, to: f64, rates: Option<KinematicLimits>) -> Option<Self> {
         if (to - from).abs() < SHORTEST {
             return Some(Self::standing(to));
         }
@@ -81,7 +81,7 @@ impl RailPath {
     }
 
     /// From rest to rest in no less than `least`.
-    fn going(from: f64, to: f64, rates: &Rates, least: Micros) -> Self {
+    fn going(from: f64, to: f64, rates: &KinematicLimits, least: Micros) -> Self {
         let length = (to - from).abs();
         if length < SHORTEST {
             return Self::standing(to);
@@ -89,7 +89,7 @@ impl RailPath {
         let duration = microseconds(rates.least_time(length)).max(least);
         Self {
             sign: f64::copysign(1.0, to - from),
-            going: Profile::lasting(length, rates, seconds(duration)),
+            going: Trapezoid::lasting(length, rates, seconds(duration)),
             end: to,
             duration,
             ..Self::standing(from)
@@ -116,7 +116,7 @@ impl RailPath {
     }
 
     /// The same, and then on to `to`.
-    pub(super) fn then_going(self, to: f64, rates: &Rates) -> Self {
+    pub(super) fn then_going(self, to: f64, rates: &KinematicLimits) -> Self {
         let on = Self::going(self.end, to, rates, 0);
         Self {
             sign: on.sign,
@@ -192,7 +192,7 @@ impl RailPath {
 impl RailPath {
     /// Home, to the end of the rail where it is 0.
     pub(super) fn home(from: f64, rules: &Sliding) -> Self {
-        let rates = Rates {
+        let rates = KinematicLimits {
             velocity: rules.home_velocity,
             acceleration: rules.home_acceleration,
         };

@@ -1,7 +1,7 @@
 //! What the settings mean to the planner: tool, speeds, heights.
 
 use magician_motion::{
-    ArmModel, CpSpeeds, Geometry, JogAxis, JumpHeights, Pose, Rates, Speeds, Target, ToolBias,
+    ArmModel, CpSpeeds, Geometry, JogAxis, JumpHeights, Pose, KinematicLimits, Speeds, Target, ToolBias,
 };
 use magician_protocol::{Flag, commands};
 
@@ -74,7 +74,7 @@ impl Settings {
 
     /// The speeds of jogging an axis, each up to its ceiling: the ratio scales the velocity and not the
     /// acceleration. A ratio that is none leaves no speed.
-    pub(crate) fn jog_rates(&self, model: &ArmModel, axis: JogAxis) -> Rates {
+    pub(crate) fn jog_rates(&self, model: &ArmModel, axis: JogAxis) -> KinematicLimits {
         let (joint, space) = (&self.jog_joint, &self.jog_coordinate);
         let ([v1, v2, v3, v4], [a1, a2, a3, a4]) = (joint.velocity, joint.acceleration);
         let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
@@ -94,14 +94,14 @@ impl Settings {
         };
         let ratio = capped(self.jog_common.velocity_ratio.into(), 100.0) / 100.0;
         let ratio = if ratio > 0.0 { ratio } else { f64::NAN };
-        Rates {
+        KinematicLimits {
             velocity: capped(velocity.into(), fastest) * ratio,
             acceleration: capped(acceleration.into(), steepest),
         }
     }
 
     /// Speeds of moves on the rail; `None` for what is no speed.
-    pub(crate) fn rail_rates(&self) -> Option<Rates> {
+    pub(crate) fn rail_rates(&self) -> Option<KinematicLimits> {
         let (speeds, ratios) = (&self.ptp_rail, &self.ptp_common);
         rates(
             [speeds.velocity, speeds.acceleration],
@@ -110,7 +110,7 @@ impl Settings {
     }
 
     /// Speeds of jogs on the rail; the acceleration of a jog has no ratio (model section 6).
-    pub(crate) fn rail_jog_rates(&self) -> Option<Rates> {
+    pub(crate) fn rail_jog_rates(&self) -> Option<KinematicLimits> {
         let (speeds, ratios) = (&self.jog_rail, &self.jog_common);
         rates(
             [speeds.velocity, speeds.acceleration],
@@ -136,7 +136,7 @@ impl Settings {
 }
 
 /// Velocity and acceleration that are set, with their ratios in percent up to 100; `None` for what is no speed.
-fn rates([velocity, acceleration]: [f32; 2], ratios: [f32; 2]) -> Option<Rates> {
+fn rates([velocity, acceleration]: [f32; 2], ratios: [f32; 2]) -> Option<KinematicLimits> {
     let [velocity_ratio, acceleration_ratio] =
         ratios.map(|ratio| f64::from(ratio).min(100.0) / 100.0);
     let (velocity, acceleration) = (f64::from(velocity), f64::from(acceleration));
@@ -144,7 +144,7 @@ fn rates([velocity, acceleration]: [f32; 2], ratios: [f32; 2]) -> Option<Rates> 
     // NaN is not above 0; f64::min would hide one.
     let sensible =
         parts.iter().all(|part| *part > 0.0) && !ratios.iter().any(|ratio| ratio.is_nan());
-    sensible.then_some(Rates {
+    sensible.then_some(KinematicLimits {
         velocity: velocity * velocity_ratio,
         acceleration: acceleration * acceleration_ratio,
     })
