@@ -7,6 +7,7 @@
 
 use crate::Geometry;
 use crate::angle::{DEGREES_PER_RADIAN, sin_cos};
+use crate::axis_motion::AxisMotion;
 use crate::joint_segment::JointSegment;
 
 /// How exactly the summit is found, mm.
@@ -47,8 +48,8 @@ fn bound(segment: &JointSegment, geometry: &Geometry) -> f64 {
 /// A bound of the height's second derivative, mm/s2.
 fn curvature(segment: &JointSegment, geometry: &Geometry) -> f64 {
     let [_, rear, fore, _] = &segment.axes;
-    let swing = |length: f64, axis: &crate::joint_segment::Axis| {
-        let (velocity, acceleration) = axis.extremes();
+    let swing = |length: f64, axis: &AxisMotion| {
+        let (velocity, acceleration) = axis.profile().extremes();
         let turning = velocity / DEGREES_PER_RADIAN;
         length * (turning * turning + acceleration / DEGREES_PER_RADIAN)
     };

@@ -4,7 +4,7 @@ use crate::angle::atan2;
 use crate::arc::Arc;
 use crate::arc_reach::{Outline, spatial_cuts};
 use crate::tool_path::ToolPath;
-use crate::trapezoid::Trapezoid;
+use crate::velocity_profile::VelocityProfile;
 use crate::wrist::Interval;
 use crate::{ArmState, Geometry, Limits, Pose};
 
@@ -14,8 +14,8 @@ pub(crate) struct ArcSegment {
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
     pub(crate) arc: Arc,
-    pub(crate) along: Trapezoid,
-    pub(crate) turning: Trapezoid,
+    pub(crate) along: VelocityProfile,
+    pub(crate) turning: VelocityProfile,
 }
 
 impl ArcSegment {

@@ -1,10 +1,10 @@
 //! Jogging: one axis at a time, until told to stop or a limit does (model section 10).
 
-use crate::joint_segment::{Axis, JointSegment};
+use crate::axis_motion::AxisMotion;
+use crate::joint_segment::JointSegment;
 use crate::line_segment::LineSegment;
 use crate::move_segment::MoveSegment;
-use crate::trapezoid::{KinematicLimits, Trapezoid};
-use crate::velocity_profile::VelocityProfile;
+use crate::velocity_profile::{KinematicLimits, VelocityProfile};
 use crate::{
     ArmState, Ceilings, Crossing, MotionError, Plan, Planner, Pose, Range, SpeedQuantity, Speeds,
     Trajectory,
@@ -172,16 +172,16 @@ impl Planner {
         let sign = if jog.positive { 1.0 } else { -1.0 };
         let forwards = sign * entry;
         let braking = (forwards < 0.0).then(|| {
-            let law = VelocityProfile::stopping(-forwards, rates.acceleration);
-            self.jog_segment(from, jog.axis, -sign, law)
+            let profile = VelocityProfile::stopping(-forwards, rates.acceleration);
+            self.jog_segment(from, jog.axis, -sign, profile)
         });
         let start = braking.map_or(*from, |segment| segment.end());
         let forwards = forwards.max(0.0);
         // A jog that is too fast slows down first, and must not be made to do so by the end of the way.
         let slowing = 0.5 * forwards * forwards / rates.acceleration;
         let length = self.way(&start, jog.axis, sign) + slowing;
-        let law = VelocityProfile::between(length, forwards, rates.velocity, &rates);
-        let running = self.jog_segment(&start, jog.axis, sign, law);
+        let profile = VelocityProfile::between(length, forwards, rates.velocity, &rates);
+        let running = self.jog_segment(&start, jog.axis, sign, profile);
         let segments = braking.into_iter().chain([running]);
         let whole = Trajectory::of_segments(&self.geometry, from, segments);
         let plan = Plan::within(whole, &self.limits);
@@ -213,7 +213,7 @@ impl Planner {
                 MoveSegment::Joints(segment) => {
                     let axes = segment
                         .axes
-                        .map(|axis| stopping(axis.velocity(t), deceleration));
+                        .map(|axis| AxisMotion::stopping(axis.velocity(t), deceleration));
                     let segment = JointSegment::following(&own.geometry, &from, axes);
                     Trajectory::of_segments(&own.geometry, &from, [MoveSegment::Joints(segment)])
                 }
@@ -233,18 +233,18 @@ impl Planner {
             r: rate.r,
             ..Pose::default()
         });
-        let law = VelocityProfile::stopping(speed, deceleration);
-        if law.length() <= 0.0 {
+        let profile = VelocityProfile::stopping(speed, deceleration);
+        if profile.length() <= 0.0 {
             return Trajectory::at_rest(&self.geometry, from);
         }
-        let along = |place: f64, rate: f64| place + rate / speed * law.length();
+        let along = |place: f64, rate: f64| place + rate / speed * profile.length();
         let to = Pose {
             x: along(from.pose.x, rate.x),
             y: along(from.pose.y, rate.y),
             z: along(from.pose.z, rate.z),
             r: from.pose.r,
         };
-        let segment = self.straight(from, to, law);
+        let segment = self.straight(from, to, profile);
         Trajectory::of_segments(&self.geometry, from, [segment])
     }
 
@@ -253,15 +253,15 @@ impl Planner {
         from: &ArmState,
         axis: JogAxis,
         sign: f64,
-        law: VelocityProfile,
+        profile: VelocityProfile,
     ) -> MoveSegment {
         let Some(joint) = axis.joint() else {
-            let to = axis.moved(&from.pose, sign * law.length());
-            return self.straight(from, to, law);
+            let to = axis.moved(&from.pose, sign * profile.length());
+            return self.straight(from, to, profile);
         };
-        let mut axes = [Axis::Travelling(1.0, Trapezoid::default()); 4];
+        let mut axes = [AxisMotion::at_rest(); 4];
         if let Some(moving) = axes.get_mut(joint) {
-            *moving = Axis::Running(sign, law);
+            *moving = AxisMotion::new(sign, profile);
         }
         MoveSegment::Joints(JointSegment::following(&self.geometry, from, axes))
     }
@@ -273,7 +273,7 @@ impl Planner {
             from: *from,
             to: ArmState { joints, pose: to },
             along,
-            turning: Trapezoid::default(),
+            turning: VelocityProfile::default(),
         })
     }
 
@@ -301,11 +301,6 @@ impl Planner {
         let arm = self.geometry.rear_arm + self.geometry.forearm + bias.distance_to(&origin);
         arm + from.distance_to(&origin)
     }
-}
-
-fn stopping(velocity: f64, deceleration: f64) -> Axis {
-    let law = VelocityProfile::stopping(libm::fabs(velocity), deceleration);
-    Axis::Running(libm::copysign(1.0, velocity), law)
 }
 
 impl Trajectory {

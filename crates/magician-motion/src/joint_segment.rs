@@ -1,9 +1,8 @@
 //! The joints of a motion: each by a profile of its own.
 
+use crate::axis_motion::AxisMotion;
 use crate::crossing::{Moments, first_violation};
 use crate::roots::quadratic;
-use crate::trapezoid::{Braking, Trapezoid};
-use crate::velocity_profile::VelocityProfile;
 use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError};
 
 /// Every joint by a profile of its own.
@@ -11,83 +10,12 @@ use crate::{ArmState, Bound, Geometry, JointAngles, Limits, MotionError};
 pub(crate) struct JointSegment {
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
-    pub(crate) axes: [Axis; 4],
-}
-
-/// The profile of one joint: how far it has gone from where it started.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Axis {
-    /// From rest to rest, forwards (1) or backwards (-1).
-    Travelling(f64, Trapezoid),
-    /// From speed to rest.
-    Braking(Braking),
-    /// From any speed to any other, forwards (1) or backwards (-1).
-    Running(f64, VelocityProfile),
-}
-
-impl Axis {
-    pub(crate) fn offset(&self, t: f64) -> f64 {
-        match self {
-            Self::Travelling(sign, profile) => sign * profile.position(t),
-            Self::Braking(braking) => braking.position(t),
-            Self::Running(sign, law) => sign * law.position(t),
-        }
-    }
-
-    pub(crate) fn velocity(&self, t: f64) -> f64 {
-        match self {
-            Self::Travelling(sign, profile) => sign * profile.velocity(t),
-            Self::Braking(braking) => braking.velocity(t),
-            Self::Running(sign, law) => sign * law.velocity(t),
-        }
-    }
-
-    fn acceleration(&self, t: f64) -> f64 {
-        match self {
-            Self::Travelling(sign, profile) => sign * profile.acceleration(t),
-            Self::Braking(braking) => braking.acceleration(t),
-            Self::Running(sign, law) => sign * law.acceleration(t),
-        }
-    }
-
-    pub(crate) fn duration(&self) -> f64 {
-        match self {
-            Self::Travelling(_, profile) => profile.duration(),
-            Self::Braking(braking) => braking.duration(),
-            Self::Running(_, law) => law.duration(),
-        }
-    }
-
-    /// The highest velocity and acceleration on the way.
-    pub(crate) fn extremes(&self) -> (f64, f64) {
-        match self {
-            Self::Travelling(_, profile) => profile.extremes(),
-            Self::Braking(braking) => (
-                libm::fabs(braking.velocity(0.0)),
-                libm::fabs(braking.acceleration(0.0)),
-            ),
-            Self::Running(_, law) => law.extremes(),
-        }
-    }
-
-    fn corners(&self) -> [f64; 3] {
-        match self {
-            Self::Travelling(_, profile) => {
-                let [first, second] = profile.corners();
-                [first, second, profile.duration()]
-            }
-            Self::Braking(braking) => [braking.duration(); 3],
-            Self::Running(_, law) => {
-                let [first, second] = law.corners();
-                [first, second, law.duration()]
-            }
-        }
-    }
+    pub(crate) axes: [AxisMotion; 4],
 }
 
 impl JointSegment {
     /// The segment on which every joint goes by its own profile, wherever that leads.
-    pub(crate) fn following(geometry: &Geometry, from: &ArmState, axes: [Axis; 4]) -> Self {
+    pub(crate) fn following(geometry: &Geometry, from: &ArmState, axes: [AxisMotion; 4]) -> Self {
         let mut segment = Self {
             from: *from,
             to: *from,
@@ -106,7 +34,10 @@ impl JointSegment {
     }
 
     pub(crate) fn duration(&self) -> f64 {
-        self.axes.iter().map(Axis::duration).fold(0.0, f64::max)
+        self.axes
+            .iter()
+            .map(AxisMotion::duration)
+            .fold(0.0, f64::max)
     }
 
     pub(crate) fn first_crossing(&self, limits: &Limits) -> Option<(f64, MotionError)> {
@@ -153,9 +84,9 @@ impl JointSegment {
             Bound::J4Min | Bound::J4Max => (j4, None),
             Bound::J23Min | Bound::J23Max => (j2, Some(j3)),
         };
-        let less = |of: &dyn Fn(&Axis) -> f64| of(axis) - other.map_or(0.0, of);
+        let less = |of: &dyn Fn(&AxisMotion) -> f64| of(axis) - other.map_or(0.0, of);
         let mut corners = [f64::NAN; 6];
-        let others = other.map_or([f64::NAN; 3], Axis::corners);
+        let others = other.map_or([f64::NAN; 3], AxisMotion::corners);
         for (slot, corner) in corners
             .iter_mut()
             .zip(axis.corners().into_iter().chain(others))
@@ -205,9 +136,9 @@ impl JointSegment {
 
 impl JointSegment {
     /// The joint that goes furthest, and how far.
-    pub(crate) fn dominant_axis(&self) -> (Axis, f64) {
+    pub(crate) fn dominant_axis(&self) -> (AxisMotion, f64) {
         let [first, ..] = self.axes;
-        let sweep = |axis: &Axis| libm::fabs(axis.offset(axis.duration()));
+        let sweep = |axis: &AxisMotion| libm::fabs(axis.offset(axis.duration()));
         self.axes
             .iter()
             .map(|axis| (*axis, sweep(axis)))

@@ -26,6 +26,7 @@ mod arc;
 mod arc_plan;
 mod arc_reach;
 mod arc_segment;
+mod axis_motion;
 mod boundary;
 mod crossing;
 mod error;
@@ -50,10 +51,10 @@ mod state;
 mod tool_path;
 mod top_view;
 mod trajectory;
-mod trapezoid;
 mod velocity_profile;
 mod wrist;
 
+pub use axis_motion::AxisMotion;
 pub use error::{MotionError, SpeedQuantity, Unreachable};
 pub use fence::{Breach, Cuboid, Fence, FenceError, FencePart};
 pub use geometry::{FOREARM, Geometry, ParseToolError, REAR_ARM, ToolBias};
@@ -68,8 +69,7 @@ pub use speeds::Speeds;
 pub use state::ArmState;
 pub use top_view::TopView;
 pub use trajectory::Trajectory;
-pub use trapezoid::{Braking, KinematicLimits, Trapezoid};
-pub use velocity_profile::VelocityProfile;
+pub use velocity_profile::{KinematicLimits, VelocityProfile};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

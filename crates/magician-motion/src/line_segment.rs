@@ -2,7 +2,6 @@
 
 use crate::boundary::{Section, spatial_cuts};
 use crate::tool_path::ToolPath;
-use crate::trapezoid::Trapezoid;
 use crate::velocity_profile::VelocityProfile;
 use crate::wrist::Interval;
 use crate::{ArmState, Geometry, Limits, Pose};
@@ -13,7 +12,7 @@ pub(crate) struct LineSegment {
     pub(crate) from: ArmState,
     pub(crate) to: ArmState,
     pub(crate) along: VelocityProfile,
-    pub(crate) turning: Trapezoid,
+    pub(crate) turning: VelocityProfile,
 }
 
 impl LineSegment {

@@ -8,8 +8,7 @@
 use crate::move_segment::SHORTEST_MOVE;
 use crate::speeds::positive;
 use crate::trajectory::microseconds;
-use crate::trapezoid::KinematicLimits;
-use crate::velocity_profile::VelocityProfile;
+use crate::velocity_profile::{KinematicLimits, VelocityProfile};
 use crate::{ArmModel, Ceilings, MotionError, SpeedQuantity};
 
 /// The settings of a continuous path.
@@ -189,10 +188,10 @@ impl LookAhead {
                 return 0;
             }
             let exit = libm::sqrt(*exit);
-            let law =
+            let profile =
                 VelocityProfile::between(segment.length, speed, exit, &look_ahead.rates(segment));
-            speed = law.exit();
-            microseconds(law.duration())
+            speed = profile.exit();
+            microseconds(profile.duration())
         })
     }
 

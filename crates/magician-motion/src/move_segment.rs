@@ -1,10 +1,11 @@
 //! One stretch of a motion: geometry and velocity profile together.
 
 use crate::arc_segment::ArcSegment;
-use crate::joint_segment::{Axis, JointSegment};
+use crate::joint_segment::JointSegment;
 use crate::line_segment::LineSegment;
 use crate::path_segment::PathSegment;
 use crate::tool_path::ToolPath;
+use crate::velocity_profile::VelocityProfile;
 use crate::{ArmState, Geometry, Limits, MotionError, Pose, apex};
 
 /// What a segment is made of.
@@ -149,15 +150,14 @@ impl MoveSegment {
         }
     }
 
-    fn dominant_axis(&self) -> Axis {
+    /// The profile that the progress of the segment is measured by.
+    fn dominant_profile(&self) -> VelocityProfile {
         match self {
-            Self::Joints(segment) => segment.dominant_axis().0,
-            Self::Line(segment) if segment.along.length() >= SHORTEST_MOVE => {
-                Axis::Running(1.0, segment.along)
-            }
-            Self::Line(segment) => Axis::Travelling(1.0, segment.turning),
-            Self::Arc(segment) => Axis::Travelling(1.0, segment.along),
-            Self::Segment(segment) => Axis::Running(1.0, segment.along),
+            Self::Joints(segment) => *segment.dominant_axis().0.profile(),
+            Self::Line(segment) if segment.along.length() >= SHORTEST_MOVE => segment.along,
+            Self::Line(segment) => segment.turning,
+            Self::Arc(segment) => segment.along,
+            Self::Segment(segment) => segment.along,
         }
     }
 
@@ -166,9 +166,7 @@ impl MoveSegment {
         match &mut self {
             Self::Joints(JointSegment { axes, .. }) => {
                 for axis in axes {
-                    if let Axis::Travelling(_, profile) = axis {
-                        *profile = profile.stretched(duration);
-                    }
+                    *axis = axis.stretched(duration);
                 }
             }
             Self::Line(LineSegment { along, turning, .. }) => {
@@ -186,24 +184,18 @@ impl MoveSegment {
 
     /// The share of the segment done after `t` seconds.
     pub(crate) fn progress(&self, t: f64) -> f64 {
-        let axis = self.dominant_axis();
-        let whole = axis.offset(axis.duration());
-        if whole == 0.0 || t >= self.duration() {
+        let profile = self.dominant_profile();
+        if profile.length() == 0.0 || t >= self.duration() {
             1.0
         } else {
-            axis.offset(t) / whole
+            profile.position(t) / profile.length()
         }
     }
 
     /// When a share of the segment is done, seconds.
     pub(crate) fn time_at(&self, progress: f64) -> f64 {
-        match self.dominant_axis() {
-            Axis::Travelling(_, profile) => profile.time_at(progress * profile.length()),
-            Axis::Running(_, law) => law.time_at(progress * law.length()),
-            Axis::Braking(braking) => {
-                braking.duration() * (1.0 - libm::sqrt((1.0 - progress).max(0.0)))
-            }
-        }
+        let profile = self.dominant_profile();
+        profile.time_at(progress * profile.length())
     }
 }
 

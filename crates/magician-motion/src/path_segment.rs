@@ -23,11 +23,11 @@ pub(crate) struct PathSegment {
 
 impl PathSegment {
     /// The rest of the segment from `t` on, by a new profile from the present speed.
-    pub(crate) fn rest(&self, t: f64, law: impl FnOnce(f64, f64) -> VelocityProfile) -> Self {
+    pub(crate) fn rest(&self, t: f64, profile: impl FnOnce(f64, f64) -> VelocityProfile) -> Self {
         let done = self.done + self.along.position(t);
         Self {
             done,
-            along: law(self.length - done, self.along.velocity(t)),
+            along: profile(self.length - done, self.along.velocity(t)),
             ..*self
         }
     }

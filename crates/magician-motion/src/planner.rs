@@ -1,10 +1,11 @@
 //! From a request to a trajectory (model section 7).
 
-use crate::joint_segment::{Axis, JointSegment};
+use crate::axis_motion::AxisMotion;
+use crate::joint_segment::JointSegment;
 use crate::jump::Corners;
 use crate::line_segment::LineSegment;
 use crate::move_segment::{MoveSegment, SHORTEST_MOVE};
-use crate::trapezoid::{KinematicLimits, Trapezoid};
+use crate::velocity_profile::{KinematicLimits, VelocityProfile};
 use crate::{
     ArmState, Ceilings, Geometry, JointAngles, JumpHeights, Limits, MotionError, Pose, Speeds,
     Trajectory, Transfer, Unreachable,
@@ -300,16 +301,24 @@ impl Planner {
         let [s1, s2, s3, s4] = sweeps;
         let [p1, p2, p3, p4] =
             synchronised(lengths, |joint| self.speeds.joint(joint, &self.ceilings))?;
-        let axis = |sweep, profile| Axis::Travelling(libm::copysign(1.0, sweep), profile);
         Ok(MoveSegment::Joints(JointSegment {
             from: *from,
             to: *to,
-            axes: [axis(s1, p1), axis(s2, p2), axis(s3, p3), axis(s4, p4)],
+            axes: [
+                AxisMotion::new(s1, p1),
+                AxisMotion::new(s2, p2),
+                AxisMotion::new(s3, p3),
+                AxisMotion::new(s4, p4),
+            ],
         }))
     }
 
     /// The profiles of a tool that goes `way` mm along its path and turns by `turn` degrees meanwhile.
-    pub(crate) fn tool_profiles(&self, way: f64, turn: f64) -> Result<[Trapezoid; 2], MotionError> {
+    pub(crate) fn tool_profiles(
+        &self,
+        way: f64,
+        turn: f64,
+    ) -> Result<[VelocityProfile; 2], MotionError> {
         synchronised([way, libm::fabs(turn)], |axis| match axis {
             0 => self.speeds.linear(&self.ceilings),
             _ => self.speeds.rotation(&self.ceilings),
@@ -323,7 +332,7 @@ impl Planner {
         Ok(MoveSegment::Line(LineSegment {
             from: *from,
             to: *to,
-            along: along.into(),
+            along,
             turning,
         }))
     }
@@ -390,7 +399,7 @@ impl Destination {
 fn synchronised<const N: usize>(
     lengths: [f64; N],
     rates: impl Fn(usize) -> Result<KinematicLimits, MotionError>,
-) -> Result<[Trapezoid; N], MotionError> {
+) -> Result<[VelocityProfile; N], MotionError> {
     let mut duration: f64 = 0.0;
     let mut allowed: [Option<KinematicLimits>; N] = [None; N];
     for (axis, (slot, length)) in allowed.iter_mut().zip(lengths).enumerate() {
@@ -406,11 +415,13 @@ fn synchronised<const N: usize>(
     if lengths.iter().all(|length| *length < SHORTEST_MOVE) {
         duration = 0.0;
     }
-    let mut profiles = [Trapezoid::default(); N];
+    let mut profiles = [VelocityProfile::default(); N];
     for (profile, (length, rates)) in profiles.iter_mut().zip(lengths.into_iter().zip(allowed)) {
         *profile = match rates {
-            Some(rates) if duration > 0.0 => Trapezoid::lasting(length, &rates, duration),
-            _ => Trapezoid::triangle(length, duration),
+            Some(rates) if duration > 0.0 => {
+                VelocityProfile::trapezoid_in(length, &rates, duration)
+            }
+            _ => VelocityProfile::triangle(length, duration),
         };
     }
     Ok(profiles)

@@ -3,8 +3,7 @@
 use crate::move_segment::{MoveSegment, SHORTEST_MOVE};
 use crate::path_segment::PathSegment;
 use crate::speeds::finite_speed;
-use crate::trapezoid::KinematicLimits;
-use crate::velocity_profile::VelocityProfile;
+use crate::velocity_profile::{KinematicLimits, VelocityProfile};
 use crate::{ArmState, MotionError, Plan, Planner, Pose, SpeedQuantity, Trajectory};
 
 impl Planner {

@@ -1,6 +1,6 @@
 //! How fast a motion may be: what has been set, the ratio, and the arm's ceilings.
 
-use crate::trapezoid::KinematicLimits;
+use crate::velocity_profile::KinematicLimits;
 use crate::{ArmModel, Ceilings, MotionError, SpeedQuantity};
 
 /// The point-to-point speed settings as they stand, in the values of the protocol: nothing clamped or checked.

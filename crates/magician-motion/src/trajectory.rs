@@ -1,8 +1,8 @@
 //! A planned motion as a function of time.
 
-use crate::joint_segment::{Axis, JointSegment};
+use crate::axis_motion::AxisMotion;
+use crate::joint_segment::JointSegment;
 use crate::move_segment::MoveSegment;
-use crate::trapezoid::Braking;
 use crate::{ArmState, Geometry, MotionError};
 
 /// A planned motion: up to three segments, and where it ends. Where two segments meet, the arm is at rest.
@@ -285,9 +285,8 @@ impl Trajectory {
             .map(|(velocity, deceleration)| libm::fabs(*velocity) / deceleration)
             .fold(0.0, f64::max);
         let [v1, v2, v3, _] = velocities;
-        let axes = [v1, v2, v3].map(|velocity| Axis::Braking(Braking::lasting(velocity, duration)));
-        let [a1, a2, a3] = axes;
-        let axes = [a1, a2, a3, Axis::Braking(Braking::lasting(0.0, 0.0))];
+        let [a1, a2, a3] = [v1, v2, v3].map(|velocity| AxisMotion::stopping_in(velocity, duration));
+        let axes = [a1, a2, a3, AxisMotion::at_rest()];
         let segment = JointSegment::following(&self.geometry, &from, axes);
         if duration > 0.0 {
             Self::of_segments(&self.geometry, &from, [MoveSegment::Joints(segment)])

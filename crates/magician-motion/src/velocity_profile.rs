@@ -1,10 +1,44 @@
-//! The velocity profile of one axis that need not begin or end at rest: jogging and continuous path (model sections 8 and 10).
+//! The velocity of one axis as a function of time: from rest to rest, between any two speeds, or to rest (model sections 7, 8,
+//! 10 and 14).
 
-use crate::trapezoid::{KinematicLimits, Trapezoid};
+/// The fastest that an axis may go, in its own unit: per second, and per second squared. Both are positive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KinematicLimits {
+    /// Highest velocity.
+    pub velocity: f64,
+    /// Highest acceleration.
+    pub acceleration: f64,
+}
 
-/// A velocity that ramps from its entry to a peak, holds it, and ramps to its exit; it is never negative.
+impl KinematicLimits {
+    /// The least time in seconds for `length` from rest to rest.
+    #[must_use]
+    pub fn least_time(&self, length: f64) -> f64 {
+        let Self {
+            velocity,
+            acceleration,
+        } = *self;
+        if length * acceleration > velocity * velocity {
+            length / velocity + velocity / acceleration
+        } else {
+            2.0 * libm::sqrt(length / acceleration)
+        }
+    }
+}
+
+/// A trapezoid of velocity without a jerk limit: it ramps from its entry to a peak, holds it, and ramps to its exit; it is never
+/// negative.
 ///
 /// Everything is a closed form of time; nothing is accumulated. The way back from a reversal is a profile of its own.
+///
+/// ```
+/// use magician_motion::{KinematicLimits, VelocityProfile};
+///
+/// let limits = KinematicLimits { velocity: 100.0, acceleration: 200.0 };
+/// let profile = VelocityProfile::trapezoid(100.0, &limits);
+/// assert_eq!(profile.duration(), 1.5); // half a second up, half a second at 100, half a second down
+/// assert_eq!((profile.position(0.5), profile.velocity(1.0)), (25.0, 100.0));
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VelocityProfile {
     length: f64,
@@ -17,17 +51,58 @@ pub struct VelocityProfile {
 }
 
 impl VelocityProfile {
+    /// The fastest profile over `length` from rest to rest.
+    #[must_use]
+    pub fn trapezoid(length: f64, limits: &KinematicLimits) -> Self {
+        Self::trapezoid_in(length, limits, limits.least_time(length))
+    }
+
+    /// The profile over `length` from rest to rest that takes `duration` seconds, no less than the fastest: a triangle where the
+    /// velocity allows, else a trapezoid at full velocity with the ramps that are left.
+    #[must_use]
+    pub fn trapezoid_in(length: f64, limits: &KinematicLimits, duration: f64) -> Self {
+        if 2.0 * length <= limits.velocity * duration {
+            return Self::triangle(length, duration);
+        }
+        let cruise = length / limits.velocity;
+        // Rounding alone may ask for a steeper ramp than is allowed, or for none.
+        let ramp = (duration - cruise).clamp(0.0, 0.5 * duration);
+        Self::symmetric(length, duration, ramp, limits.velocity)
+    }
+
+    /// The profile over `length` in `duration` seconds that never cruises; it has the least acceleration.
+    pub(crate) fn triangle(length: f64, duration: f64) -> Self {
+        let peak = if duration > 0.0 {
+            2.0 * length / duration
+        } else {
+            0.0
+        };
+        Self::symmetric(length, duration, 0.5 * duration, peak)
+    }
+
+    fn symmetric(length: f64, duration: f64, ramp: f64, peak: f64) -> Self {
+        Self {
+            length,
+            duration,
+            entry: 0.0,
+            peak,
+            exit: 0.0,
+            ramp_in: ramp,
+            ramp_out: ramp,
+        }
+    }
+
     /// The fastest profile over `length` from one speed to another, neither of them negative.
     ///
-    /// It cruises no faster than the rates allow, and slows down to that if it enters faster. Where `length` is too
+    /// It cruises no faster than the limits allow, and slows down to that if it enters faster. Where `length` is too
     /// short to gain the exit speed, it exits with what it has gained; where it is too short to lose the excess, it
-    /// brakes harder than the rates allow and still exits as asked.
+    /// brakes harder than the limits allow and still exits as asked.
     #[must_use]
-    pub fn between(length: f64, entry: f64, exit: f64, rates: &KinematicLimits) -> Self {
+    pub fn between(length: f64, entry: f64, exit: f64, limits: &KinematicLimits) -> Self {
         let KinematicLimits {
             velocity: cruise,
             acceleration,
-        } = *rates;
+        } = *limits;
         let gained = entry * entry + 2.0 * acceleration * length;
         let mut exit = exit.min(cruise);
         if exit * exit > gained {
@@ -62,6 +137,20 @@ impl VelocityProfile {
         Self::braking(0.5 * entry * entry / deceleration, entry, 0.0)
     }
 
+    /// From a speed to rest in `duration` seconds.
+    #[must_use]
+    pub fn stopping_in(entry: f64, duration: f64) -> Self {
+        Self {
+            length: 0.5 * entry * duration,
+            duration,
+            entry,
+            peak: entry,
+            exit: 0.0,
+            ramp_in: 0.0,
+            ramp_out: duration,
+        }
+    }
+
     /// One ramp down over the whole length.
     fn braking(length: f64, entry: f64, exit: f64) -> Self {
         let duration = if entry > 0.0 {
@@ -81,15 +170,18 @@ impl VelocityProfile {
     }
 
     /// The same way in `duration` seconds, no less than this profile takes, if it is from rest to rest; else this profile.
+    ///
+    /// A profile that cruises does so at the velocity allowed, and one that does not will not when given longer: so this is what
+    /// [`trapezoid_in`](Self::trapezoid_in) gives for the limits that this one was made for.
     pub(crate) fn stretched(&self, duration: f64) -> Self {
         if self.entry > 0.0 || self.exit > 0.0 {
             return *self;
         }
-        let rates = KinematicLimits {
+        let limits = KinematicLimits {
             velocity: self.peak,
             acceleration: self.slope_out(),
         };
-        Trapezoid::lasting(self.length, &rates, duration.max(self.duration)).into()
+        Self::trapezoid_in(self.length, &limits, duration.max(self.duration))
     }
 
     /// The distance covered in all.
@@ -197,22 +289,6 @@ impl VelocityProfile {
             self.duration - ramp_time(left, self.exit, self.slope_out())
         } else {
             self.ramp_in + (distance - ramped_in) / self.peak
-        }
-    }
-}
-
-impl From<Trapezoid> for VelocityProfile {
-    fn from(profile: Trapezoid) -> Self {
-        let (peak, _) = profile.extremes();
-        let [ramp, _] = profile.corners();
-        Self {
-            length: profile.length(),
-            duration: profile.duration(),
-            entry: 0.0,
-            peak,
-            exit: 0.0,
-            ramp_in: ramp,
-            ramp_out: ramp,
         }
     }
 }

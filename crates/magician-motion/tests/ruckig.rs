@@ -2,7 +2,9 @@
 
 mod support;
 
-use magician_motion::{ArmModel, ArmState, KinematicLimits, Planner, Speeds, Target, Trapezoid};
+use magician_motion::{
+    ArmModel, ArmState, KinematicLimits, Planner, Speeds, Target, VelocityProfile,
+};
 use proptest::prelude::*;
 use rsruckig::prelude::*;
 use support::*;
@@ -26,7 +28,7 @@ proptest! {
 
     #[test]
     fn one_axis(length in 1e-3..500.0f64, velocity in 0.5..480.0f64, acceleration in 0.5..400.0f64) {
-        let ours = Trapezoid::fastest(length, &KinematicLimits { velocity, acceleration }).duration();
+        let ours = VelocityProfile::trapezoid(length, &KinematicLimits { velocity, acceleration }).duration();
         let theirs = ruckig([length], [velocity], [acceleration]);
         prop_assert!((ours - theirs).abs() <= 1e-6, "{ours} {theirs}");
     }

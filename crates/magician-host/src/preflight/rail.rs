@@ -1,6 +1,6 @@
 //! The carriage on the rail, as far as a program tells (model section 12).
 
-use magician_motion::Trapezoid;
+use magician_motion::VelocityProfile;
 use magician_protocol::PtpMode;
 
 use super::Preflight;
@@ -59,8 +59,8 @@ impl Preflight {
                 let rates = self.now.rail_rates().ok_or_else(|| {
                     Error::invalid("speeds on the rail and their ratios must be above 0")
                 })?;
-                let law = Trapezoid::fastest(way, &rates);
-                Some(microseconds(law.duration()))
+                let profile = VelocityProfile::trapezoid(way, &rates);
+                Some(microseconds(profile.duration()))
             }
         };
         Ok(Course { to: Some(to), time })

@@ -225,7 +225,7 @@ fn arms(geometry: &Geometry) -> [f64; 3] {
 fn rates(segment: &JointSegment) -> [(f64, f64); 3] {
     let [first, second, third, _] = &segment.axes;
     [first, second, third].map(|axis| {
-        let (velocity, acceleration) = axis.extremes();
+        let (velocity, acceleration) = axis.profile().extremes();
         (
             libm::fabs(velocity) / DEGREES_PER_RADIAN,
             libm::fabs(acceleration) / DEGREES_PER_RADIAN,
@@ -270,10 +270,10 @@ fn highest_speed(segment: &MoveSegment, geometry: &Geometry) -> f64 {
 }
 
 /// Speeds change evenly between the ends of a profile and its corners.
-fn peak(law: &VelocityProfile) -> f64 {
-    let [first, second] = law.corners();
-    let speeds = [0.0, first, second].map(|at| law.velocity(at));
-    speeds.into_iter().fold(law.exit(), f64::max)
+fn peak(profile: &VelocityProfile) -> f64 {
+    let [first, second] = profile.corners();
+    let speeds = [0.0, first, second].map(|at| profile.velocity(at));
+    speeds.into_iter().fold(profile.exit(), f64::max)
 }
 
 fn sampled_speed(motion: &Trajectory, from_us: u64, to_us: u64) -> f64 {

@@ -1,7 +1,7 @@
 //! The powers of a plan's burns: in proportion to speed (M4), and as a person wants them.
 
 use magician_host::words::PathLaws;
-use magician_host::{Given, Law, Set, Setting};
+use magician_host::{Given, Set, Setting, VelocityProfile};
 
 use super::{Action, Plan, Step};
 use crate::{Diagnostic, DiagnosticCode, Parsed, Power};
@@ -58,7 +58,7 @@ impl Plan {
         }
     }
 
-    fn path_laws(&self) -> Vec<Option<Law>> {
+    fn path_laws(&self) -> Vec<Option<VelocityProfile>> {
         let commands: Vec<Set> = self
             .steps
             .iter()
@@ -112,7 +112,11 @@ impl Plan {
 }
 
 /// Cuts the steps that follow their speed where it changes; with how many pieces each may still become.
-fn cut(steps: &[Step], room: &[usize], laws: &[Option<Law>]) -> (Vec<Step>, Vec<usize>) {
+fn cut(
+    steps: &[Step],
+    room: &[usize],
+    laws: &[Option<VelocityProfile>],
+) -> (Vec<Step>, Vec<usize>) {
     let mut pieces = Vec::with_capacity(steps.len());
     let mut left = Vec::with_capacity(steps.len());
     let mut from = None;
@@ -158,7 +162,7 @@ fn between(from: [f32; 3], to: [f32; 3], share: f64) -> [f32; 3] {
 
 /// After how many mm a segment is to be cut, so that no piece of it is off its mean speed by more than a tenth of the feed.
 /// Faster than the feed counts as the feed.
-fn cuts(law: &Law, feed: f64) -> Vec<f64> {
+fn cuts(law: &VelocityProfile, feed: f64) -> Vec<f64> {
     let [ramp_in, cruise] = law.corners();
     let end = law.duration();
     let speed = |time: f64| law.velocity(time).min(feed);
@@ -188,7 +192,7 @@ fn cuts(law: &Law, feed: f64) -> Vec<f64> {
 }
 
 /// When a ramp between two times passes a speed.
-fn when(law: &Law, speed: f64, from: f64, to: f64) -> f64 {
+fn when(law: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
     let (slow, fast) = (law.velocity(from), law.velocity(to));
     match fast > slow {
         true => from + (to - from) * ((speed - slow) / (fast - slow)).clamp(0.0, 1.0),
@@ -197,7 +201,7 @@ fn when(law: &Law, speed: f64, from: f64, to: f64) -> f64 {
 }
 
 /// A note about the strokes that never come to their feed.
-fn unreached(steps: &[Step], laws: &[Option<Law>]) -> Option<Diagnostic> {
+fn unreached(steps: &[Step], laws: &[Option<VelocityProfile>]) -> Option<Diagnostic> {
     let (mut strokes, mut weak) = (0_u32, 0_u32);
     // The first that is weak, its feed, and the best speed of them all.
     let mut told: Option<(usize, f64, f64)> = None;

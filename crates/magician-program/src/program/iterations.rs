@@ -90,7 +90,7 @@ mod tests {
     use magician_protocol::PtpMode;
 
     use super::super::Program;
-    use super::super::rest::tests::{plan, rest, start};
+    use super::super::remaining::tests::{plan, rest, start};
     use crate::Origin;
 
     #[test]

@@ -34,6 +34,10 @@ pub(crate) enum Completion {
 
 /// Something that a command does beyond the settings, pins and tools that its handler is lent.
 #[derive(Clone, Debug)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "it lives for a call, and a box would allocate for each move"
+)]
 pub(crate) enum Effect {
     /// It was understood and is not carried out.
     Refuse(Refusal),

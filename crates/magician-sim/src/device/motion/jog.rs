@@ -9,6 +9,7 @@ use crate::Micros;
 
 /// What becomes of a jog. Nothing waits for one: its command has finished at once.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "it lives for a call")]
 pub(crate) enum JogPlan {
     /// It goes on as it does.
     Unchanged,

@@ -1,6 +1,6 @@
 //! Continuous paths: one segment after the other without a stop between (model section 8).
 
-use magician_motion::{CpSegment, JointAngles, LookAhead, Planner, Pose, KinematicLimits};
+use magician_motion::{CpSegment, JointAngles, KinematicLimits, LookAhead, Planner, Pose};
 use magician_protocol::CpMode;
 
 use crate::convert::from_wire;

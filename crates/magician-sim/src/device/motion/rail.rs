@@ -1,6 +1,6 @@
 //! The carriage on the rail (model sections 10 and 12): it moves with the arm, alone, or is jogged.
 
-use magician_motion::{Braking, Trapezoid, KinematicLimits};
+use magician_motion::{AxisMotion, KinematicLimits, VelocityProfile};
 
 use crate::Micros;
 use crate::device::store::settings::Settings;
@@ -40,11 +40,10 @@ impl Rail {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RailPath {
     from: f64,
-    slowing: Braking,
+    slowing: AxisMotion,
     /// Where it turns from slowing to going.
     turn: f64,
-    sign: f64,
-    going: Trapezoid,
+    going: AxisMotion,
     end: f64,
     duration: Micros,
 }
@@ -63,10 +62,9 @@ impl RailPath {
     pub(crate) fn standing(at: f64) -> Self {
         Self {
             from: at,
-            slowing: Braking::default(),
+            slowing: AxisMotion::at_rest(),
             turn: at,
-            sign: 1.0,
-            going: Trapezoid::default(),
+            going: AxisMotion::at_rest(),
             end: at,
             duration: 0,
         }
@@ -88,8 +86,10 @@ impl RailPath {
         }
         let duration = microseconds(rates.least_time(length)).max(least);
         Self {
-            sign: f64::copysign(1.0, to - from),
-            going: Trapezoid::lasting(length, rates, seconds(duration)),
+            going: AxisMotion::new(
+                to - from,
+                VelocityProfile::trapezoid_in(length, rates, seconds(duration)),
+            ),
             end: to,
             duration,
             ..Self::standing(from)
@@ -104,8 +104,8 @@ impl RailPath {
         if !(lasting > 0.0 && lasting.is_finite()) {
             return Self::standing(from);
         }
-        let slowing = Braking::lasting(velocity, lasting);
-        let end = (from + slowing.position(lasting)).clamp(0.0, length);
+        let slowing = AxisMotion::stopping_in(velocity, lasting);
+        let end = (from + slowing.offset(lasting)).clamp(0.0, length);
         Self {
             slowing,
             turn: end,
@@ -119,7 +119,6 @@ impl RailPath {
     pub(super) fn then_going(self, to: f64, rates: &KinematicLimits) -> Self {
         let on = Self::going(self.end, to, rates, 0);
         Self {
-            sign: on.sign,
             going: on.going,
             end: on.end,
             duration: self.duration.saturating_add(on.duration),
@@ -156,8 +155,8 @@ impl RailPath {
             return self.end;
         }
         match self.going_since(t) {
-            Some(since) => self.turn + self.sign * self.going.position(since),
-            None => self.from + self.slowing.position(seconds(t)),
+            Some(since) => self.turn + self.going.offset(since),
+            None => self.from + self.slowing.offset(seconds(t)),
         }
     }
 
@@ -167,15 +166,15 @@ impl RailPath {
             return 0.0;
         }
         match self.going_since(t) {
-            Some(since) => self.sign * self.going.velocity(since),
+            Some(since) => self.going.velocity(since),
             None => self.slowing.velocity(seconds(t)),
         }
     }
 
     /// The direction that it goes in or will, once it has slowed down; 0 if it only comes to rest.
     pub(super) fn heading(&self) -> f64 {
-        if self.going.length() > 0.0 {
-            self.sign
+        if self.going.profile().length() > 0.0 {
+            self.going.sign()
         } else {
             0.0
         }
@@ -183,8 +182,8 @@ impl RailPath {
 
     /// When a share of the way is done, of one from rest; never if it ends before.
     pub(super) fn time_at_progress(&self, share: f64) -> Option<Micros> {
-        let distance = share.clamp(0.0, 1.0) * self.going.length();
-        let at = microseconds(self.going.time_at(distance));
+        let going = self.going.profile();
+        let at = microseconds(going.time_at(share.clamp(0.0, 1.0) * going.length()));
         (at <= self.duration).then_some(at)
     }
 }

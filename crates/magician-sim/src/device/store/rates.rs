@@ -1,7 +1,8 @@
 //! What the settings mean to the planner: tool, speeds, heights.
 
 use magician_motion::{
-    ArmModel, CpSpeeds, Geometry, JogAxis, JumpHeights, Pose, KinematicLimits, Speeds, Target, ToolBias,
+    ArmModel, CpSpeeds, Geometry, JogAxis, JumpHeights, KinematicLimits, Pose, Speeds, Target,
+    ToolBias,
 };
 use magician_protocol::{Flag, commands};
 
