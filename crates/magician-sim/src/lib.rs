@@ -35,6 +35,7 @@ mod profile;
 mod runner;
 pub mod scenario;
 mod state;
+pub mod svg;
 pub mod world;
 
 pub use controller::Controller;

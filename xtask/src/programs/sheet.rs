@@ -1,6 +1,6 @@
 //! Lines on white, in true size.
 
-use std::fmt::Write as _;
+use magician_sim::svg::{Number, Svg, lines};
 
 /// Lines that look the same.
 pub(crate) struct Ink<'a> {
@@ -31,67 +31,28 @@ pub(crate) fn around<'a>(
     ]
 }
 
-/// The part of a plane between two corners: x to the right, y up. `rest` is put on top, in the same coordinates with y down.
-pub(crate) fn draw([low, high]: [[f64; 2]; 2], inks: &[Ink<'_>], rest: &str) -> String {
-    let size = [0, 1].map(|axis| Mm(high[axis] - low[axis]));
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}mm\" height=\"{}mm\" viewBox=\"{} {} {} {}\">\n\
-         <rect x=\"{}\" y=\"{}\" width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-         <g fill=\"none\" stroke-linejoin=\"round\">\n",
-        size[0],
-        size[1],
-        Mm(low[0]),
-        Mm(-high[1]),
-        size[0],
-        size[1],
-        Mm(low[0]),
-        Mm(-high[1]),
-    );
+/// The part of a plane between two corners: x to the right, y up. `rest` is put on top of the lines, with y down.
+pub(crate) fn draw(
+    [low, high]: [[f64; 2]; 2],
+    inks: &[Ink<'_>],
+    rest: impl FnOnce(&mut Svg),
+) -> String {
+    let hundredths = |value: f64| (value * 100.0).round() / 100.0;
+    let [left, right, bottom, top] = [low[0], high[0], low[1], high[1]].map(hundredths);
+    let mut svg = Svg::true_size([left, -top], [right - left, top - bottom]);
+    svg.group("g", &[("fill", "none"), ("stroke-linejoin", "round")]);
+    svg.line_feed();
     for ink in inks.iter().filter(|ink| !ink.lines.is_empty()) {
-        svg.push_str("<path d=\"");
-        for line in &ink.lines {
-            push(&mut svg, line);
-        }
-        // Writing to a string does not fail.
-        let _ = writeln!(
-            svg,
-            "\" stroke=\"{}\" stroke-linecap=\"{}\" stroke-width=\"{}\" stroke-opacity=\"{}\"/>",
-            ink.colour,
-            if ink.round { "round" } else { "butt" },
-            Mm(ink.width),
-            Mm(ink.opacity)
-        );
+        let [width, opacity] = [ink.width, ink.opacity].map(|value| Number(value).to_string());
+        let look = [
+            ("stroke", ink.colour),
+            ("stroke-linecap", if ink.round { "round" } else { "butt" }),
+            ("stroke-width", &width),
+            ("stroke-opacity", &opacity),
+        ];
+        svg.path(&lines(ink.lines.iter().copied(), |[x, y]| [x, -y]), &look);
     }
-    svg.push_str("</g>\n");
-    svg.push_str(rest);
-    svg.push_str("</svg>\n");
-    svg
-}
-
-/// Each corner from the last, in whole hundredths, so that nothing adds up.
-fn push(svg: &mut String, line: &[[f64; 2]]) {
-    let mut last: Option<[i64; 2]> = None;
-    for [x, y] in line {
-        let to = [*x, -*y].map(|value| (value * 100.0).round() as i64);
-        let way =
-            last.map(|last| [to[0] - last[0], to[1] - last[1]].map(|way| Mm(way as f64 / 100.0)));
-        let at = to.map(|value| Mm(value as f64 / 100.0));
-        let _ = match way {
-            None => write!(svg, "M{} {}", at[0], at[1]),
-            Some([dx, Mm(0.0)]) => write!(svg, "h{dx}"),
-            Some([Mm(0.0), dy]) => write!(svg, "v{dy}"),
-            Some([dx, dy]) => write!(svg, "l{dx} {dy}"),
-        };
-        last = Some(to);
-    }
-}
-
-/// To a hundredth, without idle zeros.
-#[derive(Clone, Copy)]
-pub(crate) struct Mm(pub(crate) f64);
-
-impl std::fmt::Display for Mm {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}", (self.0 * 100.0).round() / 100.0 + 0.0)
-    }
+    svg.end();
+    rest(&mut svg);
+    svg.finish()
 }

@@ -10,9 +10,11 @@ use magician_program::preview::{Preview, PreviewOptions};
 use magician_program::raster::{Engrave, Grid, Size};
 use magician_program::rehearse::{Rehearsal, RehearseOptions, rehearse, stage, start_of};
 use magician_program::{Artwork, Content, Format, Plan, Raster, ReadOptions, Surface, check, read};
+use magician_sim::svg::FONTS;
+use magician_sim::svg::palette::{BURNT, DRAWN};
 
 use super::Program;
-use super::sheet::{Ink, Mm, around, draw};
+use super::sheet::{Ink, around, draw};
 use super::source::{self, Line};
 
 /// The height of paper and wood, mm.
@@ -29,8 +31,6 @@ const CELL: f64 = 1.0;
 const TONE: f64 = 0.02;
 /// Steps of darkness in a picture.
 const SHADES: usize = 20;
-const BLACK: &str = "#1a1a1a";
-const BURNT: &str = "#4a2508";
 
 /// What came of a program.
 pub(crate) struct Trial {
@@ -187,13 +187,13 @@ fn took(done: &Rehearsal) -> String {
 /// Lines of a source.
 fn lines(frame: [[f64; 2]; 2], lines: &[Line]) -> String {
     let ink = Ink {
-        colour: BLACK,
+        colour: DRAWN,
         width: 0.5,
         opacity: 1.0,
         round: true,
         lines: lines.iter().map(Vec::as_slice).collect(),
     };
-    draw(frame, &[ink], "")
+    draw(frame, &[ink], |_| {})
 }
 
 /// What pen and laser have left.
@@ -207,7 +207,7 @@ fn picture(frame: [[f64; 2]; 2], drawing: &Drawing) -> String {
     };
     let shade = |power: f64| (power / 100.0 * SHADES as f64).ceil() as usize;
     let mut inks = vec![Ink {
-        colour: BLACK,
+        colour: DRAWN,
         width: 0.5,
         opacity: 1.0,
         round: true,
@@ -221,7 +221,7 @@ fn picture(frame: [[f64; 2]; 2], drawing: &Drawing) -> String {
         opacity: nth as f64 / SHADES as f64,
         lines: of(&|kind, power| kind == StrokeKind::Burn && shade(power) == nth),
     }));
-    draw(frame, &inks, "")
+    draw(frame, &inks, |_| {})
 }
 
 /// The points of a plan, with their names.
@@ -236,22 +236,15 @@ fn points(plan: &Plan) -> String {
     let targets: Vec<_> = targets.collect();
     let places: Vec<_> = targets.iter().map(|(place, _)| *place).collect();
     let frame = around([places.as_slice()], 25.0);
-    let mut dots = String::new();
-    let mut named: Vec<[f64; 2]> = Vec::new();
-    for ([x, y], name) in &targets {
-        dots.push_str(&format!(
-            "<circle cx=\"{x}\" cy=\"{}\" r=\"1.4\" fill=\"{BLACK}\"/>\n",
-            Mm(-y)
-        ));
-        if !name.is_empty() && !named.contains(&[*x, *y]) {
-            let text = "font-family=\"Roboto, 'DejaVu Sans', Helvetica, Arial, sans-serif\" font-size=\"6\"";
-            dots.push_str(&format!(
-                "<text x=\"{}\" y=\"{}\" {text} fill=\"{BLACK}\">{name}</text>\n",
-                x + 3.0,
-                2.0 - y
-            ));
-            named.push([*x, *y]);
+    draw(frame, &[], |svg| {
+        let mut named: Vec<[f64; 2]> = Vec::new();
+        for ([x, y], name) in &targets {
+            svg.circle([*x, -y], 1.4, &[("fill", DRAWN)]);
+            if !name.is_empty() && !named.contains(&[*x, *y]) {
+                let look = [("font-family", FONTS), ("font-size", "6"), ("fill", DRAWN)];
+                svg.label([x + 3.0, 2.0 - y], name, &look);
+                named.push([*x, *y]);
+            }
         }
-    }
-    draw(frame, &[], &dots)
+    })
 }

@@ -2,11 +2,12 @@
 
 use super::markers::MarkerKind;
 use super::panel::{Extent, Panel};
-use super::svg::{Number, Svg, path};
 use super::symbols;
 use super::toolpath::{Layer, StrokeKind, Toolpath};
-use super::{BASE, FAINT, INK, PreviewOptions, REACH, REACH_EDGE, layers};
+use super::{PreviewOptions, layers};
 use crate::Report;
+use magician_sim::svg::palette::{BASE, FAINT, INK, PAPER, REACH, REACH_EDGE};
+use magician_sim::svg::{Number, Svg, lines, path};
 
 /// The base is 158 mm square.
 const HALF_BASE: f64 = 79.0;
@@ -44,7 +45,7 @@ pub(super) fn draw(
         let data = path(sheet.iter().map(|corner| panel.at(*corner)), true);
         let look = [
             ("class", "sheet"),
-            ("fill", "#fff"),
+            ("fill", PAPER),
             ("stroke", FAINT),
             ("stroke-width", "0.3"),
         ];
@@ -54,7 +55,7 @@ pub(super) fn draw(
     if let Some(fence) = &options.fence {
         super::fence::draw(svg, panel, fence);
     }
-    let look = |layer: &Layer| super::svg::tracks(&layer.above, |point| panel.at(point));
+    let look = |layer: &Layer| lines(layer.above.lines(), |point| panel.at(point));
     layers::draw(svg, &toolpath.layers, look);
     for mark in &toolpath.markers {
         let [x, y, _] = mark.at;

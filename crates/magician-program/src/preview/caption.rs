@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use super::purpose::PlanPurpose;
-use super::svg::{Anchor, Svg, Type};
 use super::toolpath::Toolpath;
-use super::{FAINT, INK};
 use crate::{Plan, Report};
+use magician_sim::svg::palette::{FAINT, INK};
+use magician_sim::svg::{Anchor, Svg, TextStyle};
 
 /// How wide a letter of the title is on the average, of its size.
 const WIDE: f64 = 0.56;
@@ -20,7 +20,7 @@ pub(super) fn draw(
     report: &Report,
     toolpath: &Toolpath,
 ) {
-    let title = Type {
+    let title = TextStyle {
         size: 5.2,
         colour: INK,
         anchor: Anchor::Start,
@@ -34,7 +34,7 @@ pub(super) fn draw(
     let most = (width / (title.size * WIDE)) as usize;
     let short: String = name.chars().take(most).collect();
     svg.text([left, top + 4.6], short, &title);
-    let text = Type {
+    let text = TextStyle {
         size: 3.4,
         colour: FAINT,
         ..title

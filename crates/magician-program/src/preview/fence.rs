@@ -3,7 +3,7 @@
 use magician_motion::{Cuboid, Fence};
 
 use super::panel::{Extent, Panel};
-use super::svg::{Svg, segments};
+use magician_sim::svg::{Svg, segments};
 
 /// Of the box's outline, and of keep-outs.
 const EDGE: &str = "#8a5a00";

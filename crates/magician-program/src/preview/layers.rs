@@ -1,8 +1,8 @@
 //! How each sort of way looks.
 
-use super::svg::{Number, Svg};
 use super::toolpath::{Layer, SHADES, StrokeKind};
-use super::{BURNT, CARRIED, CASING, DRAWN, EMPTY, UNREACHABLE};
+use magician_sim::svg::palette::{BURNT, CARRIED, DRAWN, EMPTY, PAPER, UNREACHABLE};
+use magician_sim::svg::{Number, Svg};
 
 /// With more corners than this, and between the lines of an engraving, dashes are only a cloud.
 const DASHED: usize = 600;
@@ -84,7 +84,7 @@ fn class(leaves: StrokeKind) -> &'static str {
 pub(super) fn casing(svg: &mut Svg, data: &str) {
     let look = [
         ("fill", "none"),
-        ("stroke", CASING),
+        ("stroke", PAPER),
         ("stroke-width", "1.1"),
         ("stroke-linecap", "round"),
         ("stroke-linejoin", "round"),

@@ -6,10 +6,11 @@ use super::above::{has, kinds};
 use super::layers::look;
 use super::markers::MarkerKind;
 use super::purpose::PlanPurpose;
-use super::svg::{Anchor, Number, Svg, Type, path, signed};
+use super::symbols;
 use super::toolpath::{MOST_REFUSED, SHADES, StrokeKind, Toolpath};
-use super::{INK, REACH, REACH_EDGE, WRONG, symbols};
 use crate::{Diagnostic, Report};
+use magician_sim::svg::palette::{INK, REACH, REACH_EDGE, WRONG};
+use magician_sim::svg::{Anchor, Number, Svg, TextStyle, path, signed};
 
 /// From one row to the next, mm.
 const ROW: f64 = 5.5;
@@ -82,7 +83,7 @@ impl Legend {
 
     /// Draws it with its upper left corner at a place.
     pub(super) fn draw(&self, svg: &mut Svg, [left, top]: [f64; 2]) {
-        let text = Type {
+        let text = TextStyle {
             size: LETTER,
             colour: INK,
             anchor: Anchor::Start,
@@ -93,7 +94,7 @@ impl Legend {
             sign.draw(svg, at);
             svg.text([at[0] + sign.width() + GAP, at[1] + 1.1], label, &text);
         }
-        let wrong = Type {
+        let wrong = TextStyle {
             colour: WRONG,
             ..text
         };

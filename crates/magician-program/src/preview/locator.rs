@@ -2,9 +2,9 @@
 
 use super::above::{base, reach};
 use super::panel::Panel;
-use super::svg::{Anchor, Svg, Type};
 use super::toolpath::Toolpath;
-use super::{FAINT, INK};
+use magician_sim::svg::palette::{FAINT, INK, PAPER};
+use magician_sim::svg::{Anchor, Svg, TextStyle};
 
 /// How large it is drawn.
 const SCALE: f64 = 0.1;
@@ -33,7 +33,7 @@ pub(super) fn draw(
     base(svg, &panel);
     let frame = view.part.map(|end| panel.at(end));
     let look = [
-        ("fill", "#fff"),
+        ("fill", PAPER),
         ("fill-opacity", "0.6"),
         ("stroke", INK),
         ("stroke-width", "0.3"),
@@ -44,7 +44,7 @@ pub(super) fn draw(
         svg.rectangle(drawn, &[("fill", INK), ("fill-opacity", "0.75")]);
     }
     panel.end(svg);
-    let text = Type {
+    let text = TextStyle {
         size: 2.8,
         colour: FAINT,
         anchor: Anchor::Start,

@@ -19,7 +19,6 @@ mod section;
 mod side;
 mod snapshot;
 mod strokes;
-mod svg;
 mod symbols;
 mod toolpath;
 mod tracer;
@@ -30,6 +29,7 @@ use magician_host::words::Preflight;
 use magician_motion::Fence;
 
 use legend::Legend;
+use magician_sim::svg::Svg;
 use panel::{Panel, TICKS};
 #[cfg(feature = "picture")]
 pub(crate) use png::options as svg_options;
@@ -38,23 +38,9 @@ pub use png::{PictureError, fitting, to_png};
 pub use section::section;
 pub use snapshot::{Snapshot, Standing};
 pub use strokes::DrawnLine;
-use svg::Svg;
 use toolpath::Toolpath;
 
 use crate::{Plan, Reach, Report};
-
-const INK: &str = "#1f2933";
-const FAINT: &str = "#66727f";
-const DRAWN: &str = "#1a1a1a";
-const BURNT: &str = "#4a2508";
-const EMPTY: &str = "#3b7dd8";
-const CARRIED: &str = "#d9530b";
-const WRONG: &str = "#c4161c";
-const UNREACHABLE: &str = "#d6281e";
-const CASING: &str = "#ffffff";
-const REACH: &str = "#e9edf1";
-const REACH_EDGE: &str = "#a9b5c1";
-const BASE: &str = "#d5dae0";
 
 /// Free space round the picture, and between its parts, mm.
 const MARGIN: f64 = 6.0;
@@ -156,7 +142,7 @@ fn draw(
 ) -> String {
     let page = Page::of(toolpath, report, options);
     let [left, top] = page.above.corner;
-    let mut svg = Svg::new(page.size, &plan.title);
+    let mut svg = Svg::page(page.size, "mm", &plan.title);
     let width = page.size[0] - MARGIN - left;
     caption::draw(&mut svg, [left, MARGIN], width, plan, report, toolpath);
     let surface = toolpath.purpose.surface();

@@ -1,7 +1,7 @@
 //! A framed area of a picture in true size, with a grid and its numbers.
 
-use super::svg::{Anchor, Svg, Type, segments, signed};
-use super::{FAINT, INK};
+use magician_sim::svg::palette::{FAINT, INK};
+use magician_sim::svg::{Anchor, Svg, TextStyle, segments, signed};
 
 /// The fine grid, and the one with numbers, mm; in a small view the numbers stand closer.
 const FINE: f64 = 10.0;
@@ -75,7 +75,7 @@ impl Panel {
 
     /// Draws the numbers of the grid, and what they are.
     pub(super) fn numbers(&self, svg: &mut Svg, across: &str, up: &str) {
-        let number = |anchor| Type {
+        let number = |anchor| TextStyle {
             size: 2.8,
             colour: FAINT,
             anchor,
@@ -90,7 +90,7 @@ impl Panel {
             let [x_at, y_at] = self.at([low[0], y]);
             svg.text([x_at - 1.4, y_at + 1.0], signed(y), &number(Anchor::End));
         }
-        let name = Type {
+        let name = TextStyle {
             colour: INK,
             rim: true,
             ..number(Anchor::End)
@@ -98,7 +98,7 @@ impl Panel {
         let [right, bottom] = self.at([high[0], low[1]]);
         svg.text([right - 1.5, bottom - 1.6], across, &name);
         let [left, top] = self.at([low[0], high[1]]);
-        let name = Type {
+        let name = TextStyle {
             anchor: Anchor::Start,
             ..name
         };

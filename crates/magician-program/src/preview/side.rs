@@ -5,9 +5,10 @@ use magician_motion::ArmModel;
 
 use super::panel::{Extent, Panel};
 use super::section::section;
-use super::svg::{Svg, path};
 use super::toolpath::{Layer, Toolpath};
-use super::{FAINT, REACH, REACH_EDGE, layers, symbols};
+use super::{layers, symbols};
+use magician_sim::svg::palette::{FAINT, REACH, REACH_EDGE};
+use magician_sim::svg::{Svg, lines, path};
 
 /// Which part of the plane the view shows.
 pub(super) fn part(toolpath: &Toolpath) -> [[f64; 2]; 2] {
@@ -40,7 +41,7 @@ pub(super) fn draw(svg: &mut Svg, panel: &Panel, toolpath: &Toolpath, arm: &Geom
         ("stroke-dasharray", "5 1.2 1 1.2"),
     ];
     svg.path(&path(axis, false), &look);
-    let data = |layer: &Layer| super::svg::tracks(&layer.side, |point| panel.at(point));
+    let data = |layer: &Layer| lines(layer.side.lines(), |point| panel.at(point));
     layers::draw(svg, &toolpath.layers, data);
     let beside = |[x, y, z]: [f64; 3]| panel.at([libm::hypot(x, y), z]);
     for mark in &toolpath.markers {

@@ -2,8 +2,8 @@
 
 use super::markers::{Marker, MarkerKind};
 use super::panel::Panel;
-use super::svg::{Anchor, Svg, Type, path, segments};
-use super::{CARRIED, FAINT, INK, WRONG};
+use magician_sim::svg::palette::{CARRIED, FAINT, INK, PAPER, WRONG};
+use magician_sim::svg::{Anchor, Svg, TextStyle, path, segments};
 
 /// From one sign to the next, mm.
 const APART: f64 = 3.8;
@@ -20,7 +20,7 @@ pub(super) fn begin(svg: &mut Svg, at: [f64; 2]) {
     svg.circle(
         at,
         1.1,
-        &[("fill", INK), ("stroke", "#fff"), ("stroke-width", "0.3")],
+        &[("fill", INK), ("stroke", PAPER), ("stroke-width", "0.3")],
     );
 }
 
@@ -38,7 +38,7 @@ pub(super) fn markers(svg: &mut Svg, [x, y]: [f64; 2], mark: &Marker) {
         x += APART;
     }
     if let Some(name) = &mark.name {
-        let label = Type {
+        let label = TextStyle {
             size: 3.0,
             colour: INK,
             anchor: Anchor::Start,
@@ -69,13 +69,9 @@ pub(super) fn sign(svg: &mut Svg, [x, y]: [f64; 2], kind: MarkerKind) {
     };
     match kind {
         MarkerKind::Pick => svg.path(&triangle(1.0), &look(CARRIED)),
-        MarkerKind::Place => svg.path(&triangle(-1.0), &look("#fff")),
+        MarkerKind::Place => svg.path(&triangle(-1.0), &look(PAPER)),
         MarkerKind::Wait => {
-            let look = [
-                ("fill", "#fff"),
-                ("stroke", FAINT),
-                ("stroke-width", "0.35"),
-            ];
+            let look = [("fill", PAPER), ("stroke", FAINT), ("stroke-width", "0.35")];
             svg.circle([x, y], 1.4, &look);
             let hands = path([[x, y - 0.9], [x, y], [x + 0.7, y]], false);
             svg.path(
@@ -97,7 +93,7 @@ pub(super) fn refused_step(svg: &mut Svg, panel: &Panel, at: [f64; 2], step: u64
     let rising = [[x - 1.0, y + 1.0], [x + 1.0, y - 1.0]];
     svg.path(&segments([falling, rising]), &ring);
     let left = inside[0] > high[0] - 24.0;
-    let label = Type {
+    let label = TextStyle {
         size: 3.0,
         colour: WRONG,
         anchor: if left { Anchor::End } else { Anchor::Start },

@@ -1,10 +1,10 @@
 //! A drawing as SVG, in true size.
 
-use std::fmt::Write as _;
-
 use magician_motion::TopView;
 
 use super::drawing::{Drawing, StrokeKind};
+use crate::svg::palette::{BURNT, DRAWN, EDGE};
+use crate::svg::{Fine, Svg, fine_path};
 
 /// Width of the pen's line, mm (G).
 pub(super) const INK_WIDTH: f64 = 0.5;
@@ -53,44 +53,47 @@ impl Drawing {
     #[must_use]
     pub fn to_svg_with(&self, options: &PictureOptions) -> String {
         let [[left, bottom], [right, top]] = self.frame(options);
-        let (width, height) = (Mm(right - left), Mm(top - bottom));
-        let mut svg = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}mm\" height=\"{height}mm\" \
-             viewBox=\"{} {} {width} {height}\">\n",
-            Mm(left),
-            Mm(-top)
-        );
-        // Paper: on a dark page ink on nothing cannot be seen.
-        let _ = writeln!(
-            svg,
-            "<rect x=\"{}\" y=\"{}\" width=\"100%\" height=\"100%\" fill=\"#fff\"/>",
-            Mm(left),
-            Mm(-top)
-        );
+        let mut svg = Svg::true_size([left, -top], [right - left, top - bottom]);
         if let Some(corners) = &options.sheet {
-            svg.push_str("<path class=\"sheet\" d=\"");
-            push_path(&mut svg, corners);
-            svg.push_str("Z\" fill=\"none\" stroke=\"#999\" stroke-width=\"0.3\"/>\n");
+            let data = data(corners) + "Z";
+            let look = [
+                ("class", "sheet"),
+                ("d", data.as_str()),
+                ("fill", "none"),
+                ("stroke", EDGE),
+                ("stroke-width", "0.3"),
+            ];
+            svg.leaf("path", &look);
         }
         if self.shows_base(options) {
-            svg.push_str(&mark());
+            mark(&mut svg);
         }
-        svg.push_str("<g fill=\"none\" stroke-linecap=\"round\" stroke-linejoin=\"round\">\n");
+        let look = [
+            ("fill", "none"),
+            ("stroke-linecap", "round"),
+            ("stroke-linejoin", "round"),
+        ];
+        svg.group("g", &look);
+        svg.line_feed();
+        let [ink, burn] = [INK_WIDTH, BURN_WIDTH].map(|width| Fine(width).to_string());
         for stroke in self.strokes() {
-            svg.push_str("<path d=\"");
-            push_path(&mut svg, &stroke.points);
-            svg.push_str("\" ");
-            let style = match stroke.kind {
-                StrokeKind::Ink => format!("stroke=\"#1a1a1a\" stroke-width=\"{INK_WIDTH}\"/>\n"),
-                StrokeKind::Burn => format!(
-                    "stroke=\"#4a2508\" stroke-width=\"{BURN_WIDTH}\" stroke-opacity=\"{}\"/>\n",
-                    Mm(stroke.power / 100.0)
-                ),
-            };
-            svg.push_str(&style);
+            let data = data(&stroke.points);
+            match stroke.kind {
+                StrokeKind::Ink => {
+                    svg.path(&data, &[("stroke", DRAWN), ("stroke-width", &ink)]);
+                }
+                StrokeKind::Burn => {
+                    let power = Fine(stroke.power / 100.0).to_string();
+                    let look = [
+                        ("stroke", BURNT),
+                        ("stroke-width", burn.as_str()),
+                        ("stroke-opacity", &power),
+                    ];
+                    svg.path(&data, &look);
+                }
+            }
         }
-        svg.push_str("</g>\n</svg>\n");
-        svg
+        svg.finish()
     }
 
     /// Whether the base is in a picture: if that is asked for, or if there is nothing else to show.
@@ -124,33 +127,21 @@ pub(super) fn seen(place: [f64; 2]) -> [f64; 2] {
     TopView::PAPER.project(place)
 }
 
-fn mark() -> String {
-    format!(
-        "<path d=\"M-{MARK} 0H{MARK}M0 -{MARK}V{MARK}\" stroke=\"#999\" stroke-width=\"0.3\"/>\n\
-         <circle r=\"{MARK}\" fill=\"none\" stroke=\"#999\" stroke-width=\"0.3\"/>\n"
-    )
+/// The axis of the base: a circle with a cross.
+fn mark(svg: &mut Svg) {
+    let look = [("stroke", EDGE), ("stroke-width", "0.3")];
+    svg.path(&format!("M-{MARK} 0H{MARK}M0 -{MARK}V{MARK}"), &look);
+    let radius = Fine(MARK).to_string();
+    let look = [("r", radius.as_str()), ("fill", "none")]
+        .into_iter()
+        .chain(look);
+    svg.leaf("circle", &look.collect::<Vec<_>>());
 }
 
-fn push_path(svg: &mut String, points: &[[f64; 2]]) {
-    for (nth, point) in points.iter().enumerate() {
-        let word = if nth == 0 { "M" } else { "L" };
+/// The path through places of the ground, y down.
+fn data(points: &[[f64; 2]]) -> String {
+    fine_path(points.iter().map(|point| {
         let [x, y] = seen(*point);
-        // Writing to a string does not fail.
-        let _ = write!(svg, "{word}{} {}", Mm(x), Mm(-y));
-    }
-    if points.len() == 1 {
-        // A line of no length with round ends is a dot.
-        svg.push_str("h0");
-    }
-}
-
-/// A number to a micrometre, without idle zeros.
-struct Mm(f64);
-
-impl std::fmt::Display for Mm {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let digits = format!("{:.3}", self.0);
-        let digits = digits.trim_end_matches('0').trim_end_matches('.');
-        f.write_str(if digits == "-0" { "0" } else { digits })
-    }
+        [x, -y]
+    }))
 }

@@ -3,11 +3,12 @@
 use magician_host::{Geometry, JointAngles};
 use magician_sim::world::StrokeKind;
 
+use super::super::above as ground;
 use super::super::panel::Panel;
-use super::super::svg::{Anchor, Number, Svg, Type, path};
-use super::super::{BURNT, DRAWN, FAINT, INK, above as ground};
 use super::{ABOVE, Around, Belt, Body, SCALE, hex, turned};
 use crate::{Reach, Surface};
+use magician_sim::svg::palette::{BURNT, DRAWN, EMPTY, FAINT, INK, PAPER, WRONG};
+use magician_sim::svg::{Anchor, Number, Svg, TextStyle, path};
 
 /// How wide the arm is drawn, mm.
 const WIDTH: f64 = 26.0;
@@ -48,7 +49,7 @@ pub(super) fn draw(
     for ring in &reach {
         let ring = ring.iter().map(|point| panel.at(*point));
         let look = [
-            ("fill", "#3b7dd8"),
+            ("fill", EMPTY),
             ("fill-opacity", "0.07"),
             ("stroke", "#9db8d9"),
             ("stroke-width", "0.3"),
@@ -105,11 +106,7 @@ fn belt(svg: &mut Svg, panel: &Panel, belt: &Belt) {
         let data = path(arrow.map(|(x, y)| panel.at(belt.at(along + x, y))), false);
         svg.path(
             &data,
-            &[
-                ("fill", "none"),
-                ("stroke", "#fff"),
-                ("stroke-width", "0.5"),
-            ],
+            &[("fill", "none"), ("stroke", PAPER), ("stroke-width", "0.5")],
         );
     }
 }
@@ -163,7 +160,7 @@ fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
         ("stroke-width", thick),
     ];
     svg.path(&path(corners, true), &look);
-    let label = Type {
+    let label = TextStyle {
         size: 2.8,
         colour: INK,
         anchor: Anchor::Start,
@@ -204,7 +201,7 @@ fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
 /// What a sensor sees, and where it is.
 pub(super) fn beam(svg: &mut Svg, from: [f64; 2], to: [f64; 2]) {
     let look = [
-        ("stroke", "#c4161c"),
+        ("stroke", WRONG),
         ("stroke-width", "0.3"),
         ("stroke-dasharray", "1 0.8"),
     ];
@@ -212,10 +209,6 @@ pub(super) fn beam(svg: &mut Svg, from: [f64; 2], to: [f64; 2]) {
     svg.circle(
         from,
         0.9,
-        &[
-            ("fill", "#c4161c"),
-            ("stroke", "#fff"),
-            ("stroke-width", "0.2"),
-        ],
+        &[("fill", WRONG), ("stroke", PAPER), ("stroke-width", "0.2")],
     );
 }

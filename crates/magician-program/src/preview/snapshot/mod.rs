@@ -9,8 +9,9 @@ use magician_sim::Controller;
 use magician_sim::scenario::{Color, ToolKind};
 use magician_sim::world::{Drawing, Rest};
 
-use super::svg::{Anchor, Number, Svg, Type, signed};
-use super::{FAINT, INK, MARGIN, TICKS, WRONG};
+use super::{MARGIN, TICKS};
+use magician_sim::svg::palette::{FAINT, INK, WRONG};
+use magician_sim::svg::{Anchor, Number, Svg, TextStyle, signed};
 
 /// How large it is drawn.
 const SCALE: f64 = 0.25;
@@ -167,7 +168,7 @@ impl Snapshot {
         let beside = left + size(ABOVE)[0] + MARGIN + TICKS[0];
         let width = beside + size(SIDE)[0] + MARGIN;
         let height = top + size(ABOVE)[1] + TICKS[1] + MARGIN;
-        let mut svg = Svg::new([width, height], &standing.title);
+        let mut svg = Svg::page([width, height], "mm", &standing.title);
         let arm = Geometry::magician(standing.tool);
         let pose = arm.forward(&standing.joints);
         head(&mut svg, left, standing, &pose);
@@ -179,14 +180,14 @@ impl Snapshot {
 
 /// The title, where the arm stands, and what else there is to say.
 fn head(svg: &mut Svg, left: f64, standing: &Standing, pose: &Pose) {
-    let title = Type {
+    let title = TextStyle {
         size: 5.2,
         colour: INK,
         anchor: Anchor::Start,
         rim: false,
     };
     svg.text([left, MARGIN + 4.0], &standing.title, &title);
-    let text = Type {
+    let text = TextStyle {
         size: 3.2,
         colour: FAINT,
         ..title
@@ -213,7 +214,7 @@ fn head(svg: &mut Svg, left: f64, standing: &Standing, pose: &Pose) {
     let alarms: Vec<String> = alarms.collect();
     let look = match standing.alarms.blocking() {
         false => text,
-        true => Type {
+        true => TextStyle {
             colour: WRONG,
             ..text
         },

@@ -5,9 +5,9 @@ use magician_motion::ArmModel;
 
 use super::super::panel::Panel;
 use super::super::section::section;
-use super::super::svg::{Number, Svg, path};
-use super::super::{BASE, FAINT, INK, REACH, REACH_EDGE};
 use super::{Around, Body, SCALE, SIDE, above, hex};
+use magician_sim::svg::palette::{BASE, FAINT, INK, REACH, REACH_EDGE};
+use magician_sim::svg::{Number, Svg, path};
 
 /// Half of the base's width, and how far it goes down from the shoulder (model section 1), mm.
 const BODY: [f64; 2] = [79.0, 138.0];

@@ -1,12 +1,13 @@
 //! The run from above.
 
 use magician_motion::{ArmModel, TopView};
+use magician_sim::svg::palette::{BASE, CARGO, CARRIED, FAINT, INK, PAPER, REACH, REACH_EDGE};
+use magician_sim::svg::{Svg, path};
 
 use super::super::scene::{ARM, CUBE, CUBES, TOP, home};
 use super::marks::{haloed, marker, rectangle, tracks};
 use super::panel::{Panel, Scale};
-use super::svg::{Svg, number, path};
-use super::{BODY, CARRYING, CUBE_FILL, FAINT, INK, REACH_EDGE, REACH_FILL, Sample, workspace};
+use super::{Sample, workspace};
 
 /// From above, as on paper.
 const ABOVE: Scale = Scale {
@@ -18,7 +19,7 @@ const ABOVE: Scale = Scale {
 };
 
 /// Where a place x, y lies in the picture.
-fn at(x: f64, y: f64) -> (f64, f64) {
+fn at(x: f64, y: f64) -> [f64; 2] {
     let [right, up] = TopView::PAPER.project([x, y]);
     ABOVE.at(right, up)
 }
@@ -32,7 +33,7 @@ pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
         .fold((f64::MAX, 0.0_f64), |(near, far), point| {
             (near.min(point.0), far.max(point.0))
         });
-    reach_from_above(svg, near, far, REACH_FILL, "none");
+    reach_from_above(svg, near, far, REACH, "none");
     if let Some((near, far)) = workspace::radii_at(&section, TOP) {
         reach_from_above(svg, near, far, "none", "5 4");
     }
@@ -49,7 +50,7 @@ pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
     }
     let at_home = home();
     let spot = at(at_home.x, at_home.y);
-    marker(svg, spot, "home", (10.0, -9.0));
+    marker(svg, spot, "home", [10.0, -9.0]);
     panel.end(svg);
 }
 
@@ -70,59 +71,52 @@ fn reach_from_above(svg: &mut Svg, near: f64, far: f64, fill: &str, dashes: &str
     let inner = (0..=steps).rev().map(|step| on(near, step));
     let data = path(outer.chain(inner), true);
     let attributes = [
-        ("d", data.as_str()),
         ("fill", fill),
         ("stroke", REACH_EDGE),
         ("stroke-width", "1.5"),
         ("stroke-dasharray", dashes),
     ];
-    svg.leaf("path", &attributes);
+    svg.path(&data, &attributes);
 }
 
 /// The base's footprint, 158 mm square, and its axis.
 fn base_from_above(svg: &mut Svg) {
     const HALF: f64 = 79.0;
-    rectangle(svg, at(HALF, HALF), at(-HALF, -HALF), BODY, FAINT, "8");
-    let (x, y) = at(0.0, 0.0);
-    let (x, y) = (number(x), number(y));
-    svg.leaf(
-        "circle",
-        &[("cx", &x), ("cy", &y), ("r", "5"), ("fill", INK)],
-    );
+    let corners = [at(HALF, HALF), at(-HALF, -HALF)];
+    rectangle(svg, corners, BASE, FAINT, 8.0);
+    svg.circle(at(0.0, 0.0), 5.0, &[("fill", INK)]);
     let label = [
         ("font-size", "14"),
         ("fill", INK),
         ("text-anchor", "middle"),
     ];
-    let (x, y) = at(0.0, -32.0);
-    svg.text((x, y), "base", &label);
+    svg.label(at(0.0, -32.0), "base", &label);
 }
 
 fn square_from_above(svg: &mut Svg, (x, y): (f64, f64), placed: bool) {
     const HALF: f64 = CUBE / 2.0;
     let (fill, stroke) = if placed {
-        (CUBE_FILL, CARRYING)
+        (CARGO, CARRIED)
     } else {
-        ("#ffffff", FAINT)
+        (PAPER, FAINT)
     };
     rectangle(
         svg,
-        at(x + HALF, y + HALF),
-        at(x - HALF, y - HALF),
+        [at(x + HALF, y + HALF), at(x - HALF, y - HALF)],
         fill,
         stroke,
-        "3",
+        3.0,
     );
 }
 
 /// The number of a cube, on top of everything.
 fn number_from_above(svg: &mut Svg, (x, y): (f64, f64), number: usize) {
-    let (px, py) = at(x, y);
+    let [px, py] = at(x, y);
     let label = [
         ("font-size", "13"),
         ("fill", INK),
         ("text-anchor", "middle"),
         ("font-weight", "bold"),
     ];
-    haloed(svg, (px - 10.0, py - 5.0), number, &label);
+    haloed(svg, [px - 10.0, py - 5.0], number, &label);
 }

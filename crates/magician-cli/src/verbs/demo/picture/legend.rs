@@ -1,7 +1,7 @@
 //! What the colours mean.
 
-use super::svg::{Svg, number, path};
-use super::{CARRYING, CUBE_FILL, EMPTY, FAINT, INK, REACH_EDGE, REACH_FILL};
+use magician_sim::svg::palette::{CARGO, CARRIED, EMPTY, FAINT, INK, PAPER, REACH, REACH_EDGE};
+use magician_sim::svg::{Svg, path};
 
 /// Draws it.
 pub(super) fn draw(svg: &mut Svg) {
@@ -10,23 +10,18 @@ pub(super) fn draw(svg: &mut Svg) {
     let mut x = 60.0;
     for (colour, label, width) in [
         (EMPTY, "tool without a cube", 190.0),
-        (CARRYING, "tool with a cube", 170.0),
+        (CARRIED, "tool with a cube", 170.0),
     ] {
-        let data = path([(x, Y - 5.0), (x + 28.0, Y - 5.0)], false);
-        let line = [
-            ("d", data.as_str()),
-            ("stroke", colour),
-            ("stroke-width", "3"),
-        ];
-        svg.leaf("path", &line);
-        svg.text((x + 36.0, Y), label, &text);
+        let data = path([[x, Y - 5.0], [x + 28.0, Y - 5.0]], false);
+        svg.path(&data, &[("stroke", colour), ("stroke-width", "3")]);
+        svg.label([x + 36.0, Y], label, &text);
         x += width + 20.0;
     }
     for (fill, stroke, dashes, label, width) in [
-        ("#ffffff", FAINT, "none", "cube, before", 120.0),
-        (CUBE_FILL, CARRYING, "none", "cube, after", 112.0),
+        (PAPER, FAINT, "none", "cube, before", 120.0),
+        (CARGO, CARRIED, "none", "cube, after", 112.0),
         (
-            REACH_FILL,
+            REACH,
             REACH_EDGE,
             "none",
             "within reach at some height",
@@ -40,21 +35,15 @@ pub(super) fn draw(svg: &mut Svg) {
             300.0,
         ),
     ] {
-        let left = number(x);
-        let top = number(Y - 13.0);
         let attributes = [
-            ("x", left.as_str()),
-            ("y", &top),
-            ("width", "16"),
-            ("height", "16"),
             ("rx", "2"),
             ("fill", fill),
             ("stroke", stroke),
             ("stroke-width", "1.5"),
             ("stroke-dasharray", dashes),
         ];
-        svg.leaf("rect", &attributes);
-        svg.text((x + 24.0, Y), label, &text);
+        svg.rectangle([[x, Y - 13.0], [x + 16.0, Y + 3.0]], &attributes);
+        svg.label([x + 24.0, Y], label, &text);
         x += width + 20.0;
     }
 }

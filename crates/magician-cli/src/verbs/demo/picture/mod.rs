@@ -5,10 +5,10 @@ mod legend;
 mod marks;
 mod panel;
 mod side;
-mod svg;
 mod workspace;
 
-use svg::Svg;
+use magician_sim::svg::Svg;
+use magician_sim::svg::palette::{FAINT, INK};
 
 /// The tool at an instant, as the arm reported it; mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,29 +28,15 @@ impl Sample {
 
 const WIDTH: f64 = 1302.0;
 const HEIGHT: f64 = 880.0;
-const INK: &str = "#1f2933";
-const FAINT: &str = "#7b8794";
-const EMPTY: &str = "#3b7dd8";
-const CARRYING: &str = "#e8590c";
-const CUBE_FILL: &str = "#ffd8a8";
-const REACH_FILL: &str = "#e9f1fb";
-const REACH_EDGE: &str = "#9db8d9";
-const BODY: &str = "#ced4da";
+const TITLE: &str = "Six cubes, picked from a row and placed on a grid";
 
 /// Draws a run.
 pub(super) fn draw(samples: &[Sample], subtitle: &str) -> String {
-    let mut svg = Svg::new(WIDTH, HEIGHT, "#ffffff");
+    let mut svg = Svg::page([WIDTH, HEIGHT], "", TITLE);
     let title = [("font-size", "24"), ("font-weight", "bold"), ("fill", INK)];
-    svg.text(
-        (60.0, 44.0),
-        "Six cubes, picked from a row and placed on a grid",
-        &title,
-    );
-    svg.text(
-        (60.0, 70.0),
-        subtitle,
-        &[("font-size", "15"), ("fill", FAINT)],
-    );
+    svg.label([60.0, 44.0], TITLE, &title);
+    let look = [("font-size", "15"), ("fill", FAINT)];
+    svg.label([60.0, 70.0], subtitle, &look);
     above::draw(&mut svg, samples);
     side::draw(&mut svg, samples);
     legend::draw(&mut svg);
@@ -61,6 +47,7 @@ pub(super) fn draw(samples: &[Sample], subtitle: &str) -> String {
 mod tests {
     use super::super::scene::{CUBES, LIFT, TOP};
     use super::*;
+    use magician_sim::svg::palette;
 
     /// The corners of a run, without what lies between.
     fn corners() -> Vec<Sample> {
@@ -86,8 +73,8 @@ mod tests {
     fn a_run_is_drawn_with_both_tracks_and_all_labels() {
         let picture = draw(&corners(), "a subtitle");
         for part in [
-            EMPTY,
-            CARRYING,
+            palette::EMPTY,
+            palette::CARRIED,
             "From above",
             "From the side",
             "a subtitle",

@@ -1,7 +1,7 @@
 //! A framed drawing area with a grid in mm.
 
-use super::svg::{Svg, number, path};
-use super::{FAINT, INK};
+use magician_sim::svg::palette::{FAINT, INK};
+use magician_sim::svg::{Svg, segments};
 
 /// Distance of the grid's lines, mm.
 const GRID: i32 = 50;
@@ -19,16 +19,19 @@ pub(super) struct Scale {
 
 impl Scale {
     /// Where a point lies.
-    pub(super) fn at(&self, across: f64, up: f64) -> (f64, f64) {
-        (
+    pub(super) fn at(&self, across: f64, up: f64) -> [f64; 2] {
+        [
             self.left + (across - self.across.0) * self.per_mm,
             self.top + (self.up.1 - up) * self.per_mm,
-        )
+        ]
     }
 
-    fn size(&self) -> (f64, f64) {
-        let width = self.across.1 - self.across.0;
-        (width * self.per_mm, (self.up.1 - self.up.0) * self.per_mm)
+    /// Its upper left and lower right corner.
+    fn corners(&self) -> [[f64; 2]; 2] {
+        [
+            self.at(self.across.0, self.up.1),
+            self.at(self.across.1, self.up.0),
+        ]
     }
 }
 
@@ -47,32 +50,19 @@ impl Panel {
         across: &str,
         up: &str,
     ) -> Self {
-        let (width, height) = scale.size();
-        let (right, bottom) = (scale.left + width, scale.top + height);
+        let corners = scale.corners();
+        let [[left, top], [right, bottom]] = corners;
         let heading = [("font-size", "17"), ("font-weight", "bold"), ("fill", INK)];
-        svg.text((scale.left, scale.top - 10.0), title, &heading);
+        svg.label([left, top - 10.0], title, &heading);
         let label = [("font-size", "13"), ("fill", FAINT), ("text-anchor", "end")];
-        svg.text((right, bottom + 36.0), across, &label);
-        svg.text(
-            (right, scale.top - 10.0),
-            format_args!("upwards: {up}"),
-            &label,
-        );
-        let [left, top, width, height] = [scale.left, scale.top, width, height].map(number);
-        let frame = [
-            ("x", left.as_str()),
-            ("y", &top),
-            ("width", &width),
-            ("height", &height),
-        ];
+        svg.label([right, bottom + 36.0], across, &label);
+        svg.label([right, top - 10.0], format_args!("upwards: {up}"), &label);
         svg.group("clipPath", &[("id", id)]);
-        svg.leaf("rect", &frame);
+        svg.rectangle(corners, &[]);
         svg.end();
         let panel = Self { scale };
         panel.ticks(svg);
-        let mut border = frame.to_vec();
-        border.extend([("fill", "#fbfcfd"), ("stroke", "#cbd2d9")]);
-        svg.leaf("rect", &border);
+        svg.rectangle(corners, &[("fill", "#fbfcfd"), ("stroke", "#cbd2d9")]);
         svg.group("g", &[("clip-path", &format!("url(#{id})"))]);
         panel
     }
@@ -80,21 +70,10 @@ impl Panel {
     /// The lines of the grid.
     pub(super) fn grid(&self, svg: &mut Svg) {
         let Scale { across, up, .. } = self.scale;
-        let mut data = String::new();
-        for value in lines(across) {
-            let ends = [up.0, up.1].map(|up| self.scale.at(value, up));
-            data.push_str(&path(ends, false));
-        }
-        for value in lines(up) {
-            let ends = [across.0, across.1].map(|across| self.scale.at(across, value));
-            data.push_str(&path(ends, false));
-        }
-        let attributes = [
-            ("d", data.as_str()),
-            ("stroke", "#1f2933"),
-            ("stroke-opacity", "0.09"),
-        ];
-        svg.leaf("path", &attributes);
+        let upright = lines(across).map(|value| [up.0, up.1].map(|up| self.scale.at(value, up)));
+        let level = lines(up).map(|value| [across.0, across.1].map(|at| self.scale.at(at, value)));
+        let look = [("stroke", INK), ("stroke-opacity", "0.09")];
+        svg.path(&segments(upright.chain(level)), &look);
     }
 
     /// The numbers at the lines of the grid.
@@ -110,12 +89,12 @@ impl Panel {
             ]
         };
         for value in lines(across) {
-            let (x, y) = self.scale.at(value, up.0);
-            svg.text((x, y + 17.0), value, &label("middle"));
+            let [x, y] = self.scale.at(value, up.0);
+            svg.label([x, y + 17.0], value, &label("middle"));
         }
         for value in lines(up) {
-            let (_, y) = self.scale.at(across.0, value);
-            svg.text((left - 7.0, y + 4.0), value, &label("end"));
+            let [_, y] = self.scale.at(across.0, value);
+            svg.label([left - 7.0, y + 4.0], value, &label("end"));
         }
     }
 

@@ -1,12 +1,13 @@
 //! The run from the side: everything at its distance from the base axis.
 
 use magician_motion::{ArmModel, JointAngles};
+use magician_sim::svg::palette::{BASE, CARGO, CARRIED, FAINT, REACH, REACH_EDGE};
+use magician_sim::svg::{Svg, path};
 
 use super::super::scene::{ARM, CUBE, CUBES, TABLE, home};
 use super::marks::{marker, rectangle, tracks};
 use super::panel::{Panel, Scale};
-use super::svg::{Svg, number, path};
-use super::{BODY, CARRYING, CUBE_FILL, FAINT, REACH_EDGE, REACH_FILL, Sample, workspace};
+use super::{Sample, workspace};
 
 /// From the side: radius to the right, z upwards.
 const SIDE: Scale = Scale {
@@ -33,12 +34,11 @@ pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
         true,
     );
     let attributes = [
-        ("d", data.as_str()),
-        ("fill", REACH_FILL),
+        ("fill", REACH),
         ("stroke", REACH_EDGE),
         ("stroke-width", "1.5"),
     ];
-    svg.leaf("path", &attributes);
+    svg.path(&data, &attributes);
     panel.grid(svg);
     table(svg);
     for errand in CUBES {
@@ -49,16 +49,16 @@ pub(super) fn draw(svg: &mut Svg, samples: &[Sample]) {
     arm_from_the_side(svg);
     tracks(svg, samples, |sample| SIDE.at(sample.radius(), sample.z));
     let at_home = home();
-    marker(svg, SIDE.at(at_home.x, at_home.z), "home", (10.0, -9.0));
+    marker(svg, SIDE.at(at_home.x, at_home.z), "home", [10.0, -9.0]);
     panel.end(svg);
 }
 
 fn table(svg: &mut Svg) {
     let (from, to) = (SIDE.at(0.0, TABLE), SIDE.at(SIDE.across.1, TABLE - 4.0));
-    rectangle(svg, from, to, "#dee2e6", "none", "0");
+    rectangle(svg, [from, to], "#dee2e6", "none", 0.0);
     let label = [("font-size", "13"), ("fill", FAINT)];
-    svg.text(
-        (from.0 + 10.0, to.1 + 17.0),
+    svg.label(
+        [from[0] + 10.0, to[1] + 17.0],
         "table, where the cup touches it",
         &label,
     );
@@ -70,11 +70,11 @@ fn square_from_the_side(svg: &mut Svg, radius: f64, placed: bool) {
         SIDE.at(radius + CUBE / 2.0, TABLE),
     );
     let (fill, stroke) = if placed {
-        (CUBE_FILL, CARRYING)
+        (CARGO, CARRIED)
     } else {
         ("none", FAINT)
     };
-    rectangle(svg, from, to, fill, stroke, "2");
+    rectangle(svg, [from, to], fill, stroke, 2.0);
 }
 
 /// The arm as it stands at home: rear arm, forearm, tool.
@@ -90,19 +90,14 @@ fn arm_from_the_side(svg: &mut Svg) {
     let points = [(0.0, 0.0), elbow, wrist, tool].map(|(radius, z)| SIDE.at(radius, z));
     let data = path(points, false);
     let attributes = [
-        ("d", data.as_str()),
         ("fill", "none"),
-        ("stroke", BODY),
+        ("stroke", BASE),
         ("stroke-width", "12"),
         ("stroke-linejoin", "round"),
         ("stroke-linecap", "round"),
     ];
-    svg.leaf("path", &attributes);
-    for (x, y) in points.iter().take(3) {
-        let (x, y) = (number(*x), number(*y));
-        svg.leaf(
-            "circle",
-            &[("cx", &x), ("cy", &y), ("r", "5"), ("fill", FAINT)],
-        );
+    svg.path(&data, &attributes);
+    for point in points.into_iter().take(3) {
+        svg.circle(point, 5.0, &[("fill", FAINT)]);
     }
 }
