@@ -148,6 +148,23 @@ impl Planner {
     /// At a limit, or beyond, a jog that leads further out takes no time. Without any limit on a joint it turns for a
     /// thousand million degrees. The rates count up to the arm's ceilings; [`Speeds::jog`] makes them from settings.
     ///
+    /// ```
+    /// use magician_motion::{ArmModel, ArmState, Jog, JogAxis, JointAngles, ToolBias};
+    ///
+    /// let model = ArmModel::MAGICIAN;
+    /// let planner = model.planner(ToolBias::NONE, model.power_up.speeds);
+    /// let home = ArmState::at_joints(&planner.geometry, &JointAngles::HOME);
+    /// let up = Jog { axis: JogAxis::Z, positive: true };
+    /// let rates = planner.speeds.jog(up.axis, &planner.ceilings)?;
+    /// let jog = planner.jog(&home, up, rates, 0.0)?;
+    /// assert!(jog.crossing.is_some()); // it would run into a limit
+    ///
+    /// // The key is let go after half a second.
+    /// let stop = planner.jog_stop(&jog.trajectory, 500_000, rates.acceleration);
+    /// assert!(stop.trajectory.end().pose.z > home.pose.z && stop.crossing.is_none());
+    /// # Ok::<(), magician_motion::MotionError>(())
+    /// ```
+    ///
     /// # Errors
     ///
     /// [`MotionError::Speed`] for rates that are NaN, zero or negative, and an entry that is none of an arm's;

@@ -76,6 +76,20 @@ impl CpSegment {
 }
 
 /// The speeds of a continuous path, given the segments that are known.
+///
+/// ```
+/// use magician_motion::{ArmModel, CpSegment, LookAhead};
+///
+/// let model = ArmModel::MAGICIAN;
+/// let look_ahead = LookAhead::new(&model.power_up.path, &model.ceilings)?;
+/// let side = CpSegment::between([0.0; 3], [50.0, 0.0, 0.0]);
+/// let on = CpSegment::between([50.0, 0.0, 0.0], [100.0, 0.0, 0.0]);
+/// let round_the_corner = CpSegment::between([50.0, 0.0, 0.0], [50.0, 50.0, 0.0]);
+/// // A square corner costs speed, and what is not known yet counts as rest.
+/// assert!(look_ahead.exit_speed(&side, [&round_the_corner]) < look_ahead.exit_speed(&side, [&on]));
+/// assert_eq!(look_ahead.exit_speed(&side, []), 0.0);
+/// # Ok::<(), magician_motion::MotionError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookAhead {
     rates: KinematicLimits,

@@ -89,6 +89,20 @@ impl Plan {
 }
 
 /// All that a plan depends on besides start and request; [`ArmModel::planner`](crate::ArmModel::planner) makes one.
+///
+/// ```
+/// use magician_motion::{ArmModel, ArmState, JointAngles, Move, MoveKind, Pose, Target, ToolBias};
+///
+/// let model = ArmModel::MAGICIAN;
+/// let planner = model.planner(ToolBias::NONE, model.power_up.speeds);
+/// let home = ArmState::at_joints(&planner.geometry, &JointAngles::HOME);
+/// let there = Pose::new(200.0, 50.0, 20.0, 0.0);
+/// let request = Move { target: Target::Pose(there), kind: MoveKind::Line };
+/// let plan = planner.plan(&home, &request)?;
+/// assert_eq!(plan.crossing, None); // no limit is in the way
+/// assert_eq!(plan.trajectory.end().pose, there);
+/// # Ok::<(), magician_motion::MotionError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Planner {
     /// The arm's measures, with the tool bias in force.

@@ -9,6 +9,21 @@ use crate::{ArmState, Geometry, MotionError};
 ///
 /// Every question is answered from the start of the motion, in closed form; nothing is stepped or remembered, so
 /// the order and the number of questions do not matter. Time is in whole microseconds from the start.
+///
+/// ```
+/// use magician_motion::{ArmModel, ArmState, JointAngles, Move, MoveKind, Pose, Target, ToolBias};
+///
+/// let model = ArmModel::MAGICIAN;
+/// let planner = model.planner(ToolBias::NONE, model.power_up.speeds);
+/// let home = ArmState::at_joints(&planner.geometry, &JointAngles::HOME);
+/// let ahead = Move { target: Target::PoseIncrement(Pose::new(40.0, 0.0, 0.0, 0.0)), kind: MoveKind::Line };
+/// let motion = planner.plan(&home, &ahead)?.trajectory;
+///
+/// let half = motion.time_at_progress(0.5).expect("nothing ends it before");
+/// let gone = motion.sample(half).pose.x - home.pose.x;
+/// assert!((gone - 20.0).abs() < 1e-3 && half < motion.duration_us());
+/// # Ok::<(), magician_motion::MotionError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trajectory {
     geometry: Geometry,
