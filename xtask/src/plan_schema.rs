@@ -1,4 +1,5 @@
-//! The commands in the schema of plan files: their fields, with the bounds that the protocol's table gives them.
+//! The commands in the schema of plan files: their fields, with the bounds that the protocol's table gives them. `schemars` could
+//! make the smaller part of the schema only, which is written by hand: what derives no type is in the table.
 
 use std::error::Error;
 use std::fs;

@@ -11,6 +11,9 @@
 //!
 //! Numbers are the shortest decimals that read back the same, NaN and infinities strings. `plan.schema.json` beside the
 //! crate's manifest describes all of it; what is read back is the plan that was written.
+//!
+//! serde_json reads it, as raw values and not as derived types: an error of those names the place where the parser stood, here
+//! it is that of the value that is wrong; and what a command takes is said by the protocol's table, which no type says.
 
 mod read;
 mod write;

@@ -1,6 +1,8 @@
 //! What the I/O registry says about the devices behind the ports: `ioreg` prints every USB device
 //! with all that hangs on it, the names of its ports among that. Type-checked, and tested on
-//! output in its documented form; never run on a Mac.
+//! output in its documented form; never run on a Mac. Libraries that ask the registry itself link
+//! to Apple's frameworks, and one that reads `ioreg -a` (`plist`) brings an XML parser and a
+//! calendar: the lines below are fewer than what it would take to walk its tree.
 
 use super::Usb;
 

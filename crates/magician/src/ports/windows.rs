@@ -1,6 +1,7 @@
 //! What the registry says about the devices behind the ports: below `Enum\USB` every device that
 //! ever was here has a key, and those with a serial port its name. Run under Wine, and tested on
-//! output in its documented form; never run on a real Windows.
+//! output in its documented form; never run on a real Windows. The text of `reg` can be tested anywhere, calls of the registry's
+//! library only there; `serialport`, which lists ports as well, is under the MPL.
 
 use super::Usb;
 
