@@ -202,14 +202,14 @@ impl Stretch {
         plan: &mut Plan,
         tolerance: f64,
         follow: CaptureMode,
-        told: &mut Option<Told>,
+        commanded: &mut Option<CommandedSpeed>,
     ) {
         let lines = follow == CaptureMode::Lines || self.turns();
         let velocity = (self.length / (self.ended - self.begun)).clamp(SPEEDS[0], SPEEDS[1]);
         let velocity = (velocity * 10.0).round() / 10.0;
         let acceleration = (4.0 * velocity).clamp(ACCELERATIONS[0], ACCELERATIONS[1]);
-        let speed = Told { lines, velocity };
-        if *told != Some(speed) {
+        let speed = CommandedSpeed { lines, velocity };
+        if *commanded != Some(speed) {
             let word = if lines {
                 words::line_speed
             } else {
@@ -217,7 +217,7 @@ impl Stretch {
             };
             let command = word(velocity as f32, acceleration as f32);
             plan.push(command, Origin::NONE);
-            *told = Some(speed);
+            *commanded = Some(speed);
         }
         let (done, rest) = self.readings.split_at(self.thinned);
         let readings = done.iter().copied().chain(thin(rest, tolerance));
@@ -237,7 +237,7 @@ impl Stretch {
 
 /// The speed that the arm was told last.
 #[derive(Clone, Copy, PartialEq)]
-struct Told {
+struct CommandedSpeed {
     lines: bool,
     velocity: f64,
 }

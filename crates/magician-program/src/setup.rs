@@ -4,7 +4,7 @@ use magician_host::words::{self, Preflight};
 use magician_host::{Action, Given, Set, Setting};
 use magician_motion::{ArmModel, Fence, ToolBias};
 
-use crate::artwork::{Layout, Marking, Misfit, Order, Sheet, rotated};
+use crate::artwork::{FitFailure, Layout, Marking, Order, Sheet, rotated};
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
     Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Power, Raster, Reach,
@@ -57,7 +57,7 @@ mod fitting;
 mod placed;
 mod work_lines;
 
-use fitting::Made;
+use fitting::PlacedPlan;
 pub use fitting::{AppliedPlacement, Prepared};
 pub use placed::Frame;
 use work_lines::WorkLines;
@@ -156,7 +156,7 @@ impl Setup {
     }
 
     /// As it is laid with this scale and turn.
-    fn made(&self, format: Format, content: &Content) -> Result<Made, Diagnostic> {
+    fn made(&self, format: Format, content: &Content) -> Result<PlacedPlan, Diagnostic> {
         let mut notes = Vec::new();
         let drawing = !matches!(content, Content::Plan(_));
         self.check_frame(format == Format::Gcode, drawing)?;
@@ -180,7 +180,7 @@ impl Setup {
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Power));
         }
         notes.extend(above_ceiling(&plan));
-        Ok(Made {
+        Ok(PlacedPlan {
             plan,
             notes,
             scale,
@@ -448,7 +448,7 @@ struct Laid {
     /// Its size, 1 being the true one.
     scale: f64,
     /// Why it does not fit there, if that is known.
-    misfit: Option<Misfit>,
+    misfit: Option<FitFailure>,
 }
 
 /// Where the middle of what a plan draws or burns is, and its lowest point; of all the places to which it leads, if it draws

@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use magician::commands::{EndEffectorParams, Pose};
 use magician::sim::world::{self, Drawing, PictureOptions, Stroke, StrokeKind};
 use magician::{Error, Geometry, JointAngles, ToolBias};
-use magician_program::preview::{PictureError, Snapshot, Standing, fitting, to_png};
+use magician_program::preview::{PictureError, Snapshot, ArmView, fitting, to_png};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -77,18 +77,18 @@ impl Core {
         let look = async move {
             let pose = arm.get::<Pose>().await?;
             let bias = arm.get::<EndEffectorParams>().await?;
-            let mut standing = Standing::default();
-            standing.title = format!("Arm at {}", arm.name());
-            standing.joints = pose.joint_angle.map(f64::from).into();
+            let mut view = ArmView::default();
+            view.title = format!("Arm at {}", arm.name());
+            view.joints = pose.joint_angle.map(f64::from).into();
             let [x, y, z] = [bias.x_bias, bias.y_bias, bias.z_bias].map(f64::from);
-            standing.tool = ToolBias::new(x, y, z);
-            standing.alarms = arm.alarms().await?;
+            view.tool = ToolBias::new(x, y, z);
+            view.alarms = arm.alarms().await?;
             let index = arm.current_index().await?;
-            standing.facts = vec![format!("queue index {} finished", index.0)];
-            Ok::<_, magician::Error>(standing)
+            view.facts = vec![format!("queue index {} finished", index.0)];
+            Ok::<_, magician::Error>(view)
         };
-        Ok(Call::start(look, |py, standing| {
-            let svg = Snapshot::of_arm(&standing).to_svg().to_owned();
+        Ok(Call::start(look, |py, view| {
+            let svg = Snapshot::of_arm(&view).to_svg().to_owned();
             Ok(Py::new(py, Picture::new(svg))?.into_any())
         }))
     }
@@ -104,15 +104,15 @@ pub(crate) fn draw_arm(
     alarms: Vec<u8>,
     facts: Vec<String>,
 ) -> Picture {
-    let mut standing = Standing::default();
-    standing.title = title.to_owned();
-    standing.joints = joints.into();
-    standing.tool = between(&standing.joints, pose);
+    let mut view = ArmView::default();
+    view.title = title.to_owned();
+    view.joints = joints.into();
+    view.tool = between(&view.joints, pose);
     for code in alarms {
-        standing.alarms.insert(code);
+        view.alarms.insert(code);
     }
-    standing.facts = facts;
-    Picture::new(py.detach(|| Snapshot::of_arm(&standing).to_svg().to_owned()))
+    view.facts = facts;
+    Picture::new(py.detach(|| Snapshot::of_arm(&view).to_svg().to_owned()))
 }
 
 /// Where the tool is, seen from the wrist, if the joints stand so and the tool is there.

@@ -2,7 +2,7 @@
 
 use magician_host::words;
 
-use super::{Placed, Stroke};
+use super::{PlacedArtwork, Stroke};
 use crate::reach::{APPROACH, Above};
 use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
 
@@ -66,7 +66,7 @@ impl Marking {
     }
 }
 
-impl Placed {
+impl PlacedArtwork {
     /// What the arm does to draw it: one path for each line, in their order.
     ///
     /// It begins from anywhere. All joints together lead to a point well above the first line, for which the arm must not be
@@ -87,7 +87,7 @@ impl Placed {
             words::path_speed(marking.speed, marking.acceleration),
             Origin::NONE,
         );
-        let mut hand = Hand {
+        let mut writer = StepWriter {
             plan,
             marking,
             placed: self,
@@ -95,24 +95,24 @@ impl Placed {
             at: None,
         };
         for stroke in &self.artwork.strokes {
-            hand.draw(stroke);
+            writer.draw(stroke);
         }
-        hand.leave();
-        hand.plan
+        writer.leave();
+        writer.plan
     }
 }
 
 /// What puts down the steps of one drawing.
-struct Hand<'a> {
+struct StepWriter<'a> {
     plan: Plan,
     marking: &'a Marking,
-    placed: &'a Placed,
+    placed: &'a PlacedArtwork,
     reach: Reach,
     /// Where the tool is by then, and the last line.
     at: Option<(Above, Origin)>,
 }
 
-impl Hand<'_> {
+impl StepWriter<'_> {
     fn draw(&mut self, stroke: &Stroke) {
         let Some(first) = stroke.points.first() else {
             return;

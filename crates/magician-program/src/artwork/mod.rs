@@ -7,8 +7,8 @@ mod place;
 
 pub use mark::Marking;
 pub use order::{Order, Saving};
-pub use place::{Layout, Placed, Sheet, WouldFit};
-pub(crate) use place::{Misfit, rotated, rounded};
+pub(crate) use place::{FitFailure, rotated, rounded};
+pub use place::{Layout, PlacedArtwork, Sheet, WouldFit};
 
 use crate::Origin;
 

@@ -77,7 +77,7 @@ impl Layout {
 /// A drawing in the arm's coordinates.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct Placed {
+pub struct PlacedArtwork {
     /// Its lines, x and y as the arm has them, mm. It has no page any more.
     pub artwork: Artwork,
     /// The surface that they lie on.
@@ -94,7 +94,7 @@ impl Artwork {
     /// # Errors
     /// A [`Diagnostic`] if there is nothing in it, a number of the layout is none, or it does not fit: with its size, the size
     /// that would fit, and what to do.
-    pub fn placed(&self, layout: &Layout, marking: &Marking) -> Result<Placed, Diagnostic> {
+    pub fn placed(&self, layout: &Layout, marking: &Marking) -> Result<PlacedArtwork, Diagnostic> {
         match self.laid(layout, marking)? {
             (placed, None) => Ok(placed),
             (_, Some(misfit)) => Err(misfit.diagnostic),
@@ -106,7 +106,7 @@ impl Artwork {
         &self,
         layout: &Layout,
         marking: &Marking,
-    ) -> Result<(Placed, Option<Misfit>), Diagnostic> {
+    ) -> Result<(PlacedArtwork, Option<FitFailure>), Diagnostic> {
         layout.check()?;
         let Some(bounds) = self.bounds() else {
             return Err(Diagnostic::of_file("there is nothing to draw in it"));
@@ -136,7 +136,7 @@ impl Artwork {
 
 /// Why something does not fit where it is to lie.
 #[derive(Clone, Debug)]
-pub(crate) struct Misfit {
+pub(crate) struct FitFailure {
     pub(crate) diagnostic: Diagnostic,
     /// In which size and turn it would fit.
     pub(crate) would_fit: Option<WouldFit>,
@@ -319,14 +319,14 @@ impl<'a> Placer<'a> {
         (sheet.size).is_none_or(|size| width <= size[0] && height <= size[1])
     }
 
-    fn put(&self, scale: f64, at: [f64; 2]) -> Placed {
+    fn put(&self, scale: f64, at: [f64; 2]) -> PlacedArtwork {
         let put = |point: &[f64; 2]| [0, 1].map(|axis| at[axis] + scale * point[axis]);
         let lines = self.turned.iter().zip(&self.artwork.strokes);
         let strokes = lines.map(|(points, stroke)| Stroke {
             points: points.iter().map(put).collect(),
             origin: stroke.origin,
         });
-        Placed {
+        PlacedArtwork {
             artwork: Artwork {
                 title: self.artwork.title.clone(),
                 page: None,
@@ -340,7 +340,7 @@ impl<'a> Placer<'a> {
     }
 
     /// Why it does not fit, and what would.
-    fn misfit(&self, most: Option<f64>, [near, far]: [f64; 2]) -> Misfit {
+    fn misfit(&self, most: Option<f64>, [near, far]: [f64; 2]) -> FitFailure {
         let turned = self.turned_by_90();
         let elsewhere = self.elsewhere();
         let at = |[x, y]: [f64; 2]| (Setting::At, Given::Point(x, y));
@@ -360,7 +360,7 @@ impl<'a> Placer<'a> {
             };
             let would_fit = turned.map(|scale| WouldFit::new(scale, self.layout.rotate + 90.0));
             let diagnostic = Diagnostic::of_file(message);
-            return Misfit {
+            return FitFailure {
                 diagnostic: match elsewhere {
                     Some(place) => diagnostic.remedy(at(place), "would do"),
                     None => {
@@ -390,7 +390,7 @@ impl<'a> Placer<'a> {
             let turn = (Setting::Rotate, Given::Number(rotate));
             diagnostic = diagnostic.remedy(turn, "leaves it more room");
         }
-        Misfit {
+        FitFailure {
             diagnostic,
             would_fit: Some(would_fit).filter(WouldFit::is_any),
         }

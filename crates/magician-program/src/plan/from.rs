@@ -88,7 +88,7 @@ impl Plan {
         let mut plan = self.clone();
         let mut added = 0;
         if step > 0 || at.is_some() {
-            let mut lead = Lead::to(self, step, at, start)?;
+            let mut lead = LeadIn::to(self, step, at, start)?;
             lead.make(start)?;
             added = lead.steps.len();
             plan.steps = lead.steps;
@@ -128,13 +128,13 @@ impl Plan {
 }
 
 /// The highest that the tool has been.
-struct Height {
+struct HeightTracker {
     most: f64,
     /// How far jumps lift, and their highest z: at first as an arm has them at power-up (model section 6).
     jump: [f64; 2],
 }
 
-impl Default for Height {
+impl Default for HeightTracker {
     fn default() -> Self {
         Self {
             most: f64::NEG_INFINITY,
@@ -143,7 +143,7 @@ impl Default for Height {
     }
 }
 
-impl Height {
+impl HeightTracker {
     fn note(&mut self, command: &Set, from: Option<f64>, to: Option<f64>) {
         let jumps = match command {
             Set::PtpJumpParams(jump) => {
@@ -177,7 +177,7 @@ fn is_jump(mode: PtpMode) -> bool {
 }
 
 /// What leads to a step.
-struct Lead<'p> {
+struct LeadIn<'p> {
     plan: &'p Plan,
     step: usize,
     settings: Settings,
@@ -192,7 +192,7 @@ struct Lead<'p> {
     left: Option<Action>,
 }
 
-impl<'p> Lead<'p> {
+impl<'p> LeadIn<'p> {
     /// Follows the plan up to the step, or to a place within it.
     fn to(
         plan: &'p Plan,
@@ -202,7 +202,7 @@ impl<'p> Lead<'p> {
     ) -> Result<Self, Diagnostic> {
         let mut arm = start.clone().summing();
         let mut settings = Settings::default();
-        let mut height = Height::default();
+        let mut height = HeightTracker::default();
         if let Some(tool) = plan.preamble() {
             let told = arm.check(&tool);
             told.map_err(|error| Diagnostic::of_file(error.to_string()))?;

@@ -36,7 +36,7 @@ pub(crate) use png::options as svg_options;
 #[cfg(feature = "picture")]
 pub use png::{PictureError, fitting, to_png};
 pub use section::section;
-pub use snapshot::{Snapshot, Standing};
+pub use snapshot::{ArmView, Snapshot};
 pub use strokes::DrawnLine;
 use toolpath::Toolpath;
 

@@ -134,7 +134,7 @@ pub(crate) fn options() -> usvg::Options<'static> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::Standing;
+    use super::super::ArmView;
     use super::*;
 
     #[test]
@@ -155,7 +155,7 @@ mod tests {
 
     #[test]
     fn an_arm_is_a_picture_at_any_scale_above_nothing() {
-        let snapshot = Snapshot::of_arm(&Standing::default());
+        let snapshot = Snapshot::of_arm(&ArmView::default());
         assert!(snapshot.to_png(2.0).unwrap().starts_with(b"\x89PNG"));
         assert!(snapshot.to_png(0.0).is_err());
     }

@@ -40,7 +40,7 @@ pub(super) fn resample(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
         .map(|nth| SourceSpan::new(nth, columns, image.width))
         .collect();
     let mut cells = Vec::with_capacity(columns * rows);
-    let mut line = Line::default();
+    let mut line = SampledRow::default();
     let mut sums = vec![0.0; columns];
     for row in 0..rows {
         let span = SourceSpan::new(row, rows, image.height);
@@ -59,12 +59,12 @@ pub(super) fn resample(image: &Raster, columns: usize, rows: usize) -> Vec<u8> {
 
 /// The source row that was narrowed last: rows that meet share one.
 #[derive(Default)]
-struct Line {
+struct SampledRow {
     row: Option<usize>,
     narrowed: Vec<f64>,
 }
 
-impl Line {
+impl SampledRow {
     fn of(&mut self, image: &Raster, row: usize, spans: &[SourceSpan]) -> &[f64] {
         if self.row != Some(row) {
             let start = row * image.width;

@@ -146,7 +146,7 @@ impl<'e> Scan<'e> {
 
     /// Which runs of a line are passed in one go each: from the first to the last that burns, but for gaps over which it is
     /// quicker to travel.
-    fn stretches(&self, runs: &[Run], cell: f64) -> Vec<Range<usize>> {
+    fn stretches(&self, runs: &[ScanRun], cell: f64) -> Vec<Range<usize>> {
         if !self.engrave.white_skip {
             let all = 0..runs.len();
             return vec![all];
@@ -165,7 +165,7 @@ impl<'e> Scan<'e> {
     }
 
     /// Where the segments of some runs end and with which level: the first is where the tool begins to run up.
-    fn lay_out(&mut self, runs: &[Run], cells: f64, back: bool) {
+    fn lay_out(&mut self, runs: &[ScanRun], cells: f64, back: bool) {
         self.segments.clear();
         let (Some(first), Some(last)) = (runs.first(), runs.last()) else {
             return;
@@ -258,19 +258,19 @@ impl<'e> Scan<'e> {
 
 /// Cells of a line that have the same level.
 #[derive(Clone, Copy)]
-struct Run {
+struct ScanRun {
     from: usize,
     to: usize,
     level: u8,
 }
 
-fn runs(levels: &[u8]) -> Vec<Run> {
+fn runs(levels: &[u8]) -> Vec<ScanRun> {
     let mut from = 0;
     let same = levels.chunk_by(|one, other| one == other);
     let run = same.map(|cells| {
         let to = from + cells.len();
         let level = cells.first().copied().unwrap_or(0);
-        let run = Run { from, to, level };
+        let run = ScanRun { from, to, level };
         from = to;
         run
     });

@@ -6,7 +6,7 @@ use magician_motion::Fence;
 use serde::Serialize;
 
 use super::{Frame, Placement, Setup, UNSAID, middle};
-use crate::artwork::{Misfit, WouldFit};
+use crate::artwork::{FitFailure, WouldFit};
 use crate::check::check;
 use crate::{Content, Diagnostic, DiagnosticCode, Format, Plan, Report};
 
@@ -78,23 +78,23 @@ impl AppliedPlacement {
 }
 
 /// A plan as it was laid in one size and turn.
-pub(super) struct Made {
+pub(super) struct PlacedPlan {
     pub(super) plan: Plan,
     pub(super) notes: Vec<Diagnostic>,
     /// Its size, 1 being the true one.
     pub(super) scale: f64,
-    pub(super) misfit: Option<Misfit>,
+    pub(super) misfit: Option<FitFailure>,
     /// The fence that it keeps to.
     pub(super) fence: Option<Fence>,
 }
 
 /// The largest that passes the check, or the first that was tried if none does.
-struct Shrunk {
-    made: Made,
+struct ShrinkResult {
+    made: PlacedPlan,
     passes: bool,
 }
 
-impl Made {
+impl PlacedPlan {
     /// What the check says of it, once the arm has come to where it begins.
     fn report(&self) -> Report {
         let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
@@ -111,7 +111,7 @@ impl Made {
     /// With why the arm cannot do it in any size.
     fn misfitting(self) -> Self {
         let report = self.report();
-        let why = report.refused_steps.first().map(|refused_step| Misfit {
+        let why = report.refused_steps.first().map(|refused_step| FitFailure {
             diagnostic: Diagnostic::from(refused_step),
             would_fit: None,
         });
@@ -136,7 +136,7 @@ impl Setup {
             true => self.made_to_fit(format, &content)?,
             false => (self.made(format, &content)?, 0.0),
         };
-        let Made {
+        let PlacedPlan {
             plan,
             notes: laid,
             scale,
@@ -172,7 +172,11 @@ impl Setup {
     }
 
     /// As large as it can be, and by how much it is turned for that.
-    fn made_to_fit(&self, format: Format, content: &Content) -> Result<(Made, f64), Diagnostic> {
+    fn made_to_fit(
+        &self,
+        format: Format,
+        content: &Content,
+    ) -> Result<(PlacedPlan, f64), Diagnostic> {
         let straight = self.shrunk(format, content);
         let passing = straight.as_ref().ok().filter(|straight| straight.passes);
         let scale = passing.map_or(0.0, |straight| straight.made.scale);
@@ -184,7 +188,7 @@ impl Setup {
         {
             return Ok((turned.made, 90.0));
         }
-        let Shrunk { made, passes } = straight?;
+        let ShrinkResult { made, passes } = straight?;
         let stays = matches!(content, Content::Plan(_)) && format != Format::Gcode;
         let made = match passes {
             true => made,
@@ -202,9 +206,9 @@ impl Setup {
         setup
     }
 
-    fn shrunk(&self, format: Format, content: &Content) -> Result<Shrunk, Diagnostic> {
+    fn shrunk(&self, format: Format, content: &Content) -> Result<ShrinkResult, Diagnostic> {
         let first = self.made(format, content)?;
-        let passing = |made| Shrunk { made, passes: true };
+        let passing = |made| ShrinkResult { made, passes: true };
         if first.passes() {
             return Ok(passing(first));
         }
@@ -218,14 +222,14 @@ impl Setup {
                 return Ok(passing(smaller));
             }
         }
-        Ok(Shrunk {
+        Ok(ShrinkResult {
             made: first,
             passes: false,
         })
     }
 
     /// A plan that stays where it is, if it passes the check there.
-    fn where_it_is(&self, format: Format, content: &Content) -> Option<Made> {
+    fn where_it_is(&self, format: Format, content: &Content) -> Option<PlacedPlan> {
         let mut setup = self.clone();
         setup.surface = None;
         setup.placement = Placement {
@@ -234,7 +238,7 @@ impl Setup {
             frame: Frame::Arm,
             ..self.placement
         };
-        setup.made(format, content).ok().filter(Made::passes)
+        setup.made(format, content).ok().filter(PlacedPlan::passes)
     }
 }
 

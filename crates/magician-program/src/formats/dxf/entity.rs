@@ -8,7 +8,7 @@ use super::pairs::Record;
 use super::spline::Spline;
 use crate::Diagnostic;
 
-type Drawn = Result<(), Diagnostic>;
+type DrawResult = Result<(), Diagnostic>;
 
 /// Draws one entity, or notes why not. The vertices are those of a POLYLINE.
 pub(super) fn draw<'p>(
@@ -17,7 +17,7 @@ pub(super) fn draw<'p>(
     vertices: &'p [Record<'p>],
     layer: &'p str,
     place: &InsertContext<'p>,
-) -> Drawn {
+) -> DrawResult {
     let pen = Pen {
         record,
         layer,
@@ -86,12 +86,12 @@ struct Pen<'p> {
 }
 
 impl<'p> Pen<'p> {
-    fn stroke(&self, canvas: &mut Canvas<'p>, points: Vec<Point>) -> Drawn {
+    fn stroke(&self, canvas: &mut Canvas<'p>, points: Vec<Point>) -> DrawResult {
         canvas.stroke(points, self.record, self.layer)
     }
 
     /// Straight from point to point of the drawing, and back to the first if it is closed.
-    fn line(&self, canvas: &mut Canvas<'p>, codes: &[i32], closed: bool) -> Drawn {
+    fn line(&self, canvas: &mut Canvas<'p>, codes: &[i32], closed: bool) -> DrawResult {
         let mut points = Vec::new();
         for code in codes {
             let [x, y, _] = self.record.point(*code)?;
@@ -104,7 +104,7 @@ impl<'p> Pen<'p> {
     }
 
     /// The outline of a filled shape of three or four corners, which are told crosswise.
-    fn solid(&self, canvas: &mut Canvas<'p>) -> Drawn {
+    fn solid(&self, canvas: &mut Canvas<'p>) -> DrawResult {
         let fourth = self.record.text(13).map_or(12, |_| 13);
         let mut points = Vec::new();
         for code in [10, 11, fourth, 12, 10] {
@@ -114,7 +114,7 @@ impl<'p> Pen<'p> {
         self.stroke(canvas, points)
     }
 
-    fn arc(&self, canvas: &mut Canvas<'p>, whole: bool) -> Drawn {
+    fn arc(&self, canvas: &mut Canvas<'p>, whole: bool) -> DrawResult {
         let [x, y, z] = self.record.point(10)?;
         let radius = self.record.needed(40)?;
         let (from, sweep) = if whole {
@@ -129,7 +129,7 @@ impl<'p> Pen<'p> {
         self.stroke(canvas, arc.points(canvas.tolerance))
     }
 
-    fn ellipse(&self, canvas: &mut Canvas<'p>) -> Drawn {
+    fn ellipse(&self, canvas: &mut Canvas<'p>) -> DrawResult {
         let [x, y, _] = self.record.point(10)?;
         let [major_x, major_y, major_z] = self.record.point(11)?;
         let ratio = self.record.needed(40)?;
@@ -150,7 +150,7 @@ impl<'p> Pen<'p> {
         self.stroke(canvas, ellipse.points(canvas.tolerance))
     }
 
-    fn light_polyline(&self, canvas: &mut Canvas<'p>) -> Drawn {
+    fn light_polyline(&self, canvas: &mut Canvas<'p>) -> DrawResult {
         let height = self.record.number(38)?.unwrap_or(0.0);
         let map = self.map * plane(self.record, height)?;
         let corners = self.record.points(10, 42)?;
@@ -161,7 +161,7 @@ impl<'p> Pen<'p> {
         self.corners(canvas, &map, corners.collect(), closed)
     }
 
-    fn polyline(&self, canvas: &mut Canvas<'p>, vertices: &'p [Record<'p>]) -> Drawn {
+    fn polyline(&self, canvas: &mut Canvas<'p>, vertices: &'p [Record<'p>]) -> DrawResult {
         let flags = self.record.integer(70)?;
         let (closed, in_space) = (flags & 1 != 0, flags & 8 != 0);
         if flags & (16 | 64) != 0 {
@@ -199,7 +199,7 @@ impl<'p> Pen<'p> {
         map: &Affine,
         mut corners: Vec<(Point, f64)>,
         closed: bool,
-    ) -> Drawn {
+    ) -> DrawResult {
         let Some(first) = corners.first().copied() else {
             return canvas.leave_out(self.record, "it has no corners");
         };
@@ -218,7 +218,7 @@ impl<'p> Pen<'p> {
         self.stroke(canvas, points)
     }
 
-    fn spline(&self, canvas: &mut Canvas<'p>) -> Drawn {
+    fn spline(&self, canvas: &mut Canvas<'p>) -> DrawResult {
         let flat = |points: Vec<([f64; 3], f64)>| -> Vec<Point> {
             let points = points.into_iter();
             points

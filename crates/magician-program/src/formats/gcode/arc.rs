@@ -67,7 +67,7 @@ pub(super) struct Ends {
 
 /// How a program says which circle it is.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Round {
+pub(super) enum ArcForm {
     /// About this point, in the axes of the plane.
     Centre([f64; 2]),
     /// With this radius; the longer way if it is negative.
@@ -91,7 +91,7 @@ impl Arc {
     /// The arc between two points; `turns` full turns more than the way says. `tolerance` is how far the radii may differ.
     pub(super) fn new(
         ends: &Ends,
-        round: Round,
+        round: ArcForm,
         turns: u32,
         tolerance: f64,
     ) -> Result<Self, String> {
@@ -104,8 +104,8 @@ impl Arc {
         let [[ax, ay, _], [bx, by, _]] = [ends.from, ends.to];
         let chord = distance([ax, ay], [bx, by]);
         let centre = match round {
-            Round::Centre(centre) => centre,
-            Round::Radius(radius) => centre_of(ends, chord, radius, tolerance)?,
+            ArcForm::Centre(centre) => centre,
+            ArcForm::Radius(radius) => centre_of(ends, chord, radius, tolerance)?,
         };
         let radii = [distance(centre, [ax, ay]), distance(centre, [bx, by])];
         let [first, last] = radii;
@@ -231,7 +231,7 @@ mod tests {
 
     const CLOCKWISE: bool = true;
 
-    fn arc(from: [f64; 2], to: [f64; 2], clockwise: bool, round: Round) -> Arc {
+    fn arc(from: [f64; 2], to: [f64; 2], clockwise: bool, round: ArcForm) -> Arc {
         let ends = Ends {
             plane: Plane::Xy,
             from: [from[0], from[1], 5.0],
@@ -250,7 +250,7 @@ mod tests {
 
     #[test]
     fn the_way_round_is_as_seen_from_above() {
-        let centre = Round::Centre([10.0, 20.0]);
+        let centre = ArcForm::Centre([10.0, 20.0]);
         let quarter = arc([15.0, 20.0], [10.0, 25.0], !CLOCKWISE, centre);
         let root = 5.0 / 2f64.sqrt();
         near(quarter.at(0.5), [10.0 + root, 20.0 + root]);
@@ -265,7 +265,7 @@ mod tests {
     #[test]
     fn a_radius_means_the_shorter_way_and_a_negative_one_the_longer() {
         let (from, to) = ([5.0, 0.0], [0.0, 5.0]);
-        let middle = |clockwise, radius| arc(from, to, clockwise, Round::Radius(radius)).at(0.5);
+        let middle = |clockwise, radius| arc(from, to, clockwise, ArcForm::Radius(radius)).at(0.5);
         let root = 5.0 / 2f64.sqrt();
         near(middle(!CLOCKWISE, 5.0), [root, root]);
         near(middle(CLOCKWISE, -5.0), [-root, -root]);
@@ -273,7 +273,7 @@ mod tests {
         near(middle(!CLOCKWISE, -5.0), [5.0 + root, 5.0 + root]);
         // Half a circle, with a radius that was rounded down.
         near(
-            arc([0.0, 0.0], [10.0, 0.0], CLOCKWISE, Round::Radius(4.999)).at(0.5),
+            arc([0.0, 0.0], [10.0, 0.0], CLOCKWISE, ArcForm::Radius(4.999)).at(0.5),
             [5.0, 5.0],
         );
     }
@@ -284,7 +284,7 @@ mod tests {
             [30.0, 0.0],
             [30.0, 0.0],
             !CLOCKWISE,
-            Round::Centre([0.0, 0.0]),
+            ArcForm::Centre([0.0, 0.0]),
         );
         for tolerance in [1.0, 0.05, 0.001] {
             let mut last = [30.0, 0.0];
@@ -312,18 +312,18 @@ mod tests {
         };
         let refused = |round| Arc::new(&ends, round, 0, 0.01).expect_err("no arc");
         assert_eq!(
-            refused(Round::Centre([4.0, 0.0])),
+            refused(ArcForm::Centre([4.0, 0.0])),
             "the arc begins 4.000 mm from its centre and ends 6.000 mm from it"
         );
         assert_eq!(
-            refused(Round::Radius(3.0)),
+            refused(ArcForm::Radius(3.0)),
             "a radius of 3.000 mm is too small for ends that are 10.000 mm apart; it takes 5.000 mm"
         );
         let back = Ends {
             to: ends.from,
             ..ends
         };
-        assert!(Arc::new(&back, Round::Radius(3.0), 0, 0.01).is_err());
-        assert!(Arc::new(&back, Round::Centre([0.0, 0.0]), 0, 0.01).is_err());
+        assert!(Arc::new(&back, ArcForm::Radius(3.0), 0, 0.01).is_err());
+        assert!(Arc::new(&back, ArcForm::Centre([0.0, 0.0]), 0, 0.01).is_err());
     }
 }

@@ -1,7 +1,7 @@
 //! Where O-words lead a program: branches, loops and subroutines.
 
 use super::SourceLine;
-use super::interpreter::{CallFrame, Called, DEEPEST, FILES, Interpreter};
+use super::interpreter::{CallFrame, CallKind, DEEPEST, FILES, Interpreter};
 use super::lexer::Words;
 use super::oword::{Keyword, Label, Oword, TextPosition, line_at};
 use crate::formats::span::SpanDiagnostic;
@@ -30,7 +30,8 @@ impl<'p, 't> Interpreter<'p, 't> {
             Keyword::EndSub | Keyword::Return => {
                 let value = self.optional(oword, line)?;
                 if let Some(CallFrame {
-                    of: Called::Sub(_), ..
+                    of: CallKind::Sub(_),
+                    ..
                 }) = self.frames.last()
                 {
                     self.leave();
@@ -151,7 +152,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             return Err(SpanDiagnostic::new(0..oword.rest, message));
         }
         let saved = self.parameters.enter(&arguments);
-        self.call(Called::Sub(saved), 0..oword.rest)?;
+        self.call(CallKind::Sub(saved), 0..oword.rest)?;
         self.place = self.after_oword(sub);
         Ok(())
     }

@@ -50,13 +50,13 @@ impl<'t> Program<'t> {
 pub(super) struct CallFrame {
     /// Where it goes on afterwards.
     back: TextPosition,
-    pub(super) of: Called,
+    pub(super) of: CallKind,
     /// How often each loop under way is still to be done.
     pub(super) repeats: Vec<(usize, u64)>,
 }
 
 #[derive(Debug)]
-pub(super) enum Called {
+pub(super) enum CallKind {
     Main,
     Sub(Saved),
     /// A numbered program, and how often it is still to be done.
@@ -65,7 +65,7 @@ pub(super) enum Called {
 
 /// What is to be done with a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stepped {
+pub(super) enum LineOutcome {
     /// Its words are in the block.
     Words,
     /// It may be skipped (`/`), or sets up a controller (`$`).
@@ -101,7 +101,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             place,
             frames: vec![CallFrame {
                 back: place,
-                of: Called::Main,
+                of: CallKind::Main,
                 repeats: Vec::new(),
             }],
             parameters: Parameters::new(modes),
@@ -120,7 +120,7 @@ impl<'p, 't> Interpreter<'p, 't> {
     pub(super) fn step(
         &mut self,
         block: &mut Block,
-    ) -> Result<Option<(SourceLine<'t>, Stepped)>, Diagnostic> {
+    ) -> Result<Option<(SourceLine<'t>, LineOutcome)>, Diagnostic> {
         if self.ended {
             return Ok(None);
         }
@@ -149,7 +149,7 @@ impl<'p, 't> Interpreter<'p, 't> {
         line: &SourceLine<'t>,
         here: TextPosition,
         block: &mut Block,
-    ) -> Result<Stepped, SpanDiagnostic> {
+    ) -> Result<LineOutcome, SpanDiagnostic> {
         self.done += 1 + (line.text.len() / BYTES_OF_A_LINE) as u64;
         if self.done > self.program.allowed {
             let message = format!(
@@ -159,10 +159,10 @@ impl<'p, 't> Interpreter<'p, 't> {
             return Err(SpanDiagnostic::new(0..line.text.trim_end().len(), message).help(help));
         }
         match line.text.as_bytes().get(behind_number(line.text)) {
-            Some(b'/' | b'$') => return Ok(Stepped::LeftOut),
+            Some(b'/' | b'$') => return Ok(LineOutcome::LeftOut),
             Some(b'%') if line.text.trim() == "%" => {
                 self.ended = self.begun;
-                return Ok(Stepped::Led);
+                return Ok(LineOutcome::Led);
             }
             _ => {}
         }
@@ -176,7 +176,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             self.place.oword = here.oword + 1;
             self.lead(oword, here.oword, line)?;
             self.note_unset(line);
-            return Ok(Stepped::Led);
+            return Ok(LineOutcome::Led);
         }
         block.fill(line.text, &self.parameters)?;
         self.note_unset(line);
@@ -192,7 +192,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             self.ended |= ends && !block.is_foreign();
         }
         self.parameters.modes.follow(block);
-        Ok(Stepped::Words)
+        Ok(LineOutcome::Words)
     }
 
     fn note_unset(&mut self, line: &SourceLine<'_>) {
@@ -222,7 +222,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                 return Err(SpanDiagnostic::new(block.range.clone(), message).help(FILES));
             };
             if times > 0.0 {
-                let of = Called::Numbered(number as u32, times as u64 - 1);
+                let of = CallKind::Numbered(number as u32, times as u64 - 1);
                 let place = *place;
                 self.call(of, block.range.clone())?;
                 self.place = self.after(place);
@@ -237,7 +237,7 @@ impl<'p, 't> Interpreter<'p, 't> {
     fn end_of_subprogram(&mut self, block: &Block, line: &SourceLine<'_>) {
         match self.frames.last_mut() {
             Some(CallFrame {
-                of: Called::Numbered(number, left),
+                of: CallKind::Numbered(number, left),
                 ..
             }) if *left > 0 => {
                 *left -= 1;
@@ -245,7 +245,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                 self.place = self.after(place.unwrap_or_default());
             }
             Some(CallFrame {
-                of: Called::Numbered(..),
+                of: CallKind::Numbered(..),
                 ..
             }) => self.leave(),
             _ => {
@@ -262,7 +262,7 @@ impl<'p, 't> Interpreter<'p, 't> {
 
     pub(super) fn call(
         &mut self,
-        of: Called,
+        of: CallKind,
         range: std::ops::Range<usize>,
     ) -> Result<(), SpanDiagnostic> {
         if self.frames.len() > DEEPEST {
@@ -284,7 +284,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             return;
         };
         self.place = frame.back;
-        if let Called::Sub(saved) = frame.of {
+        if let CallKind::Sub(saved) = frame.of {
             self.parameters.leave(saved);
         }
         self.parameters.level = self.frames.len() - 1;

@@ -10,7 +10,7 @@ use super::begin::Begin;
 use super::block::{Block, Code};
 use super::cycle::Cycle;
 use super::emit::Emitter;
-use super::interpreter::Stepped;
+use super::interpreter::LineOutcome;
 use super::offsets::Offsets;
 use super::power::s_max;
 use super::servo::Servo;
@@ -143,11 +143,11 @@ impl<'o> Machine<'o> {
     pub(super) fn take(
         &mut self,
         line: &SourceLine<'_>,
-        stepped: Stepped,
+        stepped: LineOutcome,
         block: &Block,
     ) -> Result<(), Diagnostic> {
         match stepped {
-            Stepped::LeftOut => {
+            LineOutcome::LeftOut => {
                 let range = 0..line.text.trim_end().len();
                 let message =
                     "a line that may be skipped (/) or sets up a controller ($) is left out";
@@ -155,7 +155,7 @@ impl<'o> Machine<'o> {
                     .add(DiagnosticCode::LeftOut, line.origin(&range), message);
                 Ok(())
             }
-            Stepped::Words if !block.is_empty() => {
+            LineOutcome::Words if !block.is_empty() => {
                 let done = self.follow(block, line.origin(&block.range));
                 done.map_err(|error| line.diagnostic(error))
             }

@@ -2,7 +2,7 @@
 
 use magician_host::{Action, Given};
 
-use super::arc::{Arc, Ends, Plane, Round};
+use super::arc::{Arc, ArcForm, Ends, Plane};
 use super::begin::Begin;
 use super::block::{Block, Code};
 use super::emit::CutSettings;
@@ -255,7 +255,7 @@ impl Machine<'_> {
         }
     }
 
-    fn round(&self, block: &Block, from: [f64; 3]) -> Result<Round, SpanDiagnostic> {
+    fn round(&self, block: &Block, from: [f64; 3]) -> Result<ArcForm, SpanDiagnostic> {
         let [first, second, _] = self.plane.axes();
         let words = [first, second].map(|axis| CENTRES[axis]);
         let centre = block.has_any(&words);
@@ -265,7 +265,7 @@ impl Machine<'_> {
                 let message = format!("the arc has both a centre ({words}) and a radius (R)");
                 return Err(SpanDiagnostic::new(block.range.clone(), message));
             }
-            return Ok(Round::Radius(radius * self.unit));
+            return Ok(ArcForm::Radius(radius * self.unit));
         }
         if !centre {
             let words = self.plane.centre_words();
@@ -281,7 +281,7 @@ impl Machine<'_> {
             Some(way) => zero[axis] + way * self.unit,
             None => from[axis],
         };
-        Ok(Round::Centre([centre(first), centre(second)]))
+        Ok(ArcForm::Centre([centre(first), centre(second)]))
     }
 
     /// Where the pen of a servo is over a point.

@@ -39,7 +39,7 @@ struct Cut {
 
 /// Which S is full power, and how that is known.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Full {
+pub(super) struct FullPower {
     pub(super) s: f64,
     rule: Rule,
 }
@@ -96,8 +96,8 @@ impl Powers {
     }
 
     /// The first of the rules that holds.
-    pub(super) fn full(&self, said: Option<f64>, fan: bool) -> Result<Full, Diagnostic> {
-        let of = |s, rule| Ok(Full { s, rule });
+    pub(super) fn full(&self, said: Option<f64>, fan: bool) -> Result<FullPower, Diagnostic> {
+        let of = |s, rule| Ok(FullPower { s, rule });
         if let Some(s) = said {
             return match s.is_finite() && s > 0.0 {
                 true => of(s, Rule::Said),
@@ -129,7 +129,7 @@ impl Powers {
     }
 }
 
-impl Full {
+impl FullPower {
     /// Tells which rule was used.
     pub(super) fn note(&self, notes: &mut Notes) {
         let Self { s, rule } = *self;

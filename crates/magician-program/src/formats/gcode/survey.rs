@@ -2,7 +2,7 @@
 
 use super::SourceLine;
 use super::block::Block;
-use super::interpreter::{Interpreter, Stepped};
+use super::interpreter::{Interpreter, LineOutcome};
 use super::mill::Mill;
 use super::modes::Modes;
 use super::power::Powers;
@@ -61,7 +61,7 @@ impl Survey {
         while let Ok(Some((line, stepped))) = interpreter.step(&mut block) {
             survey.powers.read(&line);
             survey.mill.read(line.text);
-            if stepped == Stepped::Words {
+            if stepped == LineOutcome::Words {
                 survey.look(&block, &line, interpreter.modes());
             }
         }

@@ -94,7 +94,7 @@ struct Decoded {
     turned: bool,
 }
 
-fn decode(bytes: &[u8], format: ImageFormat) -> Result<Decoded, Refused> {
+fn decode(bytes: &[u8], format: ImageFormat) -> Result<Decoded, DecodeFailure> {
     let limits = |side: u32| {
         let mut limits = Limits::default();
         limits.max_image_width = Some(side);
@@ -117,15 +117,15 @@ fn decode(bytes: &[u8], format: ImageFormat) -> Result<Decoded, Refused> {
         let smaller = match format {
             ImageFormat::Png => large::png(bytes),
             ImageFormat::Jpeg => large::jpeg(bytes),
-            _ => return Err(Refused::TooLarge(size)),
+            _ => return Err(DecodeFailure::TooLarge(size)),
         };
         let Smaller {
             width,
             height,
             grey,
-        } = smaller.map_err(Refused::Large)?;
+        } = smaller.map_err(DecodeFailure::Large)?;
         let image = GrayImage::from_raw(width, height, grey);
-        DynamicImage::from(image.ok_or_else(|| Refused::Large("it is cut off".to_owned()))?)
+        DynamicImage::from(image.ok_or_else(|| DecodeFailure::Large("it is cut off".to_owned()))?)
     } else {
         decoder.set_limits(limits(MOST_SIDE))?;
         DynamicImage::from_decoder(decoder)?
@@ -143,29 +143,29 @@ fn decode(bytes: &[u8], format: ImageFormat) -> Result<Decoded, Refused> {
 }
 
 /// Why an image was not decoded.
-enum Refused {
+enum DecodeFailure {
     TooLarge([u32; 2]),
     /// Of one that would have been made smaller.
     Large(String),
     By(ImageError),
 }
 
-impl From<ImageError> for Refused {
+impl From<ImageError> for DecodeFailure {
     fn from(error: ImageError) -> Self {
         Self::By(error)
     }
 }
 
-fn refused(refused: Refused) -> Diagnostic {
+fn refused(refused: DecodeFailure) -> Diagnostic {
     let (why, too_large) = match refused {
-        Refused::TooLarge([width, height]) => (format!("{width} by {height} pixels"), true),
-        Refused::Large(why) => {
+        DecodeFailure::TooLarge([width, height]) => (format!("{width} by {height} pixels"), true),
+        DecodeFailure::Large(why) => {
             return Diagnostic::of_file(format!(
                 "the image is too large to be read at once: {why}"
             ));
         }
-        Refused::By(error @ ImageError::Limits(_)) => (error.to_string(), true),
-        Refused::By(error) => (error.to_string(), false),
+        DecodeFailure::By(error @ ImageError::Limits(_)) => (error.to_string(), true),
+        DecodeFailure::By(error) => (error.to_string(), false),
     };
     if too_large {
         let megapixels = MOST_PIXELS / 1_000_000;

@@ -77,7 +77,7 @@ impl<'a> Bytes<'a> {
 
 /// What was found so far.
 #[derive(Default)]
-struct Found {
+struct PoseChannel {
     /// The channel of `/pose`.
     channel: Option<u64>,
     first: Option<u64>,
@@ -86,7 +86,7 @@ struct Found {
 
 pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Parsed<Plan>, Diagnostic> {
     let mut records = Bytes(bytes.get(MAGIC.len()..).unwrap_or_default());
-    let mut found = Found::default();
+    let mut found = PoseChannel::default();
     while let Some((kind, content)) = records.record() {
         match kind {
             CHUNK => found.chunk(content)?,
@@ -112,7 +112,7 @@ fn damaged(what: &str) -> Diagnostic {
     Diagnostic::of_file(format!("the recording is damaged: {what}"))
 }
 
-impl Found {
+impl PoseChannel {
     /// Records in a piece, with a checksum: what was damaged is not followed to another place.
     fn chunk(&mut self, mut content: Bytes<'_>) -> Result<(), Diagnostic> {
         let mut parts = || {

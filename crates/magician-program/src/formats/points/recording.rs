@@ -55,8 +55,8 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
     let period = period(rows);
     let thinned = resample.map(|nearer| thinned(rows, nearer));
     let even = match &thinned {
-        Some(rows) => evenly(rows, period, Between::Straight)?,
-        None => evenly(rows, period, Between::Smooth)?,
+        Some(rows) => evenly(rows, period, Interpolation::Straight)?,
+        None => evenly(rows, period, Interpolation::Smooth)?,
     };
     let mut replay = Replay::at(first, period * (1.0 - lag(&even, period)));
     let mut at = 0;
@@ -118,7 +118,7 @@ fn step(pair: &[Sample]) -> Option<f64> {
 
 /// How the tool goes from one row to the next.
 #[derive(Clone, Copy)]
-enum Between {
+enum Interpolation {
     /// Every coordinate goes on smoothly, and not beyond the rows: by the cubic of Fritsch and Carlson.
     Smooth,
     /// Straight, at an even speed.
@@ -140,7 +140,7 @@ fn thinned(rows: &[Sample], nearer: f64) -> Vec<Sample> {
 }
 
 /// The rows after each period.
-fn evenly(rows: &[Sample], period: f64, between: Between) -> Result<Vec<Sample>, Diagnostic> {
+fn evenly(rows: &[Sample], period: f64, between: Interpolation) -> Result<Vec<Sample>, Diagnostic> {
     // Of two rows at the same time the first counts.
     let mut rows = rows.to_vec();
     rows.dedup_by(|later, earlier| later.t <= earlier.t);
@@ -163,8 +163,8 @@ fn evenly(rows: &[Sample], period: f64, between: Between) -> Result<Vec<Sample>,
         let ends = [at, at + 1].map(|nth| rows.get(nth).zip(slopes.get(nth)));
         match ends {
             [Some((before, leaving)), Some((after, arriving))] => match between {
-                Between::Smooth => before.towards(after, [leaving, arriving], t),
-                Between::Straight => {
+                Interpolation::Smooth => before.towards(after, [leaving, arriving], t),
+                Interpolation::Straight => {
                     let straight = before.straight(after);
                     before.towards(after, [&straight, &straight], t)
                 }

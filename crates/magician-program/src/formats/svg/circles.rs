@@ -52,7 +52,7 @@ impl Graph {
         let mut ways = vec![Vec::new(); count];
         // A rule of a style sheet is a place of its own, and so is each class and id that it speaks of.
         let sheets = style_sheets(document);
-        let mut meant: HashMap<Meant<'_>, usize> = HashMap::new();
+        let mut meant: HashMap<SelectorSubject<'_>, usize> = HashMap::new();
         for rule in sheets.split('}') {
             let Some((selector, body)) = rule.split_once('{') else {
                 continue;
@@ -65,7 +65,7 @@ impl Graph {
             }
             let style = ways.len();
             ways.push(refers_to);
-            for who in selector.split(',').flat_map(Meant::by) {
+            for who in selector.split(',').flat_map(SelectorSubject::by) {
                 let place = *meant.entry(who).or_insert_with(|| {
                     ways.push(Vec::new());
                     ways.len() - 1
@@ -84,11 +84,11 @@ impl Graph {
                 }
             }
             let classes = node.attribute("class").unwrap_or_default();
-            let classes = classes.split_whitespace().map(Meant::Class);
-            let own = node.attribute("id").map(Meant::Id);
+            let classes = classes.split_whitespace().map(SelectorSubject::Class);
+            let own = node.attribute("id").map(SelectorSubject::Id);
             let styled = classes
                 .chain(own)
-                .chain([Meant::All])
+                .chain([SelectorSubject::All])
                 .filter_map(|who| meant.get(&who).copied());
             let referred = names.iter().filter_map(|name| ids.get(name).copied());
             let within = node.children().filter(Node::is_element);
@@ -152,13 +152,13 @@ fn collector(ways: &[Vec<usize>], start: usize, seen: &mut HashSet<usize>, order
 
 /// Whom a selector of a style sheet may mean.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-enum Meant<'s> {
+enum SelectorSubject<'s> {
     All,
     Class(&'s str),
     Id(&'s str),
 }
 
-impl<'s> Meant<'s> {
+impl<'s> SelectorSubject<'s> {
     /// All that have one of its classes or ids; all elements if it asks for neither.
     fn by(selector: &'s str) -> Vec<Self> {
         let name = |from: usize| {

@@ -18,7 +18,7 @@ impl Region {
     /// Of a mask of something drawn in these coordinates; `None` if it cannot be said of a place whether it is shown.
     pub(super) fn of_mask(mask: &Mask, to: Affine, tolerance: f64) -> Option<Self> {
         let mut shapes = Vec::new();
-        let how = How {
+        let how = MaskSettings {
             kind: mask.kind(),
             tolerance,
             solid: true,
@@ -44,7 +44,7 @@ impl Region {
 }
 
 #[derive(Clone, Copy)]
-struct How {
+struct MaskSettings {
     kind: MaskType,
     tolerance: f64,
     /// Whether all around is as strong as can be.
@@ -53,7 +53,7 @@ struct How {
 
 /// What a paint does.
 #[derive(Clone, Copy, PartialEq)]
-enum Does {
+enum PaintEffect {
     Nothing,
     Show,
     Hide,
@@ -63,7 +63,7 @@ fn painted(
     group: &Group,
     to: Affine,
     within: &[Region],
-    how: How,
+    how: MaskSettings,
     shapes: &mut Vec<(Shape, bool)>,
 ) -> Option<()> {
     for node in group.children() {
@@ -80,7 +80,7 @@ fn painted(
                 if let Some(mask) = group.mask() {
                     inner.push(Region::of_mask(mask, own, how.tolerance)?);
                 }
-                let how = How {
+                let how = MaskSettings {
                     solid: how.solid && group.opacity().get() > SOLID && group.mask().is_none(),
                     ..how
                 };
@@ -98,7 +98,7 @@ fn path_of(
     path: &Path,
     to: Affine,
     within: &[Region],
-    how: How,
+    how: MaskSettings,
     shapes: &mut Vec<(Shape, bool)>,
 ) -> Option<()> {
     if !path.is_visible() {
@@ -109,27 +109,33 @@ fn path_of(
         .map(|fill| (fill.paint(), fill.opacity().get(), fill.rule()));
     if let Some((paint, opacity, rule)) = fill {
         let does = does(paint, opacity, how)?;
-        if does != Does::Nothing {
+        if does != PaintEffect::Nothing {
             let outline = flatten(&curves(path.data(), to), how.tolerance, true);
-            shapes.push((Shape::new(&outline, rule, within), does == Does::Show));
+            shapes.push((
+                Shape::new(&outline, rule, within),
+                does == PaintEffect::Show,
+            ));
         }
     }
     if let Some(stroke) = path.stroke() {
         let does = does(stroke.paint(), stroke.opacity().get(), how)?;
-        if does != Does::Nothing {
+        if does != PaintEffect::Nothing {
             let [a, b, c, d, ..] = to.as_coeffs();
             let scale = libm::hypot(a, b).max(libm::hypot(c, d)).max(1.0) as f32;
             let outline = path.data().stroke(&stroke.to_tiny_skia(), scale)?;
             let outline = flatten(&curves(&outline, to), how.tolerance, true);
             let rule = usvg::FillRule::NonZero;
-            shapes.push((Shape::new(&outline, rule, within), does == Does::Show));
+            shapes.push((
+                Shape::new(&outline, rule, within),
+                does == PaintEffect::Show,
+            ));
         }
     }
     Some(())
 }
 
 /// What a paint does; `None` if it does one thing here and another there.
-fn does(paint: &Paint, opacity: f32, how: How) -> Option<Does> {
+fn does(paint: &Paint, opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
     match paint {
         Paint::Color(color) => Some(one(*color, opacity, how)),
         Paint::LinearGradient(gradient) => all(gradient.stops(), opacity, how),
@@ -138,7 +144,7 @@ fn does(paint: &Paint, opacity: f32, how: How) -> Option<Does> {
     }
 }
 
-fn all(stops: &[Stop], opacity: f32, how: How) -> Option<Does> {
+fn all(stops: &[Stop], opacity: f32, how: MaskSettings) -> Option<PaintEffect> {
     let mut does = stops
         .iter()
         .map(|stop| one(stop.color(), opacity * stop.opacity().get(), how));
@@ -146,7 +152,7 @@ fn all(stops: &[Stop], opacity: f32, how: How) -> Option<Does> {
     does.all(|other| other == first).then_some(first)
 }
 
-fn one(color: usvg::Color, opacity: f32, how: How) -> Does {
+fn one(color: usvg::Color, opacity: f32, how: MaskSettings) -> PaintEffect {
     let light = match how.kind {
         MaskType::Alpha => 1.0,
         MaskType::Luminance => {
@@ -155,12 +161,12 @@ fn one(color: usvg::Color, opacity: f32, how: How) -> Does {
         }
     };
     if opacity < FAINT {
-        Does::Nothing
+        PaintEffect::Nothing
     } else if light > FAINT {
-        Does::Show
+        PaintEffect::Show
     } else if opacity > SOLID && how.solid {
-        Does::Hide
+        PaintEffect::Hide
     } else {
-        Does::Nothing
+        PaintEffect::Nothing
     }
 }

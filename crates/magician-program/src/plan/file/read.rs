@@ -266,7 +266,7 @@ impl<'t> StepReader<'_, 't> {
             .position(|member| is_action(&member.key))
             .unwrap_or(0);
         let Member { key, value } = members.swap_remove(at);
-        let mut rest = Rest {
+        let mut beside = StepMembers {
             json,
             key: &key,
             value,
@@ -275,22 +275,22 @@ impl<'t> StepReader<'_, 't> {
         let action = match &*key {
             "move" => {
                 let to = numbers(json, &key, "x, y, z, r", value)?;
-                let by = rest.travel(&[Travel::Joints, Travel::Line, Travel::Jump])?;
+                let by = beside.travel(&[Travel::Joints, Travel::Line, Travel::Jump])?;
                 Action::Move { to, by }
             }
             "joints" => {
                 let to = numbers(json, &key, "J1, J2, J3, J4", value)?;
-                let by = rest.travel(&[Travel::Joints, Travel::Line, Travel::Jump])?;
+                let by = beside.travel(&[Travel::Joints, Travel::Line, Travel::Jump])?;
                 Action::Joints { to, by }
             }
             "shift" => {
                 let by = numbers(json, &key, "x, y, z, r", value)?;
-                let line = rest.travel(&[Travel::Joints, Travel::Line])? == Travel::Line;
+                let line = beside.travel(&[Travel::Joints, Travel::Line])? == Travel::Line;
                 Action::Shift { by, line }
             }
             "arc" => {
                 let to = numbers(json, &key, "x, y, z, r", value)?;
-                let via = numbers(json, "via", "x, y, z, r", rest.needed("via")?)?;
+                let via = numbers(json, "via", "x, y, z, r", beside.needed("via")?)?;
                 Action::Arc { via, to }
             }
             "path" => Action::Path {
@@ -298,7 +298,7 @@ impl<'t> StepReader<'_, 't> {
             },
             "burn" => {
                 let to = numbers(json, &key, "x, y, z", value)?;
-                let power = float(json, "power", rest.needed("power")?)?;
+                let power = float(json, "power", beside.needed("power")?)?;
                 Action::Burn { to, power }
             }
             "suction" => Action::Suction(json.boolean(value)?),
@@ -317,10 +317,10 @@ impl<'t> StepReader<'_, 't> {
                     );
                 }
             },
-            _ => command(json, value, rest.take("values"))?,
+            _ => command(json, value, beside.take("values"))?,
         };
-        match rest.members.first() {
-            Some(member) => Err(json.unknown(member, &format!("{}, at, name", rest.known()))),
+        match beside.members.first() {
+            Some(member) => Err(json.unknown(member, &format!("{}, at, name", beside.known()))),
             None => Ok(action),
         }
     }
@@ -331,14 +331,14 @@ fn is_action(key: &str) -> bool {
 }
 
 /// What a step says beside what it does.
-struct Rest<'j, 't> {
+struct StepMembers<'j, 't> {
     json: &'j Json<'t>,
     key: &'j str,
     value: &'t str,
     members: Vec<Member<'t>>,
 }
 
-impl<'t> Rest<'_, 't> {
+impl<'t> StepMembers<'_, 't> {
     fn take(&mut self, key: &str) -> Option<&'t str> {
         let at = self.members.iter().position(|member| member.key == key)?;
         Some(self.members.swap_remove(at).value)

@@ -42,7 +42,7 @@ impl Plan {
             writer.write_all(if at == 0 { b"\n" } else { b",\n" })?;
             value(
                 writer,
-                &Line {
+                &StepLine {
                     step,
                     names: &names,
                 },
@@ -173,12 +173,12 @@ impl<'p> Names<'p> {
     }
 }
 
-struct Line<'p> {
+struct StepLine<'p> {
     step: &'p Step,
     names: &'p Names<'p>,
 }
 
-impl Serialize for Line<'_> {
+impl Serialize for StepLine<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(None)?;
         action(&mut map, &self.step.action)?;
@@ -231,7 +231,7 @@ fn action<M: SerializeMap>(map: &mut M, action: &Action) -> Result<(), M::Error>
         Action::Home => map.serialize_entry(key, &true),
         Action::Command(command) => {
             map.serialize_entry(key, command.row().name)?;
-            map.serialize_entry("values", &Values(command))
+            map.serialize_entry("values", &CommandValues(command))
         }
     }
 }
@@ -253,9 +253,9 @@ pub(super) fn grip_name(grip: Grip) -> &'static str {
 }
 
 /// The fields of a command under the names that the protocol's table gives them.
-struct Values<'c>(&'c Set);
+struct CommandValues<'c>(&'c Set);
 
-impl Serialize for Values<'_> {
+impl Serialize for CommandValues<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let frame = FrameBuf::set(self.0, Ctrl::QUEUED).map_err(S::Error::custom)?;
         let layout = self.0.row().set;

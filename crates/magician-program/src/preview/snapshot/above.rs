@@ -5,7 +5,7 @@ use magician_sim::world::StrokeKind;
 
 use super::super::above as ground;
 use super::super::panel::Panel;
-use super::{ABOVE, Around, Belt, Body, SCALE, hex, turned};
+use super::{ABOVE, Belt, Body, SCALE, Surroundings, hex, turned};
 use crate::{Reach, Surface};
 use magician_sim::svg::palette::{BURNT, DRAWN, EMPTY, FAINT, INK, PAPER, WRONG};
 use magician_sim::svg::{Anchor, Number, Svg, TextStyle, path};
@@ -21,7 +21,7 @@ pub(super) fn draw(
     corner: [f64; 2],
     arm: &Geometry,
     joints: &JointAngles,
-    around: &Around,
+    around: &Surroundings,
 ) {
     let panel = Panel {
         part: ABOVE,
@@ -111,7 +111,7 @@ fn belt(svg: &mut Svg, panel: &Panel, belt: &Belt) {
     }
 }
 
-fn ink(svg: &mut Svg, panel: &Panel, around: &Around) {
+fn ink(svg: &mut Svg, panel: &Panel, around: &Surroundings) {
     for stroke in around.drawing.strokes() {
         let mut data = path(stroke.points.iter().map(|point| panel.at(*point)), false);
         if stroke.points.len() == 1 {

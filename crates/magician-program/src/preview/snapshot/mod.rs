@@ -24,7 +24,7 @@ const HEAD: f64 = 18.0;
 /// What is known of an arm that is to be drawn.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
-pub struct Standing {
+pub struct ArmView {
     /// What it is called.
     pub title: String,
     /// Its joints, deg.
@@ -41,9 +41,9 @@ pub struct Standing {
 ///
 /// ```
 /// use magician_host::JointAngles;
-/// use magician_program::preview::{Snapshot, Standing};
+/// use magician_program::preview::{Snapshot, ArmView};
 ///
-/// let mut arm = Standing::default();
+/// let mut arm = ArmView::default();
 /// arm.joints = JointAngles::HOME;
 /// assert!(Snapshot::of_arm(&arm).to_svg().starts_with("<svg"));
 /// ```
@@ -64,7 +64,7 @@ struct Body {
 
 /// What is to be drawn besides the arm.
 #[derive(Default)]
-struct Around {
+struct Surroundings {
     /// Its height, and from where to where it reaches in x and in y.
     table: Option<(f64, [[f64; 2]; 2])>,
     belt: Option<Belt>,
@@ -94,8 +94,8 @@ impl Belt {
 impl Snapshot {
     /// An arm alone.
     #[must_use]
-    pub fn of_arm(standing: &Standing) -> Self {
-        Self::drawn(standing, &Around::default())
+    pub fn of_arm(view: &ArmView) -> Self {
+        Self::drawn(view, &Surroundings::default())
     }
 
     /// A virtual arm as it really stands, and its world at this instant.
@@ -114,7 +114,7 @@ impl Snapshot {
             facts.push(format!("laser at {} %", Number(state.laser_power)));
         }
         let title = scenario.and_then(|scenario| scenario.title());
-        let standing = Standing {
+        let view = ArmView {
             title: title.unwrap_or("Virtual arm").to_owned(),
             joints: state.true_joints,
             tool: mounted.map_or(state.tool, |tool| tool.bias()),
@@ -131,7 +131,7 @@ impl Snapshot {
                 held: object.rest() == Rest::Tool,
             }
         });
-        let around = Around {
+        let around = Surroundings {
             table: scenario
                 .and_then(|scenario| scenario.table())
                 .map(|table| (table.height, [table.x, table.y])),
@@ -153,7 +153,7 @@ impl Snapshot {
                 .collect(),
             drawing: arm.drawing(),
         };
-        Self::drawn(&standing, &around)
+        Self::drawn(&view, &around)
     }
 
     /// As SVG.
@@ -162,31 +162,31 @@ impl Snapshot {
         &self.svg
     }
 
-    fn drawn(standing: &Standing, around: &Around) -> Self {
+    fn drawn(view: &ArmView, around: &Surroundings) -> Self {
         let [left, top] = [MARGIN + TICKS[0], MARGIN + HEAD];
         let size = |part: [[f64; 2]; 2]| [0, 1].map(|axis| (part[1][axis] - part[0][axis]) * SCALE);
         let beside = left + size(ABOVE)[0] + MARGIN + TICKS[0];
         let width = beside + size(SIDE)[0] + MARGIN;
         let height = top + size(ABOVE)[1] + TICKS[1] + MARGIN;
-        let mut svg = Svg::page([width, height], "mm", &standing.title);
-        let arm = Geometry::magician(standing.tool);
-        let pose = arm.forward(&standing.joints);
-        head(&mut svg, left, standing, &pose);
-        above::draw(&mut svg, [left, top], &arm, &standing.joints, around);
-        side::draw(&mut svg, [beside, top], &arm, &standing.joints, around);
+        let mut svg = Svg::page([width, height], "mm", &view.title);
+        let arm = Geometry::magician(view.tool);
+        let pose = arm.forward(&view.joints);
+        head(&mut svg, left, view, &pose);
+        above::draw(&mut svg, [left, top], &arm, &view.joints, around);
+        side::draw(&mut svg, [beside, top], &arm, &view.joints, around);
         Self { svg: svg.finish() }
     }
 }
 
 /// The title, where the arm stands, and what else there is to say.
-fn head(svg: &mut Svg, left: f64, standing: &Standing, pose: &Pose) {
+fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
     let title = TextStyle {
         size: 5.2,
         colour: INK,
         anchor: Anchor::Start,
         rim: false,
     };
-    svg.text([left, MARGIN + 4.0], &standing.title, &title);
+    svg.text([left, MARGIN + 4.0], &view.title, &title);
     let text = TextStyle {
         size: 3.2,
         colour: FAINT,
@@ -201,10 +201,10 @@ fn head(svg: &mut Svg, left: f64, standing: &Standing, pose: &Pose) {
         pairs.join("  ")
     };
     let place = named(["x", "y", "z", "r"], pose.to_array());
-    let joints = named(["J1", "J2", "J3", "J4"], standing.joints.to_array());
+    let joints = named(["J1", "J2", "J3", "J4"], view.joints.to_array());
     let where_it_is = format!("{place}   ·   {joints}");
     svg.text([left, MARGIN + 9.6], where_it_is, &text);
-    let alarms = standing
+    let alarms = view
         .alarms
         .codes()
         .map(|code| match magician_host::Alarm::with_code(code) {
@@ -212,14 +212,14 @@ fn head(svg: &mut Svg, left: f64, standing: &Standing, pose: &Pose) {
             None => format!("alarm {code:#04x}"),
         });
     let alarms: Vec<String> = alarms.collect();
-    let look = match standing.alarms.blocking() {
+    let look = match view.alarms.blocking() {
         false => text,
         true => TextStyle {
             colour: WRONG,
             ..text
         },
     };
-    let facts: Vec<String> = standing.facts.iter().cloned().chain(alarms).collect();
+    let facts: Vec<String> = view.facts.iter().cloned().chain(alarms).collect();
     svg.text([left, MARGIN + 14.4], facts.join("   ·   "), &look);
 }
 

@@ -5,7 +5,7 @@ use magician_motion::ArmModel;
 
 use super::super::panel::Panel;
 use super::super::section::section;
-use super::{Around, Body, SCALE, SIDE, above, hex};
+use super::{Body, SCALE, SIDE, Surroundings, above, hex};
 use magician_sim::svg::palette::{BASE, FAINT, INK, REACH, REACH_EDGE};
 use magician_sim::svg::{Number, Svg, path};
 
@@ -20,7 +20,7 @@ pub(super) fn draw(
     corner: [f64; 2],
     arm: &Geometry,
     joints: &JointAngles,
-    around: &Around,
+    around: &Surroundings,
 ) {
     let panel = Panel {
         part: SIDE,

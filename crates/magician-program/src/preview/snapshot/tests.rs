@@ -29,15 +29,11 @@ fn a_world_shows_its_objects_by_name() {
 
 #[test]
 fn an_arm_alone_stands_where_its_joints_say() {
-    let mut standing = Standing::default();
-    (standing.title, standing.joints) = ("arm".to_owned(), JointAngles::HOME);
-    standing.tool = ToolBias::SUCTION;
-    let svg = Snapshot::of_arm(&standing).to_svg().to_owned();
+    let mut view = ArmView::default();
+    (view.title, view.joints) = ("arm".to_owned(), JointAngles::HOME);
+    view.tool = ToolBias::SUCTION;
+    let svg = Snapshot::of_arm(&view).to_svg().to_owned();
     assert!(svg.contains("x 259.1  y 0  z −8.5  r 0"), "{svg}");
-    standing.joints.j1 = 90.0;
-    assert!(
-        Snapshot::of_arm(&standing)
-            .to_svg()
-            .contains("x 0  y 259.1")
-    );
+    view.joints.j1 = 90.0;
+    assert!(Snapshot::of_arm(&view).to_svg().contains("x 0  y 259.1"));
 }
