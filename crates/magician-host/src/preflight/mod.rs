@@ -24,7 +24,7 @@ pub(crate) use numbers::check as check_numbers;
 use path::Path;
 pub use readings::{Needs, Readings, governs_motion, pose_of, state_at};
 pub use retract::Lift;
-pub use speeds::PathLaws;
+pub use speeds::PathProfiles;
 
 use crate::Result;
 

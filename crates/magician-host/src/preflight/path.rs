@@ -30,8 +30,8 @@ pub(super) struct Path {
     told: u64,
     /// Nothing is told before it is settled.
     lazy: bool,
-    /// The law of every segment that is settled, for those who ask for it.
-    laws: Option<Vec<VelocityProfile>>,
+    /// The profile of every segment that is settled, for those who ask for it.
+    profiles: Option<Vec<VelocityProfile>>,
 }
 
 impl Path {
@@ -43,17 +43,20 @@ impl Path {
         }
     }
 
-    /// One that keeps the law of each segment, once it is settled.
-    pub(super) fn keeping_laws() -> Self {
+    /// One that keeps the profile of each segment, once it is settled.
+    pub(super) fn keeping_profiles() -> Self {
         Self {
-            laws: Some(Vec::new()),
+            profiles: Some(Vec::new()),
             ..Self::lazy()
         }
     }
 
-    /// The laws that were settled since, in the order of their segments.
-    pub(super) fn take_laws(&mut self) -> Vec<VelocityProfile> {
-        self.laws.as_mut().map(std::mem::take).unwrap_or_default()
+    /// The profiles that were settled since, in the order of their segments.
+    pub(super) fn take_profiles(&mut self) -> Vec<VelocityProfile> {
+        self.profiles
+            .as_mut()
+            .map(std::mem::take)
+            .unwrap_or_default()
     }
 
     /// Adds a segment; by how much the path takes longer now, us.
@@ -69,9 +72,9 @@ impl Path {
     /// The path ends here; what has not been told of it yet, us.
     pub(super) fn end(&mut self) -> u64 {
         let rest = self.tell(false);
-        if self.laws.is_some() {
-            let open: Vec<VelocityProfile> = self.open_laws().collect();
-            self.laws.get_or_insert_default().extend(open);
+        if self.profiles.is_some() {
+            let open: Vec<VelocityProfile> = self.open_profiles().collect();
+            self.profiles.get_or_insert_default().extend(open);
         }
         self.open.clear();
         (self.entry, self.settled, self.told) = (0.0, 0, 0);
@@ -90,35 +93,39 @@ impl Path {
         let Some(first) = self.open.pop_front() else {
             return;
         };
-        let law = next_law(look_ahead, self.entry, &first, self.open.iter());
-        self.entry = law.exit();
-        if let Some(laws) = &mut self.laws {
-            laws.push(law);
+        let profile = next_profile(look_ahead, self.entry, &first, self.open.iter());
+        self.entry = profile.exit();
+        if let Some(profiles) = &mut self.profiles {
+            profiles.push(profile);
         }
-        self.settled = self.settled.saturating_add(microseconds(law.duration()));
+        self.settled = self
+            .settled
+            .saturating_add(microseconds(profile.duration()));
     }
 
     /// How long the open segments take if the last of them ends at rest.
     fn to_rest(&self) -> u64 {
-        let times = self.open_laws().map(|law| microseconds(law.duration()));
+        let times = self
+            .open_profiles()
+            .map(|profile| microseconds(profile.duration()));
         times.fold(0, u64::saturating_add)
     }
 
-    /// The laws of the open segments if the last of them ends at rest.
-    fn open_laws(&self) -> impl Iterator<Item = VelocityProfile> {
+    /// The profiles of the open segments if the last of them ends at rest.
+    fn open_profiles(&self) -> impl Iterator<Item = VelocityProfile> {
         let mut entry = self.entry;
         let ahead = self.look_ahead.iter();
         ahead
             .flat_map(|ahead| self.open.iter().enumerate().map(move |each| (ahead, each)))
             .map(move |(ahead, (at, segment))| {
-                let law = next_law(ahead, entry, segment, self.open.range(at + 1..));
-                entry = law.exit();
-                law
+                let profile = next_profile(ahead, entry, segment, self.open.range(at + 1..));
+                entry = profile.exit();
+                profile
             })
     }
 }
 
-fn next_law<'a>(
+fn next_profile<'a>(
     look_ahead: &LookAhead,
     entry: f64,
     segment: &'a CpSegment,

@@ -11,7 +11,7 @@ use super::path::Path;
 /// [`Preflight`](super::Preflight) tells their times, without a check of what can be reached.
 ///
 /// ```
-/// use magician_host::words::{self, PathLaws};
+/// use magician_host::words::{self, PathProfiles};
 ///
 /// let commands = [
 ///     words::path_speed(20.0, 100.0),
@@ -20,14 +20,14 @@ use super::path::Path;
 ///     words::engrave_to(260.0, 0.0, 0.0, 50.0),
 ///     words::laser(false),
 /// ];
-/// let laws = PathLaws::of(&commands);
-/// let speeds: Vec<_> = laws.iter().map(|law| law.map(|law| law.length() / law.duration())).collect();
+/// let profiles = PathProfiles::of(&commands);
+/// let speeds: Vec<_> = profiles.iter().map(|profile| profile.map(|profile| profile.length() / profile.duration())).collect();
 /// // 2 mm are for getting to 20 mm/s from rest, the other 18 mm go at that.
 /// assert!(speeds[2].is_some_and(|mean| (mean - 20.0 / 1.1).abs() < 1e-9));
 /// assert_eq!([speeds[0], speeds[1], speeds[4]], [None; 3]);
 /// ```
 #[derive(Clone, Debug)]
-pub struct PathLaws {
+pub struct PathProfiles {
     model: ArmModel,
     settings: Readings,
     /// Where the tool is, as far as the commands have said.
@@ -35,8 +35,8 @@ pub struct PathLaws {
     path: Path,
 }
 
-impl PathLaws {
-    /// The speed law of each of these commands, all of them being known to the arm as early as its queue lets it; nothing for
+impl PathProfiles {
+    /// The velocity profile of each of these commands, all of them being known to the arm as early as its queue lets it; nothing for
     /// what is no segment of a path, for one without a length, and for one that begins where no command has led.
     #[must_use]
     pub fn of(commands: &[Set]) -> Vec<Option<VelocityProfile>> {
@@ -44,13 +44,13 @@ impl PathLaws {
             model: ArmModel::MAGICIAN,
             settings: Readings::default(),
             at: None,
-            path: Path::keeping_laws(),
+            path: Path::keeping_profiles(),
         };
         let are_segments: Vec<bool> = commands.iter().map(|one| course.follow(one)).collect();
         course.path.end();
-        let mut laws = course.path.take_laws().into_iter();
+        let mut profiles = course.path.take_profiles().into_iter();
         let each = are_segments.into_iter();
-        each.map(|is_segment| is_segment.then(|| laws.next()).flatten())
+        each.map(|is_segment| is_segment.then(|| profiles.next()).flatten())
             .collect()
     }
 
@@ -132,13 +132,13 @@ mod tests {
         let check = Preflight::at(JointAngles::HOME, ToolBias::NONE);
         let [all, first] =
             [&commands[..], &commands[..2]].map(|some| check.estimate(some).expect("within reach"));
-        let laws = PathLaws::of(&commands);
-        assert_eq!(laws.len(), commands.len());
-        assert_eq!(laws.iter().flatten().count(), 150);
-        let sum: u64 = laws
+        let profiles = PathProfiles::of(&commands);
+        assert_eq!(profiles.len(), commands.len());
+        assert_eq!(profiles.iter().flatten().count(), 150);
+        let sum: u64 = profiles
             .iter()
             .flatten()
-            .map(|law| microseconds(law.duration()))
+            .map(|profile| microseconds(profile.duration()))
             .sum();
         assert_eq!(u128::from(sum), (all - first).as_micros());
     }

@@ -27,7 +27,7 @@ mod speed;
 mod tool;
 
 pub use crate::preflight::{
-    Guards, Lift, Needs, PathLaws, Preflight, Readings, Step, governs_motion, pose_of, refuse,
+    Guards, Lift, Needs, PathProfiles, Preflight, Readings, Step, governs_motion, pose_of, refuse,
     state_at,
 };
 pub use conveyor::*;

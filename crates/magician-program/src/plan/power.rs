@@ -1,6 +1,6 @@
 //! The powers of a plan's burns: in proportion to speed (M4), and as a person wants them.
 
-use magician_host::words::PathLaws;
+use magician_host::words::PathProfiles;
 use magician_host::{Given, Set, Setting, VelocityProfile};
 
 use super::{Action, Plan, Step};
@@ -34,20 +34,20 @@ impl Plan {
         }
         // How many pieces more each step may become.
         let mut room = vec![MOST_PIECES; self.steps.len()];
-        let mut laws = self.path_laws();
+        let mut profiles = self.path_laws();
         for _ in 0..ROUNDS {
             let before = self.steps.len();
-            (self.steps, room) = cut(&self.steps, &room, &laws);
+            (self.steps, room) = cut(&self.steps, &room, &profiles);
             if self.steps.len() == before {
                 break;
             }
-            laws = self.path_laws();
+            profiles = self.path_laws();
         }
-        let notes = unreached(&self.steps, &laws).into_iter().collect();
-        for (step, law) in self.steps.iter_mut().zip(&laws) {
+        let notes = unreached(&self.steps, &profiles).into_iter().collect();
+        for (step, profile) in self.steps.iter_mut().zip(&profiles) {
             if let (Some(feed), Action::Burn { power, .. }) = (step.feed.take(), &mut step.action) {
                 // What has no way burns nothing.
-                let speed = law.map_or(0.0, |law| law.length() / law.duration());
+                let speed = profile.map_or(0.0, |profile| profile.length() / profile.duration());
                 *power = (f64::from(*power) * (speed / f64::from(feed)).min(1.0)) as f32;
                 step.follows_speed = true;
             }
@@ -64,7 +64,7 @@ impl Plan {
             .iter()
             .map(|step| step.action.command())
             .collect();
-        PathLaws::of(&commands)
+        PathProfiles::of(&commands)
     }
 
     /// With all power as a person wants it.
@@ -115,25 +115,27 @@ impl Plan {
 fn cut(
     steps: &[Step],
     room: &[usize],
-    laws: &[Option<VelocityProfile>],
+    profiles: &[Option<VelocityProfile>],
 ) -> (Vec<Step>, Vec<usize>) {
     let mut pieces = Vec::with_capacity(steps.len());
     let mut left = Vec::with_capacity(steps.len());
     let mut from = None;
-    for ((step, room), law) in steps.iter().zip(room).zip(laws) {
+    for ((step, room), profile) in steps.iter().zip(room).zip(profiles) {
         let lit = matches!(step.action, Action::Burn { power, .. } if power > 0.0);
-        let ways = match (law, step.feed.filter(|_| lit)) {
-            (Some(law), Some(feed)) => cuts(law, feed.into()),
+        let ways = match (profile, step.feed.filter(|_| lit)) {
+            (Some(profile), Some(feed)) => cuts(profile, feed.into()),
             _ => Vec::new(),
         };
         let fits = !ways.is_empty() && ways.len() <= *room;
-        if let (true, Some(law), Some(from), Some(to)) = (fits, law, from, step.action.target()) {
+        if let (true, Some(profile), Some(from), Some(to)) =
+            (fits, profile, from, step.action.target())
+        {
             // What is left to cut is shared by the pieces.
             let each = (room - ways.len()) / (ways.len() + 1);
             for way in &ways {
                 let mut piece = step.clone();
                 if let Action::Burn { to: end, .. } = &mut piece.action {
-                    *end = between(from, to, way / law.length());
+                    *end = between(from, to, way / profile.length());
                 }
                 pieces.push(piece);
                 left.push(each);
@@ -162,10 +164,10 @@ fn between(from: [f32; 3], to: [f32; 3], share: f64) -> [f32; 3] {
 
 /// After how many mm a segment is to be cut, so that no piece of it is off its mean speed by more than a tenth of the feed.
 /// Faster than the feed counts as the feed.
-fn cuts(law: &VelocityProfile, feed: f64) -> Vec<f64> {
-    let [ramp_in, cruise] = law.corners();
-    let end = law.duration();
-    let speed = |time: f64| law.velocity(time).min(feed);
+fn cuts(profile: &VelocityProfile, feed: f64) -> Vec<f64> {
+    let [ramp_in, cruise] = profile.corners();
+    let end = profile.duration();
+    let speed = |time: f64| profile.velocity(time).min(feed);
     let peak = speed(ramp_in);
     let mut times = Vec::new();
     let mut ramp = |slow: f64, from: f64, to: f64| {
@@ -173,16 +175,19 @@ fn cuts(law: &VelocityProfile, feed: f64) -> Vec<f64> {
         if rise > OFF * feed {
             let count = (rise / (2.0 * OFF * feed)).ceil();
             let level = |nth: f64| slow + rise * nth / count;
-            times.extend((1..=count as u32).map(|nth| when(law, level(nth.into()), from, to)));
+            times.extend((1..=count as u32).map(|nth| when(profile, level(nth.into()), from, to)));
         }
     };
     ramp(speed(0.0), 0.0, ramp_in);
     ramp(speed(end), end, cruise);
-    let mut ways: Vec<f64> = times.into_iter().map(|time| law.position(time)).collect();
+    let mut ways: Vec<f64> = times
+        .into_iter()
+        .map(|time| profile.position(time))
+        .collect();
     ways.sort_by(f64::total_cmp);
     let mut last = 0.0;
     ways.retain(|way| {
-        let fits = way - last >= SHORTEST && law.length() - way >= SHORTEST;
+        let fits = way - last >= SHORTEST && profile.length() - way >= SHORTEST;
         if fits {
             last = *way;
         }
@@ -192,8 +197,8 @@ fn cuts(law: &VelocityProfile, feed: f64) -> Vec<f64> {
 }
 
 /// When a ramp between two times passes a speed.
-fn when(law: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
-    let (slow, fast) = (law.velocity(from), law.velocity(to));
+fn when(profile: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
+    let (slow, fast) = (profile.velocity(from), profile.velocity(to));
     match fast > slow {
         true => from + (to - from) * ((speed - slow) / (fast - slow)).clamp(0.0, 1.0),
         false => from,
@@ -201,23 +206,23 @@ fn when(law: &VelocityProfile, speed: f64, from: f64, to: f64) -> f64 {
 }
 
 /// A note about the strokes that never come to their feed.
-fn unreached(steps: &[Step], laws: &[Option<VelocityProfile>]) -> Option<Diagnostic> {
+fn unreached(steps: &[Step], profiles: &[Option<VelocityProfile>]) -> Option<Diagnostic> {
     let (mut strokes, mut weak) = (0_u32, 0_u32);
     // The first that is weak, its feed, and the best speed of them all.
     let mut told: Option<(usize, f64, f64)> = None;
     // Of the stroke under way: its beginning, and the speed that comes nearest to its feed.
     let mut stroke: Option<(usize, f64, f64)> = None;
     let end = std::iter::once((steps.len(), None));
-    let each = steps.iter().zip(laws).enumerate();
-    let each = each.map(|(at, (step, law))| {
+    let each = steps.iter().zip(profiles).enumerate();
+    let each = each.map(|(at, (step, profile))| {
         let lit = matches!(step.action, Action::Burn { power, .. } if power > 0.0);
-        (at, step.feed.filter(|_| lit).zip(*law))
+        (at, step.feed.filter(|_| lit).zip(*profile))
     });
     for (at, lit) in each.chain(end) {
-        if let Some((feed, law)) = lit {
+        if let Some((feed, profile)) = lit {
             let feed = f64::from(feed);
-            let [peak, _] = law.corners();
-            let speed = law.velocity(peak).max(law.velocity(0.0));
+            let [peak, _] = profile.corners();
+            let speed = profile.velocity(peak).max(profile.velocity(0.0));
             let best = stroke.get_or_insert((at, feed, speed));
             if speed / feed > best.2 / best.1 {
                 (best.1, best.2) = (feed, speed);
@@ -279,24 +284,28 @@ mod tests {
     /// Every piece has the power of its mean speed, and is right within a tenth all along.
     fn is_right(reading: &Parsed<Plan>, feed: f64) {
         let plan = &reading.content;
-        let laws = plan.path_laws();
-        for (step, law) in plan.steps.iter().zip(&laws) {
+        let profiles = plan.path_laws();
+        for (step, profile) in plan.steps.iter().zip(&profiles) {
             assert!(step.feed.is_none());
             let lit = matches!(step.action, Action::Burn { power, .. } if power > 0.0);
             assert!(step.follows_speed || !lit);
-            let (Action::Burn { power, .. }, Some(law)) = (&step.action, law) else {
+            let (Action::Burn { power, .. }, Some(profile)) = (&step.action, profile) else {
                 continue;
             };
-            let mean = (law.length() / law.duration()).min(feed);
+            let mean = (profile.length() / profile.duration()).min(feed);
             assert!((f64::from(*power) - 60.0 * mean / feed).abs() < 1e-3);
-            if law.length() < 4.0 * SHORTEST {
+            if profile.length() < 4.0 * SHORTEST {
                 continue;
             }
             for nth in 0..=20 {
-                let speed = law.velocity(law.duration() * f64::from(nth) / 20.0);
+                let speed = profile.velocity(profile.duration() * f64::from(nth) / 20.0);
                 let exact = 60.0 * speed.min(feed) / feed;
                 let off = (f64::from(*power) - exact).abs();
-                assert!(off <= 6.0, "{power} for {exact} on {:.3} mm", law.length());
+                assert!(
+                    off <= 6.0,
+                    "{power} for {exact} on {:.3} mm",
+                    profile.length()
+                );
             }
         }
     }
@@ -328,11 +337,11 @@ mod tests {
                 let steps = made.content.steps.len() - 3;
                 assert!(steps > lines || lines == 200, "{steps}");
                 assert!(steps <= lines * (1 + MOST_PIECES), "{steps} of {lines}");
-                let laws = made.content.path_laws();
-                let speeds = laws
+                let profiles = made.content.path_laws();
+                let speeds = profiles
                     .iter()
                     .flatten()
-                    .map(|law| law.velocity(law.corners()[0]));
+                    .map(|profile| profile.velocity(profile.corners()[0]));
                 let reached = speeds.fold(0.0, f64::max) > 0.99 * f64::from(feed);
                 assert_eq!(made.notes.is_empty(), reached, "{:?}", made.notes);
                 assert!(reached || lines == 200 || speed < feed);
