@@ -2,7 +2,7 @@
 
 use annotate_snippets::renderer::DecorStyle;
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
-use magician_program::{Origin, Diagnostic};
+use magician_program::{Diagnostic, Origin};
 use magician_protocol::{is_deceptive, visible, visible_lines};
 
 use crate::paint::{Paint, draws_on_stderr, width_of_stderr};

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-use magician_program::{Content, Format, Diagnostic, ReadOptions, Parsed};
+use magician_program::{Content, Diagnostic, Format, Parsed, ReadOptions};
 
 use crate::diagnostics::{self, Severity};
 use crate::failure::{Failure, Figures};

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use magician::arms::KnownArm;
 use magician::{ErrorKind, Target};
-use magician_program::{Lines, Power, Diagnostic};
+use magician_program::{Diagnostic, Lines, Power};
 use serde::Serialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};

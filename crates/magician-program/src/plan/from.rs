@@ -219,7 +219,7 @@ impl<'p> LeadIn<'p> {
         }
         let Some(at) = arm.arm() else {
             let message = format!(
-                "nobody knows where the arm is when step {} begins",
+                "the position of the arm is unknown when step {} begins",
                 step + 1
             );
             return Err(plan
@@ -228,7 +228,7 @@ impl<'p> LeadIn<'p> {
         };
         if settings.has_lost_the_rail() {
             let message = format!(
-                "nobody knows where on the rail the arm is when step {} begins",
+                "the position on the rail is unknown when step {} begins",
                 step + 1
             );
             let help = "begin with a step that sends it to a place on the rail, or with the first";

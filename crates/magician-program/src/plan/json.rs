@@ -63,8 +63,8 @@ impl<'t> Json<'t> {
             Cow::Borrowed(key) => key,
             Cow::Owned(_) => member.value,
         };
-        self.diagnostic(place, format!("'{}' means nothing here", member.key))
-            .help(format!("what does: {known}"))
+        self.diagnostic(place, format!("unknown member '{}'", member.key))
+            .help(format!("known here: {known}"))
     }
 
     fn start(&self, part: &str) -> usize {

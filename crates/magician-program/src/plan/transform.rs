@@ -398,7 +398,7 @@ impl Map {
             Set::HomeParams(_) => Outcome::Refused(
                 "sets where homing ends, which belongs to the arm and not to the plan",
             ),
-            Set::JogCmd(_) => Outcome::Refused("jogs, to an end that nobody knows"),
+            Set::JogCmd(_) => Outcome::Refused("is a jog, which ends at an unknown place"),
             Set::ResetPose(_) | Set::PulseMode(_) | Set::SetAutoLeveling(_) => {
                 Outcome::Refused("changes where the arm takes itself to be")
             }

@@ -285,7 +285,7 @@ fn what_nobody_knows_is_refused_with_what_to_do() {
     let diagnostic = plan.from_step(1, &arm).unwrap_err();
     assert_eq!(
         diagnostic.to_string(),
-        "line 2, column 1: nobody knows where the arm is when step 2 begins"
+        "line 2, column 1: the position of the arm is unknown when step 2 begins"
     );
     let help = diagnostic.help.unwrap();
     assert!(help.contains("begin with step 4"), "{help}");

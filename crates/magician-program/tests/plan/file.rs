@@ -188,7 +188,7 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"at":[1,1,1]}"#),
             (3, 3, 14),
-            "this step says nothing to do",
+            "this step has no action",
         ),
         (
             step(r#"{"home":true,"wait":1}"#),
@@ -203,7 +203,7 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"home":true,"fast":true}"#),
             (3, 17, 4),
-            "'fast' means nothing here",
+            "unknown member 'fast'",
         ),
         (
             step(r#"{"burn":[1,2,3]}"#),

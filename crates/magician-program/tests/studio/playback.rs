@@ -216,7 +216,7 @@ fn order_space_and_strange_items_do_not_matter() {
         notes,
         [
             "line 12, column 3: 'Loops' is not known: it is kept and not played",
-            "rows have what is not known (item_13, joints): it is kept and not played",
+            "rows have unknown items (item_13, joints): they are kept and not played",
         ]
     );
     let playback = Playback::read(file.as_bytes()).unwrap();

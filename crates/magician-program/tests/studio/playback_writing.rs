@@ -151,7 +151,7 @@ fn what_a_file_has_no_place_for_is_noted_or_refused() {
                 to: [f32::NAN; 4],
                 by: Travel::Jump,
             }]),
-            "step 1 leads to what is no number, and a playback file cannot say that",
+            "step 1 leads to a coordinate that is not a number, and a playback file cannot say that",
         ),
         (of([]), "there is no move to a pose to write down"),
     ];

@@ -229,7 +229,7 @@ impl File<'_> {
         if !strange.is_empty() {
             let names: Vec<_> = strange.into_iter().collect();
             let names = names.join(", ");
-            let note = format!("rows have what is not known ({names}): it is kept and not played");
+            let note = format!("rows have unknown items ({names}): they are kept and not played");
             playback
                 .notes
                 .push(Diagnostic::of_file(note).coded(DiagnosticCode::LeftOut));

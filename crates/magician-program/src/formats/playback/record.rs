@@ -142,7 +142,7 @@ impl<'p> Recorder<'p> {
             PointMotion::Move(_) => to,
         };
         if !to.iter().chain(&via).all(|value| value.is_finite()) {
-            return Err(self.cannot(nth, step, "leads to what is no number"));
+            return Err(self.cannot(nth, step, "leads to a coordinate that is not a number"));
         }
         if matches!(way, PointMotion::Arc { .. }) && to == [0.0; 4] {
             return Err(self.cannot(nth, step, "is an arc to 0, 0, 0, 0"));

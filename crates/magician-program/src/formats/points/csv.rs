@@ -27,10 +27,7 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
             ));
         }
         if field.is_none() {
-            let note = format!(
-                "nobody knows what the column '{}' says: it is left out",
-                cell.trim()
-            );
+            let note = format!("unknown column '{}': it is left out", cell.trim());
             notes.push(Diagnostic::new(origin, note).coded(DiagnosticCode::LeftOut));
         }
         columns.push(field);

@@ -199,7 +199,7 @@ fn style(text: &str, origin: Origin) -> Result<Style, Diagnostic> {
         "arc" | "3" | "4" => Style::Arc,
         "path" | "cp" => Style::Path,
         _ => {
-            let message = format!("nobody knows the motion style '{}'", short(text));
+            let message = format!("unknown motion style '{}'", short(text));
             return Err(Diagnostic::new(origin, message).help("MOVJ, MOVL, JUMP and ARC are known"));
         }
     })

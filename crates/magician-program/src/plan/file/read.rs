@@ -250,7 +250,7 @@ impl<'t> StepReader<'_, 't> {
         let mut actions = members.iter().filter(|member| is_action(&member.key));
         let (first, second) = (actions.next(), actions.next());
         let Some(first) = first else {
-            let message = "this step says nothing to do";
+            let message = "this step has no action";
             return Err(json
                 .diagnostic(step, message)
                 .help(format!("a step is one of {}", Action::NAMES.join(", "))));
