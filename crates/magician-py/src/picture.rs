@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use magician::commands::{EndEffectorParams, Pose};
 use magician::sim::world::{self, Drawing, PictureOptions, Stroke, StrokeKind};
 use magician::{Error, Geometry, JointAngles, ToolBias};
-use magician_program::preview::{PictureError, Snapshot, ArmView, fitting, to_png};
+use magician_program::preview::{ArmView, PictureError, Snapshot, fitting, to_png};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};

@@ -5,7 +5,7 @@ use magician::words::Preflight;
 use magician::{Error, Options};
 use magician_program::preview::{Preview, PreviewOptions};
 use magician_program::rehearse::{RehearseOptions, rehearse, stage};
-use magician_program::{RefusedStep, Plan, Report, check};
+use magician_program::{Plan, RefusedStep, Report, check};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -156,7 +156,10 @@ fn objection<'py>(
     parts.set_item("column", known(place.column))?;
     parts.set_item("row", row)?;
     parts.set_item("name", refused_step.name.as_deref())?;
-    parts.set_item("error", errors::raise(py, &refused_step.error).into_value(py))?;
+    parts.set_item(
+        "error",
+        errors::raise(py, &refused_step.error).into_value(py),
+    )?;
     Ok(parts)
 }
 

@@ -5,8 +5,8 @@ use magician_program::artwork::Sheet;
 use magician_program::formats::Dialect;
 use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Content, Format, Frame, Placement, Plan, Power, Prepared, Diagnostic, ReadOptions, Parsed, Setup,
-    Surface, Work, read,
+    Content, Diagnostic, Format, Frame, Parsed, Placement, Plan, Power, Prepared, ReadOptions,
+    Setup, Surface, Work, read,
 };
 use pyo3::prelude::*;
 

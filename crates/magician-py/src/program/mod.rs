@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use magician::Error;
 use magician_program::formats::playback::Playback;
-use magician_program::{DiagnosticCode, Origin, Pallet, Plan, Diagnostic, Surface, Tool};
+use magician_program::{Diagnostic, DiagnosticCode, Origin, Pallet, Plan, Surface, Tool};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -111,7 +111,11 @@ impl Source {
     fn of_kept(
         (name, format, notes, placed, rows, assumed, needs_homed_arm, lift): KeptSource,
     ) -> Self {
-        let code_of = |name: String| DiagnosticCode::ALL.into_iter().find(|code| code.name() == name);
+        let code_of = |name: String| {
+            DiagnosticCode::ALL
+                .into_iter()
+                .find(|code| code.name() == name)
+        };
         let note = |(line, column, length, name, message, help, code): KeptNote| Diagnostic {
             code: code_of(code).unwrap_or_default(),
             origin: Origin {

@@ -1,7 +1,7 @@
 //! Plans of arrays of points.
 
 use magician::{Error, words};
-use magician_program::{Action, Origin, Plan, Diagnostic, Travel};
+use magician_program::{Action, Diagnostic, Origin, Plan, Travel};
 use pyo3::prelude::*;
 
 use super::{PyPlan, Source, surface, tool};
@@ -86,7 +86,11 @@ pub(crate) fn floats(bytes: &[u8]) -> Vec<f64> {
 }
 
 /// The rows as the arm takes them, none where there are no numbers.
-fn rows(points: &[u8], columns: usize, way: &PointOptions) -> Result<Vec<Option<[f32; 4]>>, Diagnostic> {
+fn rows(
+    points: &[u8],
+    columns: usize,
+    way: &PointOptions,
+) -> Result<Vec<Option<[f32; 4]>>, Diagnostic> {
     let numbers = floats(points);
     let row = |(nth, row): (usize, &[f64])| {
         if row.iter().all(|number| number.is_nan()) {
