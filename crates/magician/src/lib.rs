@@ -54,8 +54,8 @@ mod transport;
 mod virtual_arm;
 
 pub use arm::{
-    Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Owed, Pin, Progress, Ran,
-    Run, RunOptions, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
+    Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Pin, Progress, Ran, Run,
+    RunOptions, SettingsBackup, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
 };
 #[cfg(feature = "faults")]
 pub use magician_host::faults;

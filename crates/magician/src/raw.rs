@@ -11,14 +11,14 @@ use crate::faults::Faults;
 use crate::transport::Tracer;
 #[cfg(feature = "lines")]
 use crate::transport::serial_at;
-use crate::transport::{Line, Stream, Transport, Way};
+use crate::transport::{Line, Route, Stream, Transport};
 use crate::{Error, Result, Target};
 
 /// Bytes to an arm and back as they are, for programs that look at the bytes themselves: tests of
 /// an arm, bridges. Nothing is matched, sent again or waited for; [`Arm`](crate::Arm) does that.
 pub struct RawLine {
     /// There is none back to a stream of the caller's.
-    way: Option<Way>,
+    way: Option<Route>,
     /// `None` when it was lost.
     transport: Option<Box<dyn Transport>>,
     name: String,
@@ -72,7 +72,7 @@ impl RawLine {
     /// As [`open`](Self::open); [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for faults
     /// that cannot be done to this target.
     pub async fn open_with(target: &Target, options: LineOptions) -> Result<Self> {
-        Self::go(Way::to(target), options).await
+        Self::go(Route::to(target), options).await
     }
 
     /// The line to a virtual arm of the caller's making.
@@ -84,14 +84,14 @@ impl RawLine {
         arm: impl Into<crate::VirtualArm>,
         options: LineOptions,
     ) -> Result<Self> {
-        Self::go(Way::to_virtual(arm.into()), options).await
+        Self::go(Route::to_virtual(arm.into()), options).await
     }
 
     #[cfg_attr(
         not(any(feature = "faults", feature = "trace")),
         allow(unused_variables)
     )]
-    async fn go(way: Way, options: LineOptions) -> Result<Self> {
+    async fn go(way: Route, options: LineOptions) -> Result<Self> {
         #[cfg(feature = "faults")]
         let way = way.with_faults(options.faults)?;
         #[cfg(feature = "trace")]

@@ -3,7 +3,7 @@
 //! Every soak is deterministic: the same name, cases and seed send and receive the same bytes at the same instants, and
 //! print the same digest of them. The tests of this crate run each for a moment.
 
-mod books;
+mod command_log;
 mod drawing;
 mod heap;
 mod hostile;

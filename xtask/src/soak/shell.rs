@@ -23,7 +23,7 @@ const MS: Duration = Duration::from_millis(1);
 
 /// What the line does at present.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Mood {
+enum LineFault {
     #[default]
     Fine,
     /// The arm hears and does not answer.
@@ -40,10 +40,10 @@ enum Mood {
     Unplugged,
 }
 
-struct Desk {
+struct TestArm {
     arm: Controller,
     booted: Instant,
-    mood: Mood,
+    line_fault: LineFault,
     /// Pulled so often: a line that was opened before is dead.
     pulls: u64,
     dice: Dice,
@@ -54,14 +54,14 @@ struct Desk {
 }
 
 #[derive(Clone)]
-struct Shared(Arc<Mutex<Desk>>);
+struct Shared(Arc<Mutex<TestArm>>);
 
 impl Shared {
     fn new(seed: u64) -> Self {
-        Self(Arc::new(Mutex::new(Desk {
+        Self(Arc::new(Mutex::new(TestArm {
             arm: Controller::new(Profile::default()),
             booted: Instant::now(),
-            mood: Mood::Fine,
+            line_fault: LineFault::Fine,
             pulls: 0,
             dice: Dice::new(seed),
             digest: Digest::default(),
@@ -70,24 +70,24 @@ impl Shared {
         })))
     }
 
-    fn with<R>(&self, look: impl FnOnce(&mut Desk) -> R) -> R {
+    fn with<R>(&self, look: impl FnOnce(&mut TestArm) -> R) -> R {
         look(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    fn set(&self, mood: Mood) {
-        self.with(|desk| {
-            desk.pulls += u64::from(mood == Mood::Unplugged);
-            desk.mood = mood;
+    fn set(&self, line_fault: LineFault) {
+        self.with(|arm_under_test| {
+            arm_under_test.pulls += u64::from(line_fault == LineFault::Unplugged);
+            arm_under_test.line_fault = line_fault;
         });
     }
 
-    fn mood(&self) -> Mood {
-        self.with(|desk| desk.mood)
+    fn line_fault(&self) -> LineFault {
+        self.with(|arm_under_test| arm_under_test.line_fault)
     }
 
     /// Opens the port: a task carries what passes.
     fn open(&self) -> io::Result<DuplexStream> {
-        if self.mood() == Mood::Unplugged {
+        if self.line_fault() == LineFault::Unplugged {
             return Err(io::ErrorKind::NotFound.into());
         }
         let (host, arm) = tokio::io::duplex(256);
@@ -96,7 +96,7 @@ impl Shared {
     }
 }
 
-impl Desk {
+impl TestArm {
     fn pass(&mut self) {
         let now = self.booted.elapsed().as_micros();
         self.arm.advance(u64::try_from(now).unwrap_or(u64::MAX));
@@ -110,7 +110,7 @@ impl Desk {
 
     fn answer(&mut self, request: &FrameBuf) -> Vec<u8> {
         self.pass();
-        let lossy = self.mood == Mood::Lossy;
+        let lossy = self.line_fault == LineFault::Lossy;
         if lossy && self.dice.chance(0.5) {
             return Vec::new();
         }
@@ -123,10 +123,10 @@ impl Desk {
             }
             said.extend_from_slice(reply.bytes());
         }
-        match self.mood {
-            Mood::Mute => said.clear(),
-            Mood::Torn => drop(said.pop()),
-            Mood::Lossy if self.dice.chance(0.5) => said.clear(),
+        match self.line_fault {
+            LineFault::Mute => said.clear(),
+            LineFault::Torn => drop(said.pop()),
+            LineFault::Lossy if self.dice.chance(0.5) => said.clear(),
             _ => {}
         }
         said
@@ -134,22 +134,22 @@ impl Desk {
 }
 
 /// Carries bytes between a host's end and the arm until the plug is pulled.
-async fn carry(desk: Shared, mut line: DuplexStream) {
-    let opened = desk.with(|desk| desk.pulls);
+async fn carry(arm_under_test: Shared, mut line: DuplexStream) {
+    let opened = arm_under_test.with(|arm_under_test| arm_under_test.pulls);
     let mut ear = Deframer::new();
     let mut waiting = Vec::new();
     let mut bytes = [0; 256];
     loop {
-        if desk.with(|desk| desk.pulls) != opened {
+        if arm_under_test.with(|arm_under_test| arm_under_test.pulls) != opened {
             return;
         }
-        if !waiting.is_empty() && desk.mood() != Mood::Stalled {
+        if !waiting.is_empty() && arm_under_test.line_fault() != LineFault::Stalled {
             if line.write_all(&waiting).await.is_err() {
                 return;
             }
             waiting.clear();
         }
-        if desk.mood() == Mood::Dead {
+        if arm_under_test.line_fault() == LineFault::Dead {
             sleep(5 * MS).await;
             continue;
         }
@@ -159,13 +159,14 @@ async fn carry(desk: Shared, mut line: DuplexStream) {
         let Ok(count @ 1..) = read else { return };
         sleep(2 * MS).await;
         let mut input = &bytes[..count];
-        desk.with(|desk| {
-            let now = u64::try_from(desk.begun.elapsed().as_micros()).unwrap_or(u64::MAX);
-            desk.digest.add(now, input);
+        arm_under_test.with(|arm_under_test| {
+            let now = u64::try_from(arm_under_test.begun.elapsed().as_micros()).unwrap_or(u64::MAX);
+            arm_under_test.digest.add(now, input);
         });
         while let Some(event) = ear.next(&mut input) {
             if let magician_protocol::Event::Frame { frame, .. } = event {
-                let said = desk.with(|desk| desk.answer(&FrameBuf::from(frame)));
+                let said = arm_under_test
+                    .with(|arm_under_test| arm_under_test.answer(&FrameBuf::from(frame)));
                 waiting.extend(said);
             }
         }
@@ -232,8 +233,8 @@ const RATIOS: PtpCommonParams = PtpCommonParams {
 const PATIENCE: Duration = Duration::from_millis(300);
 
 async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
-    let desk = Shared::new(scope.seed);
-    let open = desk.clone();
+    let arm_under_test = Shared::new(scope.seed);
+    let open = arm_under_test.clone();
     let options = Options::default().timeout(PATIENCE).allow_laser(true);
     let arm = Arm::over_with(move || std::future::ready(open.open()), options).await?;
     let calls = Arc::new(Mutex::new(Calls::default()));
@@ -258,30 +259,30 @@ async fn hurried(scope: Scope) -> Result<(Calls, Digest), Box<dyn Error>> {
         })
         .collect();
     let moods = [
-        Mood::Fine,
-        Mood::Fine,
-        Mood::Mute,
-        Mood::Dead,
-        Mood::Stalled,
-        Mood::Torn,
-        Mood::Lossy,
-        Mood::Unplugged,
+        LineFault::Fine,
+        LineFault::Fine,
+        LineFault::Mute,
+        LineFault::Dead,
+        LineFault::Stalled,
+        LineFault::Torn,
+        LineFault::Lossy,
+        LineFault::Unplugged,
     ];
     let (mut looks, mut away) = (0, 0);
     while !callers.iter().all(tokio::task::JoinHandle::is_finished) {
         if dice.chance(0.02) {
-            desk.set(Mood::Fine);
+            arm_under_test.set(LineFault::Fine);
             sleep(2_000 * MS).await;
             looks += 1;
             away += u64::from(arm.link() != Link::Up);
         }
-        desk.set(moods[dice.below(moods.len() as u64) as usize]);
+        arm_under_test.set(moods[dice.below(moods.len() as u64) as usize]);
         sleep(MS * dice.below(1_500) as u32).await;
         if dice.chance(0.05) {
-            desk.with(Desk::reset);
+            arm_under_test.with(TestArm::reset);
         }
     }
-    let digest = desk.with(|desk| desk.digest);
+    let digest = arm_under_test.with(|arm_under_test| arm_under_test.digest);
     let mut calls = std::mem::take(&mut *calls.lock().unwrap_or_else(PoisonError::into_inner));
     (calls.looks, calls.away) = (looks, away);
     Ok((calls, digest))
@@ -328,8 +329,8 @@ struct Plugs {
 }
 
 async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
-    let desk = Shared::new(scope.seed);
-    let open = desk.clone();
+    let arm_under_test = Shared::new(scope.seed);
+    let open = arm_under_test.clone();
     let options = Options::default().allow_laser(true);
     let arm = Arm::over_with(move || std::future::ready(open.open()), options).await?;
     // It reads soon after the start what the arm can be told by; an arm that is reset within its first second looks the
@@ -340,17 +341,20 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
     let mut number = 0;
     while plugs.pulled < scope.cases {
         let mut events = arm.events();
-        let (other, pull_at) = (desk.clone(), Instant::now() + MS * dice.below(60) as u32);
+        let (other, pull_at) = (
+            arm_under_test.clone(),
+            Instant::now() + MS * dice.below(60) as u32,
+        );
         let resets = dice.chance(0.3);
         let out = MS * (50 + dice.below(4_000)) as u32;
         let puller = tokio::spawn(async move {
             sleep_until(pull_at).await;
-            other.set(Mood::Unplugged);
+            other.set(LineFault::Unplugged);
             sleep(out).await;
             if resets {
-                other.with(Desk::reset);
+                other.with(TestArm::reset);
             }
-            other.set(Mood::Fine);
+            other.set(LineFault::Fine);
             Instant::now()
         });
         // Commands until the plug is out, or in again: one that was under way may have waited for that.
@@ -358,7 +362,8 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
             number += 1;
             let command = WaitCmd { timeout: number };
             let outcome = arm.enqueue(&command).await;
-            let taken = desk.with(|desk| desk.taken.remove(&number.to_le_bytes()[..]));
+            let taken = arm_under_test
+                .with(|arm_under_test| arm_under_test.taken.remove(&number.to_le_bytes()[..]));
             let taken = taken.unwrap_or(0);
             plugs.twice += u64::from(taken > 1);
             match outcome.map_err(|error| error.kind()) {
@@ -393,7 +398,7 @@ async fn pulled(scope: Scope) -> Result<(Plugs, Digest), Box<dyn Error>> {
         // The clock is all that tells a reset of an arm whose queue has not moved; it has to have run for a moment.
         sleep(MS * (1_000 + dice.below(2_000)) as u32).await;
     }
-    let digest = desk.with(|desk| desk.digest);
+    let digest = arm_under_test.with(|arm_under_test| arm_under_test.digest);
     Ok((plugs, digest))
 }
 

@@ -12,7 +12,7 @@ use magician_protocol::commands::{
 
 use magician_protocol::{FrameBuf, NoArgs};
 
-use super::books::Books;
+use super::command_log::CommandLog;
 use super::{Found, Scope, program};
 use crate::bench::figure::Figure;
 
@@ -64,12 +64,12 @@ pub(super) fn make_room(pair: &mut Pair) {
 }
 
 /// What the arm took since it was asked last.
-pub(super) fn note(pair: &mut Pair, books: &mut Books) {
+pub(super) fn note(pair: &mut Pair, log: &mut CommandLog) {
     for (params, index) in pair.accepted.drain(..) {
-        books.take(&params, index);
+        log.take(&params, index);
     }
     for interval in pair.reports.drain(..) {
-        books.report(interval);
+        log.report(interval);
     }
     pair.heard.clear();
     while pair.arm.poll_event().is_some() {}
@@ -78,7 +78,7 @@ pub(super) fn note(pair: &mut Pair, books: &mut Books) {
 /// A run of commands, each when the one before has ended.
 struct Outcome {
     pair: Pair,
-    books: Books,
+    log: CommandLog,
     /// Frames beside one for each command.
     extra: f64,
     lasted: f64,
@@ -91,27 +91,27 @@ fn one_by_one(scope: Scope, settings: Settings, faults: Faults) -> Result<Outcom
     pair.set_faults(faults);
     let strikes = faults.reset > 0.0 || faults.unplug > 0.0;
     let mut looks = 0;
-    let mut books = Books::default();
+    let mut log = CommandLog::default();
     for number in 1..=scope.cases {
         if number % 8 == 0 {
             make_room(&mut pair);
         }
         let request = program::request(&program::mixed(number));
-        books.send(number, request.frame().frame().params());
+        log.send(number, request.frame().frame().params());
         let fate = ask(&mut pair, request);
-        books.tell(number, fate.map(|reply| index_of(&reply)), pair.boots);
-        note(&mut pair, &mut books);
+        log.tell(number, fate.map(|reply| index_of(&reply)), pair.boots);
+        note(&mut pair, &mut log);
         if strikes && number % 64 == 0 {
             looks += look(&mut pair);
         }
     }
-    settle(&mut pair, &mut books);
+    settle(&mut pair, &mut log);
     let sent = pair.host.stats().sent - before;
-    let extra = (sent - looks - books.tally.commands) as f64 / books.tally.commands as f64;
+    let extra = (sent - looks - log.tally.commands) as f64 / log.tally.commands as f64;
     let lasted = (pair.now - began) as f64 / 1e6;
     Ok(Outcome {
         pair,
-        books,
+        log,
         extra,
         lasted,
     })
@@ -155,21 +155,21 @@ pub(super) fn look(pair: &mut Pair) -> u64 {
 }
 
 /// The line is good again; what is under way arrives, and the host looks once more.
-fn settle(pair: &mut Pair, books: &mut Books) {
+fn settle(pair: &mut Pair, log: &mut CommandLog) {
     pair.set_faults(Faults::NONE);
     let later = pair.now + 10 * SECOND;
     pair.run_until(later);
     if let Ok(index) = Request::get::<QueuedCmdCurrentIndex>(&NoArgs) {
         pair.ask(index, 10 * SECOND).ok();
     }
-    note(pair, books);
-    books.close();
+    note(pair, log);
+    log.close();
 }
 
 /// R1, each command when the one before has ended.
 pub(super) fn spoilt(scope: Scope) -> Result<Found, Box<dyn Error>> {
     let run = one_by_one(scope, Settings::ORDERED, SPOILT)?;
-    let tally = run.books.tally;
+    let tally = run.log.tally;
     let mut figures = tally.figures();
     // Three in a million; in a short run one may be among them.
     let altered = 3.0 * (tally.commands as f64 / 1e6).max(1.0);
@@ -191,7 +191,7 @@ pub(super) fn struck(scope: Scope) -> Result<Found, Box<dyn Error>> {
         ..SPOILT
     };
     let run = one_by_one(scope, Settings::ORDERED, faults)?;
-    let tally = run.books.tally;
+    let tally = run.log.tally;
     let mut figures = tally.figures();
     let altered = 3.0 * (tally.commands as f64 / 1e6).max(1.0);
     figures.push(Figure::new("altered", tally.altered as f64, "commands").at_most(altered));
@@ -215,7 +215,7 @@ pub(super) fn datagrams(scope: Scope) -> Result<Found, Box<dyn Error>> {
         ..Faults::NONE
     };
     let run = one_by_one(scope, Settings::DATAGRAMS, faults)?;
-    let mut figures = run.books.tally.figures();
+    let mut figures = run.log.tally.figures();
     let reports = f64::from(run.pair.unaccounted);
     figures.push(Figure::new("reports of surplus commands", reports, ""));
     figures.push(Figure::new("extra exchanges", run.extra, "a command"));

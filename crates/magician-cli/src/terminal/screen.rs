@@ -84,7 +84,7 @@ impl Screen {
         enable_raw_mode()?;
         TAKEN.store(true, Ordering::SeqCst);
         let area = size();
-        let terminal = blank(area).inspect_err(|_| give_back())?;
+        let terminal = blank(area).inspect_err(|_| restore())?;
         // From here on dropping it gives the terminal back.
         let mut screen = Self { terminal, area };
         execute!(io::stderr(), EnterAlternateScreen)?;
@@ -126,7 +126,7 @@ fn blank(area: Rect) -> io::Result<Terminal<CrosstermBackend<Frames>>> {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        give_back();
+        restore();
     }
 }
 
@@ -137,7 +137,7 @@ fn size() -> Rect {
 }
 
 /// Gives the terminal back as it was, if it is taken. A terminal that is gone cannot be helped.
-pub(crate) fn give_back() {
+pub(crate) fn restore() {
     if TAKEN.swap(false, Ordering::SeqCst) {
         let _ = disable_raw_mode();
         let mut stderr = io::stderr().lock();
@@ -164,7 +164,7 @@ fn give_back_in_a_panic() {
     ONCE.call_once(|| {
         let said = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
-            give_back();
+            restore();
             said(info);
         }));
     });

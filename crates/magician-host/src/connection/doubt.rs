@@ -1,9 +1,9 @@
 use magician_protocol::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
 
-use super::flaw::{Flaw, planted};
+use super::index_tracker::Verdict;
 use super::job::{Job, Policy, Purpose};
-use super::ledger::Verdict;
+use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Failure, Micros, Priority};
 
 /// A queued command whose answer was lost, and what was read to find out its fate.
@@ -65,7 +65,7 @@ impl Connection {
                 let job = self.flight.remove(at);
                 self.uncertain(job);
             }
-            (_, Policy::Doubt) if planted(Flaw::ResendBlindly) => job.due = true,
+            (_, Policy::Doubt) if planted(PlantedBug::ResendBlindly) => job.due = true,
             (_, Policy::Doubt) => {
                 let job = self.flight.remove(at);
                 if self.alone() && !self.witness.is_broken() {
@@ -79,7 +79,7 @@ impl Connection {
 
     /// Whether at most one queued command is not accounted for.
     pub(super) fn alone(&self) -> bool {
-        self.queued_unanswered() == 0 && self.doubt.is_none() && self.ledger.is_confirmed()
+        self.queued_unanswered() == 0 && self.doubt.is_none() && self.tracker.is_confirmed()
     }
 
     pub(super) fn queued_unanswered(&self) -> u64 {
@@ -137,22 +137,23 @@ impl Connection {
         // On an unordered link the command may overtake readings that were sent after it, or come
         // between them, as long as it may be under way.
         let arrived = doubt.job.since.saturating_add(self.lifetime.get());
-        let premature = !self.settings.ordered && since < arrived && !planted(Flaw::NoLifetime);
-        let verdict = match self.ledger.judge(current, left) {
-            _ if doubt.job.clears != self.ledger.clears() => Verdict::Unclear,
+        let premature =
+            !self.settings.ordered && since < arrived && !planted(PlantedBug::NoLifetime);
+        let verdict = match self.tracker.judge(current, left) {
+            _ if doubt.job.clears != self.tracker.clears() => Verdict::Unclear,
             _ if self.witness.is_broken() => Verdict::Unclear,
             verdict => verdict,
         };
         match verdict {
-            Verdict::Unclear => match self.ledger.tail(current, left) {
-                Some(tail) if !self.settings.ordered && self.ledger.is_beyond(tail) => {
+            Verdict::Unclear => match self.tracker.tail(current, left) {
+                Some(tail) if !self.settings.ordered && self.tracker.is_beyond(tail) => {
                     self.surpassed(doubt.job, tail);
                 }
                 _ => self.uncertain(doubt.job),
             },
             Verdict::Taken(index) => {
-                let certain = self.ledger.find(index, doubt.job.order);
-                self.ledger.confirm();
+                let certain = self.tracker.find(index, doubt.job.order);
+                self.tracker.confirm();
                 self.witness.resume(Some(index).filter(|_| certain));
                 self.note_given(index, doubt.job.since);
                 let key = doubt.job.key;
@@ -177,7 +178,7 @@ impl Connection {
     /// Over datagrams: more commands were taken than were sent, up to this index. Which, nobody can tell; the next one
     /// follows it.
     pub(super) fn surpassed(&mut self, job: Job, to: u64) {
-        let from = self.ledger.last().map(|last| last.saturating_add(1));
+        let from = self.tracker.last().map(|last| last.saturating_add(1));
         let failure = Failure::Uncertain { from, to: Some(to) };
         self.done(job.ticket, Err(failure));
         self.rebase(to);
@@ -190,14 +191,14 @@ impl Connection {
         if job.queued() && !self.witness.is_broken() {
             // A datagram may have come twice.
             let copies = if self.settings.ordered { 1 } else { 2 };
-            (from, to) = self.ledger.doubt(copies * (1 + self.queued_unanswered()));
+            (from, to) = self.tracker.doubt(copies * (1 + self.queued_unanswered()));
         }
         let failure = Failure::Uncertain { from, to };
         self.done(job.ticket, Err(failure));
         if !job.queued() {
             return;
         }
-        self.ledger.forget();
+        self.tracker.forget();
         self.witness.resume(None);
         while let Some(at) = self.flight.iter().position(Job::queued) {
             let job = self.flight.remove(at);
@@ -235,7 +236,7 @@ impl Connection {
             self.done(job.ticket, Err(Failure::Stopped));
         }
         for job in &mut self.flight {
-            job.over |= job.priority == Priority::Stream && !planted(Flaw::ResendAfterStop);
+            job.over |= job.priority == Priority::Stream && !planted(PlantedBug::ResendAfterStop);
         }
     }
 
@@ -243,7 +244,7 @@ impl Connection {
         for lane in 0..self.lanes.len() {
             while let Some(at) = self.lanes[lane].iter().position(|job| job.deadline <= now) {
                 if let Some(job) = self.lanes[lane].remove(at) {
-                    let failure = match job.queued() && self.ledger.draining() {
+                    let failure = match job.queued() && self.tracker.draining() {
                         true => Failure::Draining,
                         false => Failure::Timeout { sent: 0 },
                     };

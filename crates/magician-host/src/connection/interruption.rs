@@ -64,8 +64,8 @@ impl Connection {
         }
         if !clocked {
             match self.settings.ordered {
-                true => self.ledger.begin_anew(),
-                false => self.ledger.forget(),
+                true => self.tracker.begin_anew(),
+                false => self.tracker.forget(),
             }
             self.witness.resume(None);
         }
@@ -95,7 +95,7 @@ impl Connection {
         if let Some(Doubt { job, .. }) = self.doubt.take() {
             return Some(job);
         }
-        let single = self.queued_unanswered() == 1 && self.ledger.is_confirmed();
+        let single = self.queued_unanswered() == 1 && self.tracker.is_confirmed();
         let at = (self.flight.iter()).position(|job| job.queued() && !job.due)?;
         (single && !self.witness.is_broken()).then(|| self.flight.remove(at))
     }

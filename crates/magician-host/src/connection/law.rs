@@ -5,7 +5,7 @@
 //! the commands that take up the queue's places, so that `current + capacity - left space` is the index given last. Where
 //! one of them does not hold, "lost" and "taken" cannot be told apart, and every conclusion would be a guess.
 //!
-//! The [`Witness`] only listens. Each habit is held against what passes anyway:
+//! The [`IndexLawMonitor`] only listens. Each habit is held against what passes anyway:
 //!
 //! * A *step* other than +1 between the answers to two commands that travelled alone. Another host that shares the arm
 //!   makes one now and then, a datagram that came twice as well; several in a row without a single +1 are the arm's own.
@@ -101,7 +101,7 @@ const FALSE_RESETS: u32 = 2;
 
 /// Watches whether the arm keeps the law.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Witness {
+pub(super) struct IndexLawMonitor {
     law: Law,
     /// The index in the last answer, believed or not, while the next one is to be compared with it.
     last: Option<u64>,
@@ -116,16 +116,16 @@ pub(super) struct Witness {
     /// `last` when the current index went back, if it was `unbroken`.
     before_reset: Option<u64>,
     false_resets: u32,
-    books: Books,
+    books: Accounts,
 }
 
 /// Left space held against current index.
 #[derive(Clone, Copy, Debug, Default)]
-struct Books {
+struct Accounts {
     /// The next current index is to have reached this head.
-    ahead: Option<(u64, Look)>,
+    ahead: Option<(u64, QueueReading)>,
     /// More waits than can, unless another host's commands are among it, which the next index tells.
-    excess: Option<Look>,
+    excess: Option<QueueReading>,
     /// Mismatches in a row.
     strikes: u32,
     /// The head at the latest of them.
@@ -134,7 +134,7 @@ struct Books {
 
 /// One look at the queue, from which the head follows.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub(super) struct QueueReading {
     pub(super) left: u32,
     /// Places taken.
     pub(super) waiting: u32,
@@ -144,7 +144,7 @@ pub(super) struct Look {
     pub(super) reached: u64,
 }
 
-impl Witness {
+impl IndexLawMonitor {
     pub(super) fn law(&self) -> Law {
         self.law
     }
@@ -246,7 +246,7 @@ impl Witness {
     }
 
     /// A left space was read.
-    pub(super) fn look(&mut self, look: Look) {
+    pub(super) fn look(&mut self, look: QueueReading) {
         self.cleared();
         match look.last.checked_sub(look.waiting.into()) {
             Some(head) if head >= look.reached => self.books.ahead = Some((head, look)),
@@ -256,7 +256,7 @@ impl Witness {
 
     /// The left space does not fit. What another host cleared looks like that too, but then the head it names stands
     /// still until the current index is right again.
-    fn strike(&mut self, current: u64, look: Look) {
+    fn strike(&mut self, current: u64, look: QueueReading) {
         let head = look.last.saturating_sub(look.waiting.into());
         if self.books.struck.replace(head) == Some(head) {
             return;

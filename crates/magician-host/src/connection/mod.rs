@@ -71,7 +71,7 @@
 //!
 //! Why *not taken* is certain. While one command is in doubt no other queued command is unanswered and none goes out, so
 //! the controller has given the last known index or the one after, and current index, capacity and left space tell which
-//! (the `ledger` says how, and when they do not). A single pair may be torn by a command that ends between its two
+//! (the `tracker` says how, and when they do not). A single pair may be torn by a command that ends between its two
 //! readings; between two equal pairs none did. On an ordered link a reading follows the command on the wire, so when its
 //! answer is there the command is no longer under way; on an unordered one "not taken" is concluded only from readings
 //! begun after its [lifetime](Connection::lifetime). So nothing that is sent again can still arrive from the first time.
@@ -110,22 +110,22 @@
 //! [`Settings::baud`] set frames are handed out only as fast as the line carries them.
 
 mod doubt;
+mod duplicate_check;
 pub(crate) mod estimator;
-mod flaw;
+mod index_tracker;
 mod interruption;
 mod job;
 mod law;
-mod ledger;
 mod lifetime;
 pub(crate) mod outstanding;
 mod pace;
+mod planted_bug;
 mod reply;
 mod request;
 #[cfg(test)]
 mod tests;
 pub(crate) mod transmit;
 mod uptime;
-mod vet;
 
 use std::collections::VecDeque;
 
@@ -133,20 +133,20 @@ use magician_protocol::{Deframer, INTER_BYTE_TIMEOUT_MS, QueuedCmdIndex};
 
 use doubt::Doubt;
 use estimator::Estimator;
-use flaw::{Flaw, planted};
+use index_tracker::IndexTracker;
 use interruption::Link;
 pub use job::is_once;
 use job::{Job, Purpose};
-use law::Witness;
+use law::IndexLawMonitor;
 pub use law::{Breach, Law};
-use ledger::Ledger;
 use lifetime::Lifetime;
 use outstanding::Outstanding;
 use pace::Pace;
+use planted_bug::{PlantedBug, planted};
 pub use request::{Event, Failure, Priority, Request, Settings, Ticket};
 
+use duplicate_check::DuplicateCheck;
 use uptime::Uptime;
-use vet::Vet;
 
 /// Microseconds from an origin of the caller's choice.
 pub type Micros = u64;
@@ -191,8 +191,8 @@ pub struct Connection {
     awake: Micros,
     estimator: Estimator,
     lifetime: Lifetime,
-    ledger: Ledger,
-    witness: Witness,
+    tracker: IndexTracker,
+    witness: IndexLawMonitor,
     uptime: Uptime,
     pace: Pace,
     link: Link,
@@ -200,7 +200,7 @@ pub struct Connection {
     lanes: [VecDeque<Job>; 3],
     flight: Vec<Job>,
     doubt: Option<Doubt>,
-    vet: Option<Vet>,
+    duplicate_check: Option<DuplicateCheck>,
     events: VecDeque<Event>,
     next_ticket: u64,
     streak: u32,
@@ -234,8 +234,8 @@ impl Connection {
             awake: 0,
             estimator: Estimator::new(&settings),
             lifetime: Lifetime::new(&settings),
-            ledger: Ledger::new(settings.capacity),
-            witness: Witness::default(),
+            tracker: IndexTracker::new(settings.capacity),
+            witness: IndexLawMonitor::default(),
             uptime: Uptime::new(settings.free_clock),
             pace: Pace::new(settings.baud),
             link: Link::Up,
@@ -243,7 +243,7 @@ impl Connection {
             lanes: std::array::from_fn(|_| VecDeque::with_capacity(USUAL)),
             flight: Vec::with_capacity(MAX_WINDOW + 4),
             doubt: None,
-            vet: None,
+            duplicate_check: None,
             events: VecDeque::with_capacity(USUAL),
             next_ticket: 0,
             streak: 0,
@@ -284,7 +284,7 @@ impl Connection {
     /// The index accepted last, while it is certain.
     #[must_use]
     pub fn last_index(&self) -> Option<QueuedCmdIndex> {
-        let last = self.ledger.last().filter(|_| !self.witness.is_broken());
+        let last = self.tracker.last().filter(|_| !self.witness.is_broken());
         last.map(QueuedCmdIndex)
     }
 
@@ -292,7 +292,7 @@ impl Connection {
     /// somebody may have cleared before. The next answer gives its own, and shows by how much.
     #[must_use]
     pub fn is_last_a_guess(&self) -> bool {
-        self.ledger.is_guess()
+        self.tracker.is_guess()
     }
 
     /// Whether this arm numbers its queued commands as every conclusion from a number supposes.
@@ -304,7 +304,7 @@ impl Connection {
     /// Places in the controller's queue: as set, or more if the controller showed more.
     #[must_use]
     pub fn capacity(&self) -> u32 {
-        self.ledger.capacity()
+        self.tracker.capacity()
     }
 
     /// Whether bytes that came while nobody looked could pass for answers to what is sent next:
@@ -319,7 +319,7 @@ impl Connection {
     /// taken, and only when all that was sent before has been answered which one.
     #[must_use]
     pub fn confirmed_index(&self) -> Option<QueuedCmdIndex> {
-        let confirmed = self.ledger.confirmed();
+        let confirmed = self.tracker.confirmed();
         let confirmed = confirmed.filter(|_| !self.witness.is_broken());
         confirmed.map(QueuedCmdIndex)
     }
@@ -448,7 +448,7 @@ impl Connection {
     }
 
     fn is_waiting_for_bytes(&self) -> bool {
-        self.deframer.pending() && !planted(Flaw::NoInterByteTimeout)
+        self.deframer.pending() && !planted(PlantedBug::NoInterByteTimeout)
     }
 
     /// The next thing to tell.

@@ -1,9 +1,9 @@
 use magician_protocol::commands::{DeviceTime, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex, Readable};
 
-use super::flaw::{Flaw, planted};
 use super::job::{Job, Purpose};
 use super::outstanding::{Copy, Key};
+use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, DRAIN_PAUSE, Event, Failure, GIVEN, Micros, Ticket};
 
 /// What comes in.
@@ -29,7 +29,7 @@ impl Connection {
 
     pub(super) fn reply(&mut self, now: Micros, frame: &FrameBuf) {
         let same_id = |job: &Job| job.key.id == frame.frame().id();
-        if planted(Flaw::MatchById)
+        if planted(PlantedBug::MatchById)
             && let Some(at) = self.flight.iter().position(same_id)
         {
             let job = self.flight.remove(at);
@@ -53,7 +53,7 @@ impl Connection {
         // Jobs that this reply proves lost come first: they were sent before, and the answered one
         // counts among those that may stand in the queue in their place.
         let judged_apart = (self.flight.iter().position(|job| job.ticket == copy.ticket))
-            .filter(|_| planted(Flaw::JudgeInWindow));
+            .filter(|_| planted(PlantedBug::JudgeInWindow));
         if let Some(at) = judged_apart {
             let job = self.flight.remove(at);
             self.settle(copy.ticket);
@@ -93,7 +93,7 @@ impl Connection {
             return;
         };
         self.came_late(index, now);
-        if self.ledger.is_beyond(index) && !self.ledger.is_guess() && !self.witness.is_broken() {
+        if self.tracker.is_beyond(index) && !self.tracker.is_guess() && !self.witness.is_broken() {
             self.unaccounted(index);
         }
     }
@@ -116,18 +116,18 @@ impl Connection {
 
     /// The controller has taken more commands than this connection knows of.
     pub(super) fn unaccounted(&mut self, to: u64) {
-        let from = self.ledger.next().unwrap_or(to);
+        let from = self.tracker.next().unwrap_or(to);
         self.events.push_back(Event::Unaccounted { from, to });
         match self.settings.ordered {
-            true => self.ledger.forget(),
+            true => self.tracker.forget(),
             false => self.rebase(to),
         }
     }
 
     /// Over datagrams: this is the index given last, whoever it was given to.
     pub(super) fn rebase(&mut self, to: u64) {
-        self.ledger.accept(to, self.order);
-        self.ledger.confirm();
+        self.tracker.accept(to, self.order);
+        self.tracker.confirm();
         self.witness.resume(Some(to));
     }
 
@@ -135,7 +135,7 @@ impl Connection {
     /// host, whose business it is; on an unordered one a command of ours may have come twice.
     fn overtaken(&mut self, current: u64) {
         match self.settings.ordered {
-            true => self.ledger.forget(),
+            true => self.tracker.forget(),
             false => self.unaccounted(current),
         }
     }
@@ -160,7 +160,7 @@ impl Connection {
             return self.answer_queued(job, copy, frame, now);
         }
         if self.settings.ordered {
-            self.ledger.confirm_to(copy.order);
+            self.tracker.confirm_to(copy.order);
         }
         self.observe(&job, copy, frame, now);
         match job.purpose {
@@ -199,15 +199,15 @@ impl Connection {
             Err(_) => return self.uncertain(job),
         };
         // Over datagrams an answer may simply come again.
-        let telling = alone && (self.settings.ordered || self.ledger.last() != Some(index));
+        let telling = alone && (self.settings.ordered || self.tracker.last() != Some(index));
         self.witness.answered(index, telling, job.highest);
         // An arm that numbers its commands in its own way has still taken the one that it answered.
         let lawless = alone && self.witness.is_broken();
-        if self.ledger.follows(index) || lawless || planted(Flaw::AcceptGaps) {
+        if self.tracker.follows(index) || lawless || planted(PlantedBug::AcceptGaps) {
             self.note_given(index, job.since);
-            self.ledger.accept(index, job.order);
-            if self.queued_unanswered() == 0 || planted(Flaw::ConfirmAtOnce) {
-                self.ledger.confirm();
+            self.tracker.accept(index, job.order);
+            if self.queued_unanswered() == 0 || planted(PlantedBug::ConfirmAtOnce) {
+                self.tracker.confirm();
             }
             self.done(job.ticket, Ok(*frame));
             return;
@@ -216,7 +216,7 @@ impl Connection {
             // That was another command's answer come again, or the answer to its second copy; its own may follow.
             self.outstanding.sent(copy);
             self.came_late(index, now);
-            if alone && self.ledger.is_beyond(index) {
+            if alone && self.tracker.is_beyond(index) {
                 // It was taken, and something else before it: its own second copy.
                 self.unaccounted(index.saturating_sub(1));
                 self.rebase(index);
@@ -225,11 +225,11 @@ impl Connection {
                 return self.enter_doubt(job);
             }
         }
-        if self.ledger.last() == Some(index) && alone {
+        if self.tracker.last() == Some(index) && alone {
             self.enter_doubt(job);
         } else {
             self.uncertain(job);
-            self.ledger.disbelieve(index);
+            self.tracker.disbelieve(index);
             self.witness.resume(Some(index));
         }
     }
@@ -264,12 +264,12 @@ impl Connection {
 
     fn observe_current(&mut self, current: u64) {
         self.seen(Purpose::Current);
-        let lower = self.ledger.read_current(current, self.settings.ordered);
+        let lower = self.tracker.read_current(current, self.settings.ordered);
         if lower && self.witness.trusts_current() {
             return self.reset(Some(current));
         }
-        self.witness.current(current, self.ledger.reached(current));
-        if self.is_accounted() && self.ledger.is_beyond(current) && !self.witness.is_broken() {
+        self.witness.current(current, self.tracker.reached(current));
+        if self.is_accounted() && self.tracker.is_beyond(current) && !self.witness.is_broken() {
             self.overtaken(current);
         }
     }
@@ -280,11 +280,11 @@ impl Connection {
         if self.settings.ordered
             && once
             && self.doubt.is_none()
-            && let Some(look) = self.ledger.look(left)
+            && let Some(look) = self.tracker.look(left)
         {
             self.witness.look(look);
         }
-        self.ledger.read_left(left, self.is_accounted(), now);
+        self.tracker.read_left(left, self.is_accounted(), now);
     }
 
     /// Whether no queued command waits for its answer.
@@ -306,7 +306,7 @@ impl Connection {
             let job = self.flight.remove(at);
             self.uncertain(job);
         }
-        self.ledger.restart(current.unwrap_or(0));
+        self.tracker.restart(current.unwrap_or(0));
         if current.is_some() {
             self.uptime.forget();
         }

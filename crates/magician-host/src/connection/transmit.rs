@@ -4,10 +4,10 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Ctrl, FrameBuf, Readable, Row, Writable};
 
-use super::flaw::{Flaw, planted};
 use super::interruption::Link;
 use super::job::{Job, Purpose};
 use super::outstanding::{Copy, Key};
+use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Law, Micros, Priority, Request, Ticket};
 
 /// After so many requests of the stream in a row, a waiting read has its turn; sooner when several wait.
@@ -118,7 +118,7 @@ impl Connection {
             doubt.begun.get_or_insert(now);
         }
         if purpose != Purpose::Clock {
-            self.vetting();
+            self.check_duplicates();
         }
         self.send_own(purpose, row, now)
     }
@@ -132,7 +132,7 @@ impl Connection {
             return self.send_own(Purpose::Drain, QueuedCmdLeftSpace::ROW, now);
         }
         let job = *self.lanes[lane as usize].front()?;
-        if !self.may_join(&job) || job.queued() && !self.is_vetted(now) {
+        if !self.may_join(&job) || job.queued() && !self.is_no_duplicate(now) {
             return None;
         }
         let unsettled = self.order.saturating_sub(self.settled);
@@ -168,13 +168,13 @@ impl Connection {
     fn stopping(&self) -> bool {
         let stop = |job: &Job| job.priority == Priority::Stop;
         let any = !self.lanes[Priority::Stop as usize].is_empty() || self.flight.iter().any(stop);
-        any && !planted(Flaw::QueueWhileStopping)
+        any && !planted(PlantedBug::QueueWhileStopping)
     }
 
     /// Whether a queued command waits for the queue to drain after a Clear.
     pub(super) fn wants_drain(&self) -> bool {
         let head = self.lanes[Priority::Stream as usize].front();
-        self.ledger.draining() && head.is_some_and(Job::queued)
+        self.tracker.draining() && head.is_some_and(Job::queued)
     }
 
     /// Rule 4: whether an outstanding frame of the job's key belongs to a request that is not
@@ -184,7 +184,7 @@ impl Connection {
             ticket == job.ticket
                 || (self.flight.iter()).any(|other| other.ticket == ticket && !other.lingers)
         };
-        self.outstanding.haunted(job.key, waited_for) && !planted(Flaw::NoFence)
+        self.outstanding.haunted(job.key, waited_for) && !planted(PlantedBug::NoFence)
     }
 
     /// Sends a read of our own; a fence instead when its key is haunted.
@@ -214,7 +214,7 @@ impl Connection {
 
     /// The queue is cleared.
     pub(super) fn note_clear(&mut self) {
-        self.ledger.clearing();
+        self.tracker.clearing();
         self.witness.cleared();
         self.drain_at = None;
     }
@@ -229,7 +229,7 @@ impl Connection {
         job.sent = job.sent.saturating_add(1);
         job.since = now;
         // One that is sent again while the first may still be answered keeps the next request of its key waiting.
-        let lifetime = (self.lifetime.measured()).filter(|_| !planted(Flaw::NoLifetime));
+        let lifetime = (self.lifetime.measured()).filter(|_| !planted(PlantedBug::NoLifetime));
         let patience = match job.priority {
             // A line that loses much must not make a stop rarer: it can be said twice, and nothing else goes out meanwhile.
             Priority::Stop => self.estimator.first_timeout(),
@@ -237,12 +237,12 @@ impl Connection {
         };
         let patience = patience.max(lifetime.unwrap_or(0));
         job.timer = now.saturating_add(patience);
-        job.clears = self.ledger.clears();
+        job.clears = self.tracker.clears();
         match job.queued() {
             true => {
                 self.order += 1;
-                self.ledger.sends();
-                self.begin_vet(now, job.sent);
+                self.tracker.sends();
+                self.begin_duplicate_check(now, job.sent);
             }
             false => self.settled = self.order,
         }

@@ -2,7 +2,7 @@ use magician_protocol::commands::{QueuedCmdClear, QueuedCmdStartExec, QueuedCmdS
 use magician_protocol::{Ctrl, EncodeError, FrameBuf};
 
 use super::item::{Entry, Fate};
-use super::resume::Glance;
+use super::resume::QueueSnapshot;
 use super::{Stream, StreamEvent};
 use crate::connection::{Connection, Micros, Priority, Request};
 
@@ -46,7 +46,7 @@ pub(super) enum Phase {
         left: u32,
     },
     /// Finds out what became of what was sent before an interruption.
-    Resolve(Option<Glance>),
+    Resolve(Option<QueueSnapshot>),
     Over,
 }
 

@@ -12,7 +12,7 @@ const MOVING_PAUSE: Micros = 50_000;
 
 /// What was read of the arm in one look.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Glance {
+pub(super) struct QueueSnapshot {
     current: u64,
     left: u32,
     pose: [f64; 4],
@@ -121,10 +121,10 @@ impl Stream {
     }
 
     /// A look while it is found out what became of what was sent.
-    pub(super) fn resolve(&mut self, now: Micros, before: Option<Glance>) {
+    pub(super) fn resolve(&mut self, now: Micros, before: Option<QueueSnapshot>) {
         let reader = &mut self.reader;
         let (current, left, pose) = (reader.current, reader.left, reader.pose);
-        let glance = Glance {
+        let glance = QueueSnapshot {
             current,
             left,
             pose,

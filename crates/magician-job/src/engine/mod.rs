@@ -11,7 +11,7 @@ mod track;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use magician::commands::{DeviceTime, Pose};
-use magician::{Arm, Error, ErrorCode, Owed, Ran, RunOptions};
+use magician::{Arm, Error, ErrorCode, Ran, RunOptions, SettingsBackup};
 use magician_program::Action;
 use tokio::time::Instant;
 
@@ -138,8 +138,8 @@ impl Work {
         *self.pace() = Pace::new(found.rest.changes());
         let before = async {
             if let Some(saved) = &self.spec.saved {
-                let owed = Owed::read(&self.arm, found.rest.changes()).await?;
-                saved.save_all(&self.arm, owed).await;
+                let before = SettingsBackup::read(&self.arm, found.rest.changes()).await?;
+                saved.save_all(&self.arm, before).await;
             }
             Ok::<_, Error>(())
         };

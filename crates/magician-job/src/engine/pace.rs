@@ -9,7 +9,7 @@ use std::mem::{Discriminant, discriminant};
 use std::time::Duration;
 
 use magician::commands::{ArcParams, CpLeCmd, CpParams, PtpCommonParams};
-use magician::{Arm, Error, Owed, Set, words};
+use magician::{Arm, Error, Set, SettingsBackup, words};
 use magician_program::Timetable;
 use magician_protocol::{CpMode, Effect, PtpMode};
 
@@ -306,15 +306,18 @@ impl Work {
             words::path_speed(1.0, 1.0),
             words::arc_speed(1.0, 1.0),
         ];
-        let owed = Owed::read(&self.arm, &kinds).await?;
+        let found = SettingsBackup::read(&self.arm, &kinds).await?;
         let mut own = Speeds::default();
-        owed.settings().iter().for_each(|setting| own.note(setting));
+        found
+            .settings()
+            .iter()
+            .for_each(|setting| own.note(setting));
         if let Some(saved) = &self.spec.saved {
-            let mut new = Owed::default();
-            for setting in owed.settings() {
+            let mut new = SettingsBackup::default();
+            for setting in found.settings() {
                 let kind = discriminant(setting);
                 if !self.pace().saved.contains(&kind) {
-                    new.owe(*setting);
+                    new.save(*setting);
                     self.pace().saved.push(kind);
                 }
             }

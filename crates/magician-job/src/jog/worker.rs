@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use magician::commands::{JogCommonParams, PtpCommonParams};
 use magician::words::Guards;
-use magician::{Arm, ErrorCode, Jog, JogOptions, Owed, RunOptions};
+use magician::{Arm, ErrorCode, Jog, JogOptions, RunOptions, SettingsBackup};
 use magician_program::{Ending, Plan, Program};
 use tokio::runtime::Handle;
 
@@ -251,9 +251,9 @@ impl ArmWorker {
 
     fn speed(&mut self, percent: f32) -> Option<OrderDone> {
         let first = !std::mem::replace(&mut self.changed, true);
-        let mut before = Owed::default();
-        before.owe(self.ratios.jog);
-        before.owe(self.ratios.moves);
+        let mut before = SettingsBackup::default();
+        before.save(self.ratios.jog);
+        before.save(self.ratios.moves);
         let jog = JogCommonParams {
             velocity_ratio: percent,
             ..self.ratios.jog

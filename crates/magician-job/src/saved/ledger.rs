@@ -1,7 +1,7 @@
-//! What verbs owe arms, in files: one for each process and arm, there while something is owed.
+//! Saved settings of arms, in files: one for each process and arm, there while something is saved.
 //!
 //! The file is locked by the process that owes, so that the end of the process, however it comes, unlocks it. Of several that
-//! owe the same setting all keep what it was before the first of them.
+//! save the same setting all keep what it was before the first of them.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, TryLockError};
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process;
 use std::time::SystemTime;
 
-use magician::{Ctrl, FrameBuf, Owed, Set};
+use magician::{Ctrl, FrameBuf, Set, SettingsBackup};
 use magician_protocol::Row;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,7 @@ const ENDING: &str = "json";
 #[derive(Clone, Debug)]
 pub(super) struct Ledger(PathBuf);
 
-/// The file of this process for one arm. Dropped, it stays and is unlocked: what is owed is for others to give back.
+/// The file of this process for one arm. Dropped, it stays and is unlocked: what is saved is for others to restore.
 #[derive(Debug)]
 pub(super) struct Entry {
     path: PathBuf,
@@ -38,7 +38,7 @@ pub(super) struct Entry {
 #[derive(Debug, Default)]
 pub(super) struct Left {
     /// Each with what it owes; nothing where its file is damaged.
-    pub(super) entries: Vec<(Entry, Option<Owed>)>,
+    pub(super) entries: Vec<(Entry, Option<SettingsBackup>)>,
     /// Whether a process that lives owes the arm something as well.
     pub(super) others: bool,
 }
@@ -74,17 +74,17 @@ impl Ledger {
     pub(super) fn keep(
         &self,
         serial: &str,
-        owed: &Owed,
+        saved: &SettingsBackup,
         before: Option<Entry>,
     ) -> io::Result<Entry> {
         let own = before.as_ref().map(|entry| entry.path.clone());
         let elder = self.of(serial).filter(|path| Some(path) != own.as_ref());
         let elder: Vec<Set> = elder
             .filter_map(|path| read(&mut File::open(path).ok()?, serial))
-            .flat_map(|owed| owed.settings().to_vec())
+            .flat_map(|saved| saved.settings().to_vec())
             .collect();
         let mut settings: Vec<Set> = Vec::new();
-        for setting in owed.settings() {
+        for setting in saved.settings() {
             let same = |other: &&Set| other.row().id == setting.row().id;
             if settings.iter().find(same).is_none() {
                 settings.push(*elder.iter().find(same).unwrap_or(setting));
@@ -133,14 +133,14 @@ impl Ledger {
             if !path.exists() {
                 continue;
             }
-            let owed = read(&mut lock, serial);
+            let saved = read(&mut lock, serial);
             let serial = serial.to_owned();
             let entry = Entry {
                 path,
                 serial,
                 _lock: lock,
             };
-            left.entries.push((entry, owed));
+            left.entries.push((entry, saved));
         }
         left
     }
@@ -201,15 +201,15 @@ impl Line {
     }
 }
 
-/// What a file says that this arm is owed.
-fn read(file: &mut File, serial: &str) -> Option<Owed> {
+/// What a file has saved of this arm.
+fn read(file: &mut File, serial: &str) -> Option<SettingsBackup> {
     let mut text = Vec::new();
     file.take(LONGEST).read_to_end(&mut text).ok()?;
     let page: Page = serde_json::from_slice(&text).ok()?;
     if page.version != VERSION || page.serial != serial {
         return None;
     }
-    Owed::from_kept(
+    SettingsBackup::from_saved(
         page.settings
             .iter()
             .map(Line::setting)
@@ -232,15 +232,16 @@ mod tests {
 
     use super::*;
 
-    fn owed(settings: &[Set]) -> Owed {
-        Owed::from_kept(settings.to_vec()).expect("settings that are owed")
+    fn saved(settings: &[Set]) -> SettingsBackup {
+        SettingsBackup::from_saved(settings.to_vec()).expect("settings that are saved")
     }
 
     fn of(left: &Left) -> Vec<Option<Vec<Set>>> {
-        let settings = |owed: &Option<Owed>| owed.as_ref().map(|owed| owed.settings().to_vec());
+        let settings =
+            |saved: &Option<SettingsBackup>| saved.as_ref().map(|saved| saved.settings().to_vec());
         left.entries
             .iter()
-            .map(|(_, owed)| settings(owed))
+            .map(|(_, saved)| settings(saved))
             .collect()
     }
 
@@ -250,8 +251,8 @@ mod tests {
         let ledger = Ledger::at(dir.path().join("debts"));
         assert!(ledger.is_empty());
         let (slow, fast) = (words::speed(20.0, 20.0), words::path_speed(90.0, 100.0));
-        let entry = ledger.keep("A1", &owed(&[slow]), None).expect("kept");
-        let entry = ledger.keep("A1", &owed(&[slow, fast]), Some(entry));
+        let entry = ledger.keep("A1", &saved(&[slow]), None).expect("kept");
+        let entry = ledger.keep("A1", &saved(&[slow, fast]), Some(entry));
         let entry = entry.expect("kept again");
         assert!(!ledger.is_empty());
         let left = ledger.left("A1");
@@ -276,9 +277,9 @@ mod tests {
         let ledger = Ledger::at(dir.path().into());
         let (first, second) = (words::speed(50.0, 50.0), words::speed(20.0, 20.0));
         let line = words::path_speed(90.0, 100.0);
-        let one = ledger.keep("A1", &owed(&[first]), None).expect("kept");
+        let one = ledger.keep("A1", &saved(&[first]), None).expect("kept");
         let two = ledger
-            .keep("A1", &owed(&[second, line]), None)
+            .keep("A1", &saved(&[second, line]), None)
             .expect("kept");
         one.remove().expect("removed");
         drop(two);
@@ -290,7 +291,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("directory");
         let ledger = Ledger::at(dir.path().into());
         let speed = words::speed(50.0, 50.0);
-        let entry = ledger.keep("A1", &owed(&[speed]), None).expect("kept");
+        let entry = ledger.keep("A1", &saved(&[speed]), None).expect("kept");
         let (path, whole) = (entry.path.clone(), fs::read(&entry.path).expect("read"));
         drop(entry);
         let text = String::from_utf8(whole.clone()).expect("UTF-8");

@@ -6,7 +6,7 @@ mod ledger;
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use magician::{Arm, Owed, Result, Set};
+use magician::{Arm, Result, Set, SettingsBackup};
 #[cfg(feature = "files")]
 use tracing::{info, warn};
 
@@ -39,7 +39,7 @@ pub struct SavedSettings(Arc<Mutex<Saved>>);
 
 #[derive(Debug, Default)]
 struct Saved {
-    settings: Owed,
+    settings: SettingsBackup,
     /// The file that says so, where the arm outlives this process.
     #[cfg(feature = "files")]
     kept: Option<Entry>,
@@ -83,13 +83,13 @@ pub enum Settled {
 impl SavedSettings {
     /// Has this setting restored. It is kept before this returns, so change it after.
     pub async fn save(&self, arm: &Arm, setting: impl Into<Set>) {
-        let mut settings = Owed::default();
-        settings.owe(setting);
+        let mut settings = SettingsBackup::default();
+        settings.save(setting);
         self.save_all(arm, settings).await;
     }
 
     /// Has these settings restored, as [`save`](Self::save).
-    pub async fn save_all(&self, arm: &Arm, settings: Owed) {
+    pub async fn save_all(&self, arm: &Arm, settings: SettingsBackup) {
         if settings.is_empty() {
             return;
         }
@@ -137,7 +137,7 @@ impl SavedSettings {
     /// As [`Arm::set`], at the first setting that the arm does not take; the others are not restored then.
     pub async fn restore(&self, arm: &Arm) -> Result<()> {
         let mut saved = self.take();
-        saved.settings.give_back(arm).await?;
+        saved.settings.restore(arm).await?;
         saved.remove();
         Ok(())
     }
@@ -192,7 +192,7 @@ impl SavedSettings {
             return Settled::Nothing;
         };
         let Left { entries, others } = ledger.left(&serial);
-        let mut all = Owed::default();
+        let mut all = SettingsBackup::default();
         let (mut whole, mut damaged) = (Vec::new(), None);
         for (entry, settings) in entries {
             match settings {
@@ -233,11 +233,11 @@ impl SavedSettings {
 
 /// Restores the settings of an arm whose queue is empty; whether it is.
 #[cfg(feature = "files")]
-async fn restore_if_idle(arm: &Arm, mut settings: Owed) -> Result<bool> {
+async fn restore_if_idle(arm: &Arm, mut settings: SettingsBackup) -> Result<bool> {
     let (_, places) = arm.stats().await?;
     let empty = arm.left_space().await? >= places;
     if empty {
-        settings.give_back(arm).await?;
+        settings.restore(arm).await?;
     }
     Ok(empty)
 }

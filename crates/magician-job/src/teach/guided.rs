@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::{HhtTrigMode, HhtTrigOutput, HhtTrigOutputEnabled, Pose};
 use magician::protocol::{Flag, TeachTrigger};
-use magician::{Arm, ErrorKind, Owed, Result};
+use magician::{Arm, ErrorKind, Result, SettingsBackup};
 
 use crate::{Polled, SavedSettings};
 
@@ -29,10 +29,10 @@ pub async fn guided_points(arm: &Arm, saved: &SavedSettings) -> Result<Option<Po
         }
         Err(_) => return Ok(None),
     };
-    let mut owed = Owed::default();
-    owed.owe(mode);
-    owed.owe(enabled);
-    saved.save_all(arm, owed).await;
+    let mut before = SettingsBackup::default();
+    before.save(mode);
+    before.save(enabled);
+    saved.save_all(arm, before).await;
     arm.set(&HhtTrigMode {
         mode: TeachTrigger::OnRelease,
     })

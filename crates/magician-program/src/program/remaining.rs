@@ -184,7 +184,7 @@ impl RemainingProgram {
         &self.whole
     }
 
-    /// The commands that change settings of the arm, for `Owed::read`.
+    /// The commands that change settings of the arm, for `SettingsBackup::read`.
     pub fn changes(&self) -> impl Iterator<Item = &Set> {
         let later = Some(&self.whole).filter(|_| self.follow != Some(0));
         let plans = iter::once(&self.first).chain(later);

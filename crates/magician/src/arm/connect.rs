@@ -36,11 +36,11 @@ impl Arm {
         let target = target.into_target()?;
         // The line to an arm in this process does not break by itself.
         let breaks = !matches!(target, Target::Sim(_)) || options.unplugs();
-        Self::go(transport::Way::to(&target), breaks, options).await
+        Self::go(transport::Route::to(&target), breaks, options).await
     }
 
     /// Goes a way, with the faults and the trace of the options on it, and again when a line that may break broke.
-    async fn go(way: transport::Way, breaks: bool, options: Options) -> Result<Self> {
+    async fn go(way: transport::Route, breaks: bool, options: Options) -> Result<Self> {
         let way = Arc::new(way.fitted(&options)?);
         let line = way.open().await?;
         let again: Opener = Box::new(move || {
@@ -113,7 +113,7 @@ impl Arm {
         let model = arm.with(|controller| *controller.arm_model());
         let breaks = options.unplugs();
         Self::go(
-            transport::Way::to_virtual(arm),
+            transport::Route::to_virtual(arm),
             breaks,
             options.model(model),
         )

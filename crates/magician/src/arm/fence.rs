@@ -369,7 +369,7 @@ impl Arm {
             .remedy(Action::Stop, DROPS));
         }
         if frame.id() == QueuedCmdStartExec::ROW.id {
-            if self.exposure().stopped() {
+            if self.in_flight().stopped() {
                 self.stands_at_station(&turn, current).await?;
             }
             return Ok(turn);

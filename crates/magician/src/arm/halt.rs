@@ -11,7 +11,7 @@ use tokio::sync::mpsc::error::TrySendError;
 use tokio::time::{Instant, sleep};
 
 use super::driver::Message;
-use super::exposure::Exposure;
+use super::in_flight::InFlightMotion;
 use super::shared::held;
 use super::{Arm, Shared};
 use crate::connection::{Priority, Request};
@@ -118,7 +118,7 @@ impl Stopper {
             halts.asked = true;
             halts.waiters.extend(waiter);
         }
-        match messages.try_send(Message::Nudge) {
+        match messages.try_send(Message::Wake) {
             // With so many messages before it the task is awake, and looks.
             Ok(()) | Err(TrySendError::Full(_)) => Ok(()),
             Err(TrySendError::Closed(_)) => Err(Error::closed()),
@@ -141,7 +141,7 @@ impl Arm {
     /// was read. What others set going does not count.
     #[must_use]
     pub fn moving(&self) -> bool {
-        self.exposure().moving()
+        self.in_flight().moving()
     }
 }
 
@@ -229,7 +229,7 @@ impl Arm {
             sleep(APART).await;
             let pose = self.get::<Pose>().await?;
             if pose == before {
-                Exposure::stands_still(&mut self.exposure());
+                InFlightMotion::stands_still(&mut self.in_flight());
                 return Ok(());
             }
             if Instant::now() >= until {

@@ -204,7 +204,7 @@ impl Jog {
     fn release(&self) {
         self.life.released.store(true, Ordering::SeqCst);
         // A task with so many messages before it is awake, and looks.
-        let _ = self.arm.inner.messages.try_send(Message::Nudge);
+        let _ = self.arm.inner.messages.try_send(Message::Wake);
     }
 
     fn ended(&self, why: Why) -> Error {

@@ -194,7 +194,7 @@ impl Arm {
     /// Whether the queue runs for certain: this connection has started it, nothing has held it since, and nobody else can have
     /// stopped it.
     pub(super) fn runs_queue(&self) -> bool {
-        let started = self.exposure().started() == Some(true);
+        let started = self.in_flight().started() == Some(true);
         let known = self.inner.shared.known();
         started && known.runs && !known.shared
     }

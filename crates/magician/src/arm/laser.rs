@@ -109,7 +109,7 @@ impl Arm {
     /// How many commands wait in the queue that this connection did not put there.
     pub(super) fn foreign_commands(&self, look: &QueueLook) -> u32 {
         let waiting = look.waiting();
-        let running = self.exposure().started() == Some(true);
+        let running = self.in_flight().started() == Some(true);
         let ours = self.own().waiting(look.current, running);
         match ours >= u64::from(waiting) {
             true => 0,
@@ -127,8 +127,8 @@ impl Arm {
     /// As [`get`](Self::get), but for answers that some arms do not give.
     pub async fn laser(&self) -> Result<Option<bool>> {
         let lit_here = {
-            let exposure = self.exposure();
-            exposure.laser() && exposure.moving()
+            let in_flight = self.in_flight();
+            in_flight.laser() && in_flight.moving()
         };
         if lit_here {
             return Ok(Some(true));
@@ -216,7 +216,7 @@ impl Arm {
                 }
             }
         }
-        self.exposure().darkened();
+        self.in_flight().darkened();
         Ok(())
     }
 
@@ -226,8 +226,8 @@ impl Arm {
     /// As [`set`](Self::set).
     pub async fn darken_after(&self) -> Result<()> {
         let lit = {
-            let exposure = self.exposure();
-            exposure.laser() && !exposure.moving()
+            let in_flight = self.in_flight();
+            in_flight.laser() && !in_flight.moving()
         };
         if lit { self.darken().await } else { Ok(()) }
     }
@@ -239,7 +239,7 @@ const FREQUENCY: f32 = 1000.0;
 impl Shared {
     /// What has to be said besides to put a laser out whose pins were raised over this connection.
     pub(super) fn lowered_pins(&self) -> Vec<Request> {
-        match self.exposure().pins() {
+        match self.in_flight().pins() {
             true => lowered_pins(),
             false => Vec::new(),
         }

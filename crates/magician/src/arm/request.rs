@@ -8,7 +8,7 @@ use tokio::time::{Instant, timeout, timeout_at};
 
 use super::Arm;
 use super::driver::{Message, command_name};
-use super::exposure::Exposure;
+use super::in_flight::InFlightMotion;
 use super::watch::Own;
 use crate::connection::{Request, is_once};
 use crate::{Error, ErrorCode, Result};
@@ -48,10 +48,10 @@ impl Arm {
     }
 
     /// Tells what befell the queue: whoever began after `since` stops, and whoever asks first.
-    pub(super) fn mishap(&self, since: Option<u64>) -> Result<()> {
-        match self.inner.shared.mishap(since) {
+    pub(super) fn queue_fault(&self, since: Option<u64>) -> Result<()> {
+        match self.inner.shared.queue_fault(since) {
             None => Ok(()),
-            Some(mishap) => mishap.told(),
+            Some(queue_fault) => queue_fault.told(),
         }
     }
 
@@ -191,8 +191,8 @@ impl Arm {
         self.inner.shared.own()
     }
 
-    pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {
-        self.inner.shared.exposure()
+    pub(super) fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
+        self.inner.shared.in_flight()
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use magician_protocol::commands::Pose;
 use magician_protocol::{Alarm, Set};
 
-use super::{Arm, Owed, RunOptions};
+use super::{Arm, RunOptions, SettingsBackup};
 use crate::words::{Preflight, line_to, move_to};
 use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 
@@ -111,12 +111,12 @@ impl Arm {
 
     /// Runs commands that were checked from there, and gives the speeds back that they change.
     async fn retract(&self, course: Preflight, commands: &[Set], stops: u64) -> Result<()> {
-        let mut owed = Owed::read(self, commands).await?;
+        let mut saved = SettingsBackup::read(self, commands).await?;
         let options = RunOptions::default().unless_stopped_since(stops);
         let run = self.start_with(commands.iter().copied(), options);
         let mut run = run.along(course);
         let ran = run.wait(|_| {}).await;
-        let restored = owed.give_back(self).await;
+        let restored = saved.restore(self).await;
         ran?;
         restored
     }

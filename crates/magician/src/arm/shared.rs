@@ -8,8 +8,8 @@ use tokio::sync::{broadcast, watch};
 use tokio::time::Instant;
 
 use super::events::Event;
-use super::exposure::Exposure;
 use super::halt::Halts;
+use super::in_flight::InFlightMotion;
 use super::known::Known;
 use super::link::Link;
 use super::state::{Status, Watches};
@@ -35,10 +35,10 @@ pub(super) struct Shared {
     clears: AtomicU64,
     /// Queued commands so far of which nobody can tell whether the arm took them.
     pub(super) doubts: AtomicU64,
-    exposure: Mutex<Exposure>,
+    in_flight: Mutex<InFlightMotion>,
     own: Mutex<Own>,
     known: Mutex<Known>,
-    mishap: Mutex<Option<Befallen>>,
+    queue_fault: Mutex<Option<LastFault>>,
     pub(super) halts: Mutex<Halts>,
     pub(super) link: watch::Sender<Link>,
     pub(super) status: watch::Sender<Option<Status>>,
@@ -53,17 +53,17 @@ pub(super) struct Shared {
 
 /// Queue changes that this connection did not cause.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Mishap {
+pub(super) enum QueueFault {
     /// The arm was reset; these indices had not finished.
     Reset(Option<(u64, u64)>),
     /// The arm gave these indices to commands that this connection did not send, or sent once.
     Unaccounted { from: u64, to: u64 },
 }
 
-/// The last mishap, and who has to hear of it.
+/// The last fault of the queue, and who has to hear of it.
 #[derive(Clone, Copy, Debug)]
-struct Befallen {
-    mishap: Mishap,
+struct LastFault {
+    queue_fault: QueueFault,
     /// The stop as which it counts: what was begun before has to hear of it.
     stop: u64,
     /// Somebody has heard of it: what begins from now on has not to.
@@ -79,10 +79,10 @@ impl Shared {
             stops: AtomicU64::new(0),
             clears: AtomicU64::new(0),
             doubts: AtomicU64::new(0),
-            exposure: Mutex::default(),
+            in_flight: Mutex::default(),
             own: Mutex::default(),
             known: Mutex::new(Known::new(line.is_shared)),
-            mishap: Mutex::default(),
+            queue_fault: Mutex::default(),
             halts: Mutex::default(),
             link: watch::Sender::new(Link::Up),
             status: watch::Sender::new(None),
@@ -126,7 +126,7 @@ impl Shared {
     /// The queue was emptied, and the laser put out, on a line that was found again.
     pub(super) fn cleared(&self) {
         self.clears.fetch_add(1, Ordering::SeqCst);
-        self.exposure().cleared();
+        self.in_flight().cleared();
     }
 
     /// Ends what is going on; the number of the stop.
@@ -135,15 +135,15 @@ impl Shared {
     }
 
     /// Ends what is going on as a stop does; the next wait or run tells why.
-    pub(super) fn befall(&self, mishap: Mishap) {
-        match mishap {
-            Mishap::Reset(_) => self.known().reset(),
-            Mishap::Unaccounted { .. } => self.known().forget(),
+    pub(super) fn note_fault(&self, queue_fault: QueueFault) {
+        match queue_fault {
+            QueueFault::Reset(_) => self.known().reset(),
+            QueueFault::Unaccounted { .. } => self.known().forget(),
         }
-        let mut last = held(&self.mishap);
+        let mut last = held(&self.queue_fault);
         let stop = self.stop();
-        *last = Some(Befallen {
-            mishap,
+        *last = Some(LastFault {
+            queue_fault,
             stop,
             told: false,
         });
@@ -151,12 +151,12 @@ impl Shared {
 
     /// The last queue change that this connection did not cause, if a caller that began after `since` stops has to hear of it,
     /// or nobody has.
-    pub(super) fn mishap(&self, since: Option<u64>) -> Option<Mishap> {
-        let mut last = held(&self.mishap);
-        let befallen = last.as_mut()?;
-        let mine = since.is_some_and(|stops| stops < befallen.stop);
-        let first = !std::mem::replace(&mut befallen.told, true);
-        (mine || first).then_some(befallen.mishap)
+    pub(super) fn queue_fault(&self, since: Option<u64>) -> Option<QueueFault> {
+        let mut last = held(&self.queue_fault);
+        let last_fault = last.as_mut()?;
+        let mine = since.is_some_and(|stops| stops < last_fault.stop);
+        let first = !std::mem::replace(&mut last_fault.told, true);
+        (mine || first).then_some(last_fault.queue_fault)
     }
 
     /// The commands of this connection that are in the queue.
@@ -169,8 +169,8 @@ impl Shared {
         held(&self.known)
     }
 
-    pub(super) fn exposure(&self) -> MutexGuard<'_, Exposure> {
-        held(&self.exposure)
+    pub(super) fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
+        held(&self.in_flight)
     }
 }
 
@@ -179,7 +179,7 @@ pub(super) fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Mishap {
+impl QueueFault {
     pub(super) fn told<T>(self) -> Result<T> {
         Err(match self {
             Self::Reset(gone) => Error::reset(gone),

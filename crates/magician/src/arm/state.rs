@@ -245,7 +245,7 @@ impl Arm {
             id
         };
         // A task with so many messages before it is awake, and looks.
-        let _ = self.inner.messages.try_send(Message::Nudge);
+        let _ = self.inner.messages.try_send(Message::Wake);
         Ok(StateWatch {
             status: shared.status.subscribe(),
             link: shared.link.subscribe(),

@@ -217,7 +217,7 @@ impl Watch {
 
     /// What is watched is not over because of a stop.
     pub(super) fn not_stopped(&self, arm: &Arm) -> Result<()> {
-        arm.mishap(Some(self.stops))?;
+        arm.queue_fault(Some(self.stops))?;
         if arm.stops() == self.stops {
             return Ok(());
         }
@@ -284,7 +284,7 @@ impl Arm {
 
     /// As [`look`](Self::look), when the current index has been read already.
     pub(super) async fn look_from(&self, watch: &mut Watch, current: u64) -> Result<Progress> {
-        self.mishap(Some(watch.stops))?;
+        self.queue_fault(Some(watch.stops))?;
         let progress = watch.saw(current);
         if progress.current >= progress.last {
             return Ok(progress);
@@ -325,8 +325,8 @@ impl Arm {
             return Ok(());
         }
         let (started, stopped) = {
-            let exposure = self.exposure();
-            (exposure.started() == Some(true), exposure.stopped())
+            let in_flight = self.in_flight();
+            (in_flight.started() == Some(true), in_flight.stopped())
         };
         // What a stream puts into a queue that stands is started by it.
         let grace = if started || watch.counted {

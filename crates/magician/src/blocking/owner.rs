@@ -6,7 +6,7 @@ use tokio::runtime::{Builder, Handle};
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 
-use crate::arm::FAREWELL;
+use crate::arm::SHUTDOWN;
 use crate::{Arm, Error, ErrorCode, Result};
 
 /// Refuses to block an async runtime.
@@ -117,7 +117,7 @@ impl Drop for Owner {
     fn drop(&mut self) {
         let arm = self.arm.clone();
         let _ = self.server.block(async {
-            let _ = timeout(2 * FAREWELL, arm.close()).await;
+            let _ = timeout(2 * SHUTDOWN, arm.close()).await;
             Ok(())
         });
     }

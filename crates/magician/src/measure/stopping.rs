@@ -4,7 +4,7 @@ use tokio::time::{Instant, sleep};
 
 use super::tap::{Log, Tap};
 use super::{Ring, Spread};
-use crate::transport::Way;
+use crate::transport::Route;
 use crate::{Arm, Error, ErrorCode, ErrorKind, Options, Result, Target};
 
 /// How long stops took while a stream of segments filled the line.
@@ -36,7 +36,7 @@ pub async fn stops(
     count: u32,
     mut tick: impl FnMut(u32),
 ) -> Result<Stops> {
-    let mut line = Way::to(target).fitted(&options)?.open().await?;
+    let mut line = Route::to(target).fitted(&options)?.open().await?;
     let log = Log::default();
     line.transport = Box::new(Tap::new(line.transport, paced, log.clone())?);
     let arm = Arm::greet(line, None, options).await?;

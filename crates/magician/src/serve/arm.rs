@@ -1,11 +1,11 @@
 use std::sync::Arc;
 use std::task::{Context, Waker};
 
-use super::bell::{Bell, House};
-use super::door::{self, Ports};
 use super::handle::Orders;
-use super::hub::Hub;
+use super::shared_arm::SharedArm;
+use super::spec::{self, Ports};
 use super::timer::Timer;
+use super::wake::{WakeFlag, WakeSet};
 use super::{Endpoint, Notice, OnReady, ServeError, Server, Service};
 use magician_sim::Runner;
 
@@ -13,9 +13,9 @@ use magician_sim::Runner;
 pub(super) struct Arm {
     // Dropped first: what leads to the arm is gone before the arm.
     ports: Ports,
-    hub: Hub,
+    hub: SharedArm,
     timer: Timer,
-    bell: Arc<Bell>,
+    bell: Arc<WakeFlag>,
     waker: Waker,
     on_ready: Option<OnReady>,
     orders: Orders,
@@ -25,9 +25,9 @@ pub(super) struct Arm {
 }
 
 impl Arm {
-    pub(super) fn open(server: Server, house: House) -> Result<Self, ServeError> {
+    pub(super) fn open(server: Server, house: WakeSet) -> Result<Self, ServeError> {
         let runner = Runner::new(server.controller, server.speed, server.line);
-        let mut hub = Hub::new(runner, server.on_notice);
+        let mut hub = SharedArm::new(runner, server.on_notice);
         #[cfg(feature = "trace")]
         if let Some(writer) = server.trace {
             hub.trace(writer).map_err(ServeError::Trace)?;
@@ -39,9 +39,9 @@ impl Arm {
         if let Some(writer) = server.recording {
             hub.record(writer, server.speed)?;
         }
-        let bell = Bell::new(house);
+        let bell = WakeFlag::new(house);
         Ok(Self {
-            ports: door::open_all(&server.doors, &server.discovery, server.number, &mut hub)?,
+            ports: spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?,
             hub,
             timer: Timer::new().map_err(ServeError::Timer)?,
             waker: Waker::from(Arc::clone(&bell)),

@@ -1,6 +1,6 @@
 //! The virtual arm for programs outside: pseudo-terminals, UDP and TCP, all to the same arm.
 //!
-//! [`Doors`] are the same endpoints in front of anything else.
+//! [`Endpoints`] are the same endpoints in front of anything else.
 //!
 //! A [`Server`] needs a tokio runtime with I/O (and, except on Linux, time) enabled. It is one
 //! future on one thread, and so are several together ([`serve_all`]); a current-thread runtime
@@ -25,13 +25,10 @@ mod address;
 mod arm;
 #[cfg(feature = "record")]
 mod behind;
-mod bell;
 mod discovery;
-mod door;
-mod doors;
+mod endpoints;
 pub mod files;
 mod handle;
-mod hub;
 mod keep;
 mod outbox;
 #[cfg(unix)]
@@ -41,19 +38,22 @@ mod reactor;
 mod recording;
 mod service;
 mod several;
+mod shared_arm;
+mod spec;
 mod tcp;
 mod timer;
 mod udp;
+mod wake;
 
 pub use discovery::Discovery;
-pub use doors::{Doors, OpenDoors};
+pub use endpoints::{BoundEndpoints, Endpoints};
 pub use handle::{Answer, Ended, Handle};
 pub use service::Service;
 pub use several::{numbered, serve_all};
 
-use door::{Door, Number};
 use files::FlashFileError;
 use handle::Orders;
+use spec::{EndpointSpec, Number};
 
 /// Reads on one endpoint before the others get their turn.
 const READS_PER_TURN: u32 = 16;
@@ -76,7 +76,7 @@ pub struct Server {
     controller: Controller,
     speed: Speed,
     line: Line,
-    doors: Vec<Door>,
+    specs: Vec<EndpointSpec>,
     discovery: Discovery,
     number: Number,
     on_ready: OnReady,
@@ -236,7 +236,7 @@ impl Server {
             controller,
             speed: Speed::default(),
             line: Line::default(),
-            doors: Vec::new(),
+            specs: Vec::new(),
             discovery: Discovery::default(),
             number: None,
             on_ready: Box::new(|_| ()),
@@ -276,7 +276,7 @@ impl Server {
     #[cfg(unix)]
     #[must_use]
     pub fn pty(mut self, path: impl Into<PathBuf>) -> Self {
-        self.doors.push(Door::Pty(path.into()));
+        self.specs.push(EndpointSpec::Pty(path.into()));
         self
     }
 
@@ -286,7 +286,7 @@ impl Server {
     /// [`Discovery`].
     #[must_use]
     pub fn udp(mut self, address: impl Into<String>) -> Self {
-        self.doors.push(Door::Udp(address.into()));
+        self.specs.push(EndpointSpec::Udp(address.into()));
         self
     }
 
@@ -301,7 +301,7 @@ impl Server {
     /// takes the place of one that has been silent for 10 s, or is refused.
     #[must_use]
     pub fn tcp(mut self, address: impl Into<String>) -> Self {
-        self.doors.push(Door::Tcp(address.into()));
+        self.specs.push(EndpointSpec::Tcp(address.into()));
         self
     }
 
@@ -373,9 +373,9 @@ impl Server {
 
     /// Whether there is no hope of opening its endpoints.
     fn check(&self) -> Result<(), ServeError> {
-        let mut doors = self.doors.iter();
-        doors.try_for_each(|door| door.check(self.number))?;
-        door::check(&self.discovery, self.number)
+        let mut specs = self.specs.iter();
+        specs.try_for_each(|spec| spec.check(self.number))?;
+        spec::check(&self.discovery, self.number)
     }
 }
 

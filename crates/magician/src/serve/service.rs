@@ -3,8 +3,8 @@ use magician_protocol::FrameBuf;
 use super::Notice;
 use magician_sim::LinkId;
 
-/// What stands behind doors: it is told who comes and goes, takes bytes and gives frames. A
-/// [`Server`](super::Server) has one for a virtual arm; [`Doors`](super::Doors) lead to any other.
+/// What stands behind endpoints: it is told who comes and goes, takes bytes and gives frames. A
+/// [`Server`](super::Server) has one for a virtual arm; [`Endpoints`](super::Endpoints) lead to any other.
 ///
 /// Every call comes from one task, and none may block.
 pub trait Service {
@@ -21,7 +21,7 @@ pub trait Service {
         self.open(name)
     }
 
-    /// Bytes that it may send before it should be made to wait. Whoever makes it wait has the doors
+    /// Bytes that it may send before it should be made to wait. Whoever makes it wait has the endpoints
     /// take another turn when there is room again.
     fn room(&self, link: LinkId) -> usize;
 
@@ -46,7 +46,7 @@ pub trait Service {
     }
 }
 
-/// A client as its door knows it.
+/// A client as its endpoint knows it.
 pub(super) struct Peer {
     link: LinkId,
     name: String,

@@ -7,7 +7,7 @@ use std::task::Poll;
 use tokio::task::unconstrained;
 
 use super::arm::Arm;
-use super::bell::House;
+use super::wake::WakeSet;
 use super::{ServeError, Server};
 
 /// Serves several arms in one future, each with its own endpoints; see [`Server::number`] and
@@ -24,7 +24,7 @@ pub async fn serve_all(
     let servers: Vec<Server> = servers.into_iter().collect();
     // What is certain to fail does so before anything is touched.
     servers.iter().try_for_each(Server::check)?;
-    let house = House::new();
+    let house = WakeSet::new();
     let open = |server| Arm::open(server, house.clone());
     let mut arms = (servers.into_iter().map(open)).collect::<Result<Vec<Arm>, _>>()?;
     arms.iter_mut().for_each(Arm::ready);

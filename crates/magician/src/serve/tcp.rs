@@ -202,7 +202,7 @@ mod tests {
         }
     }
 
-    /// A new client, and the door's turns until it has been taken or refused.
+    /// A new client, and the endpoint's turns until it has been taken or refused.
     async fn comes(tcp: &mut Tcp, service: &mut Nobody) -> TcpStream {
         let before = service.told.len();
         let stream = TcpStream::connect(tcp.address).await.unwrap();

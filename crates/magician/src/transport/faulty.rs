@@ -12,24 +12,24 @@ use crate::connection::Micros;
 use crate::faults::{Faults, Injector, Passed, Side};
 use crate::{Error, ErrorCode, Result};
 
-/// What befalls the controller itself.
+/// What a fault does to the controller itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Blow {
+pub(crate) enum InjectedFault {
     /// It restarts.
     Reset,
     /// Its cable was out and is in again.
     Replugged,
 }
 
-/// Deals a [`Blow`].
-pub(crate) type Restart = Box<dyn Fn(Blow) + Send>;
+/// Applies an [`InjectedFault`].
+pub(crate) type Restart = Box<dyn Fn(InjectedFault) + Send>;
 
 /// Sets the chances of the two directions apart.
 const OTHER_WAY: u64 = 0x0DD5_1DE5;
 
 /// The faults of a way: they go on when the line is opened again.
 #[derive(Clone)]
-pub(super) struct Spoiler {
+pub(super) struct FaultLayer {
     state: Arc<Mutex<State>>,
     faults: Faults,
     begun: Instant,
@@ -42,7 +42,7 @@ struct State {
     out_until: Option<Micros>,
 }
 
-impl Spoiler {
+impl FaultLayer {
     pub(super) fn new(faults: Faults) -> Self {
         let state = State {
             to_arm: Injector::new(faults.on(Side::Requests), faults.seed),
@@ -84,7 +84,7 @@ impl Spoiler {
         if state.out_until.take().is_some()
             && let Some(restart) = &restart
         {
-            restart(Blow::Replugged);
+            restart(InjectedFault::Replugged);
         }
         // What was under way on the line before this one is gone.
         state.to_arm.plug_in();
@@ -113,7 +113,7 @@ impl Spoiler {
 /// A line that is spoilt in both directions.
 pub(super) struct Faulty {
     inner: Box<dyn Transport>,
-    spoiler: Spoiler,
+    spoiler: FaultLayer,
     restart: Option<Restart>,
     /// On its way to the arm, spoilt.
     out: Vec<u8>,
@@ -152,7 +152,7 @@ impl Faulty {
             Passed::Bytes(bytes) => return bytes,
             Passed::Reset => {
                 if let Some(restart) = &self.restart {
-                    restart(Blow::Reset);
+                    restart(InjectedFault::Reset);
                 }
             }
             Passed::Unplugged => {

@@ -12,6 +12,7 @@ mod ble;
 mod faulty;
 #[cfg(feature = "lines")]
 mod lines;
+mod route;
 #[cfg(feature = "lines")]
 mod search;
 #[cfg(feature = "lines")]
@@ -25,7 +26,6 @@ mod tcp;
 mod traced;
 #[cfg(feature = "lines")]
 mod udp;
-mod way;
 
 use std::io;
 use std::task::{Context, Poll};
@@ -34,12 +34,12 @@ use crate::connection::{Micros, Settings};
 
 #[cfg(all(test, unix, feature = "lines"))]
 pub(crate) use away::Away;
+pub(crate) use route::Route;
 #[cfg(feature = "sim")]
 pub(crate) use sim::Sim;
 pub(crate) use stream::Stream;
 #[cfg(feature = "trace")]
 pub use traced::Tracer;
-pub(crate) use way::Way;
 
 /// A line to the arm. Both methods are polled from one task; what one leaves pending must wake it.
 pub(crate) trait Transport: Send {

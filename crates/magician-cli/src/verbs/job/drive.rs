@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::Made;
 use super::input::Input;
-use super::tell::Teller;
+use super::tell::ProgressReporter;
 use super::tui::Screen;
 use super::under_way::{Next, Obeyed, UnderWay};
 use super::wording::Wording;
@@ -151,7 +151,7 @@ impl Drive<'_> {
             }
         }
         let screen = run.screen.as_ref().map(Screen::model);
-        let teller = Teller::new(out, self.json, self.made.program.steps(), screen);
+        let teller = ProgressReporter::new(out, self.json, self.made.program.steps(), screen);
         if let Some(from @ 1..) = from {
             teller.say(&format!(
                 "beginning at step {}{}",
@@ -256,7 +256,7 @@ impl Drive<'_> {
     async fn attend(
         &self,
         run: &mut UnderWay<'_>,
-        teller: &Teller<'_>,
+        teller: &ProgressReporter<'_>,
         recorder: &mut Option<Recorder>,
     ) -> Attended {
         let mut unrecorded = None;

@@ -22,7 +22,7 @@ const OBJECTS: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(300);
 
 /// Shows how far a run is.
-pub(super) struct Teller<'o> {
+pub(super) struct ProgressReporter<'o> {
     /// For the objects.
     out: RefCell<&'o mut Output>,
     json: bool,
@@ -54,7 +54,7 @@ struct Object {
     seconds_silent: Option<f64>,
 }
 
-impl<'o> Teller<'o> {
+impl<'o> ProgressReporter<'o> {
     pub(super) fn new(
         out: &'o mut Output,
         json: bool,
@@ -231,7 +231,7 @@ fn waits(silent: Duration) -> Option<String> {
     (seconds > 0).then(|| format!("waiting for the arm's answer, {seconds} s"))
 }
 
-impl Drop for Teller<'_> {
+impl Drop for ProgressReporter<'_> {
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();

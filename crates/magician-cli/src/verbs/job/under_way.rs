@@ -10,7 +10,7 @@ use tokio::time::timeout;
 
 use super::input::{Input, Typed};
 use super::suspend::{Act, Suspension};
-use super::tell::Teller;
+use super::tell::ProgressReporter;
 use super::tui::{Screen, Wants};
 use crate::context::FAREWELL;
 use crate::failure::Failure;
@@ -210,7 +210,7 @@ impl UnderWay<'_> {
     }
 
     /// Job control wants something.
-    pub(super) fn hears_control(&mut self, control: Control, teller: &Teller<'_>) {
+    pub(super) fn hears_control(&mut self, control: Control, teller: &ProgressReporter<'_>) {
         let act = self.suspension.hears(control, self.is_paused());
         self.acts(act, teller);
     }
@@ -233,7 +233,7 @@ impl UnderWay<'_> {
     }
 
     /// Does what a suspension needs next.
-    pub(super) fn acts(&mut self, act: Act, teller: &Teller<'_>) {
+    pub(super) fn acts(&mut self, act: Act, teller: &ProgressReporter<'_>) {
         match act {
             Act::Nothing => {}
             Act::Pause => self.pausing = Some(Box::pin(self.job.pause(PauseReason::Person))),

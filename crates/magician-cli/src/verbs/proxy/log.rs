@@ -1,4 +1,4 @@
-//! What passes, and what becomes of doors and line, in lines or objects on stderr.
+//! What passes, and what becomes of endpoints and line, in lines or objects on stderr.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -10,7 +10,7 @@ use magician::serve::{Endpoint, Notice};
 use magician_protocol::{Description, Direction, Frame, FrameBuf, Row, describe};
 use serde_json::{Map, Value, json};
 
-use super::tape::wall_clock;
+use super::trace::wall_clock;
 use crate::json::json;
 use crate::paint::{Paint, tell};
 use crate::serving::{is_exposed, serving};

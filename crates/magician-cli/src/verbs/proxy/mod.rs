@@ -1,9 +1,9 @@
 //! `proxy`: several programs at one arm.
 
-mod hall;
 mod log;
+mod service;
 mod session;
-mod tape;
+mod trace;
 mod wire;
 
 use std::io::BufWriter;
@@ -13,7 +13,7 @@ use std::time::Duration;
 use clap::Args;
 use magician::faults::Faults;
 use magician::proxy::Settings;
-use magician::serve::Doors;
+use magician::serve::Endpoints;
 use magician::{LineOptions, RawLine, Target};
 use magician_protocol::Row;
 
@@ -22,10 +22,10 @@ use crate::failure::Failure;
 use crate::interrupt::{Signal, Signals};
 use crate::serving::{DOORS, create, pty, say_ready};
 
-use hall::Hall;
 use log::{Log, Style};
+use service::ProxyService;
 use session::Session;
-use tape::Tape;
+use trace::ProxyTrace;
 use wire::Wire;
 
 /// Share one arm between programs, and watch the traffic
@@ -108,7 +108,7 @@ fn command(name: &str) -> Result<u8, String> {
 
 impl Proxy {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let (doors, count) = self.doors();
+        let (endpoints, count) = self.endpoints();
         if count == 0 {
             return Err(Failure::usage("no program could come in").hint(DOORS));
         }
@@ -132,18 +132,18 @@ impl Proxy {
                 keep_going: self.keep_going,
             };
             let log = Log::new(style);
-            let mut hall = Hall::new(settings, log, line.name());
-            let doors = doors.open(&mut hall)?;
-            // After the doors: what cannot be served leaves an earlier trace as it was.
+            let mut service = ProxyService::new(settings, log, line.name());
+            let endpoints = endpoints.open(&mut service)?;
+            // After the endpoints: what cannot be served leaves an earlier trace as it was.
             if let Some(path) = &self.trace {
-                hall.trace(Tape::new(BufWriter::new(create(path)?))?);
+                service.trace(ProxyTrace::new(BufWriter::new(create(path)?))?);
             }
-            hall.say_serving(line.name(), &doors.endpoints());
+            service.say_serving(line.name(), &endpoints.endpoints());
             if !matches!(target, Target::Sim(_)) {
-                hall.say_exposed(line.name(), &doors.endpoints());
+                service.say_exposed(line.name(), &endpoints.endpoints());
             }
             say_ready();
-            let mut session = Session::new(hall, doors, Wire::new(line));
+            let mut session = Session::new(service, endpoints, Wire::new(line));
             let signal = tokio::select! {
                 signal = signals.next() => signal,
                 failure = session.serve() => return Err(failure),
@@ -169,15 +169,20 @@ impl Proxy {
         Ok(())
     }
 
-    /// The doors, and how many.
-    fn doors(&self) -> (Doors, usize) {
-        let doors = Doors::new();
+    /// The endpoints, and how many.
+    fn endpoints(&self) -> (Endpoints, usize) {
+        let endpoints = Endpoints::new();
         #[cfg(unix)]
-        let doors = self.pty.iter().fold(doors, |doors, path| doors.pty(path));
-        let doors = (self.udp.iter()).fold(doors, |doors, address| doors.udp(address));
-        let doors = (self.tcp.iter()).fold(doors, |doors, address| doors.tcp(address));
+        let endpoints = self
+            .pty
+            .iter()
+            .fold(endpoints, |endpoints, path| endpoints.pty(path));
+        let endpoints =
+            (self.udp.iter()).fold(endpoints, |endpoints, address| endpoints.udp(address));
+        let endpoints =
+            (self.tcp.iter()).fold(endpoints, |endpoints, address| endpoints.tcp(address));
         let count = self.pty.len() + self.udp.len() + self.tcp.len();
-        (doors, count)
+        (endpoints, count)
     }
 }
 

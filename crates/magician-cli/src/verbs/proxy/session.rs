@@ -3,11 +3,11 @@ use std::pin::Pin;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use magician::serve::OpenDoors;
+use magician::serve::BoundEndpoints;
 use tokio::task::unconstrained;
 use tokio::time::{Instant, Sleep, sleep, timeout};
 
-use super::hall::Hall;
+use super::service::ProxyService;
 use super::wire::Wire;
 use crate::failure::Failure;
 
@@ -16,20 +16,20 @@ const ROUNDS: u32 = 32;
 /// How long the end of a jog may take when this program ends.
 const STAND_BY: Duration = Duration::from_secs(2);
 
-/// Doors, proxy and line at work.
+/// Endpoints, proxy and line at work.
 pub(super) struct Session {
     /// Dropped before the rest: what leads to the arm is gone before the arm.
-    doors: Option<OpenDoors>,
-    hall: Hall,
+    endpoints: Option<BoundEndpoints>,
+    service: ProxyService,
     wire: Wire,
     timer: Pin<Box<Sleep>>,
 }
 
 impl Session {
-    pub(super) fn new(hall: Hall, doors: OpenDoors, wire: Wire) -> Self {
+    pub(super) fn new(service: ProxyService, endpoints: BoundEndpoints, wire: Wire) -> Self {
         Self {
-            doors: Some(doors),
-            hall,
+            endpoints: Some(endpoints),
+            service,
             wire,
             timer: Box::pin(sleep(Duration::ZERO)),
         }
@@ -44,36 +44,36 @@ impl Session {
         .await
     }
 
-    /// Closes the doors and ends the jogs that were begun through them.
+    /// Closes the endpoints and ends the jogs that were begun through them.
     pub(super) async fn end(mut self) {
-        self.doors = None;
-        self.hall.close_all();
+        self.endpoints = None;
+        self.service.close_all();
         let stands = poll_fn(|cx| match self.turn(cx) {
-            Ok(()) if self.hall.proxy.is_letting_go() => Poll::Pending,
+            Ok(()) if self.service.proxy.is_letting_go() => Poll::Pending,
             _ => Poll::Ready(()),
         });
         if timeout(STAND_BY, stands).await.is_err() {
-            self.hall.say_unconfirmed();
+            self.service.say_unconfirmed();
         }
     }
 
     /// Does all that can be done now and sees to being woken for the rest.
     fn turn(&mut self, cx: &mut Context<'_>) -> Result<(), Failure> {
         let turned = self.rounds(cx);
-        self.hall.show();
+        self.service.show();
         turned
     }
 
     fn rounds(&mut self, cx: &mut Context<'_>) -> Result<(), Failure> {
         for _ in 0..ROUNDS {
             // What has come comes first: it may be what a timeout is about to give up.
-            let came = self.wire.read(cx, &mut self.hall);
-            if let Some(doors) = &mut self.doors {
-                doors.turn(cx, &mut self.hall)?;
+            let came = self.wire.read(cx, &mut self.service);
+            if let Some(endpoints) = &mut self.endpoints {
+                endpoints.turn(cx, &mut self.service)?;
             }
-            self.hall.tick();
-            let went = self.wire.write(cx, &mut self.hall);
-            let idle = !came && !went && !self.hall.proxy.is_answering();
+            self.service.tick();
+            let went = self.wire.write(cx, &mut self.service);
+            let idle = !came && !went && !self.service.proxy.is_answering();
             if idle && self.sleeps(cx) {
                 return Ok(());
             }
@@ -84,10 +84,10 @@ impl Session {
 
     /// Whether nothing is due; then the task is woken when something will be.
     fn sleeps(&mut self, cx: &mut Context<'_>) -> bool {
-        let Some(at) = self.hall.proxy.poll_timeout() else {
+        let Some(at) = self.service.proxy.poll_timeout() else {
             return true;
         };
-        let now = self.hall.now();
+        let now = self.service.now();
         if at <= now {
             return false;
         }

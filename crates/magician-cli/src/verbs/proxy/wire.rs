@@ -6,7 +6,7 @@ use std::time::Duration;
 use magician::proxy::Chunk;
 use magician::{Error, RawLine};
 
-use super::hall::Hall;
+use super::service::ProxyService;
 
 /// Between two attempts to open a line that was lost.
 const PAUSE: Duration = Duration::from_millis(250);
@@ -35,7 +35,7 @@ impl Wire {
     }
 
     /// Takes what the arm says; whether anything happened.
-    pub(super) fn read(&mut self, cx: &mut Context<'_>, hall: &mut Hall) -> bool {
+    pub(super) fn read(&mut self, cx: &mut Context<'_>, service: &mut ProxyService) -> bool {
         let mut bytes = [0; BUFFER];
         let came = match &mut self.state {
             State::Open(line) => line.poll_receive(cx, &mut bytes),
@@ -44,7 +44,7 @@ impl Wire {
                     return false;
                 };
                 self.state = State::Open(Box::new(line));
-                hall.find_line();
+                service.find_line();
                 return true;
             }
             State::Changing => return false,
@@ -52,23 +52,23 @@ impl Wire {
         match came {
             Poll::Pending => false,
             Poll::Ready(Ok(count)) => {
-                hall.receive_from_arm(bytes.get(..count).unwrap_or_default());
+                service.receive_from_arm(bytes.get(..count).unwrap_or_default());
                 true
             }
             Poll::Ready(Err(error)) => {
-                self.lose(hall, &error);
+                self.lose(service, &error);
                 true
             }
         }
     }
 
     /// Says to the arm what there is to say; whether anything went out.
-    pub(super) fn write(&mut self, cx: &mut Context<'_>, hall: &mut Hall) -> bool {
+    pub(super) fn write(&mut self, cx: &mut Context<'_>, service: &mut ProxyService) -> bool {
         let mut went = false;
         while let State::Open(line) = &mut self.state {
             let (chunk, sent) = match self.out.take() {
                 Some(under_way) => under_way,
-                None => match hall.transmit_to_arm() {
+                None => match service.transmit_to_arm() {
                     Some(chunk) => (chunk, 0),
                     None => break,
                 },
@@ -84,7 +84,7 @@ impl Wire {
                     break;
                 }
                 Poll::Ready(Err(error)) => {
-                    self.lose(hall, &error);
+                    self.lose(service, &error);
                     return true;
                 }
             }
@@ -92,12 +92,12 @@ impl Wire {
         went
     }
 
-    fn lose(&mut self, hall: &mut Hall, error: &Error) {
+    fn lose(&mut self, service: &mut ProxyService, error: &Error) {
         self.out = None;
         if let State::Open(line) = std::mem::replace(&mut self.state, State::Changing) {
             self.state = State::Lost(Box::pin(find_again(*line)));
         }
-        hall.lose_line(error);
+        service.lose_line(error);
     }
 }
 

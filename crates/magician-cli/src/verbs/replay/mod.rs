@@ -18,7 +18,7 @@ use crate::failure::{Failure, Kind};
 use crate::options::number;
 use crate::serving;
 use session::{Pace, attend};
-use tell::Teller;
+use tell::ReplayReporter;
 
 /// A larger file is no trace of an arm: an hour of polling has 150 MB.
 const MOST_BYTES: u64 = 1 << 30;
@@ -134,7 +134,7 @@ impl Replay {
         let mut saved = self.save(session)?;
         let quiet = context.global.json;
         let runtime = context.runtime()?;
-        let mut teller = Teller::new(&mut context.out, quiet);
+        let mut teller = ReplayReporter::new(&mut context.out, quiet);
         let mut play = session.play(&mut arm);
         let mut pace = Pace::new(self.speed, session);
         let work = async {

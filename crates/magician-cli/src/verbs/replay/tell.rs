@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::output::Output;
 
 /// Tells of differences as they are found.
-pub(super) struct Teller<'o> {
+pub(super) struct ReplayReporter<'o> {
     out: &'o mut Output,
     json: bool,
 }
@@ -42,7 +42,7 @@ struct Summary {
     differences: u64,
 }
 
-impl<'o> Teller<'o> {
+impl<'o> ReplayReporter<'o> {
     pub(super) fn new(out: &'o mut Output, json: bool) -> Self {
         Self { out, json }
     }

@@ -102,9 +102,12 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
         A::NoSpeed => hides(&[0x1A]),
         A::LostSteps => ignores_ids(&[171]),
         A::LostBase => hides(&[0x50]),
-        A::TeachKey => {
-            events(|_, happening| !matches!(happening, ExternalEvent::Unlock(_) | ExternalEvent::Guide(_)))
-        }
+        A::TeachKey => events(|_, happening| {
+            !matches!(
+                happening,
+                ExternalEvent::Unlock(_) | ExternalEvent::Guide(_)
+            )
+        }),
         A::TeachSettings => ignores_ids(&[40, 41]),
         A::PointCleared => {
             let seen = Cell::new(false);

@@ -13,7 +13,7 @@ use magician_protocol::commands::{
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Writable};
 
 use super::toy::{TICK, Toy};
-use crate::connection::flaw::{Flaw, is_noticed};
+use crate::connection::planted_bug::{PlantedBug, is_noticed};
 use crate::connection::{
     Connection, Event, Failure, Law, Micros, Priority, Request, Settings, Ticket,
 };
@@ -582,13 +582,13 @@ fn the_exploration_finds_what_is_planted() {
     let serial = over_a_serial_line_each_command_is_taken_once_or_reported;
     let window = in_a_window_each_command_is_taken_once_or_reported;
     let datagrams = over_datagrams_each_command_is_taken_once_or_reported;
-    let planted: [(Flaw, fn()); 6] = [
-        (Flaw::ResendBlindly, serial),
-        (Flaw::ResendBlindly, datagrams),
-        (Flaw::NoVet, datagrams),
-        (Flaw::AcceptGaps, window),
-        (Flaw::ConfirmAtOnce, window),
-        (Flaw::JudgeInWindow, window),
+    let planted: [(PlantedBug, fn()); 6] = [
+        (PlantedBug::ResendBlindly, serial),
+        (PlantedBug::ResendBlindly, datagrams),
+        (PlantedBug::NoDuplicateCheck, datagrams),
+        (PlantedBug::AcceptGaps, window),
+        (PlantedBug::ConfirmAtOnce, window),
+        (PlantedBug::JudgeInWindow, window),
     ];
     let silent: Vec<_> = (planted.iter())
         .filter(|(flaw, check)| !is_noticed(*flaw, *check))

@@ -6,8 +6,8 @@ use super::explain::explain;
 use super::{Driver, To};
 use crate::Result;
 use crate::arm::events;
-use crate::arm::exposure::Exposure;
-use crate::arm::shared::Mishap;
+use crate::arm::in_flight::InFlightMotion;
+use crate::arm::shared::QueueFault;
 use crate::connection::{Event, Failure, Ticket};
 
 impl Driver {
@@ -48,7 +48,7 @@ impl Driver {
             to,
             "{name}: queued commands nobody here sent, or sent once"
         );
-        self.shared.befall(Mishap::Unaccounted { from, to });
+        self.shared.note_fault(QueueFault::Unaccounted { from, to });
     }
 
     fn was_reset(&mut self) {
@@ -59,9 +59,9 @@ impl Driver {
         if let Some(program) = &mut self.program {
             program.stream.reset();
         }
-        let gone = self.exposure().reset();
+        let gone = self.in_flight().reset();
         self.shared.own().clear();
-        self.shared.befall(Mishap::Reset(gone));
+        self.shared.note_fault(QueueFault::Reset(gone));
         self.note_reset();
         self.see_reset();
         let gone = gone.map(|(first, last)| (QueuedCmdIndex(first), QueuedCmdIndex(last)));
@@ -72,7 +72,7 @@ impl Driver {
         let at = self.waiting.iter().position(|one| one.ticket == ticket);
         let done = at.map(|at| self.waiting.swap_remove(at));
         if let Some(done) = &done {
-            self.exposure().ends(&done.request.frame());
+            self.in_flight().ends(&done.request.frame());
         }
         // A program that goes on takes up what was left under way by it when it was interrupted.
         if self.program_answered(ticket, &result) {
@@ -84,14 +84,14 @@ impl Driver {
         let request = done.request.frame();
         match &result {
             Ok(reply) => {
-                self.exposure().answered(&request, reply);
+                self.in_flight().answered(&request, reply);
                 let now = self.now();
                 (self.shared.known()).answered(now, &request, &reply.frame());
                 self.overhear(reply);
                 self.observe(&request, &reply.frame());
             }
             Err(Failure::Uncertain { .. }) if request.ctrl().queued() => {
-                Exposure::maybe_queued(&mut self.exposure());
+                InFlightMotion::maybe_queued(&mut self.in_flight());
             }
             Err(_) => {}
         }

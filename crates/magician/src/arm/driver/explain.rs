@@ -3,7 +3,7 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Frame, Row, Writable};
 
-use crate::arm::exposure::moves;
+use crate::arm::in_flight::moves;
 use crate::connection::Failure;
 use crate::{Error, ErrorCode};
 

@@ -374,7 +374,7 @@ impl Driver {
 
     fn jog_is_over(&mut self, stands: Stands) {
         if stands == Stands::Seen {
-            self.exposure().stands_still();
+            self.in_flight().stands_still();
         }
         if let Some(active) = self.jogging.now.take() {
             let why = active.ending.as_ref().and_then(|ending| ending.why);

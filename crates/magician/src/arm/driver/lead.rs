@@ -14,14 +14,14 @@ const STEP: Micros = 10_000;
 
 /// Who says when the arm's time passes.
 #[derive(Debug, Default)]
-pub(super) struct Leading {
+pub(super) struct VirtualTimeDriver {
     /// This task.
     leads: bool,
     /// When the arm goes on although the program, or an answer, is late.
     step: Option<Micros>,
 }
 
-impl Leading {
+impl VirtualTimeDriver {
     pub(super) fn poll_timeout(&self) -> Option<Micros> {
         self.step
     }
@@ -52,7 +52,7 @@ impl Driver {
             (Some(leap), Some(program)) => program.stream.leapt(now, leap.time, leap.news),
             (None, Some(program)) => program.stream.runs(now),
             (_, None) => {
-                self.leading = Leading::default();
+                self.leading = VirtualTimeDriver::default();
                 self.line.wire().map(|wire| wire.lead(false));
             }
         }

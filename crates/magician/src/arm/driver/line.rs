@@ -156,7 +156,7 @@ impl Driver {
         let shared = &self.shared;
         let begins = |frame: &magician_protocol::FrameBuf| {
             tracing::trace!(frame = ?frame, "to {}", shared.name);
-            shared.exposure().sends(&frame.frame());
+            shared.in_flight().sends(&frame.frame());
             shared.known().sends(&frame.frame());
         };
         match wire.write(cx, now, &mut self.connection, begins) {

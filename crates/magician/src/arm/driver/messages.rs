@@ -12,7 +12,7 @@ use super::jog::JogStart;
 use super::{Driver, Ended, Program, To, Waiting, micros};
 use crate::Result;
 use crate::arm::jog::Why;
-use crate::arm::shared::Mishap;
+use crate::arm::shared::QueueFault;
 use crate::connection::{Failure, Priority, Request, Stats};
 
 /// A handle's wish. Nearly all are requests, so their size is no waste.
@@ -30,7 +30,7 @@ pub(in crate::arm) enum Message {
     Stats(oneshot::Sender<(Stats, u32)>),
     Jog(JogStart),
     /// Something that both know has changed; look at it.
-    Nudge,
+    Wake,
     /// Ends the connection, whoever else has a handle.
     Close,
 }
@@ -68,7 +68,7 @@ impl Driver {
 
     fn take_message(&mut self, message: Message) {
         match message {
-            Message::Nudge | Message::Close => {}
+            Message::Wake | Message::Close => {}
             Message::Run(program) => self.take_program(program),
             Message::Jog(start) => self.start_jog(start),
             Message::Stats(reply) => {
@@ -95,7 +95,7 @@ impl Driver {
         let over = stops != self.shared.stops();
         if over && sets_going(&frame) {
             // A fault of the queue since the call began stops it as well, with a more specific error.
-            let told = self.shared.mishap(Some(stops)).map(Mishap::told);
+            let told = self.shared.queue_fault(Some(stops)).map(QueueFault::told);
             let _ = reply.send(told.unwrap_or_else(|| Err(explain(&frame, Failure::Stopped))));
         } else if !self.link_is_up() {
             self.owe(&frame);
@@ -150,7 +150,7 @@ impl Driver {
         if halts(&frame.frame()) && !matches!(to, To::JogStop) {
             self.end_jog(Why::Stopped);
         }
-        self.exposure().begins(&frame.frame());
+        self.in_flight().begins(&frame.frame());
         let ticket = self.connection.submit(request.deadline(deadline));
         self.waiting.push(Waiting {
             ticket,

@@ -6,7 +6,6 @@
 
 mod answers;
 mod explain;
-mod farewell;
 mod greeting;
 mod halt;
 #[cfg(all(test, unix, feature = "sim"))]
@@ -15,9 +14,10 @@ mod jog;
 mod lead;
 mod line;
 mod messages;
+mod observed;
 mod polls;
 mod search;
-mod sight;
+mod shutdown;
 mod streaming;
 mod wire;
 #[cfg(all(test, feature = "sim"))]
@@ -36,22 +36,22 @@ use tokio::time::{Instant, Sleep, sleep_until};
 
 use super::Shared;
 use super::events::Event;
-use super::exposure::Exposure;
+use super::in_flight::InFlightMotion;
 use super::jog::Life;
 use crate::Result;
 use crate::connection::{Connection, Micros, Settings, Ticket};
 use crate::transport::Line;
 pub(super) use explain::command_name;
-pub(crate) use farewell::FAREWELL;
 use halt::Halting;
 pub(super) use jog::JogStart;
 use jog::Jogging;
-use lead::Leading;
+use lead::VirtualTimeDriver;
 pub(super) use line::Opener;
 use line::State;
 pub(super) use messages::Message;
+use observed::ObservedState;
 use polls::Polls;
-use sight::Sight;
+pub(crate) use shutdown::SHUTDOWN;
 pub(super) use streaming::{End, Program, Reached};
 
 /// Rounds of reading and writing before other tasks get their turn.
@@ -99,7 +99,7 @@ enum Ended {
     Away,
     /// The handles are gone.
     Left,
-    /// The farewell is said.
+    /// The last frames of a shutdown are out.
     Farewell,
 }
 
@@ -128,8 +128,8 @@ pub(super) struct Driver {
     leaving: bool,
     polls: Polls,
     jogging: Jogging,
-    leading: Leading,
-    sight: Sight,
+    leading: VirtualTimeDriver,
+    observed: ObservedState,
     events: broadcast::Sender<Event>,
     /// When the task was served last.
     served: Micros,
@@ -177,8 +177,8 @@ impl Driver {
             leaving: false,
             polls: Polls::default(),
             jogging: Jogging::default(),
-            leading: Leading::default(),
-            sight: Sight::default(),
+            leading: VirtualTimeDriver::default(),
+            observed: ObservedState::default(),
             events,
             served: 0,
             looked: false,
@@ -340,8 +340,8 @@ impl Driver {
         self.timer.as_mut().poll(cx)
     }
 
-    fn exposure(&self) -> MutexGuard<'_, Exposure> {
-        self.shared.exposure()
+    fn in_flight(&self) -> MutexGuard<'_, InFlightMotion> {
+        self.shared.in_flight()
     }
 
     fn look_at_clock(&mut self) {

@@ -7,7 +7,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 
 use super::explain::{failed, holds};
 use super::{Driver, To, Waiting};
-use crate::arm::exposure::Exposure;
+use crate::arm::in_flight::InFlightMotion;
 use crate::arm::watch::By;
 use crate::connection::{Failure, Law, Ticket};
 use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
@@ -83,7 +83,7 @@ impl Driver {
         match refusal {
             Some(error) => end(*program, Err(error)),
             None => {
-                self.exposure().runs(true);
+                self.in_flight().runs(true);
                 self.program = Some(*program);
                 self.lead();
             }
@@ -207,14 +207,14 @@ impl Driver {
         };
         // What becomes of them counts for what this connection has set going.
         for (ticket, request) in program.stream.under_way() {
-            self.exposure().begins(&request.frame());
+            self.in_flight().begins(&request.frame());
             self.waiting.push(Waiting {
                 ticket,
                 request,
                 to: To::Nobody,
             });
         }
-        self.exposure().runs(false);
+        self.in_flight().runs(false);
         end(program, outcome);
     }
 
@@ -234,7 +234,7 @@ impl Driver {
         }
         match result {
             Ok(reply) => {
-                // The reply has the id and Ctrl of its request, and the exposure needs no more of what a stream sends.
+                // The reply has the id and Ctrl of its request, and what is in flight needs no more of what a stream sends.
                 let view = reply.frame();
                 if let (true, Ok(QueuedCmdIndex(index))) = (view.ctrl().queued(), view.read())
                     && let Some(item) = stream.item_at(index)
@@ -246,10 +246,10 @@ impl Driver {
                 } else {
                     self.shared.known().answered(now, &view, &view);
                 }
-                self.exposure().answered(&view, reply);
+                self.in_flight().answered(&view, reply);
                 self.observe(&view, &view);
             }
-            Err(Failure::Uncertain { .. }) => Exposure::maybe_queued(&mut self.exposure()),
+            Err(Failure::Uncertain { .. }) => InFlightMotion::maybe_queued(&mut self.in_flight()),
             Err(_) => {}
         }
         true

@@ -142,7 +142,7 @@ impl Arm {
     }
 
     /// Commands that others put into the queue and nobody has run are not run by accident.
-    fn refuse_strangers(&self, look: &QueueLook) -> Result<()> {
+    fn refuse_foreign_commands(&self, look: &QueueLook) -> Result<()> {
         let waiting = self.foreign_commands(look);
         let (commands, them) = match waiting {
             0 => return Ok(()),
@@ -189,7 +189,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let mut flow = arm.take_turn(arm.call_deadline(), "a run").await?;
         // Whoever goes away in the middle of a run leaves behind what has to be counted anew.
         flow.room = 0;
-        arm.mishap(None)?;
+        arm.queue_fault(None)?;
         let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
         if begins {
             let look = arm.look_at_queue().await?;
@@ -198,7 +198,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
             }
             match self.options.keep {
                 true => arm.permit_queue().await?,
-                false => arm.refuse_strangers(&look)?,
+                false => arm.refuse_foreign_commands(&look)?,
             }
             arm.warn_if_not_homed().await?;
             // Where commands of others may run, the stream looks for itself.
@@ -258,7 +258,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         if self.begun.is_none() || self.is_interrupted() {
             return Ok(());
         }
-        self.arm.mishap(self.begun)?;
+        self.arm.queue_fault(self.begun)?;
         Err(Error::new(
             ErrorCode::RunOver,
             "this run is over: a stop or an error ended it, or nobody waited for its end; begin a new one",

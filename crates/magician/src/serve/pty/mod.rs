@@ -7,7 +7,7 @@ use std::task::Context;
 use super::{Endpoint, Port, ServeError, Service};
 
 mod claim;
-mod jack;
+mod connection;
 mod symlink;
 mod terminal;
 #[cfg(target_os = "linux")]
@@ -18,7 +18,7 @@ mod watch;
 mod watch;
 
 use claim::Claim;
-use jack::Jack;
+use connection::PtyConnection;
 use symlink::Way;
 pub(super) use symlink::check;
 
@@ -28,7 +28,7 @@ pub(super) struct Pty {
     /// The terminal that is there, or was the last.
     device: PathBuf,
     /// `None` while the arm is unplugged.
-    jack: Option<Jack>,
+    jack: Option<PtyConnection>,
     /// The path is this server's, also while the arm is unplugged.
     _claim: Claim,
 }
@@ -38,7 +38,7 @@ impl Pty {
         let way = Way::new(path)?;
         way.check()?;
         let claim = way.claim()?;
-        let jack = Jack::open(&way, service)?;
+        let jack = PtyConnection::open(&way, service)?;
         Ok(Self {
             _claim: claim,
             device: jack.device().to_owned(),
@@ -70,7 +70,7 @@ impl Port for Pty {
     }
 
     fn plug(&mut self, service: &mut dyn Service) -> Result<(), ServeError> {
-        let jack = Jack::open(&self.way, service)?;
+        let jack = PtyConnection::open(&self.way, service)?;
         jack.device().clone_into(&mut self.device);
         self.jack = Some(jack);
         Ok(())

@@ -11,7 +11,7 @@ use super::{Notice, OnNotice, ServeError, Service};
 use magician_sim::{LinkId, Micros, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
-pub(super) struct Hub {
+pub(super) struct SharedArm {
     runner: Runner,
     start: Instant,
     links: u32,
@@ -21,7 +21,7 @@ pub(super) struct Hub {
     recording: Recording,
 }
 
-impl Hub {
+impl SharedArm {
     pub(super) fn new(runner: Runner, on_notice: OnNotice) -> Self {
         Self {
             runner,
@@ -129,7 +129,7 @@ impl Hub {
     }
 }
 
-impl Service for Hub {
+impl Service for SharedArm {
     fn open(&mut self, name: &str) -> LinkId {
         let link = self.next_link(name);
         let written = self.tape.open(link, name);
@@ -192,7 +192,7 @@ impl Service for Hub {
     }
 }
 
-impl Drop for Hub {
+impl Drop for SharedArm {
     fn drop(&mut self) {
         if let Some(mut keeper) = self.keeper.take() {
             let kept = keeper.finish(self.runner.controller());

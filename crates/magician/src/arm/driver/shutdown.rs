@@ -11,14 +11,14 @@ use crate::arm::link::Link;
 use crate::connection::Request;
 
 /// How long a connection that ends gives the arm to confirm the stop.
-pub(crate) const FAREWELL: Duration = Duration::from_millis(500);
+pub(crate) const SHUTDOWN: Duration = Duration::from_millis(500);
 
 impl Driver {
     /// What was set going is to be stopped; false when there is nothing to do, or nothing to do it with.
     pub(super) fn say_farewell(&mut self) -> bool {
         self.leaving = true;
         self.messages.close();
-        let deadline = Instant::now() + FAREWELL;
+        let deadline = Instant::now() + SHUTDOWN;
         let requests = match self.is_to_halt() {
             true => self.stop_requests(),
             false => self.last_requests(),
@@ -62,8 +62,8 @@ impl Driver {
             return Vec::new();
         }
         let (moving, laser) = {
-            let exposure = self.exposure();
-            (exposure.moving(), exposure.laser())
+            let in_flight = self.in_flight();
+            (in_flight.moving(), in_flight.laser())
         };
         let Ok([stop, dark, clear]) = Request::halt() else {
             return Vec::new();
@@ -83,7 +83,7 @@ impl Driver {
     /// What is said first on a line that was lost and is there again, if the laser may have burnt meanwhile: the laser goes
     /// out, the queue is held, and what waits in it is dropped. Empty if it has not.
     pub(super) fn darkening(&self) -> Vec<Request> {
-        if !self.exposure().laser() {
+        if !self.in_flight().laser() {
             return Vec::new();
         }
         let dark = Request::dark().into_iter().flatten();
@@ -103,7 +103,7 @@ impl Driver {
 }
 
 impl Drop for Driver {
-    /// The runtime may go before the farewell is over: what can still be written is written.
+    /// The runtime may go before the shutdown is over: what can still be written is written.
     fn drop(&mut self) {
         if !self.leaving || !self.waiting.is_empty() {
             let requests = self.last_requests();

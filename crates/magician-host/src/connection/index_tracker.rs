@@ -1,5 +1,5 @@
 use super::Micros;
-use super::law::Look;
+use super::law::QueueReading;
 
 /// A queue that is as empty as it was ever seen for so long counts as drained.
 const STANDING: Micros = 1_000_000;
@@ -22,7 +22,7 @@ const LOOKS: u32 = 2;
 /// current index higher, and nothing else does. What is not certain then is the number: a Clear of an earlier connection
 /// may have dropped some, so that the one concluded may be too low, until the next answer gives its own.
 #[derive(Clone, Debug)]
-pub(super) struct Ledger {
+pub(super) struct IndexTracker {
     capacity: u32,
     /// `capacity` was read from an empty queue. While it is a guess nothing is concluded from it:
     /// one place too many or too few turns lost into taken.
@@ -114,7 +114,7 @@ pub(super) enum Verdict {
     Unclear,
 }
 
-impl Ledger {
+impl IndexTracker {
     pub(super) fn new(capacity: u32) -> Self {
         Self {
             capacity,
@@ -328,11 +328,11 @@ impl Ledger {
     }
 
     /// What a left space says about the queue's head, where that can be said.
-    pub(super) fn look(&self, left: u32) -> Option<Look> {
+    pub(super) fn look(&self, left: u32) -> Option<QueueReading> {
         if !self.sure || self.draining {
             return None;
         }
-        Some(Look {
+        Some(QueueReading {
             left,
             waiting: self.capacity.checked_sub(left)?,
             last: self.last?,
@@ -403,95 +403,95 @@ mod tests {
 
     #[test]
     fn the_tail_tells_taken_from_lost() {
-        let mut ledger = Ledger::new(32);
-        ledger.read_left(32, true, 0);
-        ledger.accept(7, 1);
+        let mut tracker = IndexTracker::new(32);
+        tracker.read_left(32, true, 0);
+        tracker.accept(7, 1);
         assert_eq!(
-            ledger.judge(3, 31),
+            tracker.judge(3, 31),
             Verdict::Lost,
             "numbers 4 to 6 were dropped unseen"
         );
-        assert_eq!(ledger.judge(3, 30), Verdict::Taken(8));
-        assert_eq!(ledger.judge(7, 31), Verdict::Taken(8));
-        assert_eq!(ledger.judge(3, 29), Verdict::Unclear);
-        assert_eq!(ledger.judge(3, 33), Verdict::Unclear);
+        assert_eq!(tracker.judge(3, 30), Verdict::Taken(8));
+        assert_eq!(tracker.judge(7, 31), Verdict::Taken(8));
+        assert_eq!(tracker.judge(3, 29), Verdict::Unclear);
+        assert_eq!(tracker.judge(3, 33), Verdict::Unclear);
     }
 
     #[test]
     fn without_an_empty_queue_the_current_index_must_have_passed_the_first() {
-        let mut ledger = Ledger::new(32);
-        ledger.read_left(30, true, 0);
-        ledger.accept(7, 1);
-        assert_eq!(ledger.judge(4, 29), Verdict::Unclear);
-        assert_eq!(ledger.judge(7, 32), Verdict::Lost);
+        let mut tracker = IndexTracker::new(32);
+        tracker.read_left(30, true, 0);
+        tracker.accept(7, 1);
+        assert_eq!(tracker.judge(4, 29), Verdict::Unclear);
+        assert_eq!(tracker.judge(7, 32), Verdict::Lost);
     }
 
     #[test]
     fn after_a_clear_the_floor_is_the_last_index_before_it() {
-        let mut ledger = Ledger::new(32);
-        ledger.read_left(32, true, 0);
-        (1..=5).for_each(|index| ledger.accept(index, index));
-        ledger.clearing();
-        assert!(ledger.draining());
-        assert_eq!(ledger.judge(2, 31), Verdict::Unclear);
-        ledger.read_left(31, true, 0);
-        assert!(ledger.draining(), "the motion under way has not ended");
-        ledger.read_left(32, true, 0);
-        assert!(!ledger.draining());
-        assert_eq!(ledger.judge(2, 32), Verdict::Lost);
-        assert_eq!(ledger.judge(2, 31), Verdict::Taken(6));
+        let mut tracker = IndexTracker::new(32);
+        tracker.read_left(32, true, 0);
+        (1..=5).for_each(|index| tracker.accept(index, index));
+        tracker.clearing();
+        assert!(tracker.draining());
+        assert_eq!(tracker.judge(2, 31), Verdict::Unclear);
+        tracker.read_left(31, true, 0);
+        assert!(tracker.draining(), "the motion under way has not ended");
+        tracker.read_left(32, true, 0);
+        assert!(!tracker.draining());
+        assert_eq!(tracker.judge(2, 32), Verdict::Lost);
+        assert_eq!(tracker.judge(2, 31), Verdict::Taken(6));
     }
 
     #[test]
     fn a_current_index_that_goes_back_is_a_reset() {
-        let mut ledger = Ledger::new(32);
-        assert!(!ledger.read_current(9, true));
-        ledger.accept(10, 1);
-        assert!(ledger.read_current(0, true));
-        ledger.restart(0);
-        assert_eq!(ledger.last(), None);
+        let mut tracker = IndexTracker::new(32);
+        assert!(!tracker.read_current(9, true));
+        tracker.accept(10, 1);
+        assert!(tracker.read_current(0, true));
+        tracker.restart(0);
+        assert_eq!(tracker.last(), None);
     }
 
     #[test]
     fn a_reading_held_up_by_an_unordered_link_is_no_reset() {
-        let mut ledger = Ledger::new(32);
-        assert!(!ledger.read_current(9, false));
-        assert!(!ledger.read_current(8, false));
-        assert!(!ledger.read_current(10, false));
-        assert!(!ledger.read_current(0, false));
-        assert!(ledger.read_current(0, false));
+        let mut tracker = IndexTracker::new(32);
+        assert!(!tracker.read_current(9, false));
+        assert!(!tracker.read_current(8, false));
+        assert!(!tracker.read_current(10, false));
+        assert!(!tracker.read_current(0, false));
+        assert!(tracker.read_current(0, false));
     }
 
     #[test]
     fn nothing_is_concluded_from_a_queue_of_unknown_depth() {
         // 31 places: never seen to be 32, so one that waits cannot be told from one that does not.
-        let mut ledger = Ledger::new(32);
-        ledger.read_left(31, true, 0);
-        ledger.accept(1, 1);
-        assert_eq!(ledger.judge(1, 31), Verdict::Unclear, "nothing waits");
+        let mut tracker = IndexTracker::new(32);
+        tracker.read_left(31, true, 0);
+        tracker.accept(1, 1);
+        assert_eq!(tracker.judge(1, 31), Verdict::Unclear, "nothing waits");
         // 33 places, and a stranger's command in one when we came.
-        let mut ledger = Ledger::new(32);
-        ledger.read_left(32, true, 0);
-        ledger.accept(8, 1);
-        ledger.read_left(33, false, 0);
-        assert_eq!(ledger.judge(7, 32), Verdict::Unclear);
-        ledger.read_current(8, true);
-        ledger.read_left(33, true, 0);
-        assert_eq!(ledger.judge(8, 33), Verdict::Lost);
-        assert_eq!(ledger.judge(8, 32), Verdict::Taken(9));
+        let mut tracker = IndexTracker::new(32);
+        tracker.read_left(32, true, 0);
+        tracker.accept(8, 1);
+        tracker.read_left(33, false, 0);
+        assert_eq!(tracker.judge(7, 32), Verdict::Unclear);
+        tracker.read_current(8, true);
+        tracker.read_left(33, true, 0);
+        assert_eq!(tracker.judge(8, 33), Verdict::Lost);
+        assert_eq!(tracker.judge(8, 32), Verdict::Taken(9));
     }
 
     #[test]
     fn a_queue_with_fewer_places_than_assumed_drains_too() {
-        let mut ledger = Ledger::new(32);
-        ledger.read_left(30, true, 0);
-        ledger.accept(1, 1);
-        ledger.clearing();
-        ledger.read_left(29, true, 10);
-        ledger.read_left(30, true, 20);
-        assert!(ledger.draining());
-        ledger.read_left(30, true, 20 + STANDING);
-        assert!(!ledger.draining());
-        assert_eq!(ledger.judge(1, 30), Verdict::Unclear);
+        let mut tracker = IndexTracker::new(32);
+        tracker.read_left(30, true, 0);
+        tracker.accept(1, 1);
+        tracker.clearing();
+        tracker.read_left(29, true, 10);
+        tracker.read_left(30, true, 20);
+        assert!(tracker.draining());
+        tracker.read_left(30, true, 20 + STANDING);
+        assert!(!tracker.draining());
+        assert_eq!(tracker.judge(1, 30), Verdict::Unclear);
     }
 }

@@ -15,34 +15,34 @@ use crate::words::{Preflight, Readings};
 ///
 /// ```
 /// use magician::commands::PtpCommonParams;
-/// use magician::{Arm, Owed, words};
+/// use magician::{Arm, SettingsBackup, words};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> magician::Result<()> {
 /// # let arm = Arm::connect("sim").await?;
 /// let program = [words::speed(80.0, 80.0), words::line_to(220.0, 0.0, 50.0, 0.0)];
-/// let mut owed = Owed::read(&arm, &program).await?;
+/// let mut saved = SettingsBackup::read(&arm, &program).await?;
 /// let ran = arm.run(&program).await;
 /// if ran.is_err() {
 ///     // What is left of it would come later, with the speeds of before.
 ///     arm.stop().await?;
 /// }
-/// owed.give_back(&arm).await?;
+/// saved.restore(&arm).await?;
 /// assert_eq!(arm.get::<PtpCommonParams>().await?.velocity_ratio, 50.0);
 /// # ran.map(drop)
 /// # }
 /// ```
 #[derive(Clone, Debug, Default)]
-pub struct Owed(Vec<Set>);
+pub struct SettingsBackup(Vec<Set>);
 
-impl Owed {
+impl SettingsBackup {
     /// Reads what these commands change, as it is now: speeds, and heights of jumps. The tool stays, and so does what is no
     /// setting of a motion.
     ///
     /// # Errors
     /// As [`Arm::get`].
     pub async fn read<'s>(arm: &Arm, changes: impl IntoIterator<Item = &'s Set>) -> Result<Self> {
-        let mut owed = Self::default();
+        let mut saved = Self::default();
         let mut known = Vec::new();
         for change in changes {
             let kind = discriminant(change);
@@ -50,13 +50,13 @@ impl Owed {
                 continue;
             }
             known.push(kind);
-            owed.0.extend(before(arm, change).await?);
+            saved.0.extend(before(arm, change).await?);
         }
-        Ok(owed)
+        Ok(saved)
     }
 
     /// Owes this setting as well.
-    pub fn owe(&mut self, setting: impl Into<Set>) {
+    pub fn save(&mut self, setting: impl Into<Set>) {
         self.0.push(setting.into());
     }
 
@@ -68,9 +68,9 @@ impl Owed {
     /// What was kept outside the process, as [`settings`](Self::settings) gave it; none of it where something is there that no
     /// program owes an arm, or a number that no arm takes.
     #[must_use]
-    pub fn from_kept(settings: Vec<Set>) -> Option<Self> {
+    pub fn from_saved(settings: Vec<Set>) -> Option<Self> {
         let mut check = Preflight::new(&Readings::default());
-        let mut sound = |setting: &Set| is_owed(setting) && check.check(setting).is_ok();
+        let mut sound = |setting: &Set| is_saved(setting) && check.check(setting).is_ok();
         settings.iter().all(&mut sound).then_some(Self(settings))
     }
 
@@ -80,17 +80,17 @@ impl Owed {
         &self.0
     }
 
-    /// Whether nothing is owed.
+    /// Whether nothing is saved.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Gives the arm back what is owed. Nothing is owed any more then, however it ends.
+    /// Gives the arm back what is saved. Nothing is saved any more then, however it ends.
     ///
     /// # Errors
     /// As [`Arm::set`], at the first setting that the arm does not take.
-    pub async fn give_back(&mut self, arm: &Arm) -> Result<()> {
+    pub async fn restore(&mut self, arm: &Arm) -> Result<()> {
         for setting in take(&mut self.0) {
             arm.set_any(&setting).await?;
         }
@@ -99,7 +99,7 @@ impl Owed {
 }
 
 /// Whether it is one of the settings that verbs and programs change for their own time: none of them moves anything.
-const fn is_owed(setting: &Set) -> bool {
+const fn is_saved(setting: &Set) -> bool {
     matches!(
         setting,
         Set::PtpJointParams(_)
@@ -172,18 +172,21 @@ mod tests {
     #[tokio::test]
     async fn what_was_kept_is_settings_that_an_arm_takes() {
         let arm = arm().await;
-        let owed = Owed::read(&arm, &changes()).await.unwrap();
-        let kept = Owed::from_kept(owed.settings().to_vec()).expect("sound");
-        assert_eq!(kept.settings(), owed.settings());
+        let saved = SettingsBackup::read(&arm, &changes()).await.unwrap();
+        let kept = SettingsBackup::from_saved(saved.settings().to_vec()).expect("sound");
+        assert_eq!(kept.settings(), saved.settings());
         for foreign in [
             words::laser(true),
             words::line_to(220.0, 0.0, 50.0, 0.0),
             words::speed(f32::NAN, 50.0),
             words::path_speed(-1.0, 50.0),
         ] {
-            let mut settings = owed.settings().to_vec();
+            let mut settings = saved.settings().to_vec();
             settings.push(foreign);
-            assert!(Owed::from_kept(settings).is_none(), "{foreign:?}");
+            assert!(
+                SettingsBackup::from_saved(settings).is_none(),
+                "{foreign:?}"
+            );
         }
     }
 
@@ -191,14 +194,14 @@ mod tests {
     async fn the_arm_gets_back_what_it_had() {
         let arm = arm().await;
         let before = motion(&arm).await;
-        let mut owed = Owed::read(&arm, &changes()).await.unwrap();
-        assert_eq!(owed.0, before);
+        let mut saved = SettingsBackup::read(&arm, &changes()).await.unwrap();
+        assert_eq!(saved.0, before);
         for change in &changes()[..4] {
             arm.set_any(change).await.unwrap();
         }
         assert_ne!(motion(&arm).await, before);
-        owed.give_back(&arm).await.unwrap();
+        saved.restore(&arm).await.unwrap();
         assert_eq!(motion(&arm).await, before);
-        assert!(owed.is_empty());
+        assert!(saved.is_empty());
     }
 }

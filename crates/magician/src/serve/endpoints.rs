@@ -3,18 +3,18 @@ use std::fmt;
 use std::path::PathBuf;
 use std::task::Context;
 
-use super::door::{self, Door, Ports};
+use super::spec::{self, EndpointSpec, Ports};
 use super::{Discovery, Endpoint, ServeError, Service};
 
 /// Endpoints that lead to a [`Service`] of your own: a bridge, a proxy. They are what
 /// [`Server`](super::Server) has for a virtual arm, and need the same of tokio.
 #[derive(Default)]
-pub struct Doors {
-    doors: Vec<Door>,
+pub struct Endpoints {
+    specs: Vec<EndpointSpec>,
 }
 
-impl Doors {
-    /// No door.
+impl Endpoints {
+    /// No endpoint.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
@@ -24,21 +24,21 @@ impl Doors {
     #[cfg(unix)]
     #[must_use]
     pub fn pty(mut self, path: impl Into<PathBuf>) -> Self {
-        self.doors.push(Door::Pty(path.into()));
+        self.specs.push(EndpointSpec::Pty(path.into()));
         self
     }
 
     /// A UDP socket at `HOST[:PORT]`, as [`Server::udp`](super::Server::udp), without discovery.
     #[must_use]
     pub fn udp(mut self, address: impl Into<String>) -> Self {
-        self.doors.push(Door::Udp(address.into()));
+        self.specs.push(EndpointSpec::Udp(address.into()));
         self
     }
 
     /// A TCP listener at `HOST:PORT`, as [`Server::tcp`](super::Server::tcp).
     #[must_use]
     pub fn tcp(mut self, address: impl Into<String>) -> Self {
-        self.doors.push(Door::Tcp(address.into()));
+        self.specs.push(EndpointSpec::Tcp(address.into()));
         self
     }
 
@@ -47,31 +47,31 @@ impl Doors {
     /// # Errors
     /// [`ServeError`] when one cannot be opened; what is certain to fail does so before anything is
     /// touched.
-    pub fn open(&self, service: &mut dyn Service) -> Result<OpenDoors, ServeError> {
-        self.doors.iter().try_for_each(|door| door.check(None))?;
-        let ports = door::open_all(&self.doors, &Discovery::Off, None, service)?;
-        Ok(OpenDoors { ports })
+    pub fn open(&self, service: &mut dyn Service) -> Result<BoundEndpoints, ServeError> {
+        self.specs.iter().try_for_each(|spec| spec.check(None))?;
+        let ports = spec::open_all(&self.specs, &Discovery::Off, None, service)?;
+        Ok(BoundEndpoints { ports })
     }
 }
 
-impl fmt::Debug for Doors {
+impl fmt::Debug for Endpoints {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Doors").finish_non_exhaustive()
+        f.debug_struct("Endpoints").finish_non_exhaustive()
     }
 }
 
 /// Endpoints that accept. What they made (symlinks, sockets) is gone when this is dropped.
-pub struct OpenDoors {
+pub struct BoundEndpoints {
     ports: Ports,
 }
 
-impl fmt::Debug for OpenDoors {
+impl fmt::Debug for BoundEndpoints {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_list().entries(self.endpoints()).finish()
     }
 }
 
-impl OpenDoors {
+impl BoundEndpoints {
     /// What they are called outside, in their order.
     #[must_use]
     pub fn endpoints(&self) -> Vec<Endpoint> {
@@ -83,7 +83,7 @@ impl OpenDoors {
     /// socket, so poll within [`tokio::task::unconstrained`].
     ///
     /// # Errors
-    /// [`ServeError`] when a door breaks down.
+    /// [`ServeError`] when an endpoint breaks down.
     pub fn turn(
         &mut self,
         cx: &mut Context<'_>,

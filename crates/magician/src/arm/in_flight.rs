@@ -27,7 +27,7 @@ pub fn sets_in_motion(command: &Set) -> bool {
 ///
 /// It errs towards more: a stop of an arm that stands still does no harm.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Exposure {
+pub(super) struct InFlightMotion {
     /// Whether this handle started (or stopped) the queue; `None`: it found it as it is.
     started: Option<bool>,
     /// The index of its last queued command.
@@ -86,7 +86,7 @@ impl RaisedPins {
     }
 }
 
-impl Exposure {
+impl InFlightMotion {
     /// A request is handed to the connection.
     pub(super) fn begins(&mut self, request: &Frame<'_>) {
         self.unanswered += u32::from(request.ctrl().queued());

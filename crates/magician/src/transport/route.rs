@@ -10,9 +10,9 @@ use super::Sim;
 #[cfg(feature = "ble")]
 use super::ble;
 #[cfg(all(feature = "sim", feature = "faults"))]
-use super::faulty::Blow;
+use super::faulty::InjectedFault;
 #[cfg(feature = "faults")]
-use super::faulty::{Restart, Spoiler};
+use super::faulty::{FaultLayer, Restart};
 #[cfg(feature = "lines")]
 use super::lines::Lines;
 #[cfg(feature = "trace")]
@@ -31,7 +31,7 @@ use crate::{Options, Result, Target};
 ///
 /// Going it again leads to the same adapter under whatever name it has now, never to another one
 /// without a word; to the same virtual arm, for one in this process.
-pub(crate) struct Way {
+pub(crate) struct Route {
     target: Target,
     #[cfg(feature = "lines")]
     lines: Lines,
@@ -40,12 +40,12 @@ pub(crate) struct Way {
     /// The virtual arm is the caller's, too.
     shows_arm: bool,
     #[cfg(feature = "faults")]
-    spoiler: Option<Spoiler>,
+    spoiler: Option<FaultLayer>,
     #[cfg(feature = "trace")]
     tracer: Option<Tracer>,
 }
 
-impl Way {
+impl Route {
     pub(crate) fn to(target: &Target) -> Self {
         Self {
             target: target.clone(),
@@ -95,7 +95,7 @@ impl Way {
     #[cfg(feature = "faults")]
     pub(crate) fn with_faults(mut self, faults: Faults) -> Result<Self> {
         faults.check()?;
-        self.spoiler = Some(Spoiler::new(faults)).filter(|_| !faults.is_none());
+        self.spoiler = Some(FaultLayer::new(faults)).filter(|_| !faults.is_none());
         Ok(self)
     }
 
@@ -211,9 +211,9 @@ fn is_pseudo_terminal(path: &str) -> bool {
     pipes.iter().any(|pipe| real.starts_with(pipe))
 }
 
-impl fmt::Debug for Way {
+impl fmt::Debug for Route {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Way")
+        f.debug_struct("Route")
             .field("target", &self.target)
             .finish_non_exhaustive()
     }
@@ -221,10 +221,10 @@ impl fmt::Debug for Way {
 
 /// Does it to a virtual arm.
 #[cfg(all(feature = "sim", feature = "faults"))]
-fn deal(arm: &VirtualArm, blow: Blow) {
+fn deal(arm: &VirtualArm, blow: InjectedFault) {
     match blow {
-        Blow::Reset => arm.with(|controller| controller.inject(ExternalEvent::Reset)),
-        Blow::Replugged => {
+        InjectedFault::Reset => arm.with(|controller| controller.inject(ExternalEvent::Reset)),
+        InjectedFault::Replugged => {
             let mut cell = arm.lock();
             cell.runner.unplug();
             cell.runner.plug();

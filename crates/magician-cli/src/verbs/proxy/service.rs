@@ -7,22 +7,22 @@ use magician_protocol::{Direction, FrameBuf};
 use magician_sim::LinkId;
 
 use super::log::Log;
-use super::tape::{Tape, wall_clock};
+use super::trace::{ProxyTrace, wall_clock};
 use crate::serving::LINE_OF_ARM;
 
-/// What the doors lead to: the proxy on the wall clock, with its log and its trace.
-pub(super) struct Hall {
+/// What the endpoints lead to: the proxy on the wall clock, with its log and its trace.
+pub(super) struct ProxyService {
     pub(super) proxy: Proxy,
     begun: Instant,
     names: BTreeMap<Client, String>,
     links: u32,
     log: Log,
-    tape: Option<Tape>,
+    trace: Option<ProxyTrace>,
     /// What the arm's line is called in the trace.
     arm: String,
 }
 
-impl Hall {
+impl ProxyService {
     pub(super) fn new(settings: Settings, log: Log, arm: &str) -> Self {
         Self {
             proxy: Proxy::new(settings),
@@ -30,13 +30,13 @@ impl Hall {
             names: BTreeMap::new(),
             links: 0,
             log,
-            tape: None,
+            trace: None,
             arm: format!("{LINE_OF_ARM}{arm}"),
         }
     }
 
-    pub(super) fn trace(&mut self, tape: Tape) {
-        self.tape = Some(tape);
+    pub(super) fn trace(&mut self, trace: ProxyTrace) {
+        self.trace = Some(trace);
     }
 
     pub(super) fn say_serving(&self, arm: &str, endpoints: &[Endpoint]) {
@@ -105,7 +105,7 @@ impl Hall {
 
     /// A trace that cannot be written ends; the proxy does not.
     fn record(&mut self, client: Option<Client>, direction: Direction, bytes: &[u8]) {
-        let Some(tape) = &mut self.tape else {
+        let Some(trace) = &mut self.trace else {
             return;
         };
         let name = match client {
@@ -115,8 +115,8 @@ impl Hall {
         let Some(name) = name else {
             return;
         };
-        if let Err(error) = tape.record(name, wall_clock(), direction, bytes) {
-            self.tape = None;
+        if let Err(error) = trace.record(name, wall_clock(), direction, bytes) {
+            self.trace = None;
             self.log.trace_ended(&error);
         }
     }
@@ -126,7 +126,7 @@ fn client(link: LinkId) -> Client {
     Client(link.0)
 }
 
-impl Service for Hall {
+impl Service for ProxyService {
     fn open(&mut self, name: &str) -> LinkId {
         let link = LinkId(self.links);
         self.links = self.links.wrapping_add(1);
@@ -140,10 +140,10 @@ impl Service for Hall {
         // While the name is known.
         self.show();
         let name = self.names.remove(&client(link));
-        if let (Some(tape), Some(name)) = (&mut self.tape, name)
-            && let Err(error) = tape.close(&name)
+        if let (Some(trace), Some(name)) = (&mut self.trace, name)
+            && let Err(error) = trace.close(&name)
         {
-            self.tape = None;
+            self.trace = None;
             self.log.trace_ended(&error);
         }
     }

@@ -73,9 +73,9 @@ impl Tally {
     }
 }
 
-/// The books of one arm from one reset to the next, or of many.
+/// The commands of one arm from one reset to the next, or of many.
 #[derive(Default)]
-pub(super) struct Books {
+pub(super) struct CommandLog {
     entries: VecDeque<Entry>,
     numbers: HashMap<Vec<u8>, u64>,
     /// What the arm took that nobody sent like this, by index.
@@ -88,7 +88,7 @@ pub(super) struct Books {
     pub(super) tally: Tally,
 }
 
-impl Books {
+impl CommandLog {
     /// A command is about to be sent. Numbers follow each other.
     pub(super) fn send(&mut self, number: u64, params: &[u8]) {
         self.tally.commands += 1;

@@ -3,7 +3,7 @@
 /// A safeguard that can be taken away.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(test), allow(dead_code))]
-pub(super) enum Flaw {
+pub(super) enum PlantedBug {
     /// A reply answers whatever waits for its id.
     MatchById,
     /// A request goes out although an answer to an older one of its key may still come.
@@ -17,7 +17,7 @@ pub(super) enum Flaw {
     /// On an unordered link "lost" is concluded from readings made too early.
     NoLifetime,
     /// Over datagrams the next command goes out although a copy of the one before may still come.
-    NoVet,
+    NoDuplicateCheck,
     /// What a stop dropped may go out once more.
     ResendAfterStop,
     /// Commands are accepted while a Clear may still be repeated.
@@ -30,24 +30,24 @@ pub(super) enum Flaw {
 
 #[cfg(test)]
 thread_local! {
-    static PLANTED: std::cell::Cell<Option<Flaw>> = const { std::cell::Cell::new(None) };
+    static PLANTED: std::cell::Cell<Option<PlantedBug>> = const { std::cell::Cell::new(None) };
 }
 
 /// Whether this bug is planted.
 #[cfg(test)]
-pub(super) fn planted(flaw: Flaw) -> bool {
+pub(super) fn planted(flaw: PlantedBug) -> bool {
     PLANTED.get() == Some(flaw)
 }
 
 /// Whether this bug is planted: never.
 #[cfg(not(test))]
-pub(super) const fn planted(_: Flaw) -> bool {
+pub(super) const fn planted(_: PlantedBug) -> bool {
     false
 }
 
 /// Runs a check with a bug planted; whether the check noticed.
 #[cfg(test)]
-pub(super) fn is_noticed(flaw: Flaw, check: fn()) -> bool {
+pub(super) fn is_noticed(flaw: PlantedBug, check: fn()) -> bool {
     PLANTED.set(Some(flaw));
     let outcome = std::panic::catch_unwind(check);
     PLANTED.set(None);

@@ -16,7 +16,7 @@ use crate::arm::state::{Level, Pin, Status};
 
 /// What was seen of the arm last.
 #[derive(Debug, Default)]
-pub(super) struct Sight {
+pub(super) struct ObservedState {
     pose: Option<(Pose, Instant)>,
     current: Option<u64>,
     /// The index up to which the end of commands was told.
@@ -26,7 +26,7 @@ pub(super) struct Sight {
     pins: Vec<Level>,
 }
 
-impl Sight {
+impl ObservedState {
     fn pin(&mut self, pin: Pin, value: u16) {
         match self.pins.iter_mut().find(|level| level.pin == pin) {
             Some(level) => level.value = value,
@@ -49,7 +49,7 @@ impl Driver {
             _ if written || request.ctrl().queued() => {}
             id if id == <Pose as Readable>::ROW.id => {
                 if let Ok(pose) = Pose::decode(params) {
-                    self.sight.pose = Some((pose, Instant::now()));
+                    self.observed.pose = Some((pose, Instant::now()));
                 }
             }
             id if id == <QueuedCmdCurrentIndex as Readable>::ROW.id => {
@@ -59,7 +59,7 @@ impl Driver {
             }
             id if id == <QueuedCmdLeftSpace as Readable>::ROW.id => {
                 if let Ok(read) = QueuedCmdLeftSpace::decode(params) {
-                    self.sight.left_space = Some(read.left_space);
+                    self.observed.left_space = Some(read.left_space);
                 }
             }
             id if id == <AlarmsState as Readable>::ROW.id => {
@@ -72,23 +72,23 @@ impl Driver {
     }
 
     fn see_current(&mut self, current: u64) {
-        self.sight.current = Some(current);
-        match self.sight.finished {
+        self.observed.current = Some(current);
+        match self.observed.finished {
             Some(before) if before < current => {
                 self.happens(Event::CommandFinished {
                     first: QueuedCmdIndex(before.saturating_add(1)),
                     last: QueuedCmdIndex(current),
                 });
-                self.sight.finished = Some(current);
+                self.observed.finished = Some(current);
             }
             // One that goes back is of a reset, which is told by itself, or was held up on its way.
             Some(_) => {}
-            None => self.sight.finished = Some(current),
+            None => self.observed.finished = Some(current),
         }
     }
 
     fn see_alarms(&mut self, alarms: AlarmSet) {
-        if let Some(before) = self.sight.alarms.replace(alarms) {
+        if let Some(before) = self.observed.alarms.replace(alarms) {
             for code in alarms.codes().filter(|code| !before.contains(*code)) {
                 self.happens(Event::AlarmRaised { code });
             }
@@ -112,13 +112,13 @@ impl Driver {
             _ => None,
         };
         if let Some((pin, value)) = seen {
-            self.sight.pin(pin, value);
+            self.observed.pin(pin, value);
         }
     }
 
     /// The indices begin anew.
     pub(super) fn see_reset(&mut self) {
-        self.sight.finished = Some(0);
+        self.observed.finished = Some(0);
     }
 
     /// Tells those who listen, if any.
@@ -128,14 +128,17 @@ impl Driver {
 
     /// Shows the onlookers what was seen, once all of it was.
     pub(super) fn publish_status(&self) {
-        let sight = &self.sight;
-        let (Some((pose, at)), Some(current), Some(left_space), Some(alarms)) =
-            (sight.pose, sight.current, sight.left_space, sight.alarms)
-        else {
+        let observed = &self.observed;
+        let (Some((pose, at)), Some(current), Some(left_space), Some(alarms)) = (
+            observed.pose,
+            observed.current,
+            observed.left_space,
+            observed.alarms,
+        ) else {
             return;
         };
         let watched = held(&self.shared.watches).pins();
-        let pins = (sight.pins.iter().copied()).filter(|level| watched.contains(&level.pin));
+        let pins = (observed.pins.iter().copied()).filter(|level| watched.contains(&level.pin));
         self.shared.status.send_replace(Some(Status {
             pose,
             current: QueuedCmdIndex(current),

@@ -1,46 +1,46 @@
 //! Each safeguard is needed: without it a check fails.
 
-use super::super::flaw::{Flaw, is_noticed};
+use super::super::planted_bug::{PlantedBug, is_noticed};
 
-const NOTICED: [(Flaw, fn()); 10] = [
+const NOTICED: [(PlantedBug, fn()); 10] = [
     (
-        Flaw::MatchById,
+        PlantedBug::MatchById,
         super::stops::a_stop_is_not_confirmed_by_the_answer_to_what_it_stops,
     ),
     (
-        Flaw::NoFence,
+        PlantedBug::NoFence,
         super::replies::an_answer_that_was_lost_costs_the_next_request_no_timeout,
     ),
     (
-        Flaw::NoFence,
+        PlantedBug::NoFence,
         super::faults::datagrams_that_overtake_each_other_are_not_mixed_up,
     ),
     (
-        Flaw::AcceptGaps,
+        PlantedBug::AcceptGaps,
         super::doubts::a_wrong_index_is_not_believed,
     ),
     (
-        Flaw::ResendBlindly,
+        PlantedBug::ResendBlindly,
         super::faults::executes_each_command_once_over_a_serial_line_that_loses_damages_and_delays,
     ),
     (
-        Flaw::NoInterByteTimeout,
+        PlantedBug::NoInterByteTimeout,
         super::replies::a_frame_that_stays_away_holds_up_no_answer,
     ),
     (
-        Flaw::NoLifetime,
+        PlantedBug::NoLifetime,
         super::faults::datagrams_lost_late_and_out_of_order_lead_to_no_silent_mistake,
     ),
     (
-        Flaw::ResendAfterStop,
+        PlantedBug::ResendAfterStop,
         super::stops::what_was_lost_before_a_stop_is_not_sent_after_it,
     ),
     (
-        Flaw::QueueWhileStopping,
+        PlantedBug::QueueWhileStopping,
         super::stops::a_clear_that_goes_out_again_finds_nothing_that_was_accepted_meanwhile,
     ),
     (
-        Flaw::JudgeInWindow,
+        PlantedBug::JudgeInWindow,
         super::doubts::a_request_lost_in_a_window_is_not_made_up_for_behind_the_next,
     ),
 ];

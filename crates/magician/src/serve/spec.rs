@@ -15,7 +15,7 @@ use super::udp::Udp;
 use super::{Notice, Port, ServeError, Service};
 
 /// An endpoint that was asked for.
-pub(super) enum Door {
+pub(super) enum EndpointSpec {
     #[cfg(unix)]
     Pty(PathBuf),
     Udp(String),
@@ -27,7 +27,7 @@ pub(super) type Ports = Vec<Box<dyn Port + Send>>;
 /// Which arm of several, counted from 1; `None` if it is the only one.
 pub(super) type Number = Option<u32>;
 
-impl Door {
+impl EndpointSpec {
     /// Whether there is no hope of opening it.
     pub(super) fn check(&self, number: Number) -> Result<(), ServeError> {
         match self {
@@ -47,19 +47,21 @@ pub(super) fn check(discovery: &Discovery, number: Number) -> Result<(), ServeEr
     }
 }
 
-/// Opens all doors of an arm, in the order in which they were asked for, or none.
+/// Opens all endpoints of an arm, in the order in which they were asked for, or none.
 pub(super) fn open_all(
-    doors: &[Door],
+    specs: &[EndpointSpec],
     discovery: &Discovery,
     number: Number,
     service: &mut dyn Service,
 ) -> Result<Ports, ServeError> {
     let mut ports = Ports::new();
-    for door in doors {
-        match door {
+    for spec in specs {
+        match spec {
             #[cfg(unix)]
-            Door::Pty(path) => ports.push(Box::new(Pty::open(&of_arm(path, number), service)?)),
-            Door::Udp(text) => {
+            EndpointSpec::Pty(path) => {
+                ports.push(Box::new(Pty::open(&of_arm(path, number), service)?))
+            }
+            EndpointSpec::Udp(text) => {
                 let place = Place::find(text, Some(UDP_PORT), number)?;
                 let port = Udp::bind(place.address);
                 ports.push(Box::new(
@@ -69,7 +71,7 @@ pub(super) fn open_all(
                     ports.extend(beside(place.address, service));
                 }
             }
-            Door::Tcp(text) => {
+            EndpointSpec::Tcp(text) => {
                 let place = Place::find(text, None, number)?;
                 let port = Tcp::bind(place.address);
                 ports.push(Box::new(

@@ -8,9 +8,9 @@
 use magician_protocol::commands::{QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
 use magician_protocol::{FrameBuf, Layout};
 
-use super::flaw::{Flaw, planted};
+use super::index_tracker::Verdict;
 use super::job::Purpose;
-use super::ledger::Verdict;
+use super::planted_bug::{PlantedBug, planted};
 use super::{Connection, Micros};
 
 /// A reading that went out so often without an answer is given up.
@@ -18,7 +18,7 @@ const TRIES: u32 = 4;
 
 /// What is to be seen before the next queued command goes out.
 #[derive(Clone, Debug)]
-pub(super) struct Vet {
+pub(super) struct DuplicateCheck {
     /// When the last queued command went out.
     since: Micros,
     /// When no second copy of it can come any more.
@@ -36,8 +36,9 @@ pub(super) struct Vet {
 impl Connection {
     /// A queued command goes out, for the `nth` time. Its first copy counts as gone by then; should it come all the same, it
     /// comes before the next command goes out, and shows.
-    pub(super) fn begin_vet(&mut self, now: Micros, nth: u32) {
-        if self.settings.ordered || self.settings.echo == 0 || planted(Flaw::NoVet) {
+    pub(super) fn begin_duplicate_check(&mut self, now: Micros, nth: u32) {
+        if self.settings.ordered || self.settings.echo == 0 || planted(PlantedBug::NoDuplicateCheck)
+        {
             return;
         }
         let long = match nth {
@@ -45,7 +46,7 @@ impl Connection {
             _ => self.lifetime.measured().unwrap_or(0),
         };
         let echo = self.settings.echo.max(long);
-        self.vet = Some(Vet {
+        self.duplicate_check = Some(DuplicateCheck {
             since: now,
             begun: false,
             current: None,
@@ -57,75 +58,92 @@ impl Connection {
     }
 
     /// Whether a queued command may go out that did not go out before.
-    pub(super) fn is_vetted(&self, now: Micros) -> bool {
-        let over = |vet: &Vet| vet.unclear && vet.since.saturating_add(self.lifetime.get()) <= now;
-        self.vet.as_ref().is_none_or(over)
+    pub(super) fn is_no_duplicate(&self, now: Micros) -> bool {
+        let over = |duplicate_check: &DuplicateCheck| {
+            duplicate_check.unclear
+                && duplicate_check.since.saturating_add(self.lifetime.get()) <= now
+        };
+        self.duplicate_check.as_ref().is_none_or(over)
     }
 
     /// Whether readings are still to show that nothing came twice.
     pub(super) fn is_vetting(&self) -> bool {
-        self.vet.as_ref().is_some_and(|vet| !vet.unclear)
+        self.duplicate_check
+            .as_ref()
+            .is_some_and(|duplicate_check| !duplicate_check.unclear)
     }
 
     pub(super) fn vet_wakes(&self) -> Option<Micros> {
-        self.vet.as_ref().and_then(|vet| vet.wakes)
+        self.duplicate_check
+            .as_ref()
+            .and_then(|duplicate_check| duplicate_check.wakes)
     }
 
     pub(super) fn pass_vet(&mut self, now: Micros) {
-        if let Some(vet) = &mut self.vet {
-            vet.wakes = vet.wakes.filter(|at| *at > now);
+        if let Some(duplicate_check) = &mut self.duplicate_check {
+            duplicate_check.wakes = duplicate_check.wakes.filter(|at| *at > now);
         }
     }
 
     /// The reading that is due.
     pub(super) fn next_vetting(&self, now: Micros) -> Option<Purpose> {
-        let vet = self.vet.as_ref().filter(|vet| !vet.unclear)?;
-        (vet.due <= now && self.is_accounted()).then_some(match vet.current {
-            None => Purpose::Current,
-            Some(_) => Purpose::Left,
-        })
+        let duplicate_check = self
+            .duplicate_check
+            .as_ref()
+            .filter(|duplicate_check| !duplicate_check.unclear)?;
+        (duplicate_check.due <= now && self.is_accounted()).then_some(
+            match duplicate_check.current {
+                None => Purpose::Current,
+                Some(_) => Purpose::Left,
+            },
+        )
     }
 
     /// A reading goes out.
-    pub(super) fn vetting(&mut self) {
-        if let Some(vet) = &mut self.vet
+    pub(super) fn check_duplicates(&mut self) {
+        if let Some(duplicate_check) = &mut self.duplicate_check
             && self.doubt.is_none()
         {
-            vet.begun = true;
+            duplicate_check.begun = true;
         }
     }
 
     /// Whether a reading that got no answer `sent` times goes out again.
     pub(super) fn vets_on(&mut self, sent: u32) -> bool {
         let accounted = self.is_accounted();
-        let Some(vet) = (self.vet.as_mut()).filter(|vet| vet.begun && !vet.unclear && accounted)
-        else {
+        let Some(duplicate_check) = (self.duplicate_check.as_mut()).filter(|duplicate_check| {
+            duplicate_check.begun && !duplicate_check.unclear && accounted
+        }) else {
             return false;
         };
         if sent >= TRIES {
-            vet.give_up(self.lifetime.get());
+            duplicate_check.give_up(self.lifetime.get());
         }
         sent < TRIES
     }
 
     /// Takes a reading.
     pub(super) fn vet_reading(&mut self, purpose: Purpose, frame: &FrameBuf) {
-        let Some(vet) = self.vet.as_mut().filter(|vet| vet.begun && !vet.unclear) else {
+        let Some(duplicate_check) = self
+            .duplicate_check
+            .as_mut()
+            .filter(|duplicate_check| duplicate_check.begun && !duplicate_check.unclear)
+        else {
             return;
         };
         let params = frame.frame().params();
-        match (vet.current, purpose) {
+        match (duplicate_check.current, purpose) {
             (None, Purpose::Current) => {
                 let read = QueuedCmdCurrentIndex::decode(params);
-                vet.current = read.ok().map(|read| read.queued_cmd_current_index);
+                duplicate_check.current = read.ok().map(|read| read.queued_cmd_current_index);
             }
             (Some(current), Purpose::Left) => {
-                vet.current = None;
+                duplicate_check.current = None;
                 let Ok(read) = QueuedCmdLeftSpace::decode(params) else {
                     return;
                 };
                 let pair = (current, read.left_space);
-                if vet.pair.replace(pair) == Some(pair) {
+                if duplicate_check.pair.replace(pair) == Some(pair) {
                     self.end_vet(pair);
                 }
             }
@@ -134,23 +152,23 @@ impl Connection {
     }
 
     fn end_vet(&mut self, (current, left): (u64, u32)) {
-        let tail = self.ledger.tail(current, left);
-        match self.ledger.judge(current, left) {
-            Verdict::Lost => self.vet = None,
-            _ if tail.is_some_and(|tail| self.ledger.is_surplus(tail)) => {
-                self.vet = None;
+        let tail = self.tracker.tail(current, left);
+        match self.tracker.judge(current, left) {
+            Verdict::Lost => self.duplicate_check = None,
+            _ if tail.is_some_and(|tail| self.tracker.is_surplus(tail)) => {
+                self.duplicate_check = None;
                 self.unaccounted(tail.unwrap_or(current));
             }
             _ => {
-                if let Some(vet) = &mut self.vet {
-                    vet.give_up(self.lifetime.get());
+                if let Some(duplicate_check) = &mut self.duplicate_check {
+                    duplicate_check.give_up(self.lifetime.get());
                 }
             }
         }
     }
 }
 
-impl Vet {
+impl DuplicateCheck {
     fn give_up(&mut self, lifetime: Micros) {
         self.unclear = true;
         self.wakes = Some(self.since.saturating_add(lifetime));

@@ -6,12 +6,12 @@ use magician_protocol::Direction;
 use magician_record::trace::{TraceLink, TraceWriter};
 
 /// The trace: an interface for everybody by name, the arm's line among them.
-pub(super) struct Tape {
+pub(super) struct ProxyTrace {
     writer: TraceWriter<Box<dyn Write>>,
     places: BTreeMap<String, TraceLink>,
 }
 
-impl Tape {
+impl ProxyTrace {
     pub(super) fn new(out: impl Write + 'static) -> io::Result<Self> {
         let out: Box<dyn Write> = Box::new(out);
         Ok(Self {

@@ -24,7 +24,7 @@ const RECHECKS: [Duration; 3] = [
 ];
 
 /// What a client opens: a pseudo-terminal and the path to it.
-pub(super) struct Jack {
+pub(super) struct PtyConnection {
     // Dropped first: the path is gone before what it leads to.
     symlink: Symlink,
     terminal: Terminal,
@@ -37,7 +37,7 @@ pub(super) struct Jack {
     rechecks: usize,
 }
 
-impl Jack {
+impl PtyConnection {
     /// Makes a terminal and has the way lead to it.
     pub(super) fn open(way: &Way, service: &mut dyn Service) -> Result<Self, ServeError> {
         let failed = |action| move |source: io::Error| ServeError::at(way, action, source);

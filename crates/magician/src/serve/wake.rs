@@ -7,9 +7,9 @@ use std::task::{Wake, Waker};
 
 /// The future that holds all of them.
 #[derive(Clone)]
-pub(super) struct House(Arc<Mutex<Waker>>);
+pub(super) struct WakeSet(Arc<Mutex<Waker>>);
 
-impl House {
+impl WakeSet {
     pub(super) fn new() -> Self {
         Self(Arc::new(Mutex::new(Waker::noop().clone())))
     }
@@ -29,14 +29,14 @@ impl House {
 }
 
 /// One of them, as the runtime sees it: a waker that remembers that it was called.
-pub(super) struct Bell {
+pub(super) struct WakeFlag {
     rung: AtomicBool,
-    house: House,
+    house: WakeSet,
 }
 
-impl Bell {
+impl WakeFlag {
     /// A bell that has been rung: the first turn is due.
-    pub(super) fn new(house: House) -> Arc<Self> {
+    pub(super) fn new(house: WakeSet) -> Arc<Self> {
         let rung = AtomicBool::new(true);
         Arc::new(Self { rung, house })
     }
@@ -47,7 +47,7 @@ impl Bell {
     }
 }
 
-impl Wake for Bell {
+impl Wake for WakeFlag {
     fn wake(self: Arc<Self>) {
         self.wake_by_ref();
     }
@@ -65,10 +65,10 @@ mod tests {
 
     #[test]
     fn a_bell_wakes_the_house_once_until_it_is_answered() {
-        let house = House::new();
-        let outer = Bell::new(House::new());
+        let house = WakeSet::new();
+        let outer = WakeFlag::new(WakeSet::new());
         house.listen(&Waker::from(Arc::clone(&outer)));
-        let bells = [Bell::new(house.clone()), Bell::new(house)];
+        let bells = [WakeFlag::new(house.clone()), WakeFlag::new(house)];
         assert!(bells.iter().all(|bell| bell.answer()) && outer.answer());
 
         for _ in 0..2 {
