@@ -145,6 +145,8 @@ impl Builder {
             Family::Linux => {
                 target += &format!(".{}.{}", GLIBC.0, GLIBC.1);
                 flags += &format!("\x1f-Clink-arg={}", self.unwinder(system)?);
+                // It asks for a newer glibc than the program does, and is not the one that the program will meet.
+                flags += "\x1f-Clink-arg=-Wl,--allow-shlib-undefined";
             }
             Family::MacOs(oldest) => drop(build.env("MACOSX_DEPLOYMENT_TARGET", oldest)),
         }
