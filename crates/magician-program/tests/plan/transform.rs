@@ -268,7 +268,7 @@ fn what_has_no_place_is_refused_by_its_number() {
             is_joint: Flag::OFF,
             cmd: JogCommand::Stop,
         }),
-        "jogs",
+        "is a jog",
     );
     refused(
         Action::Shift {
