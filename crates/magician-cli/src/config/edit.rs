@@ -1,4 +1,7 @@
 //! Changes to a file of settings that leave the rest of it, comments too, as its owner wrote it.
+//!
+//! `toml_edit` was tried: what it adds stands before a comment that ends the file, and a value that it changes or removes takes the
+//! comment above along. To mend that takes as many lines as these.
 
 use std::fs::{self, File};
 use std::io::{self, Write};
