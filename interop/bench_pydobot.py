@@ -3,7 +3,7 @@
 interop/bench_pydobot.py [--segments N] [--package PYTHON]
 
 Every drawing has a fresh `magician sim` on a pseudo-terminal, paced at 115200 baud, with 0, 2 and 4 ms that the arm takes
-besides. It is the ring of crates/magician/examples/05_drawing.rs: segments so short that the line is what takes time. The
+besides. It is the ring of crates/magician/examples/drawing.rs: segments so short that the line is what takes time. The
 seconds are from the first segment sent to the last one executed, without connecting; the arm's pose at the end is
 compared with the last point, so that nobody gains by leaving something out; what a full queue refuses is sent again.
 pydobot takes 0.2 s a segment by itself: 1,000 of them, three times, ten minutes.
@@ -152,7 +152,7 @@ def main():
     """Draw, and print the figures."""
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--magician", help="the program to test (otherwise it is built, optimised)")
-    options.add_argument("--drawing", help="the example 05_drawing (otherwise it is built, optimised)")
+    options.add_argument("--drawing", help="the example drawing (otherwise it is built, optimised)")
     options.add_argument("--package", help="an interpreter with our Python package, built optimised")
     options.add_argument("--segments", type=int, default=1000)
     options.add_argument("--slow", type=int, default=1000, help="segments for pydobot at most; its seconds are scaled")
@@ -168,9 +168,9 @@ def main():
     if not (given.magician and given.drawing):
         build = ["cargo", "build", "--quiet", "--release"]
         subprocess.run([*build, "-p", "magician-cli"], cwd=ROOT, check=True)
-        subprocess.run([*build, "-p", "magician", "--example", "05_drawing"], cwd=ROOT, check=True)
+        subprocess.run([*build, "-p", "magician", "--example", "drawing"], cwd=ROOT, check=True)
     given.magician = given.magician or str(release / "magician")
-    given.drawing = given.drawing or str(release / "examples" / "05_drawing")
+    given.drawing = given.drawing or str(release / "examples" / "drawing")
 
     results = []
     for turnaround in [*given.turnaround, *([None] if given.package else [])]:

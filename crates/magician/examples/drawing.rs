@@ -1,6 +1,6 @@
 //! Streams a drawing of any number of short segments through the arm's queue, which holds 32.
 //!
-//! `cargo run --release -p magician --example 05_drawing -- PORT [SEGMENTS [WINDOW]]`
+//! `cargo run --release -p magician --example drawing -- PORT [SEGMENTS [WINDOW]]`
 //!
 //! The arm draws a ring of 20 mm through where it stands, in segments of 0.05 mm: the line to it, not the arm, is what
 //! takes time. The driver asks for the room in the queue as seldom as it can, and accounts for every segment by its

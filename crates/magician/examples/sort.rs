@@ -1,12 +1,12 @@
 //! Sorts cubes by colour: a belt brings them, an infrared sensor tells when one is there, the suction cup takes it to
 //! the colour sensor and from there to its place on the table.
 //!
-//! `cargo run -p magician --example 04_sort`
+//! `cargo run -p magician --example sort`
 //!
 //! The arm is a virtual one, in the world of `crates/magician-sim/scenarios/pick_and_sort.toml`; at the end the program
 //! looks there whether every cube is where it belongs. To watch the same program in real time, start
 //! `magician sim --pty ./arm --scenario crates/magician-sim/scenarios/pick_and_sort.toml`
-//! in one terminal and `cargo run -p magician --example 04_sort -- ./arm` in another.
+//! in one terminal and `cargo run -p magician --example sort -- ./arm` in another.
 
 use std::error::Error;
 use std::time::Duration;
