@@ -41,6 +41,9 @@ pub(crate) use stream::Stream;
 #[cfg(feature = "trace")]
 pub use traced::Tracer;
 
+/// How far the clock of an arm goes on at a time where it goes on by the wall, us: a leap that is longer is over what has an end.
+pub(crate) const STEP: Micros = 10_000;
+
 /// A line to the arm. Both methods are polled from one task; what one leaves pending must wake it.
 pub(crate) trait Transport: Send {
     /// Bytes that have come; 0: the other end is gone. When nobody has looked for a while, the system is asked and not only the

@@ -13,7 +13,7 @@ use magician_protocol::MAX_FRAME;
 use magician_sim::{LinkId, Micros, Runner, Speed};
 use tokio::time::Instant;
 
-use crate::transport::Leap;
+use crate::transport::{Leap, STEP};
 
 /// Events in one leap, before others get at the arm.
 const EVENTS: usize = 1000;
@@ -184,7 +184,10 @@ impl Cell {
     /// Lets so much time pass at once, less if something comes over this line or the arm comes to rest before, or to the end of
     /// a queued command if that is of interest.
     pub(crate) fn leap(&mut self, link: LinkId, most: Micros, ends: bool) -> Option<Leap> {
-        if !self.led || !self.runner.busy() {
+        // An arm at rest has nothing to leap to. But its cable is put in again by its own clock, which goes on by the wall until
+        // then, or the run that waits for an answer would wait for ever.
+        let comes_back = !self.runner.plugged() && most <= STEP;
+        if !self.led || !(self.runner.busy() || comes_back) {
             return None;
         }
         let (from, before) = (self.ahead, self.runner.controller().current_index());

@@ -7,7 +7,7 @@ use std::time::Duration;
 use magician::faults::Faults;
 use magician::protocol::Set;
 use magician::protocol::commands::{DeviceTime, Pose};
-use magician::sim::{ExternalEvent, State};
+use magician::sim::{ExternalEvent, Scenario, State};
 use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, words};
 use tokio::task::yield_now;
 use tokio::time::Instant;
@@ -255,6 +255,19 @@ async fn a_pulled_cable_ends_a_run_and_the_arm_goes_on_by_the_wall_meanwhile() {
     let passed = clock(&cell) - pulled;
     assert!(passed <= begun.elapsed(), "{passed:?}");
     assert!(!cell.state().moving);
+}
+
+/// The arm has done what it had long before the cable is back, and the cable comes back by the arm's own clock.
+#[tokio::test(start_paused = true)]
+async fn a_run_goes_on_when_a_scenario_puts_the_cable_in_again() {
+    let fault = r#"fault = [{ kind = "cable", index = 60, for = 5 }]"#;
+    let cell = VirtualArm::in_scenario(&Scenario::from_toml(fault).unwrap()).in_virtual_time();
+    let arm = another(&cell, 1).await;
+    arm.clear_alarms().await.unwrap();
+    let begun = Instant::now();
+    let ran = arm.run(&curve(200)).await.unwrap();
+    assert_eq!((ran.commands, cell.state().line.pulls), (202, 1));
+    assert!(begun.elapsed() < Duration::from_secs(10));
 }
 
 /// A program that looks at the arm before it says what comes next: it hears that the arm has done what it was told.

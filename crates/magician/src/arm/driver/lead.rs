@@ -6,11 +6,10 @@
 
 use super::Driver;
 use crate::connection::Micros;
+use crate::transport::STEP;
 
 /// How long the arm waits for a program that is slow to tell what comes next.
 const PATIENCE: Micros = 1_000_000;
-/// How far it goes on at a time by the wall.
-const STEP: Micros = 10_000;
 
 /// Who says when the arm's time passes.
 #[derive(Debug, Default)]
