@@ -16,11 +16,13 @@ mod run;
 mod watches;
 
 use std::future::Future;
+use std::io;
 use std::sync::Arc;
 use std::time::Duration;
 
 use magician_protocol::commands::Pose;
 use magician_protocol::{AlarmSet, Ctrl, FrameBuf, NoArgs, Queueable, Readable, Set, Writable};
+use tokio::io::{AsyncRead, AsyncWrite};
 
 use crate::connection::Stats;
 use crate::words::Preflight;
@@ -67,6 +69,30 @@ impl Arm {
     #[cfg(feature = "sim")]
     pub fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
         Self::connecting(crate::Arm::simulated(arm.into(), options))
+    }
+
+    /// See [`crate::Arm::over`].
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect).
+    pub fn over<T>(stream: T, options: Options) -> Result<Self>
+    where
+        T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+    {
+        Self::connecting(crate::Arm::over(stream, options))
+    }
+
+    /// See [`crate::Arm::over_with`]. The opener runs on the thread that serves the connection, inside its tokio runtime.
+    ///
+    /// # Errors
+    /// As there, and as [`connect`](Self::connect).
+    pub fn over_with<F, O, T>(opener: F, options: Options) -> Result<Self>
+    where
+        F: FnMut() -> O + Send + 'static,
+        O: Future<Output = io::Result<T>> + Send + 'static,
+        T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
+    {
+        Self::connecting(crate::Arm::over_with(opener, options))
     }
 
     fn connecting(
