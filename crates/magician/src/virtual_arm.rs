@@ -118,7 +118,7 @@ impl VirtualArm {
     /// when [`advance`](Self::advance) says so. While the arm has nothing to do nothing happens in its world, however
     /// long the program takes: every run is the same run.
     ///
-    /// What a program runs (`run`, `perform`, `move_to` and all that waits for the arm's queue) takes, as at full speed, the time
+    /// What a program runs (`run`, `start`, `move_to` and all that waits for the arm's queue) takes, as at full speed, the time
     /// that it takes on a real arm whose host is never late: the clock goes on only when the next commands are in the queue, as far as
     /// it takes them, and all answers are there, so a path does not stop for want of its next segment. It waits so for a
     /// second of the wall's clock; while a program thinks about its next command for longer, or the arm owes it an answer

@@ -1,7 +1,8 @@
 //! What people say to a robot arm, as commands.
 //!
 //! A word returns a command as a value and does nothing else: the driver's `Arm::run` checks a list and runs it, `Arm::start`
-//! runs any number as they come, `Arm::enqueue_set` takes one, and programs may keep them in lists. Lengths are mm, angles degrees; the frame is the arm's: origin where the base axis meets the
+//! runs any number as they come, `Arm::enqueue_set` takes one, and programs may keep them in lists, each as often as they like: a
+//! command is `Copy`. Lengths are mm, angles degrees; the frame is the arm's: origin where the base axis meets the
 //! shoulder axis, X forward, Y to the arm's left, Z up. The table is below z = 0.
 //!
 //! ```

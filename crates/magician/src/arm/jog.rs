@@ -144,9 +144,11 @@ impl Life {
 /// # fn main() -> magician::Result<()> {
 /// # let button_is_pressed = || true;
 /// let arm = Arm::connect("/dev/ttyUSB0")?;
+/// let mut state = arm.state(20.0)?;
 /// let jog = arm.jog(Axis::J1.plus())?;
 /// while button_is_pressed() {
 ///     jog.keep()?;
+///     println!("J1 {:.1}", state.changed()?.pose.joint_angle[0]); // waits for the next of 20 readings a second
 /// }
 /// jog.stop()?;
 /// # Ok(())

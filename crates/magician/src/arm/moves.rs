@@ -7,7 +7,8 @@ use crate::{Result, words};
 
 /// Robot words as methods.
 impl Arm {
-    /// Where the arm is: x, y, z of the tool's tip in mm and r in degrees, and the four joint angles in degrees (document 1.4.1).
+    /// Where the arm is: x, y, z of the tool's tip in mm and r in degrees, and the four joint angles in degrees
+    /// ([`joint_angle`](Pose::joint_angle); document 1.4.1).
     ///
     /// # Errors
     /// As [`get`](Self::get).
