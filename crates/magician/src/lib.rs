@@ -30,6 +30,28 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! # Examples
+//!
+//! Programs of a page or less in `examples`, each for one thing. All take a port as their first argument, `sim` if there is none:
+//! `cargo run -p magician --example pose -- sim`. On a real arm those that move it say so; keep clear of it.
+//!
+//! | example | what it shows |
+//! |---|---|
+//! | `pose` | what an arm says of itself; nothing moves |
+//! | `pick_and_place` | the suction cup, and lists of commands that are checked before they run |
+//! | `two_arms` | two arms at once, async |
+//! | `stop` | a program without end, and a stop from another thread |
+//! | `jog` | a jog for as long as a key is held |
+//! | `sensor` | a colour sensor, an infrared sensor, and an input that the arm waits for |
+//! | `alarm` | what an error tells of an alarm, and how a program goes on after it |
+//! | `reconnect` | a run that outlives a cable which is pulled |
+//! | `transport` | a transport of one's own |
+//! | `scenario` | a program with a test: an arm in a world that is looked at in the end |
+//! | `sort` | all of it: a cell with a belt, sensors and cubes |
+//! | `drawing` | as many short segments as a line carries, measured |
+//! | `serve` | a virtual arm for other programs |
+//! | `path` (of `magician-job`) | a plan as a job: its progress, a pause, and on |
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

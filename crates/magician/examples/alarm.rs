@@ -1,0 +1,40 @@
+//! What an alarm is, and how a program goes on after it: a move out of reach is sent without a check, so that the arm
+//! refuses it and stands. Before and after it moves: keep clear of it.
+//!
+//! `cargo run -p magician --example alarm -- PORT`: `sim`, `/dev/ttyUSB0`, `COM3`, `udp:192.168.1.5`.
+
+use magician::{Alarm, ErrorKind, blocking::Arm, words};
+
+fn main() -> magician::Result<()> {
+    let port = std::env::args().nth(1).unwrap_or_else(|| "sim".to_owned());
+    let arm = Arm::connect(port)?;
+    arm.home()?;
+
+    // Checked, it does not come to an alarm.
+    let too_far = words::move_to(900.0, 0.0, 0.0, 0.0);
+    if let Err(error) = arm.run(&[too_far]) {
+        println!("refused before it was sent: {error}");
+    }
+
+    match arm.start([too_far]).wait(|_| {}) {
+        Err(error) if error.kind() == ErrorKind::Alarm => {
+            println!("{error}");
+            for code in error.alarms().into_iter().flat_map(|alarms| alarms.codes()) {
+                match Alarm::with_code(code) {
+                    Some(alarm) => println!("{}: {}; {}", alarm.name, alarm.cause, alarm.remedy),
+                    None => println!("0x{code:02X}"),
+                }
+            }
+        }
+        Err(error) => return Err(error),
+        Ok(_) => println!("this arm reaches farther than others"),
+    }
+
+    // What waits in the queue would come after the alarm: it goes first.
+    arm.stop()?;
+    arm.clear_alarms()?;
+    println!("alarms: {}", arm.alarms()?);
+    arm.move_to(220.0, 0.0, 40.0, 0.0)?;
+    println!("{:?}", arm.pose()?);
+    Ok(())
+}

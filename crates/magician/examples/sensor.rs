@@ -1,0 +1,78 @@
+//! Reads sensors: an infrared and a colour sensor, and a button at a digital input, which the arm waits for.
+//!
+//! `cargo run -p magician --example sensor -- PORT`. With `sim` the cell below stands around the arm; on a real one
+//! the infrared sensor is at GP4, the colour sensor at GP2, the button at EIO 19.
+
+use magician::commands::{ColorSensor, IrSwitch};
+use magician::protocol::{IoFunction, Port, SensorVersion};
+use magician::sim::Scenario;
+use magician::words::{self, Sensed};
+use magician::{Options, VirtualArm, blocking::Arm};
+
+const CELL: &str = r#"
+    table = { height = -60 }
+    object = [{ name = "cube", size = [20, 20, 20], at = [200, 100], color = "green" }]
+    sensor = [
+        { kind = "color", port = "GP2", at = [200, 100, -10] },
+        { kind = "infrared", port = "GP4", at = [200, 60, -50], facing = 90 },
+    ]
+    input = [{ address = 19, level = 0 }, { address = 19, at = 5, level = 1 }]
+"#;
+const BUTTON: u8 = 19;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let port = std::env::args().nth(1).unwrap_or_else(|| "sim".to_owned());
+    let arm = if port == "sim" {
+        Arm::simulated(
+            VirtualArm::in_scenario(&Scenario::from_toml(CELL)?),
+            Options::default(),
+        )?
+    } else {
+        Arm::connect(port)?
+    };
+    arm.run(&[
+        words::color_sensor(Port::Gp2, true, SensorVersion::V2),
+        words::infrared(Port::Gp4, true, SensorVersion::V2),
+        words::multiplex(BUTTON, IoFunction::DigitalInput),
+    ])?;
+
+    let color = arm.get_with::<ColorSensor>(&words::color_at(Port::Gp2))?;
+    println!(
+        "colour: {:?} (red {}, green {}, blue {})",
+        color.sensed(),
+        color.r,
+        color.g,
+        color.b
+    );
+    let there = arm
+        .get_with::<IrSwitch>(&words::infrared_at(Port::Gp4))?
+        .sensed();
+    println!(
+        "infrared: {}",
+        if there {
+            "something is before it"
+        } else {
+            "nothing is before it"
+        }
+    );
+
+    println!(
+        "button: {}",
+        if arm.digital_input(BUTTON)? {
+            "pressed"
+        } else {
+            "not pressed"
+        }
+    );
+    println!("press it");
+    arm.wait_for_input(BUTTON, true)?;
+    println!(
+        "button: {}",
+        if arm.digital_input(BUTTON)? {
+            "pressed"
+        } else {
+            "not pressed"
+        }
+    );
+    Ok(())
+}
