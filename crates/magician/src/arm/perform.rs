@@ -16,12 +16,18 @@ use crate::{Action, ErrorKind, Result};
 /// So many commands are checked before other tasks get their turn.
 const TURN: usize = 1024;
 
-/// Checks a whole program, its end included. Many commands take a while, and others have connections to be served.
+/// Checks a whole program, its end included. Many commands take a while, and others have connections to be served. An error names
+/// the step, where there are several.
 async fn check_all(check: Preflight, commands: &[Set]) -> Result<()> {
     let mut check = check.summing();
+    let mut step = 0;
     for some in commands.chunks(TURN) {
         for command in some {
-            check.check(command)?;
+            check.check(command).map_err(|error| match commands.len() {
+                1 => error,
+                _ => error.at_step(step),
+            })?;
+            step += 1;
         }
         if some.len() == TURN {
             tokio::task::yield_now().await;
@@ -42,9 +48,10 @@ impl Arm {
     /// # #[tokio::main(flavor = "current_thread")]
     /// # async fn main() -> magician::Result<()> {
     /// # let arm = Arm::connect("sim").await?;
-    /// let ran = arm.run(&[words::move_to(220.0, 40.0, 30.0, 0.0), words::suction(true)]).await?;
+    /// let (near, far) = (words::move_to(220.0, 40.0, 30.0, 0.0), words::move_to(900.0, 0.0, 0.0, 0.0));
+    /// let ran = arm.run(&[near, words::suction(true)]).await?;
     /// assert_eq!(ran.commands, 2);
-    /// let error = arm.run(&[words::move_to(900.0, 0.0, 0.0, 0.0)]).await.unwrap_err();
+    /// let error = arm.run(&[near, far]).await.unwrap_err(); // nothing was sent
     /// assert_eq!((error.kind(), error.step()), (ErrorKind::Unreachable, Some(1)));
     /// # Ok(())
     /// # }

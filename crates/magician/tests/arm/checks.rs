@@ -18,13 +18,16 @@ async fn checks_before_a_byte_is_sent() {
     ];
     let error = arm.run(&bad).await.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unreachable);
-    assert_eq!(error.command(), Some("SetPTPCmd"));
+    assert_eq!(
+        (error.command(), error.step()),
+        (Some("SetPTPCmd"), Some(1))
+    );
     assert!(error.value() > error.limit() && error.unit() == Some("mm"));
     let nan = arm
         .run(&[words::move_to(f32::NAN, 0.0, 0.0, 0.0)])
         .await
         .unwrap_err();
-    assert_eq!(nan.kind(), ErrorKind::InvalidInput);
+    assert_eq!((nan.kind(), nan.step()), (ErrorKind::InvalidInput, None));
     let (after, _) = arm.stats().await.unwrap();
     assert_eq!(after.sent - before.sent, 17, "only reads");
     assert_eq!(arm.current_index().await.unwrap().0, 0);
