@@ -58,7 +58,9 @@ fn filter(text: &str) -> Result<Targets, String> {
             Some((part, level)) => (Some(part), level),
             None => (None, word),
         };
-        let level = level.parse::<LevelFilter>().ok();
+        // An empty word is a level to `tracing`.
+        let level = Some(level).filter(|level| !level.is_empty());
+        let level = level.and_then(|level| level.parse::<LevelFilter>().ok());
         filter = match (part, level) {
             (None, Some(level)) => filter.with_default(level),
             (Some(part), Some(level)) if is_part(part) => filter.with_target(part, level),

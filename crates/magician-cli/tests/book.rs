@@ -56,7 +56,7 @@ fn blocks(page: &str) -> Vec<Block> {
 /// A line of a block for the shell, or nothing if it needs a toolchain. The shell stops at the first line that fails.
 fn script_line(line: &str) -> Option<String> {
     let (command, comment) = line.split_once(" #").unwrap_or((line, ""));
-    let command = match command.trim().strip_prefix("cargo run --release -- ") {
+    let command = match command.trim().strip_prefix("cargo run -- ") {
         Some(arguments) => format!("magician {arguments}"),
         None => command.trim().to_owned(),
     };
@@ -291,7 +291,7 @@ fn the_picture_of_the_readme_is_what_the_arm_drew() {
     let place = tempfile::tempdir().expect("a directory");
     let command = page
         .lines()
-        .find_map(|line| line.strip_prefix("cargo run --release -- "))
+        .find_map(|line| line.strip_prefix("cargo run -- "))
         .and_then(|line| line.split(" #").next())
         .expect("its first command");
     let picture = place.path().join("drawn.svg");
