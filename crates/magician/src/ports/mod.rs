@@ -87,6 +87,10 @@ pub(crate) const ADAPTERS: [Kind; 5] = [
 ];
 
 /// The rules of udev that give the adapters of arms to whoever is logged in.
+#[cfg_attr(
+    not(feature = "measure"),
+    allow(unreachable_pub, reason = "measure shows it")
+)]
 pub fn udev_rules() -> impl Iterator<Item = String> {
     let in_arms = ADAPTERS.iter().filter(|kind| kind.in_arms);
     in_arms.map(|Kind { vendor, product, .. }| {
