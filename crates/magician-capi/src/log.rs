@@ -22,12 +22,11 @@ pub(crate) fn begin() {
     BEGUN.call_once(|| {
         let wanted = std::env::var(VARIABLE).unwrap_or_default();
         let wanted = Some(wanted.trim()).filter(|text| !text.is_empty());
-        let read = wanted.map(filter);
-        let (filter, wrong) = match read {
-            None => (Targets::new().with_default(DEFAULT), None),
-            Some(Ok(filter)) => (filter, None),
-            Some(Err(error)) => (Targets::new().with_default(DEFAULT), Some(error)),
+        let (filter, wrong) = match wanted.map(filter).transpose() {
+            Ok(filter) => (filter, None),
+            Err(error) => (None, Some(error)),
         };
+        let filter = filter.unwrap_or_else(|| Targets::new().with_default(DEFAULT));
         let lines = tracing_subscriber::fmt()
             .with_max_level(LevelFilter::TRACE)
             .with_writer(std::io::stderr)
@@ -66,7 +65,7 @@ fn filter(text: &str) -> Result<Targets, String> {
             (Some(part), Some(level)) if is_part(part) => filter.with_target(part, level),
             _ => {
                 return Err(format!(
-                    "{word} is none of off, error, warn, info, debug and trace"
+                    "unknown level {word}: expected off, error, warn, info, debug or trace"
                 ));
             }
         };

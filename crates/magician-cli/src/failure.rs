@@ -177,7 +177,7 @@ impl Failure {
         Self::new(Kind::Driver(ErrorKind::Unexpected), message)
     }
 
-    /// The laser would burn, or could, and nobody has allowed it.
+    /// The laser would or could burn, and is not allowed to.
     pub(crate) fn not_allowed_to_burn(message: impl Into<String>) -> Self {
         Self::usage(message).hint(format!("{GOGGLES}, and give --yes"))
     }

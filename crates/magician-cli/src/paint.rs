@@ -167,7 +167,7 @@ mod tests {
             shown(Paint { on: true }),
             format!("\x1b[1marm\x1b[0m is {escaped}")
         );
-        // Without colours not even ours are obeyed: nobody has sent them.
+        // Without colours even our own sequences are shown as text: they are not from here.
         let ours = Paint { on: false }.harmless("\x1b[1mbold");
         assert_eq!(ours, r"\u{1b}[1mbold");
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician::Result;
 use magician_conform::{Case, LINE_LOOK, Outcome, Runner, Suite, Target};
-use magician_sim::{Controller, ExternalEvent, Line, LinkId, Micros, Profile, Speed, World};
+use magician_sim::{Controller, Line, LinkId, Micros, Profile, Speed};
 
 const LINK: LinkId = LinkId(0);
 
@@ -79,18 +79,6 @@ impl Target for PacedArm {
 
     async fn go_on(&mut self, at_most: Duration) -> Result<()> {
         self.pass(LINE_LOOK.min(at_most)).await
-    }
-
-    fn stepped(&self) -> Option<Micros> {
-        None
-    }
-
-    fn power_up(&mut self, _: World) -> bool {
-        false
-    }
-
-    fn happens(&mut self, _: ExternalEvent) -> bool {
-        false
     }
 }
 

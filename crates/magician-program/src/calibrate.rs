@@ -110,7 +110,7 @@ impl Tip {
     /// with `bias` in force. Half a turn tells most.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if the numbers are none, the tool was turned by less than 30 deg, or the tip would be 200 mm off.
+    /// A [`Diagnostic`] if a number is not finite, the tool was turned by less than 30 deg, or the tip would be 200 mm off.
     pub fn touched(touches: [[f64; 3]; 2], bias: ToolBias) -> Result<Self, Diagnostic> {
         if touches.iter().flatten().any(|number| !number.is_finite()) {
             return Err(Diagnostic::of_file("the touched points are no numbers"));

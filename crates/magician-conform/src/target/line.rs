@@ -1,7 +1,6 @@
 use std::time::Duration;
 
 use magician::{RawLine, Result};
-use magician_sim::{ExternalEvent, Micros, World};
 use tokio::time::{sleep, timeout};
 
 use super::Target;
@@ -43,17 +42,5 @@ impl Target for LineTarget {
     async fn go_on(&mut self, at_most: Duration) -> Result<()> {
         sleep(LINE_LOOK.min(at_most)).await;
         Ok(())
-    }
-
-    fn stepped(&self) -> Option<Micros> {
-        None
-    }
-
-    fn power_up(&mut self, _: World) -> bool {
-        false
-    }
-
-    fn happens(&mut self, _: ExternalEvent) -> bool {
-        false
     }
 }

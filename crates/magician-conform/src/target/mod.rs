@@ -30,14 +30,22 @@ pub trait Target {
     /// Lets time pass until something may have changed, at most that long. A stepped clock jumps to the next event.
     fn go_on(&mut self, at_most: Duration) -> impl Future<Output = Result<()>>;
 
+    // What follows needs more than a line to the arm: a target at the end of one has none of it.
+
     /// The arm's clock in microseconds since power-up, if this target steps it.
-    fn stepped(&self) -> Option<Micros>;
+    fn stepped(&self) -> Option<Micros> {
+        None
+    }
 
     /// Puts an arm there that has just been switched on, in this world; whether that can be done.
-    fn power_up(&mut self, world: World) -> bool;
+    fn power_up(&mut self, _: World) -> bool {
+        false
+    }
 
     /// Lets something happen to the arm from outside its protocol; whether that can be done.
-    fn happens(&mut self, happening: ExternalEvent) -> bool;
+    fn happens(&mut self, _: ExternalEvent) -> bool {
+        false
+    }
 
     /// A number that somebody beside the arm sees, if anybody can.
     fn sees(&mut self, _: Observable) -> Option<f64> {

@@ -193,7 +193,7 @@ fn a_strict_arm_refuses_the_choices_and_nothing_else() {
     assert!(unrefused.is_empty(), "never refused: {unrefused:?}");
 }
 
-/// Which cases fail without each assumption: for whoever writes `assumes`.
+/// Which cases fail without each assumption: to choose `assumes` by.
 #[test]
 #[ignore = "for people who look for the cases of an assumption"]
 fn list_what_fails_without_each() {

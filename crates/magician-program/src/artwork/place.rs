@@ -92,7 +92,7 @@ impl Artwork {
     /// Lays the drawing before an arm that marks it in this way; every point of it can be reached then.
     ///
     /// # Errors
-    /// A [`Diagnostic`] if there is nothing in it, a number of the layout is none, or it does not fit: with its size, the size
+    /// A [`Diagnostic`] if there is nothing in it, a number of the layout is not finite, or it does not fit: with its size, the size
     /// that would fit, and what to do.
     pub fn placed(&self, layout: &Layout, marking: &Marking) -> Result<PlacedArtwork, Diagnostic> {
         match self.laid(layout, marking)? {

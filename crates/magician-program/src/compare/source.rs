@@ -17,7 +17,7 @@ const MOST_PIECES: f64 = 10_000.0;
 /// filled and not stroked.
 ///
 /// # Errors
-/// A [`Diagnostic`] if it is none.
+/// A [`Diagnostic`] if it is not an SVG.
 pub fn svg_lines(svg: &[u8]) -> Result<Vec<Vec<[f64; 2]>>, Diagnostic> {
     let options = crate::preview::svg_options();
     let tree = usvg::Tree::from_data(svg, &options);

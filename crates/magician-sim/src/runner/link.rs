@@ -8,7 +8,7 @@ use crate::{Controller, LinkId, Micros, Observer};
 /// A peer's line: what is on its way to the arm, and the replies.
 pub(super) struct Link {
     input: Wire,
-    /// SampleTimes ahead along a paced line for the bytes that complete a frame.
+    /// Looks ahead along a paced line for the bytes that complete a frame.
     scout: Option<Box<Deframer>>,
     /// Stream position up to which bytes stand in `pieces`.
     cut: u64,

@@ -65,15 +65,15 @@ impl Motion {
     }
 }
 
-/// SampleTimes at a motion for where it comes inside, one that goes out and back included.
-const LOOKS: Micros = 64;
+/// A motion is sampled so often for where it comes inside, one that goes out and back included.
+const SAMPLES: Micros = 64;
 
 /// The first microsecond after `from` that is inside, if a motion gets there; one that is inside for less than a
-/// [`LOOKS`]th of its time may be taken for one that does not.
+/// [`SAMPLES`]th of its time may be taken for one that does not.
 fn first_inside(from: Micros, to: Micros, outside: impl Fn(Micros) -> bool) -> Option<Micros> {
     let span = to.saturating_sub(from);
-    let look = |step: Micros| from + span / LOOKS * step + span % LOOKS * step / LOOKS;
-    let first = (1..=LOOKS).find(|step| !outside(look(*step)))?;
+    let look = |step: Micros| from + span / SAMPLES * step + span % SAMPLES * step / SAMPLES;
+    let first = (1..=SAMPLES).find(|step| !outside(look(*step)))?;
     let (mut out, mut inside) = (look(first - 1), look(first));
     while inside - out > 1 {
         let middle = out + (inside - out) / 2;
