@@ -21,8 +21,8 @@ use crate::verbs::{
 /// The name of the option that chooses the tool of a virtual arm.
 const VIRTUAL_TOOL: &str = "virtual_tool";
 
-const VIRTUAL_TOOL_HELP: &str = "Tool of the virtual arm (`--port sim`): none, suction, gripper, pen, laser, or its bias X,Y,Z in \
-    mm; suction if not given";
+const VIRTUAL_TOOL_HELP: &str = "Tool of the virtual arm (`--port sim`): none, suction, gripper, \
+        pen, laser, or its bias X,Y,Z in mm [default: suction]";
 
 /// The verbs that have `--tool` for a virtual arm. Those that draw have a `--tool` that tells any arm.
 const WORKS_WITH_AN_ARM: &[&str] = &[
@@ -30,7 +30,7 @@ const WORKS_WITH_AN_ARM: &[&str] = &[
     "sensor", "rail", "conveyor", "alarms", "queue", "get", "set", "enqueue", "shell", "demo",
 ];
 
-/// Work with a Dobot Magician arm: find it, look, move it, or do without one.
+/// Control a Dobot Magician arm, or a virtual one.
 #[derive(Debug, Parser)]
 #[command(
     name = "magician",
@@ -41,8 +41,8 @@ const WORKS_WITH_AN_ARM: &[&str] = &[
     arg_required_else_help = true,
     subcommand_value_name = "VERB",
     subcommand_help_heading = "Verbs",
-    after_help = "Lengths are mm, angles degrees, times seconds. `magician help NAME` explains a verb or a \
-                  command of the protocol."
+    after_help = "Lengths are mm, angles degrees, times seconds. `magician help NAME` explains a \
+        verb or a protocol command."
 )]
 pub(crate) struct Cli {
     #[command(flatten)]

@@ -11,9 +11,9 @@ use crate::json::write_json;
 use crate::paint::Paint;
 use crate::voice::{self, Command};
 
-/// What a person is told who is asked.
+/// What a person who is asked is told.
 pub(crate) const GOGGLES: &str =
-    "put on goggles for its wavelength, clear what must not burn, stay with it";
+    "wear goggles for its wavelength, clear away what must not burn, and stay with it";
 
 /// Whose problem it is. The exit status and the name in JSON follow from it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,7 +179,7 @@ impl Failure {
 
     /// The laser would or could burn, and is not allowed to.
     pub(crate) fn not_allowed_to_burn(message: impl Into<String>) -> Self {
-        Self::usage(message).hint(format!("{GOGGLES}, and give --yes"))
+        Self::usage(message).hint(format!("{GOGGLES}; --yes allows it"))
     }
 
     pub(crate) fn interrupted() -> Self {
@@ -265,7 +265,7 @@ impl fmt::Display for Failure {
 impl From<io::Error> for Failure {
     fn from(error: io::Error) -> Self {
         match error.kind() {
-            io::ErrorKind::BrokenPipe => Self::new(Kind::BrokenPipe, "nobody reads the output"),
+            io::ErrorKind::BrokenPipe => Self::new(Kind::BrokenPipe, "the output was closed"),
             _ => Self::new(
                 Kind::Driver(ErrorKind::Closed),
                 format!("the output cannot be written: {error}"),
@@ -279,7 +279,10 @@ impl From<serde_json::Error> for Failure {
         if error.is_io() {
             return io::Error::from(error).into();
         }
-        Self::new(Kind::Bug, format!("a value has no JSON form: {error}"))
+        Self::new(
+            Kind::Bug,
+            format!("a value cannot be written as JSON: {error}"),
+        )
     }
 }
 

@@ -85,8 +85,7 @@ fn guarded(work: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
             Kind::Bug,
             format!(
                 "this is a bug in magician {version}: {what}\n\
-                 please report it with the command you gave, at the place where you got this \
-                 program from (its issue tracker)"
+                 please report it, with the command you ran, in the issue tracker of this program"
             ),
         ))
     })

@@ -18,8 +18,8 @@ pub(crate) const TOOL: &str = "NAME|X,Y,Z";
 #[command(next_help_heading = "Options of every verb")]
 pub(crate) struct Global {
     /// Where the arm is: `/dev/ttyUSB0`, `COM3`, `usb:VENDOR:PRODUCT[:SERIAL]`, `arm:SERIAL`,
-    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; if not given, the one of
-    /// `magician config`, else the one arm found
+    /// `udp:HOST[:PORT]`, `tcp:HOST:PORT`, or `sim[:SPEED]` for a virtual arm; default: the port of `magician config`,
+    /// else the only arm found
     #[arg(
         short,
         long,
@@ -30,20 +30,19 @@ pub(crate) struct Global {
     )]
     pub(crate) port: Option<String>,
 
-    /// Print JSON: one object, or one a line
+    /// Print JSON: one object, or one per line
     #[arg(long, global = true)]
     pub(crate) json: bool,
 
-    /// Do what is dangerous without asking
+    /// Do dangerous things without asking
     #[arg(long, global = true)]
     pub(crate) yes: bool,
 
-    /// Seconds to wait for each answer of the arm
+    /// Seconds to wait for each reply of the arm
     #[arg(long, global = true, value_name = "SECONDS", value_parser = seconds)]
     pub(crate) timeout: Option<Duration>,
 
-    /// Requests in flight at once, 1 to 8; more than 1 for an arm of which `magician doctor` has found that it takes
-    /// them
+    /// Requests in flight at once, 1 to 8; more than 1 only where `magician doctor` has confirmed it
     #[arg(
         long,
         global = true,
@@ -54,12 +53,12 @@ pub(crate) struct Global {
     )]
     pub(crate) window: Option<u8>,
 
-    /// Write what passes between this program and the arm to a pcapng file, to look at or to send with a bug report;
-    /// if it cannot be written any more the work goes on, and the exit status is 4
+    /// Write the traffic with the arm to a pcapng file, to inspect or to attach to a bug report; if writing fails, the
+    /// work goes on and the exit status is 4
     #[arg(long, global = true, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
 
-    /// Spoil the line to the arm, for tests; `magician proxy --help` has the rates
+    /// Inject faults into the line to the arm, for tests; rates: `magician proxy --help`
     #[arg(long, global = true, value_name = "SPEC", hide = true)]
     pub(crate) faults: Option<Faults>,
 
@@ -95,7 +94,7 @@ impl Global {
             ("--tool", virtual_tool.is_some()),
         ] {
             if is_given {
-                let hint = format!("give {name} to the shell itself");
+                let hint = format!("give {name} to `magician shell` itself");
                 return Err(Failure::usage("a shell has one connection").hint(hint));
             }
         }

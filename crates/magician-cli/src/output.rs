@@ -93,7 +93,7 @@ impl Output {
         self.line("")
     }
 
-    /// A person is told now; who reads JSON finds it in the next object.
+    /// A person is told now; a reader of JSON finds it in the next object.
     pub(crate) fn settled(&mut self, settled: &Settled, json: bool) {
         let Some(text) = saved::note(settled) else {
             return;

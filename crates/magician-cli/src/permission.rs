@@ -47,7 +47,7 @@ impl Context {
 
     /// Lets the laser burn during this verb, once a person has said so.
     pub(crate) fn permit_laser(&mut self, asks: Asks) -> Result<(), Failure> {
-        self.ask_for_laser(asks, "this burns with the laser of the arm")
+        self.ask_for_laser(asks, "this lights the laser of the arm")
     }
 
     /// Lets the queue run during this verb, if commands of another program wait in it only once a person has said so: nobody
@@ -64,7 +64,8 @@ impl Context {
         })?;
         match refused {
             true => {
-                let what = "commands of another program wait in the arm's queue, and they could light the laser of the arm";
+                let what = "commands of another program wait in the queue and could light the \
+                    laser of the arm";
                 self.ask_for_laser(Asks::AtTheTerminal, what)
             }
             false => Ok(()),

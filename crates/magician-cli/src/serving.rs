@@ -20,7 +20,7 @@ pub(crate) const DOORS: &str = match cfg!(unix) {
 pub(crate) fn pty() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| match cfg!(unix) {
         true => Ok(path),
-        false => Err("this system has no pseudo-terminals that serial programs could open; use --tcp or --udp"),
+        false => Err("this system has no pseudo-terminals; use --tcp or --udp"),
     })
 }
 
@@ -59,7 +59,7 @@ pub(crate) fn create(path: &Path) -> Result<File, Failure> {
     if file.metadata().is_ok_and(|metadata| metadata.is_file()) {
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => {
-                return Err(wrong(&"another program is writing it"));
+                return Err(wrong(&"another program is writing to it"));
             }
             // Some file systems know no locks.
             Ok(()) | Err(TryLockError::Error(_)) => {}

@@ -46,7 +46,7 @@ impl Source {
         };
         let count = read.map_err(|error| wrong(&error))?;
         if count as u64 > LARGEST {
-            return Err(wrong(&format!("it has more than {} MB", LARGEST >> 20)));
+            return Err(wrong(&format!("it is larger than {} MB", LARGEST >> 20)));
         }
         let title = Format::title(&name).to_owned();
         Ok(Self { name, title, bytes })
@@ -60,7 +60,7 @@ impl Source {
             let endings = Format::ALL.iter().flat_map(|format| format.endings());
             let endings: Vec<_> = endings.copied().collect();
             let hint = format!(
-                "files with these endings are read: {}; `--format` names the type of one with another ending",
+                "known endings: {}; for any other, name the type with `--format`",
                 endings.join(" ")
             );
             Failure::invalid(message).hint(hint)

@@ -94,10 +94,7 @@ impl Found<'_> {
             }
             ErrorKind::MissingSubcommand => "a command is missing".to_owned(),
             ErrorKind::InvalidUtf8 => "an argument is not UTF-8".to_owned(),
-            other => other
-                .as_str()
-                .unwrap_or("the command line makes no sense")
-                .to_owned(),
+            other => other.as_str().unwrap_or("invalid command line").to_owned(),
         }
     }
 
@@ -118,7 +115,7 @@ impl Found<'_> {
             hints.push("`magician help` lists them".to_owned());
         }
         if near.is_empty() && !known.is_empty() {
-            hints.push(format!("it is one of {}", known.join(", ")));
+            hints.push(format!("possible values: {}", known.join(", ")));
         }
         hints.extend(self.all(ContextKind::Suggested));
         if hints.is_empty() {

@@ -34,7 +34,10 @@ pub(crate) fn params(row: &Row, layout: &LayoutInfo, words: &[String]) -> Result
     for word in words {
         let pair = word.split_once('=');
         pairs.push(pair.ok_or_else(|| {
-            let message = format!("`{word}` is no field of {}: expected key=value", row.name);
+            let message = format!(
+                "`{word}` is not a field of {}: expected key=value",
+                row.name
+            );
             Failure::usage(message).hint(fields(row, layout))
         })?);
     }
@@ -53,7 +56,7 @@ fn fields(row: &Row, layout: &LayoutInfo) -> String {
     match names.as_slice() {
         [] => format!("{} takes no fields", row.name),
         names => format!(
-            "fields are {}; `magician commands {}` explains them",
+            "fields: {}; `magician commands {}` explains them",
             names.join(", "),
             row.name
         ),

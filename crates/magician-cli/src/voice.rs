@@ -172,8 +172,8 @@ mod tests {
     fn json_has_names_and_values() {
         let remedies = [
             Remedy::new(Action::Home, "homes it"),
-            Remedy::new((Setting::Scale, Given::Number(0.5)), "would do"),
-            Remedy::new((Setting::At, Given::Point(220.0, -5.5)), "would do"),
+            Remedy::new((Setting::Scale, Given::Number(0.5)), "fits there"),
+            Remedy::new((Setting::At, Given::Point(220.0, -5.5)), "fits there"),
             Remedy::new((Setting::Order, Given::Off), "keeps the order of the file"),
             Remedy::new((Setting::White, Given::Word("draw")), "keeps it"),
             Remedy::new((Setting::Start, Given::Any("X,Y,Z")), "says it"),
@@ -182,8 +182,8 @@ mod tests {
         ];
         let expected = serde_json::json!([
             {"action": "home", "effect": "homes it"},
-            {"option": "scale", "value": 0.5, "effect": "would do"},
-            {"option": "at", "value": [220.0, -5.5], "effect": "would do"},
+            {"option": "scale", "value": 0.5, "effect": "fits there"},
+            {"option": "at", "value": [220.0, -5.5], "effect": "fits there"},
             {"option": "order", "value": false, "effect": "keeps the order of the file"},
             {"option": "white", "value": "draw", "effect": "keeps it"},
             {"option": "start", "effect": "says it"},

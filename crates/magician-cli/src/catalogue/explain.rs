@@ -54,7 +54,7 @@ fn facts(row: &Row) -> Columns {
     if row.dangerous {
         columns.row([
             "danger",
-            "can brick, unlearn or unlock something: a set needs --yes",
+            "can brick, uncalibrate or unlock the arm: a set needs --yes",
         ]);
     }
     columns.row(["chapter", &chapter_name(row)]);
@@ -67,7 +67,7 @@ fn facts(row: &Row) -> Columns {
         errata => format!(", corrected by errata {errata}"),
     };
     let origin = format!(
-        "{}{section}{errata}; its layout is sure: {}",
+        "{}{section}{errata}; confidence in its layout: {}",
         source(row),
         confidence(row)
     );
@@ -81,20 +81,20 @@ fn effect(row: &Row) -> &'static str {
         Effect::Look | Effect::Consume => "",
         Effect::Setting if row.may_burn => "sets a value; can light the laser",
         Effect::Setting => "sets a value",
-        Effect::Store => "changes what is kept without power",
+        Effect::Store => "changes a value that is kept without power",
         Effect::Motion if row.may_burn => "moves the arm; can light the laser",
         Effect::Motion => "moves the arm",
         Effect::Jog => "moves the arm until it is stopped",
         Effect::Motor => "runs an external motor",
         Effect::Laser => "switches the laser",
         Effect::Wait => "makes the queue wait",
-        Effect::Queue => "decides whether the queue runs, or what is in it",
+        Effect::Queue => "controls the queue",
     }
 }
 
 fn queue(row: &Row) -> &'static str {
     match (row.set, row.queueable) {
-        (None, _) => "no: it is only read",
+        (None, _) => "no: read-only",
         (Some(_), _) if row.steers_queue() => "no: it acts at once, whatever the bit isQueued says",
         (Some(_), true) => "a set may be queued",
         (Some(_), false) => "no: a set acts at once",

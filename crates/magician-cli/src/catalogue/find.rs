@@ -58,7 +58,7 @@ pub(crate) fn kebab(name: &str) -> String {
 }
 
 fn unknown(name: &str) -> Failure {
-    let failure = Failure::usage(format!("no command is called `{name}`"));
+    let failure = Failure::usage(format!("unknown command `{name}`"));
     match nearest(name).as_slice() {
         [] => failure.hint("`magician commands` lists them"),
         names => failure.hint(format!("did you mean {}?", names.join(" or "))),

@@ -17,10 +17,10 @@ pub(crate) use record::{Entry, chapter_name};
 /// The command that a verb is for, and its fields.
 #[derive(Args, Debug)]
 pub(crate) struct Wanted {
-    /// Command: its name as the vendor or Rust writes it, or its id
+    /// Command: its name as in the vendor's document or in Rust, or its id
     #[arg(required_unless_present = "help", value_parser = Names, hide_possible_values = true)]
     name: Option<String>,
-    /// Fields; of a get what its request carries
+    /// Fields; for a get, those of the request
     #[arg(value_name = "KEY=VALUE")]
     pub(crate) fields: Vec<String>,
     /// Explain the command, or this verb

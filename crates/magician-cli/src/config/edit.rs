@@ -134,7 +134,7 @@ fn inserted(text: &str, at: usize, line: &str) -> String {
     format!("{before}{feed}{line}{after}")
 }
 
-/// Writes a file so that whoever looks finds the old or the new one, never half of it. A link stays a link.
+/// Writes a file so that a reader finds the old or the new one, never half of it. A link stays a link.
 pub(crate) fn write(path: &Path, text: &str) -> io::Result<()> {
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     if let Some(directory) = path.parent() {

@@ -43,16 +43,16 @@ pub(crate) enum Kind {
 pub(crate) const KEYS: [Key; 11] = [
     Key {
         name: "port",
-        about: "where the arm is, as --port takes it",
+        about: "port of the arm, as for --port",
         variable: Some("MAGICIAN_PORT"),
-        default: "the one arm found",
+        default: "the only arm found",
         kind: Kind::Port,
     },
     Key {
         name: "tool",
         about: "the tool on the arm: none, suction, gripper, pen, laser, or X,Y,Z in mm",
         variable: Some("MAGICIAN_TOOL"),
-        default: "what a program says",
+        default: "as the program says",
         kind: Kind::Tool,
     },
     Key {
@@ -64,21 +64,21 @@ pub(crate) const KEYS: [Key; 11] = [
     },
     Key {
         name: "surface",
-        about: "z that the arm reports when the tool touches the paper or the wood, mm",
+        about: "height of the work surface: the z of `magician pose` when the tool touches it, mm",
         variable: None,
         default: "none; -60 for a virtual arm",
         kind: Kind::Number,
     },
     Key {
         name: "sheet",
-        about: "where the paper lies, how it is turned and how high it is: `magician calibrate` finds it",
+        about: "position, rotation and height of the sheet: `magician calibrate` measures them",
         variable: None,
         default: "not calibrated",
         kind: Kind::Sheet,
     },
     Key {
         name: "park",
-        about: "where the tip of the tool is taken when a file is done: X,Y,Z in mm",
+        about: "where the tip of the tool is parked at the end of a file: X,Y,Z in mm",
         variable: None,
         default: "nowhere",
         kind: Kind::Place,
@@ -113,7 +113,7 @@ pub(crate) const KEYS: [Key; 11] = [
     },
     Key {
         name: "engrave.power",
-        about: "full power of the laser, percent, or LEAST..MOST: as --power takes it",
+        about: "full power of the laser, percent, or LEAST..MOST, as for --power",
         variable: None,
         default: "100",
         kind: Kind::Power,
@@ -121,7 +121,7 @@ pub(crate) const KEYS: [Key; 11] = [
 ];
 
 impl Key {
-    /// By its name, with - for _ if somebody writes it so.
+    /// By its name; - is accepted for _.
     pub(crate) fn named(name: &str) -> Option<&'static Self> {
         let name = name.replace('-', "_");
         KEYS.iter().find(|key| key.name == name)
@@ -148,7 +148,7 @@ impl Key {
                 })
             }
             Kind::Place => numbers::<3>(text).map(|_| quoted(text)),
-            Kind::Sheet => Err("`magician calibrate` finds it; nobody types it".to_owned()),
+            Kind::Sheet => Err("set it with `magician calibrate`".to_owned()),
         }
     }
 
@@ -161,7 +161,7 @@ impl Key {
                 text.to_string()
             }
             (Kind::Port | Kind::Tool | Kind::Place, _) => {
-                return Err("expected a text in quotes".to_owned());
+                return Err("expected a quoted string".to_owned());
             }
             (_, DeValue::Integer(number)) => number.as_str().replace('_', ""),
             (_, DeValue::Float(number)) => number.as_str().replace('_', ""),

@@ -157,7 +157,7 @@ impl Config {
         table.clone().try_into().map(Some).map_err(|error| {
             let path = self.path().unwrap_or(Path::new("config.toml")).display();
             Failure::invalid(format!("{path}: {name}: {}", error.message()))
-                .hint(format!("`magician config unset {name}` forgets it"))
+                .hint(format!("`magician config unset {name}` removes it"))
         })
     }
 
@@ -193,17 +193,14 @@ impl Config {
     ) -> Result<(), Failure> {
         let Some(path) = self.path.clone() else {
             return Err(
-                Failure::invalid("the system names no directory for settings")
-                    .hint("MAGICIAN_CONFIG names the file"),
+                Failure::invalid("this system has no directory for settings")
+                    .hint("set MAGICIAN_CONFIG to the path of the file"),
             );
         };
         let edited = text.and_then(|text| Self::of(Some(path.clone()), text).ok());
         let Some(edited) = edited.filter(is_right) else {
-            let message = format!(
-                "{} is written in a way that only a person can change",
-                path.display()
-            );
-            return Err(Failure::invalid(message).hint("open it in an editor"));
+            let message = format!("{} cannot be edited by this program", path.display());
+            return Err(Failure::invalid(message).hint("edit it by hand"));
         };
         edit::write(&path, &edited.text).map_err(|error| {
             Failure::invalid(format!("{} cannot be written: {error}", path.display()))
@@ -220,7 +217,12 @@ fn read(path: &Path) -> Result<String, Failure> {
     };
     match fs::metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(String::new()),
-        Ok(about) if about.len() > LARGEST => return Err(wrong(&"it is too large for settings")),
+        Ok(about) if about.len() > LARGEST => {
+            return Err(wrong(
+                &"it is too large for a settings \
+            file",
+            ));
+        }
         _ => {}
     }
     fs::read_to_string(path).map_err(|error| wrong(&error))
@@ -269,7 +271,7 @@ fn entry(
     value: &Spanned<DeValue<'_>>,
 ) -> Result<(&'static str, String), Diagnostic> {
     let Some(key) = KEYS.iter().find(|key| key.name == name) else {
-        let problem = Diagnostic::new(lines.origin(place), format!("there is no setting `{name}`"));
+        let problem = Diagnostic::new(lines.origin(place), format!("unknown setting `{name}`"));
         return Err(problem.help(near(name)));
     };
     let text = key.read(value.get_ref());
@@ -289,7 +291,7 @@ pub(crate) fn near(name: &str) -> String {
     let nearest = KEYS.iter().min_by_key(distance);
     match nearest.filter(|key| distance(key) <= 3) {
         Some(key) => format!("did you mean `{}`?", key.name),
-        None => "`magician config` lists what there is".to_owned(),
+        None => "`magician config` lists all settings".to_owned(),
     }
 }
 

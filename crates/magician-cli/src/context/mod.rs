@@ -199,7 +199,7 @@ impl Context {
         }
         let runtime = Builder::new_current_thread().enable_all().build();
         let runtime = Rc::new(runtime.map_err(|error| {
-            let message = format!("the system gives no event loop: {error}");
+            let message = format!("the event loop cannot be started: {error}");
             Failure::new(Kind::Driver(ErrorKind::Port), message)
         })?);
         Ok(self.runtime.insert(runtime).clone())
@@ -455,9 +455,10 @@ impl Context {
         let options = self.options()?.for_arm(config.arm_at(&target));
         let tool = self.global.virtual_tool;
         if tool.is_some() && !matches!(target, Target::Sim(_)) {
-            let hint = "`magician set EndEffectorParams x_bias=X y_bias=Y z_bias=Z` tells the arm";
+            let hint = "`magician set EndEffectorParams x_bias=X y_bias=Y z_bias=Z` sets it on \
+                the arm";
             let message =
-                format!("--tool chooses the tool of a virtual arm, and {target} is not one");
+                format!("--tool sets the tool of a virtual arm, and {target} is a real one");
             return Err(Failure::usage(message).hint(hint));
         }
         let arm = match (target, self.stage.take(), tool) {
@@ -509,7 +510,7 @@ impl Context {
         }
         // A full disk costs the trace, not what is traced.
         let tracer = Tracer::new(create(path)?).map_err(|error| {
-            tracing::warn!(%error, "the trace cannot be written and ends here");
+            tracing::warn!(%error, "the trace cannot be written and stops here");
             error.to_string()
         });
         self.trace = Some((path.clone(), tracer.clone()));

@@ -22,7 +22,7 @@ pub(crate) async fn stop(arm: &Arm, saved: &SavedSettings) -> Result<String, Str
 
 /// Stops what a first stop has begun to do: nothing more is moved. A further signal does not wait for that.
 pub(super) async fn stop_again(arm: &Arm, signals: &mut Signals) -> Result<String, String> {
-    let unknown = "interrupted twice: it is not known whether the arm stands";
+    let unknown = "interrupted twice: the arm may still be moving";
     let stood = tokio::select! {
         biased;
         _ = signals.next() => None,
@@ -43,5 +43,5 @@ pub(crate) fn place(Pose { x, y, z, r, .. }: &Pose) -> String {
 }
 
 pub(crate) fn not_confirmed(why: &str) -> String {
-    format!("interrupted, but the arm did not confirm that it stands: {why}")
+    format!("interrupted, but the arm did not confirm that it has stopped: {why}")
 }

@@ -8,7 +8,7 @@ use std::io;
 pub(crate) enum Control {
     /// This program is to be suspended, when it is ready for that.
     Suspend,
-    /// It goes on, or somebody wants it to.
+    /// It runs, or is to run again.
     Continue,
 }
 
@@ -71,12 +71,13 @@ mod unix {
     use super::Control;
     use crate::interrupt::unix::is_ignored;
 
-    /// Those who hear now.
+    /// The current listeners.
     static LISTENERS: AtomicUsize = AtomicUsize::new(0);
-    /// Whether the system's way is followed, because nobody hears. None where the signal was ignored from the beginning.
+    /// Whether the system's default is followed, because there is no listener. None where the signal was ignored from the
+    /// start.
     static FOLLOWED: OnceLock<Option<Arc<AtomicBool>>> = OnceLock::new();
 
-    /// What follows the wish while nobody hears it: a handler that was set once stays for good.
+    /// What follows the wish while there is no listener: a handler that was set once stays for good.
     fn followed() -> Option<&'static AtomicBool> {
         let followed = FOLLOWED.get_or_init(|| {
             if is_ignored(SIGTSTP) {
@@ -112,7 +113,7 @@ mod unix {
 
         pub(super) async fn next(&mut self) -> Control {
             tokio::select! {
-                // Where both have come nobody tells which was first: a program that runs on can be suspended again.
+                // If both have come their order is unknown: a program that runs on can be suspended again.
                 biased;
                 () = self.suspend.next() => Control::Suspend,
                 () = self.goes_on.next() => Control::Continue,
@@ -136,7 +137,7 @@ mod unix {
         }
     }
 
-    /// A signal that is waited for. What came before somebody began to wait for it is not heard.
+    /// A signal that is waited for. A signal from before the wait began is not heard.
     struct Wake {
         pipe: UnixStream,
         id: SigId,
@@ -177,7 +178,7 @@ mod unix {
     }
 
     pub(super) fn stop_process() {
-        // Who cannot be stopped runs on, and waits to be continued all the same.
+        // A process that cannot be stopped runs on, and still waits to be continued.
         let _ = kill_process(getpid(), Signal::STOP);
     }
 }

@@ -17,7 +17,7 @@ static IGNORED: OnceLock<bool> = OnceLock::new();
 fn hangup_is_ignored() -> bool {
     let status = fs::read_to_string("/proc/self/status");
     let told = status.ok().and_then(|status| ignores(&status, HANGUP));
-    // Where nothing tells, whoever has no terminal on any of the three was started to outlive it.
+    // Where the system does not say, a process without a terminal on any of the three was started to outlive it.
     let terminals = [
         io::stdin().is_terminal(),
         io::stdout().is_terminal(),
@@ -26,7 +26,7 @@ fn hangup_is_ignored() -> bool {
     told.unwrap_or(!terminals.contains(&true))
 }
 
-/// Whether this program was told by its parent to ignore a signal; what nobody tells of is not.
+/// Whether this program was told by its parent to ignore a signal; an unknown one counts as not ignored.
 pub(super) fn is_ignored(signal: i32) -> bool {
     let status = fs::read_to_string("/proc/self/status");
     let told = status.ok().and_then(|status| ignores(&status, signal));

@@ -1,6 +1,7 @@
 //! The tool that poses are counted for, which another program may change while the arm is recorded.
 //!
-//! A new bias moves the pose and not the arm: what follows poses has to know, or it repeats a motion that nobody made. Each
+//! A new bias moves the pose and not the arm: a recorder of poses has to know, or it records a motion that never
+//! happened. Each
 //! pose tells its bias itself, beside the joints.
 
 use magician::Arm;

@@ -43,7 +43,7 @@ pub(crate) struct Options {
     pub(crate) tolerance: f64,
     /// Whose clock counts.
     pub(crate) clock: Clock,
-    /// Where somebody counts the steps of a program that runs.
+    /// Where the steps of a running program are counted.
     pub(crate) steps: Option<Arc<AtomicU64>>,
 }
 
@@ -160,14 +160,14 @@ impl Recorder {
     pub(crate) async fn failed(&mut self) -> Failure {
         match (&mut self.task).await {
             Ok(Err(failure)) => failure,
-            Ok(Ok(_)) => Failure::new(Kind::Bug, "a recording ended of itself"),
+            Ok(Ok(_)) => Failure::new(Kind::Bug, "a recording ended by itself"),
             Err(panic) => Failure::new(Kind::Bug, panic.to_string()),
         }
     }
 
     /// Completes the file.
     pub(crate) async fn finish(self) -> Result<Summary, Failure> {
-        // Who ended before has an error to tell.
+        // A recording that ended before has an error to report.
         let _ = self.stop.send(());
         match self.task.await {
             Ok(outcome) => outcome,
@@ -299,7 +299,7 @@ impl Work {
 
     async fn keep(&mut self, at: Instant, seen: Seen) -> Result<(), Failure> {
         let Some(tool) = self.counted.of(&seen.pose, &self.arm).await else {
-            // Nobody knows of what the pose is.
+            // It is unknown which tool the pose is for.
             return Ok(());
         };
         let t = match self.clock {
@@ -356,9 +356,9 @@ impl Work {
             seconds, readings, ..
         } = *self.tally.borrow();
         let why = self.broke.as_deref().unwrap_or("it was closed");
-        let message = format!("the line to the arm is gone after {seconds:.1} s: {why}");
+        let message = format!("lost the line to the arm after {seconds:.1} s: {why}");
         Failure::new(Kind::Driver(ErrorKind::Port), message)
-            .hint(format!("the {readings} readings until then are kept"))
+            .hint(format!("the {readings} readings before that are kept"))
     }
 }
 

@@ -68,9 +68,13 @@ impl Format {
         let mut known = Self::ENDS.into_iter();
         let found = known.find(|(end, _)| name.ends_with(end));
         found.map(|(_, format)| format).ok_or_else(|| {
-            let message = format!("{}: the end of its name does not say what to record", path.display());
+            let message = format!(
+                "{}: its name does not end in a format to record",
+                path.display()
+            );
             Failure::usage(message).hint(
-                ".mcap, .csv and .jsonl are readings; .plan.json and .playback are programs that repeat the motion",
+                "use .mcap, .csv or .jsonl for readings, .plan.json or .playback for a program \
+                    that repeats the motion",
             )
         })
     }

@@ -62,17 +62,18 @@ pub(crate) struct Screen {
 /// Whether there is a terminal for the picture of `what` and one for the keys; `without` says what to do if not.
 pub(crate) fn check(what: &str, without: &str) -> Result<(), Failure> {
     if !io::stderr().is_terminal() {
-        let message = format!("{what} draws on stderr, which is no terminal");
+        let message = format!("{what} draws on stderr, which is not a terminal");
         return Err(Failure::usage(message).hint(without));
     }
     if std::env::var_os("TERM").is_some_and(|term| term == "dumb") {
-        let message =
-            format!("{what} needs a terminal that can place its cursor; TERM says `dumb`");
+        let message = format!("{what} needs a terminal with cursor control; TERM is `dumb`");
         return Err(Failure::usage(message).hint(without));
     }
     if Keyboard::find().is_err() {
-        let message =
-            format!("{what} has no keyboard: stdin is no terminal, and none controls this program");
+        let message = format!(
+            "{what} needs a keyboard: stdin is not a terminal, and this program has no \
+                controlling terminal"
+        );
         return Err(Failure::usage(message).hint(without));
     }
     Ok(())
@@ -109,7 +110,7 @@ impl Screen {
         Ok(changed)
     }
 
-    /// Takes everything off the screen, whoever put it there.
+    /// Takes everything off the screen, whatever wrote it.
     pub(crate) fn clear(&mut self) -> io::Result<()> {
         self.terminal = blank(self.area)?;
         execute!(io::stderr(), Clear(ClearType::All), Hide)
@@ -213,7 +214,7 @@ fn log() -> MutexGuard<'static, Vec<u8>> {
     LOG.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Where a log goes that would go to stderr: while a picture is there, to those who show it, or else to stderr afterwards.
+/// Where a log goes that would go to stderr: while a picture is there, to the picture's log, or else to stderr afterwards.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogWriter;
 

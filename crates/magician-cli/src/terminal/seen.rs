@@ -160,12 +160,12 @@ pub(crate) fn event_text(event: &Event) -> String {
         ),
         Event::Unaccounted { from, to } => {
             format!(
-                "commands {} to {} were queued by somebody else",
+                "commands {} to {} were queued by another program",
                 from.0, to.0
             )
         }
         Event::Missed { events } => format!("{events} events were missed"),
-        _ => "something happened that this program does not know".to_owned(),
+        _ => "unknown event".to_owned(),
     }
 }
 

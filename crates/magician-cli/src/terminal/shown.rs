@@ -50,7 +50,7 @@ impl Shown {
         match self.end() {
             None | Some(Ok(Ok(()))) => Ok(()),
             Some(Ok(Err(error))) => {
-                let message = format!("the terminal cannot be drawn on: {error}");
+                let message = format!("cannot draw on the terminal: {error}");
                 Err(Failure::new(Kind::Driver(ErrorKind::Closed), message))
             }
             Some(Err(panic)) => std::panic::resume_unwind(panic),
@@ -76,7 +76,7 @@ impl Drop for Shown {
 }
 
 /// The wish of a shell or the system to suspend this program, which is heard and not followed: the shell would take the terminal's
-/// mode, and an arm that was jogging would jog on with nobody to end it.
+/// mode, and an arm that was jogging would jog on without end.
 pub(crate) struct Suspends(JobControl);
 
 impl Suspends {

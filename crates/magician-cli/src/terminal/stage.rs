@@ -1,7 +1,7 @@
 //! A picture for a program that works with the arm: frames go to it, keys come from it.
 //!
 //! The work with the arm and the terminal are on two threads. Beats tell the one that the other is well: a dead man's control
-//! must not be kept up by a keyboard that nobody can be heard on.
+//! must not be kept up by a keyboard that cannot be read.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -63,7 +63,8 @@ impl<M: Send + 'static> Stage<M> {
         *self.next.lock().unwrap_or_else(PoisonError::into_inner) = Some(model);
     }
 
-    /// The next thing that the terminal tells. To be suspended is to lose the focus: whoever stops cannot stop an arm.
+    /// The next thing that the terminal tells. A suspension counts as losing the focus: a stopped process cannot stop an
+    /// arm.
     /// After it is gone, or cannot be drawn on, it is gone again and again.
     pub(crate) async fn next(&mut self) -> Told {
         tokio::select! {
@@ -127,7 +128,7 @@ impl<M> Work<M> {
     }
 
     fn tell(&self, told: Told) {
-        // Nobody listens any more when the program is about to stop this.
+        // The receiver is gone when the program is about to stop this.
         let _ = self.tell.send(told);
     }
 }

@@ -11,7 +11,7 @@ use crate::saved::Access;
 /// Show the alarms with cause and remedy, or clear them
 #[derive(Args, Debug)]
 pub(crate) struct Alarms {
-    /// Clear them, and with them the hold on the queue
+    /// Clear the alarms, which also releases the queue
     #[arg(long)]
     clear: bool,
 }
@@ -90,7 +90,7 @@ fn write(list: &List, cleared: bool, out: &mut Output) -> Result<(), Failure> {
         out.line(format_args!("{}{holds}", paint.name(title)))?;
         if let (Some(cause), Some(cure)) = (alarm.cause, alarm.cure) {
             out.line(format_args!("     cause: {cause}"))?;
-            out.line(format_args!("     cure:  {cure}"))?;
+            out.line(format_args!("     remedy: {cure}"))?;
         }
     }
     if list.tool_unknown {

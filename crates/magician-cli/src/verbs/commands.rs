@@ -11,14 +11,14 @@ use crate::output::Output;
 /// List or explain the commands of the protocol
 #[derive(Args, Debug)]
 pub(crate) struct Commands {
-    /// Command to explain: its name as the vendor or Rust writes it, or its id
+    /// Command to explain: its name as in the vendor's document or in Rust, or its id
     #[arg(conflicts_with_all = ["chapter", "word"], value_parser = Names, hide_possible_values = true)]
     name: Option<String>,
-    /// Only those of a chapter: info, pose, alarm, home, teach, tool, jog, ptp, cp, arc, wait, trigger, io,
+    /// Only commands of a chapter: info, pose, alarm, home, teach, tool, jog, ptp, cp, arc, wait, trigger, io,
     /// calibration, wifi, lost-step, queue
     #[arg(long)]
     chapter: Option<String>,
-    /// Only those with this word in their name or description
+    /// Only commands with this word in their name or description
     #[arg(long)]
     word: Option<String>,
 }
@@ -50,8 +50,8 @@ impl Commands {
         }
         names.sort();
         names.dedup();
-        let message = format!("no chapter is called `{wanted}`");
-        Err(Failure::usage(message).hint(format!("chapters are {}", names.join(", "))))
+        let message = format!("unknown chapter `{wanted}`");
+        Err(Failure::usage(message).hint(format!("chapters: {}", names.join(", "))))
     }
 
     fn wants(&self, row: &Row) -> bool {
@@ -67,7 +67,7 @@ impl Commands {
 
 fn list(rows: &[&'static Row], out: &mut Output) -> Result<(), Failure> {
     let count = match rows.len() {
-        0 => return out.line("no command has this word; `magician commands` lists them all"),
+        0 => return out.line("no command matches; `magician commands` lists them all"),
         1 => "1 command".to_owned(),
         count => format!("{count} commands"),
     };
@@ -82,7 +82,7 @@ fn list(rows: &[&'static Row], out: &mut Output) -> Result<(), Failure> {
         ]);
     }
     columns.write(out)?;
-    let legend = "g can be got, s set, q queued, ! needs --yes to set";
+    let legend = "g get, s set, q queue, ! a set needs --yes";
     let summary = format!("{count}; {legend}; `magician commands NAME` explains one");
     note(&summary, out)
 }

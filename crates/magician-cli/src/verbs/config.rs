@@ -11,19 +11,18 @@ use crate::failure::Failure;
 /// Columns of a terminal on which the meanings have room, too.
 const ROOMY: usize = 120;
 
-/// Show or change settings: defaults of flags, arms by name
+/// Show or change settings: defaults of options, named arms
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician config                      every setting, its value, and where that comes from
+  magician config                      every setting, its value and its source
   magician config set port /dev/ttyUSB0
   magician config set tool pen
   magician config unset port
   magician config set arms.white.port /dev/ttyUSB0
   magician config set arms.white.fence.floor -60
 
-A flag goes before a variable of the environment (MAGICIAN_PORT, MAGICIAN_TOOL, MAGICIAN_WINDOW), and that before the \
-file. MAGICIAN_CONFIG names another file.")]
+An option overrides its environment variable (MAGICIAN_PORT, MAGICIAN_TOOL, MAGICIAN_WINDOW), which overrides the file. MAGICIAN_CONFIG names another file.")]
 pub(crate) struct Show {
     #[command(subcommand)]
     deed: Option<Deed>,
@@ -36,20 +35,20 @@ enum Deed {
         /// Name of the setting
         key: String,
     },
-    /// Keep a value
+    /// Save a value
     Set {
         /// Name of the setting
         key: String,
-        /// What it is from now on
+        /// New value
         #[arg(allow_hyphen_values = true)]
         value: String,
     },
-    /// Forget a value
+    /// Remove a value
     Unset {
         /// Name of the setting
         key: String,
     },
-    /// Print where the file is
+    /// Print the path of the file
     Path,
 }
 
@@ -101,9 +100,8 @@ impl Show {
                 one(key, context)
             }
             Some(Deed::Path) => {
-                let path = path_of(&Config::load()?).ok_or_else(|| {
-                    Failure::invalid("the system names no directory for settings")
-                })?;
+                let path = path_of(&Config::load()?)
+                    .ok_or_else(|| Failure::invalid("this system has no directory for settings"))?;
                 context.show(&Place { path: path.clone() }, |out| out.line(&path))
             }
         }
@@ -116,7 +114,7 @@ fn path_of(config: &Config) -> Option<String> {
 
 fn key_named(name: &str) -> Result<&'static Key, Failure> {
     Key::named(name)
-        .ok_or_else(|| Failure::usage(format!("there is no setting `{name}`")).hint(near(name)))
+        .ok_or_else(|| Failure::usage(format!("unknown setting `{name}`")).hint(near(name)))
 }
 
 fn setting(config: &Config, key: &Key) -> Setting {

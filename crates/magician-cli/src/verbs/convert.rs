@@ -26,17 +26,16 @@ Examples:
   magician convert pick.playback pick.plan.json    a plan that people can read, change and compare
   magician convert pick.plan.json pick.playback    for DobotStudio
   magician convert part.gcode part.svg             the lines that it draws, in true size
-  magician convert house.svg house.csv             every step with its point
+  magician convert house.svg house.csv             every step with its target point
 
-The end of the second name says what it becomes: .plan.json (or .json), .playback, .svg, .png, .csv. A drawing is placed \
-before the arm on the way.")]
+The ending of the second name selects the output format: .plan.json (or .json), .playback, .svg, .png, .csv. A drawing is placed in front of the arm first.")]
 pub(crate) struct Convert {
     #[command(flatten)]
     file: File,
     /// File to write
     #[arg(value_hint = ValueHint::FilePath)]
     to: PathBuf,
-    /// Make laser work of drawings and images instead of pen work
+    /// Convert drawings and images for the laser instead of the pen
     #[arg(long)]
     laser: bool,
     #[command(flatten)]
@@ -112,7 +111,7 @@ fn kind(path: &Path) -> Result<Kind, Failure> {
         Some("csv") => Ok(Kind::Points),
         _ => {
             let message = format!("cannot infer the output format from {}", path.display());
-            Err(Failure::usage(message).hint("end it in .plan.json, .playback, .svg, .png or .csv"))
+            Err(Failure::usage(message).hint("use .plan.json, .playback, .svg, .png or .csv"))
         }
     }
 }
@@ -141,12 +140,13 @@ fn write(
             if done.drawing.is_empty() {
                 let (what, hint) = match plan.steps.iter().any(|step| step.action.marks()) {
                     true => (
-                        "nothing that it draws is within reach",
-                        "`magician run --check` tells how far it is beyond the reach, `--fit` brings it within",
+                        "none of its lines is within reach",
+                        "`magician run --check` shows how far out of reach it is, `--fit` makes \
+                            it fit",
                     ),
                     false => (
-                        "nothing is drawn or burnt in it",
-                        "`magician run --preview` shows the way of the tool",
+                        "it draws and burns nothing",
+                        "`magician run --preview` shows the path of the tool",
                     ),
                 };
                 return Err(Failure::invalid(format!("{}: {what}", source.name)).hint(hint));
@@ -154,7 +154,7 @@ fn write(
             let picture = Picture::at(path.to_owned()).map_err(Failure::usage)?;
             picture.keep(&done.drawing, &PictureOptions::default())?;
             Ok(lost(
-                "a picture has the lines that are drawn, and neither speeds nor ways between them",
+                "a picture has only the lines that are drawn: no speeds, no travel between them",
             ))
         }
     }

@@ -16,8 +16,8 @@ use crate::saved::Access;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician conveyor run 50          50 mm/s until told otherwise; -50 the other way
-  magician conveyor by 120          120 mm on, and wait until the belt stands
+  magician conveyor run 50          50 mm/s until it is stopped; -50 the other way
+  magician conveyor by 120          forward by 120 mm, and wait until the belt stands
   magician conveyor stop")]
 pub(crate) struct Conveyor {
     #[command(subcommand)]
@@ -29,22 +29,22 @@ pub(crate) struct Conveyor {
 
 #[derive(Clone, Copy, Debug, Subcommand)]
 enum Action {
-    /// Run it until told otherwise
+    /// Run the belt until it is stopped
     Run {
-        /// mm/s, the sign is the direction
+        /// Speed, mm/s; its sign is the direction
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         speed: f32,
     },
-    /// Move it by so much and wait until it stands
+    /// Move the belt by a distance and wait until it stands
     By {
-        /// mm, the sign is the direction
+        /// Distance, mm; its sign is the direction
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         distance: f32,
-        /// mm/s
+        /// Speed, mm/s
         #[arg(long, value_name = "MM/S", default_value_t = 50.0, value_parser = number::<f32>)]
         speed: f32,
     },
-    /// Stop it
+    /// Stop the belt
     Stop,
 }
 
@@ -71,7 +71,7 @@ impl Conveyor {
             Action::Stop => turn(context, motor, output, 0.0)?,
             Action::By { distance, speed } => {
                 if within(speed, CONVEYOR_FASTEST, "mm/s")? <= 0.0 {
-                    let message = format!("a speed of {speed} mm/s: it must be above 0");
+                    let message = format!("the speed is {speed} mm/s, it must be above 0");
                     return Err(Failure::invalid(message));
                 }
                 let command =
@@ -102,7 +102,7 @@ fn within(value: f32, most: f64, unit: &'static str) -> Result<f32, Failure> {
     match f64::from(value).abs() <= most {
         true => Ok(value),
         false => Err(Failure::invalid(format!(
-            "{value} {unit}: a belt is told at most {most:.0} {unit} either way"
+            "{value} {unit}: limit {most:.0} {unit} in either direction"
         ))),
     }
 }

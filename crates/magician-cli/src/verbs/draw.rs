@@ -13,12 +13,11 @@ use crate::failure::Failure;
 #[command(after_help = "\
 Examples:
   magician draw house.svg --preview out.svg        what will be drawn, and where
-  magician draw house.svg --surface -58.5          the paper is where z is -58.5
+  magician draw house.svg --surface -58.5          the paper is at z -58.5
   magician draw house.svg --fit --speed 30
   magician draw photo.png --width 80 --threshold 100
 
-`magician calibrate` measures where the paper lies, once and for all. A drawing keeps its true size; what does not fit is \
-refused, unless --fit makes it smaller.")]
+`magician calibrate` measures the position of the paper once and for all. A drawing keeps its true size; if it does not fit it is refused, unless --fit makes it smaller.")]
 pub(crate) struct Draw {
     #[command(flatten)]
     file: File,

@@ -19,7 +19,7 @@ Examples:
   magician engrave job.gcode --power 50 --check
   magician engrave photo.png --mode dither --spacing 0.25 --port sim --picture out.png
 
-A laser blinds and sets fire: goggles for its wavelength, nothing behind the wood, and somebody beside it. On a real arm \
+A laser blinds and starts fires: wear goggles for its wavelength, keep the space behind the work clear, and never leave it alone. On a real arm \
 nothing burns without --yes; --check, --estimate and --preview move nothing.")]
 pub(crate) struct Verb {
     #[command(flatten)]
@@ -40,10 +40,10 @@ pub(crate) struct Verb {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "The laser")]
 struct Laser {
-    /// How grey becomes power
+    /// How grey levels become power
     #[arg(long, value_enum, value_name = "MODE", default_value_t = Mode::Grey)]
     mode: Mode,
-    /// With --mode threshold: what is darker is burnt, 1 to 255
+    /// With --mode threshold: burn what is darker than this, 1 to 255
     #[arg(long, value_name = "GREY", default_value_t = 128, value_parser = clap::value_parser!(u8).range(1..))]
     threshold: u8,
     /// Burn white and leave black
@@ -55,27 +55,27 @@ struct Laser {
     /// Height of an image, mm
     #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "width")]
     height: Option<f64>,
-    /// From one line of an image to the next, mm
+    /// Distance between the lines of an image, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     spacing: Option<f64>,
-    /// Burn all lines in the same direction: slower, and free of play
+    /// Burn all lines in the same direction: slower, but free of backlash
     #[arg(long)]
     one_way: bool,
-    /// How far the tool runs up and out at either end of a line, mm
+    /// Run-up and run-out of the tool at the ends of a line, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     overscan: Option<f64>,
-    /// Exponent of the darkness; above 1 spares the light parts
+    /// Exponent of the darkness; above 1 burns light parts less
     #[arg(long, value_name = "EXPONENT", value_parser = positive)]
     gamma: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum Mode {
-    /// The darker, the more power
+    /// More power where it is darker
     Grey,
-    /// Full power for what is dark, none for the rest
+    /// Full power for dark pixels, none for the rest
     Threshold,
-    /// Dots of full power, the denser the darker
+    /// Dots of full power, denser where it is darker
     Dither,
 }
 

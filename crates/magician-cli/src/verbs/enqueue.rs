@@ -8,7 +8,7 @@ use crate::failure::Failure;
 use crate::saved::Access;
 use crate::values;
 
-/// Put any command of the protocol into the queue
+/// Queue any command of the protocol
 #[derive(Args, Debug)]
 #[command(
     disable_help_flag = true,
@@ -18,12 +18,12 @@ Examples:
   magician enqueue PTPCmd ptp_mode=movl-xyz x=220 y=40 z=30 r=0 --start
   magician enqueue --help PTPCmd     explains the command
 
-Prints the index that the arm gave it. The queue is not started unless --start says so."
+Prints the queue index that the arm assigned. The queue is started only with --start."
 )]
 pub(crate) struct Enqueue {
     #[command(flatten)]
     wanted: Wanted,
-    /// Let the queue run
+    /// Start the queue
     #[arg(long)]
     start: bool,
 }
@@ -42,7 +42,7 @@ impl Enqueue {
         if !row.queueable {
             let message = format!("{} cannot be queued", row.set_name);
             return Err(Failure::usage(message)
-                .hint(format!("`magician set {}` does it at once", row.name)));
+                .hint(format!("`magician set {}` runs it at once", row.name)));
         }
         let params = values::params(row, layout, &self.wanted.fields)?;
         refuse_danger(row, context)?;

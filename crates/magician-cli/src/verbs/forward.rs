@@ -54,7 +54,7 @@ impl Forward {
             }
             columns.write(out)?;
             if let Err(beyond) = ArmModel::MAGICIAN.limits.check(&joints) {
-                let note = format!("note: the arm cannot stand there, {beyond}");
+                let note = format!("note: the arm cannot reach this pose, {beyond}");
                 out.line(out.paint.note(note))?;
             }
             Ok(())

@@ -39,10 +39,7 @@ impl Get {
             let frame = reply.frame();
             let answer = describe(&frame, Direction::Reply);
             let answer = answer.map_err(|error| {
-                Failure::unexpected(format!(
-                    "{}: an answer that cannot be read: {error}",
-                    row.get_name
-                ))
+                Failure::unexpected(format!("{}: invalid reply: {error}", row.get_name))
             })?;
             match json {
                 true => out.json(&answer),

@@ -9,7 +9,7 @@ use crate::progress::attended;
 /// Home the arm: find its reference, go to the home point, clear the alarms
 #[derive(Args, Debug)]
 pub(crate) struct Home {
-    /// Run what an earlier program left in the queue first
+    /// First run the commands that an earlier program left in the queue
     #[arg(long)]
     keep: bool,
 }

@@ -22,10 +22,10 @@ pub(super) const PINS: u8 = 20;
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "A pin does nothing before it is told what it is: `magician io mux 4 digital-output`."
+    after_help = "A pin does nothing until it has a function: `magician io mux 4 digital-output`."
 )]
 pub(crate) struct Io {
-    /// Show also the pins that have no function
+    /// Also show pins without a function
     #[arg(long)]
     all: bool,
     #[command(subcommand)]
@@ -36,11 +36,11 @@ pub(crate) struct Io {
 enum Action {
     /// Show what the pins do
     List {
-        /// Also those that have no function
+        /// Also show pins without a function
         #[arg(long)]
         all: bool,
     },
-    /// Read a pin as what it is
+    /// Read a pin, as its function says
     Get {
         /// Pin, 1 to 20
         #[arg(value_parser = pin)]
@@ -51,29 +51,29 @@ enum Action {
         /// Pin, 1 to 20
         #[arg(value_parser = pin)]
         pin: u8,
-        /// 0 or 1, off or on, low or high
+        /// Level: 0 or 1, off or on, low or high
         #[arg(value_parser = level, action = clap::ArgAction::Set)]
         level: bool,
     },
-    /// Say what a pin is: none, digital-output, pwm, digital-input, analog-input,
+    /// Set the function of a pin: none, digital-output, pwm, digital-input, analog-input,
     /// digital-input-pull-up, digital-input-pull-down, or 0 to 6
     Mux {
         /// Pin, 1 to 20
         #[arg(value_parser = pin)]
         pin: u8,
-        /// What it is
+        /// Function
         #[arg(value_parser = function)]
         function: IoFunction,
     },
-    /// Set the signal of a pulse-width output
+    /// Set frequency and duty cycle of a PWM output
     Pwm {
         /// Pin, 1 to 20
         #[arg(value_parser = pin)]
         pin: u8,
-        /// Pulses a second, 10 to 1000000
+        /// Frequency, Hz, 10 to 1000000
         #[arg(value_parser = number::<f32>)]
         hertz: f32,
-        /// Share of the time that it is high, 0 to 100
+        /// Duty cycle, percent, 0 to 100
         #[arg(value_parser = number::<f32>)]
         percent: f32,
     },
@@ -133,7 +133,7 @@ struct List {
 }
 
 impl Pin {
-    /// What it is, in words.
+    /// Function, in words.
     pub(super) fn function(&self) -> Option<String> {
         let value = self.multiplex?;
         Some(match IoFunction::INFO.name_of(value) {
@@ -142,7 +142,7 @@ impl Pin {
         })
     }
 
-    /// What it is, as a letter: output, pulse width, input, analog.
+    /// Function, as a letter: output, pulse width, input, analog.
     pub(super) fn letter(&self) -> char {
         match self.multiplex.map(IoFunction::from) {
             None | Some(IoFunction::None) => ' ',
@@ -326,7 +326,7 @@ fn write<'a>(pins: impl IntoIterator<Item = &'a Pin>, out: &mut Output) -> Resul
     columns.write(out)
 }
 
-/// What it is at, in words.
+/// Function at, in words.
 pub(super) fn state(pin: &Pin) -> String {
     match (pin.level, pin.frequency, pin.duty_cycle, pin.value) {
         (Some(level), ..) => if level == 0 { "low" } else { "high" }.to_owned(),

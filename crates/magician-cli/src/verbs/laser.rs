@@ -1,4 +1,4 @@
-//! `laser`: on for as long as somebody is there, and off.
+//! `laser`: on while this command runs, and off.
 
 use std::future::{Future, pending};
 use std::io::{self, IsTerminal, Read, Write};
@@ -34,10 +34,11 @@ Examples:
   magician laser off
 
 Wear goggles for the laser's wavelength before you switch it on. It burns only while this command runs; --keep-on leaves it \
-on. In `magician shell` it burns until `laser off`, or until the shell ends. On a real arm it asks first, or wants --yes.")]
+on. In `magician shell` it burns until `laser off`, or until the shell ends. On a real arm it \
+    asks first, or needs --yes.")]
 pub(crate) struct Laser {
     state: Switch,
-    /// Switch it off after so many seconds
+    /// Switch it off after SECONDS
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
     time: Option<Duration>,
     /// Leave it on when this command ends
@@ -52,8 +53,8 @@ impl Laser {
         }
         let lasts = self.time.is_some() || !(self.keep_on || context.in_shell);
         if lasts && self.time.is_none() && !io::stdin().is_terminal() {
-            let message =
-                "`laser on` burns until Ctrl-C or the end of its input, and stdin is no terminal";
+            let message = "`laser on` burns until Ctrl-C or the end of its input, and stdin is not a \
+                    terminal";
             return Err(Failure::usage(message).hint("give --for SECONDS, or --keep-on"));
         }
         context.permit_laser(Asks::AtTheTerminal)?;
@@ -153,11 +154,11 @@ async fn lost(arm: &Arm, quiet: bool) -> Failure {
     }
     let back = attended(
         quiet,
-        "the line broke: waiting for it, to switch the laser off",
+        "the line broke: waiting to switch the laser off when it is back",
         timeout(BACK, arm.reconnected()),
     );
     let message = match back.await {
-        Ok(Ok(())) => "the line to the arm broke; the laser is off, since the line is back",
+        Ok(Ok(())) => "the line to the arm broke; it is back, and the laser is off",
         _ => "the line to the arm broke, and the laser may be on: switch the arm off",
     };
     Failure::new(Kind::Driver(magician::ErrorKind::Port), message)

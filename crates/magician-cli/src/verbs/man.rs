@@ -9,9 +9,9 @@ use crate::output::Text;
 
 /// Print the manual page, or write one for each verb
 #[derive(Args, Debug)]
-#[command(after_help = "To read it at once: magician man | man -l -")]
+#[command(after_help = "To view it: magician man | man -l -")]
 pub(crate) struct Man {
-    /// Directory to write the pages into; made if it is not there
+    /// Directory for the pages; created if missing
     dir: Option<PathBuf>,
 }
 
@@ -30,7 +30,7 @@ impl Man {
             .and_then(|()| clap_mangen::generate_to(description, &dir))
             .map_err(|error| {
                 let dir = dir.display();
-                Failure::invalid(format!("no pages can be written into {dir}: {error}"))
+                Failure::invalid(format!("the pages cannot be written into {dir}: {error}"))
             })?;
         let told = format!("pages written into {}", dir.display());
         context.show(&Text::from(told.clone()), |out| out.line(&told))

@@ -18,12 +18,12 @@ use crate::options::seconds;
 Examples:
   magician play pick.playback
   magician play pick.playback --loops 10 --speed-ratio 80
-  magician play pick.playback --loops 0 --pause 2     until Ctrl-C, with a rest of 2 s in between
+  magician play pick.playback --loops 0 --pause 2     until Ctrl-C, with pauses of 2 s
   magician play drop.playback --grid 2x3:40x30        at each place of a pallet")]
 pub(crate) struct Play {
     #[command(flatten)]
     file: File,
-    /// Seconds to rest at the end of each loop
+    /// Pause at the end of each loop, seconds
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pause: Option<Duration>,
     #[command(flatten)]
@@ -32,7 +32,7 @@ pub(crate) struct Play {
     place: Place,
     #[command(flatten)]
     way: Way,
-    /// How far a pen is lifted at the end, and between the lines of a drawing, mm
+    /// Pen lift at the end, and between the lines of a drawing, mm
     #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
     lift: Option<f64>,
 }

@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// `:SERIAL` if there are several), or by the serial number of the arm behind it (`--port arm:SERIAL`).
 #[derive(Args, Debug)]
 pub(crate) struct Ports {
-    /// Ask the networks of this computer for arms too, or this one host, which may be elsewhere
+    /// Search the local networks for arms too, or ask one host, which may be in another network
     #[arg(long, value_name = "HOST", num_args = 0..=1)]
     wifi: Option<Option<String>>,
 }
@@ -122,8 +122,9 @@ fn on_wifi(host: Option<&str>, context: &Context) -> Result<Vec<OnWifi>, Failure
     Ok(found.into_iter().map(OnWifi::from).collect())
 }
 
-const NOBODY_ON_WIFI: &str = "no arm on Wi-Fi answered; is its module plugged in and its lamp green? A network behind a \
-                              router is not asked: `magician ports --wifi HOST` asks one address there";
+const NOBODY_ON_WIFI: &str = "no arm answered on Wi-Fi; is its module plugged in and its light \
+        green? Networks behind a router are not searched: `magician ports --wifi HOST` asks one \
+    address there";
 
 /// What a person without an arm may do.
 fn nobody(no_ports: bool) -> String {

@@ -16,10 +16,10 @@ use crate::saved::Access;
 /// Show the pose: tool position and joint angles
 #[derive(Args, Debug)]
 pub(crate) struct Pose {
-    /// Go on showing it until Ctrl-C
+    /// Keep showing it until Ctrl-C
     #[arg(long)]
     watch: bool,
-    /// How often, with --watch
+    /// Readings per second, with --watch
     #[arg(long, value_name = "HZ", default_value_t = 10.0, requires = "watch", value_parser = rate)]
     rate: f64,
 }
@@ -144,7 +144,7 @@ impl Live<'_> {
 
 impl Drop for Live<'_> {
     fn drop(&mut self) {
-        // Nobody is left to tell that this failed.
+        // There is nobody left to report this failure to.
         let _ = self.0.line("").and_then(|()| self.0.flush());
     }
 }

@@ -15,13 +15,13 @@ pub(crate) struct Queue {
 
 #[derive(Clone, Copy, Debug, Subcommand)]
 enum Action {
-    /// Show how far it is and how much room it has
+    /// Show progress and free space
     Status,
-    /// Let it run
+    /// Start the queue
     Start,
-    /// Let the command under way finish and hold the rest
+    /// Finish the command under way and hold the rest
     Stop,
-    /// Drop what waits; the command under way finishes
+    /// Drop the waiting commands; the command under way finishes
     Clear,
 }
 

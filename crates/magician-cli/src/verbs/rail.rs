@@ -18,8 +18,8 @@ use crate::saved::{Access, SavedSettings};
     args_conflicts_with_subcommands = true,
     after_help = "\
 Examples:
-  magician rail on               the arm stands on a rail, from now on
-  magician rail to 350           along the rail to 350 mm; the arm keeps its joints
+  magician rail on               tell the arm that it is on a rail
+  magician rail to 350           along the rail to 350 mm; the joints do not move
   magician rail by -50 --speed 80"
 )]
 pub(crate) struct Rail {
@@ -29,25 +29,25 @@ pub(crate) struct Rail {
 
 #[derive(Clone, Copy, Debug, Subcommand)]
 enum Action {
-    /// Tell the arm that it stands on a rail
+    /// Tell the arm that it is on a rail
     On {
         /// Generation of the rail, 1 or 2
         #[arg(long, default_value_t = 2, value_parser = clap::value_parser!(u8).range(1..=2))]
         version: u8,
     },
-    /// Tell the arm that it stands on none
+    /// Tell the arm that it is not on a rail
     Off,
-    /// Move to a place on the rail and wait until the arm is there
+    /// Move to a position on the rail and wait until the arm is there
     To {
-        /// mm, 0 to 1000
+        /// Position, mm, 0 to 1000
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         place: f32,
         #[command(flatten)]
         how: How,
     },
-    /// Move along the rail by so much
+    /// Move along the rail by a distance
     By {
-        /// mm
+        /// Distance, mm
         #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
         distance: f32,
         #[command(flatten)]
@@ -86,7 +86,7 @@ impl Rail {
         };
         context.show(&answer, |out| match answer.l {
             Some(l) => out.line(format_args!("rail: at {l:.2} mm")),
-            None => out.line("rail: not in use; `magician rail on` tells the arm of one"),
+            None => out.line("rail: not in use; `magician rail on` enables it"),
         })
     }
 }
@@ -113,8 +113,8 @@ pub(super) async fn needs_rail(arm: &Arm) -> Result<(), Failure> {
     if look(arm).await?.rail {
         return Ok(());
     }
-    let message = "the arm knows of no rail, so only its joints would move; nothing was sent";
-    Err(Failure::invalid(message).hint("`magician rail on` tells it of one"))
+    let message = "the rail is not enabled, so only the joints would move; nothing was sent";
+    Err(Failure::invalid(message).hint("`magician rail on` enables it"))
 }
 
 /// Moves along the rail, checked before anything is sent.

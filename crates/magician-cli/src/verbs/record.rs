@@ -1,4 +1,4 @@
-//! `record`: what an arm does while somebody else moves it.
+//! `record`: what an arm does while it is moved by hand or by another program.
 
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
@@ -20,32 +20,32 @@ use crate::recording::{Format, Options, Recorder, Summary, Tally};
 /// Between two looks at how far it is.
 const FRAME: Duration = Duration::from_millis(100);
 
-/// Record an arm that is guided or at work, as readings or as a program
+/// Record the motion of the arm, as readings or as a program
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
   magician record day.mcap                  until Ctrl-C; Foxglove opens it
   magician record day.csv --rate 50 --for 60
-  magician record lead.plan.json            lead the arm by hand (its unlock button), then Ctrl-C
-  magician run lead.plan.json               and it repeats that
+  magician record lead.plan.json            guide the arm by hand (its unlock button), then Ctrl-C
+  magician run lead.plan.json               repeat the motion
 
-The end of the name says what it is: .mcap, .csv and .jsonl are readings (time in s, pose and joints in mm and deg, queue index \
-and space, alarms; .mcap and .jsonl also tell of alarms and of a line that broke); .plan.json is a program that follows the \
-motion at its own speed and keeps its rests, .playback the same for DobotStudio, with a stop at each point.
+The ending of the name selects the format: .mcap, .csv and .jsonl are readings (time in s, pose and joints in mm and deg, queue index \
+and space, alarms; .mcap and .jsonl also have alarms and breaks of the line); .plan.json is a \
+    program that repeats the motion at its own speed and with its pauses, .playback the same for \
+    DobotStudio, with a stop at each point.
 
-It only looks: the arm is moved by hand, by its own keys, or by another program through `magician proxy`. A killed recording \
-lacks its last second at most.")]
+It only reads: move the arm by hand, by its own keys, or from another program through `magician proxy`. A recording that is killed lacks its last second at most.")]
 pub(crate) struct Record {
     /// File to write
     #[arg(value_hint = ValueHint::FilePath)]
     file: PathBuf,
-    /// Readings a second; a line at 115200 baud has room for about 50
+    /// Readings per second; a line at 115200 baud carries about 50
     #[arg(long, value_name = "HZ", default_value_t = 20.0, value_parser = rate)]
     rate: f64,
-    /// How long; until Ctrl-C without it
+    /// Duration; default: until Ctrl-C
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds)]
     lasting: Option<Duration>,
-    /// How far a program may be from the motion that it repeats, mm
+    /// Largest distance of a program from the motion that it repeats, mm
     #[arg(long, value_name = "MM", default_value_t = 0.5, value_parser = tolerance)]
     tolerance: f64,
 }
@@ -62,7 +62,7 @@ impl Record {
         let format = Format::of(&self.file)?;
         // What hands did cannot be done again by a computer.
         if self.file.exists() && !context.global.yes {
-            let message = format!("{} is there already", self.file.display());
+            let message = format!("{} already exists", self.file.display());
             return Err(Failure::usage(message).hint("--yes replaces it"));
         }
         let json = context.global.json;
@@ -134,7 +134,7 @@ fn told(summary: &Summary) -> String {
         None => String::new(),
     };
     format!(
-        "{}: {seconds:.1} s, {readings} readings, {length:.1} mm of way{steps}",
+        "{}: {seconds:.1} s, {readings} readings, {length:.1} mm travelled{steps}",
         summary.file.display()
     )
 }

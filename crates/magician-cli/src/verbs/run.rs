@@ -13,17 +13,15 @@ use crate::failure::Failure;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician run pick.playback                       what DobotStudio has taught
-  magician run drawing.svg --check                 whether the arm can do it, without an arm
+  magician run pick.playback                       a program taught in DobotStudio
+  magician run drawing.svg --check                 check it, without an arm
   magician run drawing.svg --preview out.svg       what will be drawn, and where
   magician run part.gcode --port sim --picture out.png
-  magician run part.gcode --resume                 go on after Ctrl-C or a pulled cable
+  magician run part.gcode --resume                 resume after Ctrl-C or a pulled cable
 
-While it runs at a terminal, p pauses and goes on, space and s stop as Ctrl-C does, + and - change the speed, and Ctrl-Z \
-pauses it before this program is suspended. --tui shows the sheet as it fills up.
+While it runs at a terminal, p pauses and resumes, space and s stop like Ctrl-C, + and - change the speed, and Ctrl-Z pauses it before this program is suspended. --tui shows the sheet as it fills up.
 
-Everything is checked before the first byte is sent. Drawings are drawn with the pen (`magician draw` has more to say of \
-them), images engraved (`magician engrave`). What burns needs --yes on a real arm.")]
+Everything is checked before the first byte is sent. Drawings are drawn with the pen (more options: `magician draw`), images are engraved (`magician engrave`). Burning with a real arm needs --yes.")]
 pub(crate) struct Run {
     #[command(flatten)]
     file: File,
@@ -35,7 +33,7 @@ pub(crate) struct Run {
     place: Place,
     #[command(flatten)]
     way: Way,
-    /// How far a pen is lifted at the end, and between the lines of a drawing, mm
+    /// Pen lift at the end, and between the lines of a drawing, mm
     #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
     lift: Option<f64>,
 }

@@ -23,17 +23,17 @@ Examples:
   magician sensor infrared gp4 --watch
 Levels and voltages at pins: `magician io`.")]
 pub(crate) struct Sensor {
-    /// Which kind
+    /// Kind of sensor
     kind: Kind,
-    /// The connector it is plugged into
+    /// Connector that it is plugged into
     connector: Connector,
-    /// Go on showing it until Ctrl-C
+    /// Keep showing it until Ctrl-C
     #[arg(long)]
     watch: bool,
-    /// How often, with --watch
+    /// Readings per second, with --watch
     #[arg(long, value_name = "HZ", default_value_t = 5.0, requires = "watch", value_parser = rate)]
     rate: f64,
-    /// Switch it off instead
+    /// Switch the sensor off instead
     #[arg(long, conflicts_with = "watch")]
     off: bool,
     /// Generation of the sensor, 1 or 2
@@ -43,10 +43,10 @@ pub(crate) struct Sensor {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Kind {
-    /// Tells red, green and blue
+    /// Tells red, green and blue apart
     #[value(alias = "colour")]
     Color,
-    /// Tells whether something is before it
+    /// Detects an object in front of it
     #[value(alias = "ir")]
     Infrared,
 }
@@ -164,11 +164,11 @@ impl Seen {
     fn line(&self) -> String {
         match self {
             Self::Color { r, g, b, color, .. } => {
-                let color = color.unwrap_or("no colour stands out");
+                let color = color.unwrap_or("no dominant colour");
                 format!("{color} (red {r}, green {g}, blue {b})")
             }
-            Self::Infrared { blocked: true, .. } => "something is before it".to_owned(),
-            Self::Infrared { blocked: false, .. } => "nothing is before it".to_owned(),
+            Self::Infrared { blocked: true, .. } => "object detected".to_owned(),
+            Self::Infrared { blocked: false, .. } => "no object".to_owned(),
             Self::Off { .. } => "switched off".to_owned(),
         }
     }

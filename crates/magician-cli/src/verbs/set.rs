@@ -9,7 +9,7 @@ use crate::failure::Failure;
 use crate::saved::Access;
 use crate::values;
 
-/// Set any value of the protocol, or give an order, at once
+/// Set any value of the protocol, or do any of its commands, at once
 #[derive(Args, Debug)]
 #[command(
     disable_help_flag = true,
@@ -74,6 +74,6 @@ pub(crate) fn refuse_danger(row: &Row, context: &Context) -> Result<(), Failure>
         return Ok(());
     }
     let name = row.set_name;
-    let message = format!("{name} can brick, unlearn or unlock something; nothing was sent");
-    Err(Failure::usage(message).hint("give --yes if you mean it"))
+    let message = format!("{name} can brick, uncalibrate or unlock the arm; nothing was sent");
+    Err(Failure::usage(message).hint("--yes sends it all the same"))
 }

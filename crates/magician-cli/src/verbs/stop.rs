@@ -9,10 +9,10 @@ use crate::saved::Access;
 /// Stop the arm: motion, queue and laser
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Stops the motion, drops what waits in the queue, switches the laser off, and makes sure that the arm stands. \
-A convenience, not a safety function: the arm has a power switch.")]
+Stops the motion, drops the waiting commands, switches the laser off, and checks that the arm has \
+    stopped. This is not a safety function: in an emergency use the arm's power switch.")]
 pub(crate) struct Stop {
-    /// Let the command under way finish and hold the rest of the queue
+    /// Finish the command under way and hold the rest of the queue
     #[arg(long)]
     gentle: bool,
 }

@@ -21,12 +21,12 @@ const REACHED: f64 = 0.1;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician move 220 40 30              all joints together, rotation as it is
+  magician move 220 40 30              all joints together, rotation unchanged
   magician move 220 40 30 0 --linear   on a straight line
   magician move --relative 0 0 -10     down by 10 mm
   magician move --joints 0 45 45 0     joint angles J1 J2 J3 J4
 
-What is out of reach is refused before anything is sent.")]
+A target out of reach is refused before anything is sent.")]
 pub(crate) struct Move {
     /// x in mm, or J1 in degrees
     #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
@@ -37,32 +37,31 @@ pub(crate) struct Move {
     /// z in mm, or J3
     #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     z: f32,
-    /// Rotation in degrees, or J4; as it is if left out
+    /// Rotation in degrees, or J4; unchanged if omitted
     #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     r: Option<f32>,
-    /// On a straight line
+    /// Move on a straight line
     #[arg(long)]
     linear: bool,
-    /// Up, across and down
+    /// Jump: up, across and down
     #[arg(long, conflicts_with_all = ["linear", "relative"])]
     jump: bool,
-    /// The numbers are joint angles
+    /// Take the numbers as joint angles
     #[arg(long)]
     joints: bool,
-    /// The numbers are added to where the arm is
+    /// Take the numbers as offsets from the current position
     #[arg(long)]
     relative: bool,
-    /// Share of the set speed for this move, percent
+    /// Speed ratio of this move, percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     speed_ratio: Option<f32>,
-    /// Tool that the pose is for: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the
-    /// arm keeps it
+    /// Tool that the pose is for: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<ToolBias>,
-    /// Return as soon as the arm has taken the command
+    /// Return as soon as the arm has queued the command
     #[arg(long)]
     no_wait: bool,
-    /// Run what an earlier program left in the queue first
+    /// First run the commands that an earlier program left in the queue
     #[arg(long)]
     keep: bool,
 }
@@ -82,7 +81,7 @@ struct Taken {
 impl Move {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         if self.joints && self.relative && self.linear {
-            let message = "joint angles added on a straight line: the arm has no such move";
+            let message = "the arm has no straight move by relative joint angles";
             return Err(Failure::usage(message));
         }
         if self.keep {

@@ -130,7 +130,7 @@ fn a_broken_file_is_told_with_its_place_by_whoever_depends_on_it() {
     let (status, _, err) = place.run(&["pose"]);
     assert_eq!(status, 3);
     for part in [
-        "there is no setting `prot`",
+        "unknown setting `prot`",
         "config.toml:2:1",
         "did you mean `port`?",
         "^^^^",

@@ -65,7 +65,7 @@ fn ends(mut terminal: Terminal, before: [u32; 4], status: i32) {
 #[test]
 fn keys_act_and_q_ends() {
     let (mut terminal, before) = picture(&[]);
-    shows(&mut terminal, "?", "draw everything anew");
+    shows(&mut terminal, "?", "redraw the screen");
     terminal.types("x");
     shows(&mut terminal, "u", "the unlock key is held");
     shows(&mut terminal, "u", "the unlock key is released");

@@ -141,7 +141,7 @@ fn an_arm_that_was_not_homed_is_not_drawn_with() {
         assert_eq!(error["code"], "not-homed");
         let remedies = serde_json::json!([
             {"action": "home", "effect": "homes it"},
-            {"option": "unhomed", "value": true, "effect": "goes on all the same"},
+            {"option": "unhomed", "value": true, "effect": "goes on anyway"},
         ]);
         assert_eq!(error["remedies"], remedies);
         let sent = place.dir.path().join("frames.trace");

@@ -115,7 +115,7 @@ fn keys_pause_a_job_go_on_with_it_and_stop_it() {
     terminal.until_seen("step 3/");
     assert!(!canonical(&terminal));
     terminal.types("p");
-    terminal.until_seen("paused: p goes on, space stops");
+    terminal.until_seen("paused: p resumes, space stops");
     assert!(place.number("pose", "z") > PAPER + 9.0);
     terminal.types("p");
     terminal.until_seen("left");

@@ -25,7 +25,7 @@ fn a_job_has_the_whole_terminal_obeys_the_same_keys_and_gives_it_back() {
     terminal.types("-");
     terminal.until_drawn("left, at 90 %");
     terminal.types("p");
-    terminal.until_drawn("paused: p goes on");
+    terminal.until_drawn("paused: p resumes");
     assert!(place.number("pose", "z") > PAPER + 9.0);
     terminal.types("p");
     terminal.until_drawn("running");
@@ -71,7 +71,7 @@ fn the_whole_terminal_is_refused_where_there_is_none() {
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(said.contains(why), "{said}");
     };
-    refused(&[], "draws on stderr, which is no terminal");
+    refused(&[], "draws on stderr, which is not a terminal");
     refused(&["--json"], "it has no --json");
     refused(&["--check"], "nothing is run here");
     let shell = magician::run_with(

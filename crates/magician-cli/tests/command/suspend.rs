@@ -58,13 +58,13 @@ fn a_job_pauses_before_it_is_stopped_and_goes_on_when_it_is_continued() {
         assert!(is_as_it_was(&terminal));
         is_at_rest(&place);
         assert!(pen_is_up(&place));
-        terminal.until_seen("paused: p goes on");
+        terminal.until_seen("paused: p resumes");
         terminal.tell(Signal::CONT);
         terminal.until_seen("left");
         assert!(!is_as_it_was(&terminal));
     }
     terminal.types("p");
-    terminal.until_seen("paused: p goes on, space stops");
+    terminal.until_seen("paused: p resumes, space stops");
     terminal.interrupts(" ", "interrupted:");
     assert!(is_as_it_was(&terminal));
 }
@@ -91,11 +91,11 @@ fn a_job_that_a_person_has_paused_stays_paused() {
     let place = Place::homed("5");
     let mut terminal = draws(&place);
     terminal.types("p");
-    terminal.until_seen("paused: p goes on");
+    terminal.until_seen("paused: p resumes");
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
     terminal.tell(Signal::CONT);
-    terminal.until_seen("paused: p goes on");
+    terminal.until_seen("paused: p resumes");
     is_at_rest(&place);
     terminal.types("p");
     terminal.until_seen("left");
@@ -145,14 +145,14 @@ fn a_job_that_burns_is_not_lit_again_by_itself() {
     terminal.until_stopped();
     is_at_rest(&place);
     terminal.tell(Signal::CONT);
-    terminal.until_seen("the job burns: it stays paused, with the laser off, until you press p");
+    terminal.until_seen("the job burns: it stays paused, laser off, until you press p");
     is_at_rest(&place);
     assert!(!laser_is_on(&place));
     // Nor by a second going on.
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
     terminal.tell(Signal::CONT);
-    terminal.until_seen("paused: p goes on");
+    terminal.until_seen("paused: p resumes");
     is_at_rest(&place);
     terminal.types("p");
     terminal.until_seen("left");

@@ -16,38 +16,35 @@ use crate::options::seconds;
 use crate::saved::Access;
 use figures::Figures;
 
-/// Measure the line and the driver, beside what can be computed
+/// Measure the line and the driver, and compare with the computed rates
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician bench --port /dev/ttyUSB0                 what only reads
-  magician bench --port /dev/ttyUSB0 --yes           and with a path that the arm draws
+  magician bench --port /dev/ttyUSB0                 reads only
+  magician bench --port /dev/ttyUSB0 --yes           also measurements with motion
   magician bench --port ./arm --window 4 --yes --seconds 60 --only h2,h3
 
-h1  answers a second of GetPose and of the current index, segments of a path (17-byte CP) a second alone and with pose, current index and left space read 20 times a second: against the rate computed for the turnaround
+h1  replies per second to GetPose and to the current index; path segments (17-byte CP) per second, alone and with pose, current index and left space read 20 times a second; each beside the rate computed from the turnaround
 h2  the last of these with a window of 4 or more
 h3  whether the queue runs dry: 0.2 mm segments at 450 a second with pauses of 10 ms, 0.5 mm at 100 mm/s with pauses of 50 ms
-h4  from a stop to its first byte on the line and to its answer, while segments fill the line
+h4  time from a stop to its first byte on the line and to its reply, while segments fill the line
 h5  processor time of this process at 450 segments a second and 50 poses
-h7  what the driver adds to a bare round trip over a pseudo-terminal; it needs no arm
+h7  time that the driver adds to a bare round trip over a pseudo-terminal; needs no arm
 
-h2 to h5 and the segments of h1 let the arm draw rings of 20 mm through where it stands, away from its reach's ends, at up to \
-100 mm/s. A real arm does that only with --yes: nothing may be in its way. Its path speeds are given back at the end. `sim` \
-needs no --yes, but there the virtual arm's own work is in h5. What was not measured is null.
+For h2 to h5 and the segments of h1 the arm draws rings of 20 mm through its current position, away from the limits of its reach, at up to 100 mm/s. A real arm does that only with --yes: keep its way clear. Its path speeds are restored at the end. `sim` needs no --yes, but h5 then includes the work of the virtual arm. Values that were not measured are null.
 
-An arm whose acceleration and queue bound it to fewer than 450 segments a second leaves h3 and h5 open; a virtual arm takes \
-more with `magician sim --speed 1.5`.")]
+On an arm whose acceleration and queue allow fewer than 450 segments a second h3 and h5 stay open; a virtual arm takes more with `magician sim --speed 1.5`.")]
 pub(crate) struct Bench {
     /// How long each measurement takes
     #[arg(long, value_name = "N", default_value = "3", value_parser = seconds)]
     seconds: Duration,
-    /// Milliseconds that the arm is known to take besides the bytes' own time; measured if not given
+    /// Turnaround of the arm in milliseconds, without the time of the bytes; default: measured
     #[arg(long, value_name = "MS", value_parser = milliseconds)]
     turnaround: Option<Duration>,
     /// Stops to time for h4
     #[arg(long, value_name = "N", default_value_t = 40, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     stops: u32,
-    /// Only these measurements; separated by commas
+    /// Only these measurements, separated by commas
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     only: Vec<Which>,
 }

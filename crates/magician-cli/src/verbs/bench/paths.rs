@@ -54,8 +54,10 @@ pub(super) async fn measure(
     let (_, capacity) = arm.stats().await?;
     if arm.left_space().await? < capacity {
         let message = "commands of another program are in the arm's queue";
-        return Err(Failure::invalid(message)
-            .hint("let them finish, or drop them with `magician stop`; without --yes only what reads is measured"));
+        return Err(Failure::invalid(message).hint(
+            "let them finish, or drop them with `magician stop`; without --yes only reads \
+                are measured",
+        ));
     }
     let ring = Ring::here(arm, DENSE.0, DENSE.1).await?;
     let speeds = arm.get::<CpParams>().await?;

@@ -45,7 +45,8 @@ pub(super) fn write(figures: &Figures, out: &mut Output) -> Result<(), Failure> 
     match figures.drawn {
         true => Ok(()),
         false => note(
-            "the arm did not draw; with --yes it does: rings of 20 mm through where it stands",
+            "measurements with motion were left out; with --yes the arm draws rings of 20 mm \
+                through its current position",
             out,
         ),
     }
@@ -63,7 +64,8 @@ fn line(figures: &Figures) -> String {
             )
         }
         _ => format!(
-            "bytes take no time, turnaround {turnaround} ms, jitter {jitter} ms; nothing to compute with"
+            "bytes take no time, turnaround {turnaround} ms, jitter {jitter} ms; no rates can be \
+                computed"
         ),
     }
 }

@@ -85,11 +85,12 @@ impl Answer {
     /// What became of it.
     pub(super) fn write_end(&self, subject: Subject, out: &mut Output) -> Result<(), Failure> {
         if self.told == Some(true) {
-            out.line("the arm was told")?;
+            out.line("the bias is set on the arm")?;
         }
         for name in &self.stale {
             out.line(format_args!(
-                "the {name} was found with another bias: `magician calibrate {name}` finds it again"
+                "the {name} was measured with another bias: `magician calibrate {name}` measures \
+                    it again"
             ))?;
         }
         match (&self.file, self.saved) {
@@ -156,7 +157,7 @@ fn tip_lines(tip: &Tip, tool: Tool) -> Vec<[String; 2]> {
     // Adding 0 takes the sign off a 0.
     let [ahead, left] = tip.offset.map(|part| (part * 100.0).round() / 100.0 + 0.0);
     let off =
-        format!("{ahead:.2} mm ahead, {left:.2} mm to the left of where the tool {tool} has it");
+        format!("{ahead:.2} mm ahead and {left:.2} mm to the left of the tip of the tool {tool}");
     vec![
         ["tip".to_owned(), off],
         ["bias".to_owned(), format!("{} mm", bias(tip))],

@@ -65,7 +65,7 @@ pub(super) fn show(context: &mut Context) -> Result<(), Failure> {
                 columns.row(["surface", "height", &format!("z {height:.2} mm")])
             }
             (Some(height), Some(_)) => {
-                let value = format!("z {height:.2} mm; the sheet's goes before it");
+                let value = format!("z {height:.2} mm; the sheet's height takes precedence");
                 columns.row(["surface", "height", &value]);
             }
             (None, _) => columns.row(["surface", "not calibrated", "`magician calibrate surface`"]),
@@ -75,7 +75,7 @@ pub(super) fn show(context: &mut Context) -> Result<(), Failure> {
             None => columns.row([
                 "tool",
                 "not set",
-                "`magician calibrate tool`; drawings take the pen",
+                "`magician calibrate tool`; drawings use the pen",
             ]),
         }
         columns.write(out)
@@ -93,7 +93,7 @@ pub(super) fn forget(part: Option<Part>, context: &mut Context) -> Result<(), Fa
     }
     let forgotten = Forgotten { forgotten };
     context.show(&forgotten, |out| match forgotten.forgotten.as_slice() {
-        [] => out.line("nothing was known"),
-        names => out.line(format_args!("forgotten: {}", names.join(", "))),
+        [] => out.line("nothing was calibrated"),
+        names => out.line(format_args!("deleted: {}", names.join(", "))),
     })
 }

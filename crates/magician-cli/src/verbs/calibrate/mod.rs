@@ -1,4 +1,4 @@
-//! `calibrate`: where the paper lies and where the tool's tip is, from points that somebody touches with it.
+//! `calibrate`: the position of the paper and of the tool's tip, from points that are touched with it.
 
 mod answer;
 mod known;
@@ -39,12 +39,11 @@ pub(super) use view::tests::examples;
 Examples:
   magician calibrate sheet             touch three corners of the paper; drawings then lie on it
   magician calibrate surface           touch the table once: only its height
-  magician calibrate tool              touch one point twice, the tool turned in between: its bias
-  magician calibrate show              what is known; `forget` forgets it
+  magician calibrate tool              touch one point twice, turning the tool in between: its bias
+  magician calibrate show              show the calibration; `forget` deletes it
   magician calibrate sheet --points 180,-60,-61 300,-60,-61 180,60,-61 --yes
 
-The arm is brought to the points by hand, with its unlock button, or with the keys of `magician jog`. What was found is kept in \
-the file of settings, where `draw`, `engrave` and `run` look for it.")]
+Move the arm to the points by hand, with its unlock button, or with the keys of `magician jog`. The result is saved in the settings file, where `draw`, `engrave` and `run` find it.")]
 pub(crate) struct Calibrate {
     #[command(subcommand)]
     deed: Deed,
@@ -52,36 +51,36 @@ pub(crate) struct Calibrate {
 
 #[derive(Debug, Subcommand)]
 enum Deed {
-    /// Where the paper lies: touch its corners lower left, lower right, upper left, with the arm's X to the right
+    /// Find the sheet: touch its lower left, lower right and upper left corner, with the arm's X to the right
     Sheet {
-        /// The three points instead of touching them, as x, y, z of the tool
+        /// Take these three points, x, y, z of the tool, instead of touching
         #[arg(long, num_args = 3, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
         points: Option<Vec<[f64; 3]>>,
         #[command(flatten)]
         mounted: Mounted,
     },
-    /// Only how high a level surface is: touch it once
+    /// Find the height of a level surface: touch it once
     Surface {
-        /// The height instead of touching it: z of the tool, mm
+        /// Take this height, z of the tool in mm, instead of touching
         #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = number::<f64>)]
         height: Option<f64>,
         #[command(flatten)]
         mounted: Mounted,
     },
-    /// Where the tip of the tool is: touch one point twice, the tool turned in between
+    /// Find the tip of the tool: touch one point twice, turning the tool in between
     Tool {
-        /// Both touches instead of doing them, as x, y, r of the tool
+        /// Take these two touches, x, y, r of the tool, instead of touching
         #[arg(long, num_args = 2, value_name = "X,Y,R", allow_hyphen_values = true, value_parser = numbers::<3>)]
         poses: Option<Vec<[f64; 3]>>,
-        /// Tell the arm the new bias at once
+        /// Set the new bias on the arm at once
         #[arg(long)]
         tell: bool,
         #[command(flatten)]
         mounted: Mounted,
     },
-    /// Show what is known
+    /// Show the calibration
     Show,
-    /// Forget it: all of it, or only this
+    /// Delete the calibration, or one part of it
     Forget {
         #[arg(value_enum)]
         part: Option<Part>,
@@ -91,7 +90,8 @@ enum Deed {
 /// The tool that touches.
 #[derive(Args, Clone, Copy, Debug)]
 struct Mounted {
-    /// Tool that touches, and draws later: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the arm keeps it
+    /// Tool that touches, and draws later: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on
+    /// the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<Tool>,
 }
@@ -203,7 +203,7 @@ fn wrong(problem: Diagnostic) -> Failure {
 enum Saves {
     Yes,
     No,
-    /// Whoever is at the terminal decides.
+    /// The person at the terminal decides.
     Asks,
 }
 
@@ -220,7 +220,7 @@ fn asks(json: bool) -> Result<bool, Failure> {
     Ok(matches!(line.trim(), "y" | "Y" | "yes"))
 }
 
-/// The tool that points are for which somebody gives. Only a tool's own bias depends on it.
+/// The tool of points that are given as numbers. Only a tool's own bias depends on it.
 fn tool_of_points(
     subject: Subject,
     mounted: Mounted,
@@ -269,11 +269,12 @@ async fn tool_in_force(
     let is_other = tool.bias() != draws.bias();
     if is_other && mounted.tool.is_none() && subject != Subject::Tool {
         let message = format!(
-            "the arm counts from the tool {tool}, and drawings are made with the tool {draws}: the paper would be found \
-             where it is not"
+            "the arm's poses are for the tool {tool}, but drawings use the tool {draws}: the \
+                measured position would be wrong"
         );
         return Err(Failure::invalid(message).hint(format!(
-            "--tool {draws} tells the arm; `magician config set tool NAME` says what draws"
+            "--tool {draws} sets it on the arm; `magician config set tool NAME` sets the tool \
+                that draws"
         )));
     }
     Ok(tool)

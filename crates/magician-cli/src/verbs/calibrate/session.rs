@@ -97,7 +97,7 @@ pub(super) async fn run(
     let mut console = Console::open(arm, saved).await?;
     console
         .seen
-        .note(format!("the arm counts from the tool {tool}"));
+        .note(format!("the arm's poses are for the tool {tool}"));
     let mut touched = Touched::new(subject, tool);
     let mut stage = Stage::open(view::draw)?;
     let mut saves = false;
@@ -146,16 +146,17 @@ fn take(console: &mut Console, touched: &mut Touched) {
     if touched.result.is_some() {
         console
             .pad
-            .say(Tone::Bad, "Backspace takes the last point back");
+            .say(Tone::Bad, "Backspace undoes the last point");
         return;
     }
     let Some(status) = console.seen.arm.status.as_ref() else {
         return;
     };
     if console.pad.pendant.activity.is_some() || !console.seen.arm.stands() {
-        console
-            .pad
-            .say(Tone::Bad, "the arm moves: take the point when it stands");
+        console.pad.say(
+            Tone::Bad,
+            "the arm is moving: take the point when it has stopped",
+        );
         return;
     }
     let pose = &status.pose;
@@ -164,7 +165,7 @@ fn take(console: &mut Console, touched: &mut Touched) {
     };
     if let Some(nth) = touched.is_there(&touch) {
         let text = format!(
-            "point {} was taken here: bring the tool to the next one",
+            "point {} was taken here: move the tool to the next one",
             nth + 1
         );
         console.pad.say(Tone::Bad, text);

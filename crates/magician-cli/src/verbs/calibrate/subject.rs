@@ -91,10 +91,10 @@ impl Subject {
     pub(super) fn without_a_terminal(self) -> &'static str {
         match self {
             Self::Sheet => {
-                "--points X,Y,Z X,Y,Z X,Y,Z gives the corners, as `magician pose` tells them"
+                "--points X,Y,Z X,Y,Z X,Y,Z gives the corners, as `magician pose` shows them"
             }
-            Self::Surface => "--height Z gives it, as `magician pose` tells it",
-            Self::Tool => "--poses X,Y,R X,Y,R gives both touches, as `magician pose` tells them",
+            Self::Surface => "--height Z gives it, as `magician pose` shows it",
+            Self::Tool => "--poses X,Y,R X,Y,R gives both touches, as `magician pose` shows them",
         }
     }
 
@@ -102,8 +102,8 @@ impl Subject {
     pub(super) fn used_by(self) -> &'static str {
         match self {
             Self::Sheet => "`magician draw` and `engrave` lay a page on it, corner on corner",
-            Self::Surface => "`magician draw` and `engrave` take it for the height of the paper",
-            Self::Tool => "`magician draw`, `engrave` and `run` count from its tip",
+            Self::Surface => "`magician draw` and `engrave` take it as the height of the paper",
+            Self::Tool => "`magician draw`, `engrave` and `run` use its tip",
         }
     }
 
@@ -121,7 +121,7 @@ impl Subject {
                 let tip = Tip::touched([a.turn(), b.turn()], tool.bias())?;
                 Ok(Found::Tip(tip))
             }
-            _ => Err(Diagnostic::of_file("that many points say nothing of it")),
+            _ => Err(Diagnostic::of_file("wrong number of points")),
         }
     }
 }

@@ -19,9 +19,9 @@ use crate::voice::Command;
 const KEYS: [(&str, &str); 12] = [
     (
         "Enter",
-        "take the point where the arm stands; in the end: save, so that drawings use it",
+        "take the point at the arm's position; at the end: save, for drawings",
     ),
-    ("Backspace", "take the last point back"),
+    ("Backspace", "undo the last point"),
     MOVES[0],
     MOVES[1],
     MOVES[2],
@@ -33,8 +33,8 @@ const KEYS: [(&str, &str); 12] = [
         "hold or step; length of steps; faster, slower",
     ),
     ("h  c", "home; clear alarms"),
-    ("q Ctrl-C", "leave, and save nothing"),
-    ("Ctrl-L", "draw everything anew"),
+    ("q Ctrl-C", "quit without saving"),
+    ("Ctrl-L", "redraw the screen"),
 ];
 const TOUCH: [(&str, &str); 6] = [
     ("Enter", "take the point"),
@@ -153,7 +153,7 @@ fn outcome(
             lines.extend(said(&problem.message, theme.bad()));
             let advice = problem.advice(&Command).into_iter();
             lines.extend(advice.flat_map(|advice| said(&advice, Style::new())));
-            lines.extend(said("Backspace takes the last point back.", theme.note()));
+            lines.extend(said("Backspace undoes the last point.", theme.note()));
         }
     }
     lines

@@ -21,7 +21,7 @@ pub(super) fn show(cases: &[&Case], context: &mut Context) -> Result<(), Failure
 }
 
 fn table(cases: &[&Case], out: &mut Output) -> Result<(), Failure> {
-    out.line("| case | what it shows | sure | source | tags |")?;
+    out.line("| case | what it shows | confidence | source | tags |")?;
     out.line("|---|---|---|---|---|")?;
     cases.iter().try_for_each(|case| {
         let Case {

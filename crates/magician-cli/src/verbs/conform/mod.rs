@@ -26,27 +26,25 @@ const LEAVING: Duration = Duration::from_secs(20);
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician conform --port sim                     all cases on a virtual arm, in no time
-  magician conform --list --only queue            what they are, who says so, how sure that is
+  magician conform --port sim                     all cases on a virtual arm
+  magician conform --list --only queue            list the cases with source and confidence
   magician conform --port /dev/ttyUSB0 --skip moves
 
 A PATTERN is a chapter (ptp, queue, framing), a name in which * stands for anything, a tag (moves, exact, hurts, sim-only, \
-power-up), or how sure it is: M measured on real arms, V the vendor's word, VL the vendor's code for the sibling arm, \
-T third parties, G a choice because nobody says.
+power-up), or a confidence: M measured on real arms, V the vendor's word, VL the vendor's code \
+    for the sibling arm, T third parties, G our assumption.
 
-A real arm moves only when you say so at the terminal, or with --yes: with nothing on it, and nothing within its reach. What \
-could harm it or unlearn something is left out. Its parameters are noted before and given back at the end; it forgets what \
-was in its queue and which alarms stood.
+A real arm moves only after a confirmation at the terminal, or with --yes: take its tool off and clear its reach. Cases that could harm or uncalibrate it are left out. Its parameters are saved first and restored at the end; its queue and its alarms are cleared.
 
 Exit status 10 if a case fails.")]
 pub(crate) struct Conform {
-    /// Only cases that a pattern means; may be given several times
+    /// Only cases that match PATTERN (repeatable)
     #[arg(long, value_name = "PATTERN")]
     only: Vec<String>,
-    /// No cases that a pattern means; may be given several times
+    /// Leave out cases that match PATTERN (repeatable)
     #[arg(long, value_name = "PATTERN")]
     skip: Vec<String>,
-    /// Show the cases as a table in Markdown, with -v their steps too, and do none
+    /// Only list the cases as a Markdown table; -v adds their steps
     #[arg(long)]
     list: bool,
 }
@@ -82,7 +80,7 @@ impl Conform {
         let cases = suite.select(&self.only, &self.skip);
         for pattern in self.only.iter().chain(&self.skip) {
             if !suite.cases().iter().any(|case| case.matches(pattern)) {
-                let message = format!("no case is meant by `{pattern}`");
+                let message = format!("no case matches `{pattern}`");
                 return Err(Failure::invalid(message).hint("`magician conform --list` shows them"));
             }
         }
@@ -106,8 +104,9 @@ fn target(context: &mut Context) -> Result<Option<Target>, Failure> {
     match context.target(None)? {
         Target::Sim(SimSpeed::Max) => Ok(None),
         Target::Sim(SimSpeed::Times(_)) => {
-            let message = "`conform` steps the clock of a virtual arm itself, so it has no speed";
-            Err(Failure::usage(message).hint("write --port sim"))
+            let message = "`conform` steps the clock of a virtual arm itself: a speed has no \
+                effect";
+            Err(Failure::usage(message).hint("use --port sim"))
         }
         target => Ok(Some(target)),
     }
@@ -129,8 +128,8 @@ fn permit(target: &Target, cases: &[&Case], context: &Context) -> Result<(), Fai
     let mut stderr = io::stderr();
     write!(
         stderr,
-        "The arm at {target} will move through most of its range in {count} cases. Is there nothing on it, and nothing \
-         within its reach? [y/N] "
+        "The arm at {target} will move through most of its range in {count} cases. Is its tool \
+            off and its reach clear? [y/N] "
     )?;
     stderr.flush()?;
     let mut answer = String::new();
@@ -191,7 +190,7 @@ fn run_on<T: magician_conform::Target>(
 
 /// The arm did not answer while it was given back what it had.
 fn not_left() -> Failure {
-    let message = "the arm did not take its parameters back in time";
+    let message = "the arm's parameters were not restored in time";
     Failure::new(Kind::Driver(ErrorKind::Timeout), message)
 }
 
@@ -203,7 +202,7 @@ async fn run_all<T: magician_conform::Target>(
 ) -> Result<Tally, Failure> {
     let begun = Instant::now();
     let mut tally = Tally::default();
-    attended(quiet, "noting the arm's parameters", runner.begin()).await?;
+    attended(quiet, "saving the arm's parameters", runner.begin()).await?;
     for (at, case) in cases.iter().enumerate() {
         let what = format!("{} of {}: {}", at + 1, cases.len(), case.id);
         let outcome = attended(quiet, &what, runner.run(case)).await?;

@@ -145,7 +145,7 @@ impl Printer for Lines<'_> {
         let (what, about) = match reason {
             Rejection::Checksum { expected, found } => (
                 "checksum",
-                format!("is {found:02X}, the bytes call for {expected:02X}"),
+                format!("is {found:02X}, expected {expected:02X}"),
             ),
             Rejection::Length(len) => ("length", format!("is {len}, a frame has 2 to 250")),
             Rejection::Truncated => ("truncated", " the input ends inside the frame".to_owned()),

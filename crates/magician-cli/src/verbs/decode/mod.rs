@@ -22,17 +22,18 @@ use stream::{Origin, Tally};
 /// Explain bytes of the protocol: hex, a file, or stdin
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Text is hex if it has only hex digits, spaces, commas and 0x; a file may hold bytes, hex text or a pcapng capture.
+Text is read as hex if it has only hex digits, spaces, commas and 0x; a file may hold bytes, hex \
+    text or a pcapng capture.
 
   magician decode AA AA 02 0A 00 F6
   magician decode --from arm --json capture.bin
   cat /dev/ttyUSB0 | magician decode -
 
-In a capture every packet's direction is known; offsets count in each direction of each link.
+A capture knows the direction of each packet; offsets count separately for each direction of each link.
 
-Exit status 10 if something is no frame, or one that nobody understands.")]
+Exit status 10 if bytes are not a frame, or a frame cannot be decoded.")]
 pub(crate) struct Decode {
-    /// Who sent the bytes, where the input does not say
+    /// Sender of the bytes, where the input does not say
     #[arg(long, value_name = "SIDE", default_value = "auto")]
     from: From,
     /// Bytes in hex, or a file, or - for stdin
@@ -40,14 +41,14 @@ pub(crate) struct Decode {
     input: Vec<OsString>,
 }
 
-/// Who sent the bytes.
+/// The sender of the bytes.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum From {
     /// The host
     Host,
     /// The arm
     Arm,
-    /// Whoever's layout fits; the host if both do
+    /// The side whose layout fits; the host if both fit
     Auto,
 }
 

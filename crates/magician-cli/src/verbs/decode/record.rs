@@ -150,7 +150,7 @@ impl Printer for Records<'_> {
     }
 }
 
-/// A whole frame that nobody understands: an unknown id, or parameters that fit no form.
+/// A whole frame that cannot be decoded: an unknown id, or parameters that fit no form.
 fn misfit<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit<'a> {
     let ctrl = frame.ctrl();
     Misfit {

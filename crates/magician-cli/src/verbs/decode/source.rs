@@ -33,7 +33,7 @@ pub(super) fn read(input: &[OsString], decoder: &mut Decoder<impl Printer>) -> R
                 .iter()
                 .find(|word| !Test::default().accepts(word.as_bytes()));
             let odd = odd.map_or("", |word| word);
-            let message = format!("`{odd}` is not hex, and several arguments must be");
+            let message = format!("`{odd}` is not hex; several arguments must all be hex");
             Err(Failure::invalid(message))
         }
     }
@@ -42,7 +42,7 @@ pub(super) fn read(input: &[OsString], decoder: &mut Decoder<impl Printer>) -> R
 fn file(path: &OsString, name: &str, decoder: &mut Decoder<impl Printer>) -> Result<(), Failure> {
     let unreadable = |error: io::Error| {
         Failure::invalid(format!(
-            "`{name}` is not hex, and as a file it cannot be read: {error}"
+            "`{name}` is neither hex nor a readable file: {error}"
         ))
     };
     let mut file = File::open(path).map_err(unreadable)?;
@@ -195,12 +195,12 @@ fn broken(name: &str, error: &io::Error) -> Failure {
 
 fn not_hex(error: HexError) -> Failure {
     match error {
-        HexError::Odd(end) => Failure::invalid(format!(
-            "the hex digits before position {end} are an odd number, so they are no bytes"
-        ))
-        .hint("for a file of such a name write ./NAME"),
-        HexError::Letter(at) => Failure::invalid(format!(
-            "the text is hex up to position {at}, then something else"
-        )),
+        HexError::Odd(end) => {
+            Failure::invalid(format!("odd number of hex digits before position {end}"))
+                .hint("for a file with such a name write ./NAME")
+        }
+        HexError::Letter(at) => {
+            Failure::invalid(format!("the text is hex only up to position {at}"))
+        }
     }
 }

@@ -16,7 +16,7 @@ pub(super) struct Tally {
 /// What a run of bytes is part of, and what is known of it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Origin<'a> {
-    /// Who sent it, if that is known.
+    /// The sender, if known.
     pub(super) direction: Option<Direction>,
     /// Number and name of the link in a capture.
     pub(super) link: Option<(u32, &'a str)>,

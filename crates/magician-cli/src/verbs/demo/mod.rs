@@ -30,13 +30,14 @@ use scene::CUBES;
 
 /// Speed of the virtual arm's clock unless told.
 const SPEED: f64 = 5.0;
-/// Watch an arm pick and place six cubes, and get a picture of it
+/// Pick and place six cubes, and draw a picture of it
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Without --port it works with a virtual arm inside this process. A real arm moves only with --yes: with a suction cup on \
-it, and nothing within its reach but six cubes of 25 mm in a row, or nothing at all.")]
+Without --port it uses a virtual arm inside this process. A real arm moves only with --yes: mount \
+    a suction cup, and leave nothing within its reach but six cubes of 25 mm in a row, or nothing \
+    at all.")]
 pub(crate) struct Demo {
-    /// Speed of the virtual arm: arm seconds per second, 5 unless given, or `max`
+    /// Speed of the virtual arm: arm seconds per second, or `max` [default: 5]
     #[arg(long, value_name = "X|max", value_parser = speed)]
     speed: Option<SimSpeed>,
     /// Picture to write
@@ -75,9 +76,7 @@ impl Demo {
         let target = context.target(Some(sim))?;
         let is_virtual = matches!(target, Target::Sim(_));
         if !is_virtual && self.speed.is_some() {
-            return Err(Failure::usage(
-                "--speed is for a virtual arm; a real one has its own",
-            ));
+            return Err(Failure::usage("--speed is for a virtual arm only"));
         }
         if !is_virtual && !context.global.yes {
             let message = format!("the arm at {target} would move; nothing was sent");

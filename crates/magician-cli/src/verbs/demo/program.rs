@@ -72,7 +72,7 @@ pub(super) async fn confirm(arm: &Arm, ran: &Ran, commands: usize) -> Result<(),
     }
     let alarms = arm.alarms().await?;
     if !alarms.is_empty() {
-        return failed(format!("alarms stand at the end: {alarms}"));
+        return failed(format!("alarms at the end: {alarms}"));
     }
     let (pose, home) = (arm.get::<Pose>().await?, scene::JOINTS_AT_END);
     let apart = pose

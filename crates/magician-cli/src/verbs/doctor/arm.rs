@@ -1,4 +1,4 @@
-//! The arm itself: who it is, how fast it answers, what it complains of.
+//! The arm itself: its identity, how fast it replies, its alarms.
 
 use std::time::Duration;
 
@@ -101,7 +101,7 @@ fn answers(
             }
             None => Finding::note(
                 "line_speed",
-                "bytes take no time: this is no serial line but a pseudo-terminal",
+                "bytes take no time: a pseudo-terminal, not a serial line",
             ),
         };
         report.add(finding, out)?;
@@ -109,23 +109,23 @@ fn answers(
     let turnaround = milliseconds(line.turnaround);
     report.turnaround_ms = Some(turnaround);
     let what = if line.baud.is_some() {
-        "besides what the bytes take"
+        "without the time of the bytes"
     } else {
-        "in all"
+        "with the time of the bytes"
     };
-    let text = format!("{turnaround} ms from request to answer {what}, half of them");
+    let text = format!("median {turnaround} ms from request to reply, {what}");
     let finding = Finding::judged("turnaround", !serial || line.turnaround <= SLOW, text);
     let finding = finding.value(turnaround).unit("ms");
     report.add(
-        finding.cure("an adapter or hub holds bytes back: plug the arm into the computer itself"),
+        finding.cure("an adapter or hub delays bytes: plug the arm directly into the computer"),
         out,
     )?;
     let jitter = milliseconds(line.jitter);
-    let text = format!("one answer in a hundred is {jitter} ms later");
+    let text = format!("1 % of the replies are {jitter} ms later");
     let finding = Finding::judged("jitter", !serial || line.jitter <= UNSTEADY, text);
     let finding = finding.value(jitter).unit("ms");
     report.add(
-        finding.cure("the computer or a hub is busy: close what is not needed, use another socket"),
+        finding.cure("the computer or a hub is busy: close other programs, use another USB socket"),
         out,
     )
 }
@@ -144,18 +144,16 @@ fn losses(
     let foreign = both(|timed| timed.unsolicited);
     let clean = pose.clean() && index.clean();
     let text = match clean {
-        true => format!(
-            "{} requests, every answer came in time and whole",
-            2 * count
-        ),
+        true => format!("{} requests, all answered in time and undamaged", 2 * count),
         false => format!(
-            "of {} requests {lost} had to be sent again; {late} answers late, {damaged} damaged, {foreign} not asked for",
+            "{} requests: {lost} sent again; {late} replies late, {damaged} damaged, {foreign} \
+                unexpected",
             2 * count
         ),
     };
     let finding = Finding::judged("losses", clean, text).value(lost + late + damaged + foreign);
-    let cure =
-        "a shorter cable, another socket, no hub, away from motors; on Wi-Fi nearer to the router";
+    let cure = "use a shorter cable, another USB socket and no hub, away from motors; on Wi-Fi go nearer \
+            to the router";
     report.add(finding.cure(cure), out)
 }
 
@@ -183,10 +181,10 @@ async fn alarms(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), 
     let finding = match alarms.contains(Alarm::ResetOccurred) {
         true => Finding::note(
             "homed",
-            "probably not: the arm was reset, and nobody has cleared that alarm since",
+            "probably not: the arm was reset, and that alarm was not cleared since",
         )
-        .hint("`magician home` makes its positions true; it moves through much of its range"),
-        false => Finding::note("homed", "not known: the arm has no word for it"),
+        .hint("`magician home` corrects its positions; it moves through much of its range"),
+        false => Finding::note("homed", "unknown: the arm does not report it"),
     };
     report.add(finding, out)
 }
@@ -211,7 +209,8 @@ async fn queue(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), F
         true => Finding::note("queue", format!("{commands}, and it runs")),
         false => Finding::bad(
             "queue",
-            format!("{commands}; in {} s none finished and the arm did not move: it is stopped, or a wait runs", RUNS.as_secs()),
+            format!("{commands}; in {} s none finished and the arm did not move: the queue is \
+                stopped, or a wait runs", RUNS.as_secs()),
         )
         .hint("`magician stop` drops what an earlier program left, `magician queue start` runs it: the arm may move"),
     };

@@ -38,7 +38,7 @@ fn search(context: &mut Context, report: &mut Report) -> Result<Target, Failure>
         [] => nobody(&ports),
         several => {
             let paths: Vec<_> = several.iter().map(|port| port.to_string()).collect();
-            let text = format!("several ports may be an arm's: {}", paths.join("; "));
+            let text = format!("several ports could be the arm's: {}", paths.join("; "));
             Finding::bad("port", text).hint("choose one with --port")
         }
     };
@@ -49,14 +49,15 @@ fn search(context: &mut Context, report: &mut Report) -> Result<Target, Failure>
 fn nobody(ports: &[Port]) -> Finding {
     if let [adapter, ..] = unbound_adapters().as_slice() {
         let (chip, module) = (adapter.chip, adapter.module);
-        let text = format!("a {chip} adapter is plugged in, but the system has made no port of it");
+        let text = format!("a {chip} adapter is plugged in, but the system has no port for it");
         let hint = match module {
             "ch341" => {
                 "`sudo modprobe ch341` loads its driver; if the port goes away again at once, brltty takes it for a \
                  braille display: `sudo apt remove brltty`"
                     .to_owned()
             }
-            module => format!("`sudo modprobe {module}` loads its driver; `sudo dmesg` says what became of it"),
+            module => format!("`sudo modprobe {module}` loads its driver; `sudo dmesg` shows what \
+                happened to it"),
         };
         return Finding::bad("port", text).hint(hint);
     }
@@ -64,11 +65,12 @@ fn nobody(ports: &[Port]) -> Finding {
         [] => "this computer has no serial port".to_owned(),
         others => {
             let all: Vec<_> = others.iter().map(Port::to_string).collect();
-            format!("no port looks like an arm's; there are {}", all.join("; "))
+            format!("no port looks like an arm's; ports: {}", all.join("; "))
         }
     };
     Finding::bad("port", text).hint(
-        "switch the arm on, and connect it with a USB cable that carries data (some only charge); in a virtual machine or \
-         container, hand the device in; an arm on Wi-Fi is --port udp:HOST, a virtual one --port sim",
+        "switch the arm on, and connect it with a USB cable that carries data (some only charge); \
+            in a virtual machine or container, pass the device through; an arm on Wi-Fi is --port \
+        udp:HOST, a virtual one --port sim",
     )
 }

@@ -1,4 +1,4 @@
-//! The bare line: whether it opens, who is at its other end, and what it takes.
+//! The bare line: whether it opens, what is at its other end, and how many requests it takes at once.
 
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ pub(super) async fn open(
     match RawLine::open_with(target, options).await {
         Ok(line) => {
             let text = match target {
-                Target::Serial(_) => "it opens; nobody else uses it",
+                Target::Serial(_) => "it opens; no other program uses it",
                 Target::Tcp { .. } => "it accepts a connection",
                 _ => "it opens",
             };
@@ -68,24 +68,26 @@ pub(super) async fn hear(
             return report.add(finding.value(firmware), out);
         }
         Heard::Frames(count) => (
-            Finding::bad("answer", format!("{count} frames of the arm's protocol, none of them the answer"))
+            Finding::bad("answer", format!("{count} frames of the arm's protocol, none of them \
+                the reply"))
                 .hint("another program may talk over the same line: close it; then switch the arm off and on"),
             ErrorKind::Unexpected,
         ),
         Heard::Echo => (
-            Finding::bad("answer", "what was sent comes back: the line ends in a loop, not in an arm")
+            Finding::bad("answer", "the bytes sent come back: a loopback, not an arm")
                 .hint("check the cable and its plugs"),
             ErrorKind::Unexpected,
         ),
         Heard::Text(text) => (
-            Finding::bad("answer", format!("another device; it says: {}", excerpt(&text)))
+            Finding::bad("answer", format!("another device; it sends: {}", excerpt(&text)))
                 .value(text)
                 .hint("choose the arm's port with --port; `magician ports` lists them"),
             ErrorKind::Unexpected,
         ),
         Heard::Refused => (
-            Finding::bad("answer", "the computer at that address says that nothing listens at the port")
-                .hint("is it the arm's address? The router's list of devices has it, and the arm's Wi-Fi module listens at 8899"),
+            Finding::bad("answer", "connection refused: nothing listens at that port")
+                .hint("is it the arm's address? The router's list of devices shows it; the arm's \
+                    Wi-Fi module listens at port 8899"),
             ErrorKind::Timeout,
         ),
         Heard::Nothing | Heard::Bytes(_) => {
@@ -99,7 +101,7 @@ pub(super) async fn hear(
     Err(report.end(finding, kind, out))
 }
 
-/// Listens at other speeds than the arm's; who was heard, and at which.
+/// Listens at other speeds than the arm's; what was heard, and at which speed.
 async fn other_speeds(
     line: &mut RawLine,
     path: &str,
@@ -139,20 +141,19 @@ fn unknown(
         (Some((baud, Heard::Arm(_))), _) => {
             let (finding, kind) = unexpected(
                 format!("an arm answers at {baud} baud; its own speed is 115200"),
-                "set what is between to 115200 baud: an adapter or bridge that keeps a speed of its own",
+                "set the adapter or bridge in between, which keeps its own speed, to 115200 baud",
             );
             (finding.value(baud).unit("baud"), kind)
         }
         (Some((baud, Heard::Text(text))), _) => unexpected(
-            format!("another device; at {baud} baud it says: {}", excerpt(&text)),
+            format!(
+                "another device; at {baud} baud it sends: {}",
+                excerpt(&text)
+            ),
             "choose the arm's port with --port; `magician ports` lists them",
         ),
         (_, Heard::Bytes(bytes)) => unexpected(
-            format!(
-                "{} bytes that are not an arm's: {}",
-                bytes.len(),
-                hex(bytes)
-            ),
+            format!("{} bytes, not from an arm: {}", bytes.len(), hex(bytes)),
             "another device, or one at another speed: choose the arm's port with --port; `magician ports` lists them",
         ),
         _ => {
@@ -162,14 +163,16 @@ fn unknown(
                      network, and is the address right? Firewalls and guest networks keep devices apart"
                 }
                 Target::Tcp { .. } => {
-                    "what accepts the connection has no arm behind it, or one that is switched off"
+                    "the connection is accepted, but there is no arm behind it, or it is switched \
+                        off"
                 }
                 _ => {
                     "is the arm switched on (its light green, some seconds after the switch)? Is this its port? A \
-                     Bluetooth or Wi-Fi module in its socket may take the line: pull it out. Then the switch, off and on"
+                     Bluetooth or Wi-Fi module in its socket may occupy the line: pull it out. \
+                     Then switch the arm off and on"
                 }
             };
-            let finding = Finding::bad("answer", "nothing comes back").hint(hint);
+            let finding = Finding::bad("answer", "no reply").hint(hint);
             (finding, ErrorKind::Timeout)
         }
     }
@@ -210,13 +213,10 @@ pub(super) async fn window(
     }
     report.window = Some(if ordered(target) { taken.max(1) } else { 1 });
     let finding = match taken {
-        0 => Finding::bad("back_to_back", "reads one at a time are not all answered")
+        0 => Finding::bad("back_to_back", "single reads are not all answered")
             .hint("a bad cable or hub: try another, shorter one"),
-        1 => Finding::note(
-            "back_to_back",
-            "requests that follow each other at once are not all answered",
-        )
-        .hint("leave the window at 1"),
+        1 => Finding::note("back_to_back", "back-to-back requests are not all answered")
+            .hint("leave the window at 1"),
         depth if !ordered(target) => Finding::good(
             "back_to_back",
             format!(
@@ -238,8 +238,10 @@ fn ordered(target: &Target) -> bool {
 
 /// The queue is not tried without leave.
 pub(super) fn leave_queue(report: &mut Report, out: &mut Output) -> Result<(), Failure> {
-    let finding = Finding::note("index_law", "not tried, because it uses the queue")
-        .hint("with --yes 15 waits of no length are put into the stopped queue and dropped again; nothing moves");
+    let finding = Finding::note("index_law", "not tried, because it uses the queue").hint(
+        "with --yes, 15 waits of 0 ms are put into the stopped queue and dropped again; \
+            nothing moves",
+    );
     report.add(finding, out)
 }
 
@@ -280,7 +282,7 @@ pub(super) fn queue(
                 trial.indices
             ),
         )
-        .hint("a lost answer cannot be made up for on this arm: leave the window at 1"),
+        .hint("a lost reply cannot be recovered on this arm: leave the window at 1"),
     };
     report.add(law.value(given.len()).unit("indices"), out)?;
     let [before, full, after] = trial.left;
@@ -291,7 +293,7 @@ pub(super) fn queue(
     report.add(
         left.value(before)
             .unit("commands")
-            .cure("the driver's cross-check does not hold here: leave the window at 1"),
+            .cure("the driver's cross-check does not work on this arm: leave the window at 1"),
         out,
     )?;
     let [before, _, after] = trial.current;
@@ -321,7 +323,7 @@ pub(super) fn queue(
             "one request at a time, as datagrams may overtake each other".to_owned()
         }
         1 => "one request at a time".to_owned(),
-        some => format!("it takes {some} requests at a time, queued commands as well"),
+        some => format!("{some} requests at a time, queued commands too"),
     };
     let finding = Finding::good("window", text).value(window).unit("requests");
     report.add(

@@ -21,20 +21,20 @@ use report::{Finding, Report};
 /// How long the trial of the queue may take to end once it is interrupted.
 const LEAVING: Duration = Duration::from_secs(3);
 
-/// Find the arm or say why not, check it, and say what to do
+/// Find the arm, check it, and explain how to fix what is wrong
 #[derive(Args, Debug)]
 #[command(after_help = "\
-It looks for the port, its permission and who holds it, listens for an arm or for what else is there, sends reads back to \
-back, times answers, and looks at alarms and queue. All this only reads.
+It checks the port, its permissions and the program that holds it, tells an arm from other \
+    devices, sends reads back to back, times replies, and checks alarms and queue. All of this \
+    only reads.
 
-With --yes it also tries the queue: it stops it, puts 15 waits of no length into it, looks at its counters and drops them. \
-Nothing moves. A queue in which commands wait is left alone; one that was empty stays stopped until a program starts it.
+With --yes it also tests the queue: it stops the queue, puts 15 waits of 0 ms into it, checks the counters and drops the waits. Nothing moves. A queue with waiting commands is left alone; an empty one stays stopped until a program starts it.
 
-Nothing is kept: the window it finds is set with --window or MAGICIAN_WINDOW, or in a program with Options::window.
+Nothing is saved: set the window that it finds with --window or MAGICIAN_WINDOW, or in a program with Options::window.
 
-Exit status 10 if something is wrong with the arm, 4 to 6 if there is none.")]
+Exit status 10 if a check of the arm fails, 4 to 6 if there is no arm.")]
 pub(crate) struct Doctor {
-    /// Answers to time, of each of two kinds
+    /// Replies to time, of each of two kinds
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     count: u64,
 }
@@ -90,7 +90,7 @@ fn try_queue(
     let quiet = report.quiet();
     let mut trial = pin!(line::queue_trial(line));
     let trying = context.attending(async |_| {
-        let trial = attended(quiet, "trying the queue", &mut trial);
+        let trial = attended(quiet, "testing the queue", &mut trial);
         Ok(trial.await)
     });
     match trying {
@@ -99,9 +99,8 @@ fn try_queue(
             let rest = async { timeout(LEAVING, trial).await.is_ok() };
             match context.runtime()?.block_on(rest) {
                 true => Err(failure),
-                false => Err(failure.hint(
-                    "commands of no effect may be left in the queue: `magician stop` drops them",
-                )),
+                false => Err(failure
+                    .hint("waits of 0 ms may be left in the queue: `magician stop` drops them")),
             }
         }
     }

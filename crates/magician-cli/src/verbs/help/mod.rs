@@ -52,10 +52,8 @@ impl Help {
                     .into_iter()
                     .find(|verb| strsim::damerau_levenshtein(verb, first) <= 2)
                 {
-                    Some(verb) => {
-                        Failure::usage(format!("no verb and no command is called `{first}`"))
-                            .hint(format!("did you mean {verb}?"))
-                    }
+                    Some(verb) => Failure::usage(format!("unknown verb or command `{first}`"))
+                        .hint(format!("did you mean {verb}?")),
                     None => failure,
                 }
             }),

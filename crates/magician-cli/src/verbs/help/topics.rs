@@ -16,28 +16,28 @@ pub(super) const TOPICS: [Topic; 5] = [
     },
     Topic {
         name: "pen",
-        about: "draw with a pen, from the empty table on",
+        about: "draw with a pen, step by step",
         text: PEN,
     },
     Topic {
         name: "laser",
-        about: "what burns, who may light it, and how it goes out",
+        about: "safety, permission, power, and what switches it off",
         text: LASER,
     },
     Topic {
         name: "resume",
-        about: "go on with a run that was interrupted",
+        about: "resume a run that was interrupted",
         text: RESUME,
     },
     Topic {
         name: "exit-status",
-        about: "what the exit status says",
+        about: "exit statuses and kinds of errors",
         text: EXIT_STATUS,
     },
 ];
 
 const UNITS: &str = "\
-Units, in every verb, file of ours and JSON:
+Units, in every verb, in our own files and in JSON:
     lengths mm, angles degrees, times seconds, speeds mm/s and deg/s,
     power and shares percent
 
@@ -58,79 +58,80 @@ Files:
 Commands of the protocol (`get`, `set`, `enqueue`) have their own units:
 `magician help PTPJointParams` shows those of each field.
 
-Negative numbers are arguments as they stand: magician move 220 -40 30";
+Negative numbers are written as usual: magician move 220 -40 30";
 
 const PEN: &str = "\
 Draw with a pen:
     1. Mount the pen, switch the arm on, and home it: magician home
     2. Measure the paper's height: magician calibrate surface --tool pen
-       (or say it each time: --surface Z, the z that `magician pose` shows
+       (or give it each time: --surface Z, the z that `magician pose` shows
        when the tip touches the paper)
     3. Look first: magician draw FILE --preview where.svg
-       and ask whether the arm can do it all: magician draw FILE --check
+       and check that the arm can do all of it: magician draw FILE --check
     4. Draw: magician draw FILE
 
-Where and how large: --at X,Y, --fit, --scale, --rotate, --mirror.
-What: --clip-page cuts at the page, --white draw keeps white on white.
-How: --speed MM/S, --lift MM between lines, --no-order.
+Position and size: --at X,Y, --fit, --scale, --rotate, --mirror.
+Content: --clip-page clips at the page, --white draw keeps white on white.
+Motion: --speed MM/S, --lift MM between lines, --no-order.
 
 The first Ctrl-C stops the arm and lifts the pen (--stay leaves it down), a
-second one moves nothing more. `magician help resume` tells how to go on.
+second one moves nothing more. `magician help resume` says how to resume.
 --park X,Y,Z takes the pen there when all is done.
 
 Without an arm: magician draw FILE --port sim --picture drawn.svg";
 
 const LASER: &str = "\
-The laser blinds at any distance, also by reflection, and sets fire: goggles
-for its wavelength (405 nm) for everybody in the room, nothing shiny, air to
-breathe, and somebody beside it.
+The laser blinds at any distance, also by reflection, and starts fires. Everyone
+in the room wears goggles for its wavelength (405 nm). Remove shiny objects,
+ventilate the room, and never leave the laser alone.
 
 Nothing burns on a real arm without --yes, or `y` at the terminal: no file, no
-`laser on`, no `set`, `enqueue` or `io` that lights it. Real is every arm but
-`--port sim`.
+`laser on`, no `set`, `enqueue` or `io` that lights it. Every arm but
+`--port sim` counts as real.
 
-How strong: --power P means that full power is P percent; --power 10..60 maps
-the weakest to 10 and the strongest to 60 percent. G-code: --s-max N says which
-S is full power. --check and --estimate tell what is burnt: burns with 12 to
-60 %.
+Power: --power P makes full power P percent; --power 10..60 maps the weakest to
+10 and the strongest to 60 percent. For G-code, --s-max N is the S of full
+power. --check and --estimate show the power: burns with 12 to 60 %.
 
-Every end puts it out: done, stop, Ctrl-C, an error, a closed terminal. After
-kill -9, or while the cable is out, nothing can be sent: at most one second of
-burning and the segment under way are in the arm. Keep a hand at its switch.
+It goes out however a run ends: done, stop, Ctrl-C, an error, a closed terminal.
+After kill -9, or while the cable is out, nothing can be sent: the arm has at
+most one second of burning and the segment under way. Keep a hand at its switch.
 
-`magician info` shows `laser  ON` while it is; `magician laser off` asks nothing.";
+`magician info` shows `laser  ON` while it is on; `magician laser off` needs
+no confirmation.";
 
 const RESUME: &str = "\
-Go on with a run that was interrupted (Ctrl-C, an alarm, a pulled cable):
-    the same command with --resume
+Resume a run that was interrupted (Ctrl-C, an alarm, a pulled cable):
+    repeat the command with --resume
 
 The file, the flags and the arm have to be the same; otherwise it is refused.
 
-    After Ctrl-C or an error   it goes on with the step that was cut short
+    After Ctrl-C or an error   it continues the step that was cut short
     After a pulled cable       plug it in, touch nothing: it asks the arm
-    After the power            home the arm first; which steps are done is not
-                               certain any more (exit status 9)
+                               how far it came
+    After the power            home the arm first; it is no longer certain
+                               which steps are done (exit status 9)
 
---from STEP begins at any step, from 1; --dry-run -v lists them.
+--from STEP starts at any step, from 1; --dry-run -v lists them.
 A segment that was cut off within 0.2 mm of its end counts as done; any other
-is done again as a whole.";
+is repeated as a whole.";
 
 const EXIT_STATUS: &str = "\
 Exit status, and the kind of the error object that --json writes to stderr:
     0  done
     1  bug            an internal error
-    2  usage          the command line makes no sense, or --yes is missing
-    3  invalid-input  a value makes no sense
+    2  usage          invalid command line, or --yes is missing
+    3  invalid-input  invalid value
        unreachable    the arm cannot get there
     4  port           the port is not there, not allowed, in use, or gone
        closed         the connection was closed, or a stop came first
     5  timeout        no answer by the deadline
-    6  unexpected     the peer answered what it should not
+    6  unexpected     invalid reply from the peer
        unsupported    this build or this arm cannot do it
     7  queue-full     the arm's queue has no room
     8  alarm          an alarm holds the arm's queue
-    9  uncertain      a command may or may not have been taken: look at the arm
-   10  check-failed   what was checked is not right
+    9  uncertain      the arm may or may not have the command: look at the arm
+   10  check-failed   a check failed
   130  interrupted    Ctrl-C
 
 The error object has kind and message, and what applies of: code (which

@@ -1,4 +1,4 @@
-//! A job that is run, as a person at a terminal and who reads its output sees it.
+//! A running job, as a person at a terminal or a reader of its output sees it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -224,7 +224,7 @@ impl Drive<'_> {
                 Next::Control(control) => run.hears_early(control),
                 Next::Typed(typed) => match run.obeys(typed) {
                     Obeyed::Yes => {}
-                    // Nobody who reads is no reason to stop.
+                    // Output without a reader is no reason to stop.
                     Obeyed::Ignored(line) => {
                         let _ = out.event(&Ignored::of(&line)).and_then(|()| out.flush());
                     }
@@ -241,9 +241,9 @@ impl Drive<'_> {
     fn tell_start(&self, starts: StartsAt) {
         let step = starts.steps + 1;
         let text = if starts.within && self.resume {
-            format!("step {step} was cut short: it goes on where it stopped")
+            format!("step {step} was cut short: it continues where it stopped")
         } else if starts.again {
-            format!("step {step} was cut short, or nobody knows how it ended: it is done again")
+            format!("step {step} was cut short, or its end is unknown: it is repeated")
         } else {
             return;
         };
@@ -301,11 +301,11 @@ impl Drive<'_> {
                 Next::Resumed(resumed) => {
                     run.resuming = None;
                     match resumed {
-                        // Who wants a job to go on that runs has what he wants.
+                        // A running job is resumed already.
                         Ok(()) | Err(ResumeError::NotPaused) => {}
                         Err(error) => {
                             let failure = self.wording().resume(&error);
-                            teller.say(&format!("it stays paused: {}", failure.message));
+                            teller.say(&format!("still paused: {}", failure.message));
                             teller.object(&Ignored {
                                 message: Some(&failure.message),
                                 ..Ignored::of(RESUME)
@@ -349,7 +349,7 @@ impl Drive<'_> {
         Recorder::begin(arm, path, options).await
     }
 
-    /// A time of the arm's clock as a person waits for it; nobody can tell where it runs as fast as it can.
+    /// A time of the arm's clock in wall time; unknown where the arm runs as fast as it can.
     fn of_wall(&self, time: Duration) -> Option<Duration> {
         match self.pace {
             None => Some(time),
@@ -367,14 +367,14 @@ struct Attended {
 
 /// Why a job is no faster and no slower.
 fn as_fast_as_before(error: SpeedError) -> String {
-    format!("the speed stays as it is: {error}")
+    format!("speed unchanged: {error}")
 }
 
 /// A recording has ended before the work.
 fn says_unrecorded(failure: &Failure) -> String {
     let warning = Paint::for_stderr().note("warning:").to_string();
     format!(
-        "{warning} the recording ends here, the work goes on: {}",
+        "{warning} the recording stops here, the work goes on: {}",
         failure.message
     )
 }

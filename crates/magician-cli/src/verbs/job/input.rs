@@ -32,10 +32,10 @@ pub(super) enum Typed {
     Line(String),
 }
 
-/// Who listens for it.
+/// The source of the input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Source {
-    /// Nobody: stdin is the file, or the screen has the keys.
+    /// None: stdin is the file, or the screen has the keys.
     Nowhere,
     Lines,
     Keys,
@@ -90,7 +90,7 @@ impl Job {
 }
 
 impl Input {
-    /// Listens from now on, if somebody can be there.
+    /// Listens from now on, if there can be a person.
     pub(super) fn listen(&mut self) {
         let to = self.to.clone();
         match self.source {
@@ -100,7 +100,7 @@ impl Input {
             Source::Lines if self.reads => {}
             Source::Lines => {
                 self.reads = true;
-                // It ends with the process: nothing wakes who reads a line.
+                // It ends with the process: nothing wakes a thread that reads a line.
                 let read = move || lines(InFront(io::stdin()), &to);
                 let _ = thread::Builder::new().name("stdin".to_owned()).spawn(read);
             }
@@ -121,7 +121,8 @@ impl Input {
     }
 }
 
-/// stdin; if that is a terminal, while this program is in front: who reads a terminal in the background is stopped by the system.
+/// stdin; if that is a terminal, while this program is in the foreground: the system stops a background process that
+/// reads a terminal.
 struct InFront(io::Stdin);
 
 impl Read for InFront {
@@ -141,7 +142,7 @@ fn wait_in_front(stdin: &io::Stdin) -> io::Result<()> {
         let told = poll(&mut [PollFd::new(stdin, PollFlags::IN)], Some(&patience));
         match told {
             Ok(1..) if is_in_front() => return Ok(()),
-            // There is something for who is in front.
+            // There is input for the foreground process.
             Ok(1..) => thread::sleep(FRAME),
             Ok(0) | Err(rustix::io::Errno::INTR) => {}
             Err(error) => return Err(error.into()),

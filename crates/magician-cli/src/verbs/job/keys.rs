@@ -51,7 +51,7 @@ fn listen(over: &AtomicBool, to: &mpsc::UnboundedSender<Typed>, mut mode: Option
         return;
     };
     while !over.load(Ordering::SeqCst) {
-        // Who reads a terminal in the background is stopped by the system.
+        // The system stops a background process that reads a terminal.
         if !is_in_front() {
             thread::sleep(FRAME);
             continue;

@@ -74,7 +74,7 @@ struct Made {
     source: Source,
     setup: Setup,
     program: Program,
-    /// Where the tool stood, if it depends on that and nobody has said it.
+    /// Where the tool was, if the program depends on it and it was not given.
     start: Option<[f64; 3]>,
     /// What of the file was taken in a certain way.
     notes: Vec<Diagnostic>,
@@ -106,10 +106,10 @@ impl Job {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let looks = self.look.is_wanted();
         if looks && (self.way.resume || self.way.picture.is_some() || self.way.record.is_some()) {
-            return Err(Failure::usage(
-                "--resume, --picture and --record need a run, and this only looks",
-            )
-            .hint("leave out --check, --estimate, --preview and --dry-run"));
+            return Err(
+                Failure::usage("--resume, --picture and --record need a run")
+                    .hint("remove --check, --estimate, --preview and --dry-run"),
+            );
         }
         if self.way.tui {
             self.check_terminal(looks, context)?;
@@ -151,19 +151,19 @@ impl Job {
     /// Whether the whole terminal can be had.
     fn check_terminal(&self, looks: bool, context: &Context) -> Result<(), Failure> {
         let refused = if looks {
-            Some("--tui is of a run, and nothing is run here")
+            Some("--tui needs a run")
         } else if context.global.json {
-            Some("--tui is for people: it has no --json")
+            Some("--tui cannot be used with --json")
         } else if context.in_shell {
-            Some("--tui needs the whole terminal, which the shell has")
+            Some("--tui needs the whole terminal, which the shell uses")
         } else if self.file.file == Path::new("-") {
             Some("--tui needs the keyboard, and stdin is the file")
         } else {
             None
         };
         match refused {
-            Some(message) => Err(Failure::usage(message).hint("leave out --tui")),
-            None => terminal::check("--tui", "without --tui it runs anywhere"),
+            Some(message) => Err(Failure::usage(message).hint("remove --tui")),
+            None => terminal::check("--tui", "remove --tui"),
         }
     }
 
@@ -192,7 +192,7 @@ impl Job {
                 context.put_up(arm.clone());
                 (arm, times)
             }
-            // Who takes readings needs time to pass for itself too, not for the arm alone.
+            // A recorder needs time to pass for itself too, not for the arm alone.
             SimSpeed::Max if self.way.record.is_some() => {
                 let arm = VirtualArm::new(stage, SimSpeed::Times(1.0));
                 context.put_up_in_arm_time(arm.clone());
@@ -255,7 +255,7 @@ impl Job {
         let config = context.config()?;
         let mut setup = self.setup(place, &config)?;
         setup.fence = context.fence();
-        // What cannot be laid before the arm is what a check is for; a surface that nobody knows is not.
+        // A drawing that does not fit is a finding of the check; an unknown surface is an error.
         let fails = self.look.checks() && setup.known_surface().is_some();
         let refused = |problem: Diagnostic| {
             let mut failure = source.failure(&problem);
@@ -288,7 +288,7 @@ impl Job {
         let loops = self.way.loops.unwrap_or(1);
         if plan.steps.is_empty() {
             return Err(Failure::invalid(format!(
-                "{}: there is nothing to do in it",
+                "{}: nothing to do in this file",
                 source.name
             )));
         }
@@ -316,7 +316,7 @@ impl Job {
         })
     }
 
-    /// Reads it and makes a plan of it, for whoever does something else with it than running it.
+    /// Reads it and makes a plan of it, for verbs that do not run it.
     pub(crate) fn plan(
         &self,
         context: &mut Context,
@@ -352,12 +352,12 @@ impl Job {
             Where::Stage(_) => {}
             _ if context.is_connected() => {
                 return Err(Failure::usage(
-                    "--picture is of a virtual arm that a run makes for itself, not of a shell's",
+                    "--picture needs a virtual arm of its own, not that of a shell",
                 ));
             }
             _ => {
-                let message = "--picture is of what a virtual arm has drawn";
-                return Err(Failure::usage(message).hint("give --port sim"));
+                let message = "--picture needs a virtual arm";
+                return Err(Failure::usage(message).hint("use --port sim"));
             }
         }
         let picture = Picture::at(path.clone()).map_err(Failure::usage)?;
@@ -439,9 +439,9 @@ impl Made {
 
 /// A program that goes on where all depends on where it was begun needs to know that place.
 fn needs_start() -> Failure {
-    let message = "this program depends on where the tool stood when it was begun, and that is elsewhere by now";
-    Failure::usage(message)
-        .hint("give --start X,Y,Z as well, as the run has said it that is to go on")
+    let message = "this program depends on where the tool was when it began, and the tool has \
+        moved since";
+    Failure::usage(message).hint("add --start X,Y,Z as printed by the interrupted run")
 }
 
 /// What was read in a certain way, for people: a line each, and with `-v` the place in the file.
@@ -456,7 +456,7 @@ pub(crate) fn notes(source: &Source, notes: &[Diagnostic], context: &Context) {
         }
     }
     if notes.len() > NOTES {
-        say(&format!("and {} notes more", notes.len() - NOTES));
+        say(&format!("and {} more notes", notes.len() - NOTES));
     }
 }
 
@@ -466,7 +466,7 @@ fn line_of(source: &Source, note: &Diagnostic) -> String {
     format!("{} {}", paint.note("note:"), visible_lines(&text))
 }
 
-/// A stderr that nobody reads is no reason to stop.
+/// A closed stderr is no reason to stop.
 fn say(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }

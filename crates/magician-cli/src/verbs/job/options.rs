@@ -13,22 +13,21 @@ use crate::options::number;
 /// The file.
 #[derive(Args, Debug)]
 pub(crate) struct File {
-    /// File to run; `-` reads it from stdin
+    /// File to run; `-` reads stdin
     #[arg(value_hint = ValueHint::FilePath)]
     pub(super) file: PathBuf,
-    /// File type, if name and content do not tell: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan
+    /// File type, if neither name nor content shows it: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan
     #[arg(long, value_name = "FORMAT")]
     pub(super) format: Option<Format>,
-    /// What a G-code file is for: pen, laser, or servo (a pen that M3, M280 or M300 lifts by angles); if not given, a laser
-    /// where it switches a spindle or sets a power and nothing in it is a mill's
+    /// Machine of a G-code file: pen, laser, or servo (M3, M280 or M300 lifts the pen by an angle); default: laser if the
+    /// file switches a spindle or sets a power and has nothing of a mill's
     #[arg(long, value_name = "pen|laser|servo", value_parser = dialect)]
     pub(super) dialect: Option<Dialect>,
-    /// The S of a G-code file that is the laser's full power ($30 of its controller); if not given, what the file says of it,
-    /// else 1000
+    /// S of full laser power in a G-code file ($30 of its controller); default: as the file says, else 1000
     #[arg(long, value_name = "N", value_parser = positive)]
     pub(super) s_max: Option<f64>,
-    /// White lines and shapes of an SVG: `skip` leaves them out, but on darker shapes and where nothing else would be drawn,
-    /// `draw` draws them all
+    /// White lines and shapes of an SVG: `skip` leaves them out, except on darker shapes and where nothing else would be
+    /// drawn; `draw` draws them all
     #[arg(
         long,
         value_name = "skip|draw",
@@ -36,7 +35,7 @@ pub(crate) struct File {
         hide_default_value = true
     )]
     pub(super) white: White,
-    /// Leave out points of a recording nearer than this to the line, mm; the others keep their times
+    /// Drop points of a recording that are closer than this to the line, mm; the others keep their times
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub(super) resample: Option<f64>,
 }
@@ -45,7 +44,7 @@ pub(crate) struct File {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "The laser")]
 pub(crate) struct Beam {
-    /// Make full power P percent, of whatever burns; with LEAST..MOST all that is above 0 is from LEAST to MOST
+    /// Scale the laser so that full power is P percent; LEAST..MOST maps all power above 0 to that range
     #[arg(long, value_name = "P|LEAST..MOST", value_parser = power)]
     pub(super) power: Option<Power>,
 }
@@ -54,16 +53,16 @@ pub(crate) struct Beam {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Look first, move nothing")]
 pub(crate) struct Look {
-    /// Only check it: exit status 10 if the arm cannot do all of it
+    /// Only check: exit status 10 if the arm cannot do all of it
     #[arg(long)]
     pub(super) check: bool,
-    /// Only estimate its time and lengths
+    /// Only estimate time and lengths
     #[arg(long)]
     pub(super) estimate: bool,
     /// Only draw a preview: a .svg or .png file
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) preview: Option<PathBuf>,
-    /// Do everything but send it; -v or --json prints the commands
+    /// Do everything but send; -v or --json prints the commands
     #[arg(long)]
     pub(super) dry_run: bool,
 }
@@ -72,50 +71,50 @@ pub(crate) struct Look {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Tool and place")]
 pub(crate) struct Place {
-    /// Tool on the arm: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the arm keeps it
+    /// Tool on the arm: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     pub(super) tool: Option<Tool>,
-    /// Height of the paper or the wood: the z of `magician pose` when the tool touches it, mm
+    /// Height of the work surface, mm: the z of `magician pose` when the tool touches it
     #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = number::<f64>)]
     pub(super) surface: Option<f64>,
-    /// Where the tool stands when a G-code program begins, mm; where it is, if not given
+    /// Where a G-code program begins, mm; default: where the tool is
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
     pub(super) start: Option<[f64; 3]>,
-    /// Take the coordinates of G-code, a plan, a playback file or points as the file's own, and place it: the middle of what it
-    /// draws at --at, else on the sheet, else where there is room. --at, --fit and --surface imply it, `draw` and `engrave` too
+    /// Place G-code, a plan, a playback file or points like a drawing, its centre at --at, else on the sheet, else where
+    /// there is room; implied by --at, --fit, --surface, `draw` and `engrave`
     #[arg(long)]
     pub(super) place: bool,
-    /// Take its coordinates as the arm's, as they stand
+    /// Take the file's coordinates as the arm's, unchanged
     #[arg(long, conflicts_with_all = ["place", "at", "fit", "surface"])]
     pub(super) raw: bool,
-    /// Z of placed G-code at which its pen touches the surface, mm; the lowest at which it draws, if not given
+    /// Z at which the pen of placed G-code touches the surface, mm; default: the lowest Z at which it draws
     #[arg(long, value_name = "Z", allow_hyphen_values = true, conflicts_with = "raw", value_parser = number::<f64>)]
     pub(super) pen_z: Option<f64>,
-    /// Put its middle at this x and y, mm
+    /// Put its centre at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
     pub(super) at: Option<[f64; 2]>,
-    /// Scale it by FACTOR
+    /// Scale by FACTOR
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     pub(super) scale: Option<f64>,
-    /// Rotate it counter-clockwise, degrees
+    /// Rotate counter-clockwise by DEGREES
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number::<f64>)]
     pub(super) rotate: Option<f64>,
-    /// Shrink it until the arm reaches all of it, turned by 90 degrees where that lets it be larger
+    /// Shrink it until the arm reaches all of it; rotate it by 90 degrees where that allows a larger size
     #[arg(long)]
     pub(super) fit: bool,
-    /// With --fit: do not turn it
+    /// With --fit: do not rotate it
     #[arg(long, requires = "fit")]
     pub(super) no_turn: bool,
-    /// Cut off what lies beyond the page of a drawing
+    /// Clip a drawing at its page
     #[arg(long)]
     pub(super) clip_page: bool,
-    /// Mirror it, left to right
+    /// Mirror left to right
     #[arg(long)]
     pub(super) mirror: bool,
-    /// Move it by so much, mm
+    /// Move by DX,DY,DZ, mm
     #[arg(long = "move", value_name = "DX,DY,DZ", allow_hyphen_values = true, value_parser = numbers::<3>)]
     pub(super) by: Option<[f64; 3]>,
-    /// Do it once at each place of a grid, such as 2x3:40x30
+    /// Repeat it at each position of a grid, such as 2x3:40x30
     #[arg(
         long,
         visible_alias = "pallet",
@@ -129,47 +128,47 @@ pub(crate) struct Place {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "The run")]
 pub(crate) struct Way {
-    /// Speed of the tool along lines that it draws or burns, mm/s
+    /// Speed along the lines that are drawn or burnt, mm/s
     #[arg(long, value_name = "MM/S", value_parser = positive)]
     pub(super) speed: Option<f64>,
-    /// Share of the set speed for moves from point to point, percent
+    /// Speed ratio of point-to-point moves, percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
     pub(super) speed_ratio: Option<f64>,
-    /// Repeat it N times (0: until Ctrl-C)
+    /// Repeat N times (0: until Ctrl-C)
     #[arg(long, value_name = "N")]
     pub(super) loops: Option<u64>,
-    /// Begin at this step, counted from 1
+    /// Start at this step, counted from 1
     #[arg(long, value_name = "STEP", value_parser = clap::value_parser!(u64).range(1..))]
     pub(super) from: Option<u64>,
     /// Resume the last run of this file where it was interrupted
     #[arg(long, conflicts_with = "from")]
     pub(super) resume: bool,
-    /// Write what the arm does meanwhile to a .mcap, .csv or .jsonl file; `magician record --help` has more. If it cannot be
-    /// written any more the work goes on, and the exit status is 4
+    /// Record the run to a .mcap, .csv or .jsonl file; more in `magician record --help`. If writing fails, the run goes
+    /// on and the exit status is 4
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) record: Option<PathBuf>,
-    /// On a virtual arm: write what pen or laser left, and the sheet if it is known, to a .svg or .png file
+    /// On a virtual arm: write the lines of pen or laser, and the sheet if known, to a .svg or .png file
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     pub(super) picture: Option<PathBuf>,
-    /// With --picture: the arm's base too
+    /// With --picture: show the arm's base too
     #[arg(long, requires = "picture")]
     pub(super) whole: bool,
-    /// Run what an earlier program left in the queue first
+    /// First run the commands that an earlier program left in the queue
     #[arg(long)]
     pub(super) keep: bool,
-    /// Refuse an arm that was not homed since it was switched on
+    /// Refuse an arm that was not homed since power-up
     #[arg(long, conflicts_with = "unhomed")]
     pub(super) require_homed: bool,
-    /// Draw or engrave with an arm that was not homed since it was switched on: it may go to the wrong place
+    /// Draw or engrave even if the arm was not homed since power-up: it may draw in the wrong place
     #[arg(long)]
     pub(super) unhomed: bool,
-    /// Take the whole terminal while it runs: the sheet as it fills up, the time left, the queue, the line
+    /// Full-screen display during the run: the sheet as it fills up, time left, queue, line
     #[arg(long)]
     pub(super) tui: bool,
     /// Leave the pen down at the end and after a stop
     #[arg(long, conflicts_with = "park")]
     pub(super) stay: bool,
-    /// When all is done, go up and park the tool's tip at this place, mm
+    /// At the end, lift the tool and park its tip at this position, mm
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
     pub(super) park: Option<[f64; 3]>,
 }
@@ -178,7 +177,7 @@ pub(crate) struct Way {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "The pen")]
 pub(crate) struct Pen {
-    /// How far the pen is lifted between lines, mm
+    /// Pen lift between lines, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub(super) lift: Option<f64>,
     /// Speed between lines, mm/s
@@ -187,10 +186,10 @@ pub(crate) struct Pen {
     /// Draw the lines in the order of the file
     #[arg(long)]
     pub(super) no_order: bool,
-    /// How far a line may be from the curve that it stands for, mm
+    /// Largest distance of a line from its curve, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     pub(super) tolerance: Option<f64>,
-    /// Of an image: what is darker is outlined, 1 to 255
+    /// For an image: outline what is darker than this, 1 to 255
     #[arg(long, value_name = "GREY", value_parser = clap::value_parser!(u8).range(1..))]
     pub(super) threshold: Option<u8>,
     /// Width of an image, mm

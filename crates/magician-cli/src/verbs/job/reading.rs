@@ -36,7 +36,7 @@ pub(super) struct Read {
 pub(super) struct Begun {
     /// The place.
     pub(super) at: [f64; 3],
-    /// Whether somebody has said it.
+    /// Whether it was given.
     pub(super) said: bool,
     /// How a virtual arm stands there, if it is one's.
     pub(super) standing: Option<JointAngles>,
@@ -152,11 +152,11 @@ impl Job {
         };
         options.gcode.start = Some(before(at, anywhere.is_some(), &setup));
         let mut from_there = source.read(Format::Gcode, options)?;
-        let what = format!("it begins where the tool stands, at {x:.3},{y:.3},{z:.3}");
+        let what = format!("it begins at the tool's position, {x:.3},{y:.3},{z:.3}");
         let note = Diagnostic::new(Origin::NONE, what)
             .coded(DiagnosticCode::Assumed)
             .help(format!(
-                "--start {x:.3},{y:.3},{z:.3} begins there again, wherever the tool is then"
+                "--start {x:.3},{y:.3},{z:.3} begins there again from any position"
             ));
         from_there.notes.insert(0, note);
         let begun = Begun {

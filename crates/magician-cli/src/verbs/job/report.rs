@@ -120,7 +120,9 @@ impl Estimate {
                 let time = std::time::Duration::from_secs_f64(seconds);
                 format!("takes {} ({seconds:.1} s)", clock(time))
             }
-            None => "time not known (it homes, waits for an input, or begins at a place that is not known)".to_owned(),
+            None => "time unknown (it homes, waits for an input, or begins at an unknown \
+                position)"
+                .to_owned(),
         };
         format!("{time}: {}", self.work())
     }
@@ -224,14 +226,14 @@ impl Made {
         if self.misfit.is_some() {
             return None;
         }
-        let at = (way_out.at).map(|[x, y]| format!("--at {x},{y} would do in this size"));
-        let size = |would_fit: WouldFit| format!("--scale {} would fit there", would_fit.scale);
+        let at = (way_out.at).map(|[x, y]| format!("--at {x},{y} fits at this size"));
+        let size = |would_fit: WouldFit| format!("--scale {} fits there", would_fit.scale);
         let straight = way_out.straight.map(size);
         let turned = way_out.turned.map(|turned| {
             let WouldFit { scale, rotate, .. } = turned;
             match scale < self.setup.placement.scale {
-                true => format!("--rotate {rotate} --scale {scale} too"),
-                false => format!("--rotate {rotate} would do in this size"),
+                true => format!("--rotate {rotate} --scale {scale} fits too"),
+                false => format!("--rotate {rotate} fits at this size"),
             }
         });
         let ways: Vec<String> = straight.into_iter().chain(turned).chain(at).collect();

@@ -173,7 +173,7 @@ impl Shown<'_> {
                 let made = fitting(PIXELS_PER_MM, too_large, |scale| preview.to_png(scale));
                 made.map_err(|error| wrong(&error))?
             }
-            _ => return Err(Failure::usage("a preview is a .svg or .png file")),
+            _ => return Err(Failure::usage("a preview must be a .svg or .png file")),
         };
         std::fs::write(path, bytes).map_err(|error| wrong(&error))
     }

@@ -157,7 +157,7 @@ impl<'o> ProgressReporter<'o> {
 
     /// Says something to programs.
     pub(super) fn object(&self, object: &impl Serialize) {
-        // Nobody who reads is no reason to stop an arm; the last object will tell.
+        // Output without a reader is no reason to stop an arm; the last object will fail.
         if let (true, Ok(mut out)) = (self.json, self.out.try_borrow_mut()) {
             let _ = out.event(object).and_then(|()| out.flush());
         }
@@ -184,14 +184,14 @@ impl<'o> ProgressReporter<'o> {
         }
     }
 
-    /// Nothing moves until somebody wants it to.
+    /// Nothing moves until the job is resumed.
     pub(super) fn paused(&self, reason: PauseReason, part: Option<u64>) {
         let reason = reason.name();
         self.object(&json!({"event": "paused", "part": part, "reason": reason}));
-        self.does("paused: p goes on");
+        self.does("paused: p resumes");
         match &self.bar {
             Some(bar) => {
-                bar.set_message("paused: p goes on, space stops");
+                bar.set_message("paused: p resumes, space stops");
                 bar.tick();
             }
             None => self.say("paused"),
@@ -203,7 +203,7 @@ impl<'o> ProgressReporter<'o> {
         self.object(&json!({"event": "resumed"}));
         self.does("running");
         if self.bar.is_none() {
-            self.say("going on");
+            self.say("resumed");
         } else if let Some(bar) = self.bar_in_front() {
             bar.set_message("");
         }
@@ -225,10 +225,10 @@ impl<'o> ProgressReporter<'o> {
     }
 }
 
-/// `waiting for the arm's answer, 4 s`.
+/// `waiting for the arm's reply, 4 s`.
 fn waits(silent: Duration) -> Option<String> {
     let seconds = silent.as_secs();
-    (seconds > 0).then(|| format!("waiting for the arm's answer, {seconds} s"))
+    (seconds > 0).then(|| format!("waiting for the arm's reply, {seconds} s"))
 }
 
 impl Drop for ProgressReporter<'_> {

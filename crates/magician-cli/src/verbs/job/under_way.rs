@@ -260,14 +260,12 @@ impl UnderWay<'_> {
             Act::Stay { dark } => {
                 self.listens();
                 if dark {
-                    teller.say(
-                        "the job burns: it stays paused, with the laser off, until you press p",
-                    );
+                    teller.say("the job burns: it stays paused, laser off, until you press p");
                 }
             }
             Act::Ends => {
                 if self.job.state() != JobState::Ended {
-                    teller.say("the job is ending: it is not suspended any more");
+                    teller.say("the job is ending: it cannot be suspended");
                 }
             }
         }
@@ -276,10 +274,13 @@ impl UnderWay<'_> {
     pub(super) fn hears(&mut self, event: &JobEvent) {
         match event {
             JobEvent::Waits(Waits::Queue) => {
-                self.waits = Some("waiting for what the arm still has")
+                self.waits = Some("waiting for the commands left in the arm")
             }
             JobEvent::Waits(Waits::Line) => {
-                self.waits = Some("the line broke: waiting for it, to switch the laser off");
+                self.waits = Some(
+                    "the line broke: waiting to switch the laser off when it is \
+                    back",
+                );
             }
             JobEvent::Waits(_) => self.waits = None,
             _ => {}

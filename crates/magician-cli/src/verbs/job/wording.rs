@@ -9,7 +9,7 @@ use crate::context::{not_confirmed, place};
 use crate::failure::{Failure, Kind};
 
 /// What is said when a second stop was not waited for.
-pub(super) const UNKNOWN: &str = "interrupted twice: it is not known whether the arm stands";
+pub(super) const UNKNOWN: &str = "interrupted twice: the arm may still be moving";
 
 /// What was run, for the sentences about it.
 pub(super) struct Wording<'a> {
@@ -62,7 +62,7 @@ impl Wording<'_> {
             ResumeError::Arm(error) | ResumeError::Refused(error) => Failure::from(&**error),
             ResumeError::Program(problem) => self.made.source.failure(problem),
             other if other.wants_homing() => Failure::unexpected(format!(
-                "{other} (`magician home`), or stop the job, home the arm, and go on with --resume"
+                "{other} (`magician home`), or stop the job, home the arm, and use --resume"
             )),
             other => Failure::invalid(other.to_string()),
         }
@@ -77,19 +77,20 @@ impl Wording<'_> {
                 report::failure(self.made, report, false, self.made.way_out(rest))
             }
             Fault::Journal(JournalError::Unreadable { place }) => {
-                Failure::invalid(format!("{place} is not readable: another version wrote it"))
+                Failure::invalid(format!("{place} cannot be read: another version wrote it"))
                     .hint(from_step)
             }
             Fault::Journal(_) => Failure::invalid(
-                "there is nothing to resume: this program, placed like this, was not interrupted here",
+                "nothing to resume: no interrupted run of this program in this placement",
             )
             .hint(from_step),
-            Fault::AllDone => Failure::invalid("there is nothing to resume: all steps are done"),
+            Fault::AllDone => Failure::invalid("nothing to resume: all steps are done"),
             Fault::Doubt { span, said } => {
                 let message = if *said {
-                    "it is not certain how far the last run came"
+                    "the progress of the last run is uncertain"
                 } else {
-                    "nobody can tell how far the last run came: the arm was switched off, or others have used it"
+                    "the progress of the last run is unknown: the arm was switched off, or \
+                        another program used it"
                 };
                 Failure::new(Kind::Driver(ErrorKind::Uncertain), message).hint(self.in_doubt(*span))
             }
@@ -111,9 +112,9 @@ impl Wording<'_> {
         let command = format!("the same command with {}--resume", self.with_start());
         let advice = match error.left {
             None => return failure,
-            Some(Left::NotAsked) => format!(
-                "the arm finishes what it has; {command} asks it how far it came, and goes on"
-            ),
+            Some(Left::NotAsked) => {
+                format!("the arm finishes its queue; {command} goes on after that")
+            }
             Some(Left::Known {
                 resume_point,
                 within,
@@ -127,15 +128,17 @@ impl Wording<'_> {
         let of = self.of();
         match resume_point {
             ResumePoint::Again(steps) if within => format!(
-                "{steps}{of} steps are done and the next was cut short; {command} goes on where it stopped, in step {}",
+                "{steps}{of} steps are done and the next was cut short; {command} continues where \
+                    it stopped, in step {}",
                 steps + 1
             ),
             ResumePoint::After(steps) => format!(
-                "{steps}{of} steps are done; {command} goes on with step {}",
+                "{steps}{of} steps are done; {command} continues with step {}",
                 steps + 1
             ),
             ResumePoint::Again(steps) => format!(
-                "{steps}{of} steps are done and the next was cut short; {command} goes on with step {}",
+                "{steps}{of} steps are done and the next was cut short; {command} continues with \
+                    step {}",
                 steps + 1
             ),
             ResumePoint::Doubt(span) => self.in_doubt(span),
@@ -149,8 +152,8 @@ impl Wording<'_> {
         };
         let start = self.with_start();
         format!(
-            "{least} steps are done for certain, {which} may be: look at the work, then {start}--from {} does them again, \
-         {start}--from {} leaves them out",
+            "{least} steps are certainly done, {which} may be: look at the work, then \
+                {start}--from {} repeats them, {start}--from {} skips them",
             least + 1,
             most + 1
         )
@@ -173,7 +176,7 @@ fn lifted(lift: &PenLift) -> Option<String> {
         PenLift::Lifted(lifted) => lifted.to_string(),
         PenLift::Stays => "the pen stays down (`--stay`)".to_owned(),
         PenLift::Failed(error) => format!("the pen was not lifted: {error}"),
-        PenLift::Late => "the pen may not be up: that took too long".to_owned(),
+        PenLift::Late => "the pen may not be up: lifting it took too long".to_owned(),
         _ => return None,
     })
 }

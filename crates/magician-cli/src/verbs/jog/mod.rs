@@ -39,15 +39,12 @@ Examples:
   magician jog z 10        up by 10 mm, straight, and wait until it is there
   magician jog j1 -5       the base by 5 deg
 
-On the pad a press is a checked step; `m` changes to holding: the arm moves while a key is held and stops when it is \
-released, when the terminal loses the focus or is closed, and when this program or the line ends. Terminals that tell no \
-releases (most of them) repeat a held key: there a tap is a nudge, and the arm moves on from when the key repeats until \
-0.3 s after it last did. A convenience, not a safety function: the arm has a power switch.")]
+On the pad a key press is a checked step; `m` changes to hold mode: the arm moves while a key is held and stops when it is released, when the terminal loses the focus or is closed, and when this program or the line ends. Most terminals report no key releases, only repeats: there a tap moves the arm briefly, and a held key moves it until 0.3 s after the last repeat. This is not a safety function: in an emergency use the arm's power switch.")]
 pub(crate) struct Jog {
-    /// x, y, z, r, j1 to j4, or l for the rail
+    /// Axis: x, y, z, r, j1 to j4, or l for the rail
     #[arg(requires = "distance")]
     axis: Option<Axis>,
-    /// How far, mm or degrees
+    /// Distance, mm or degrees
     #[arg(allow_negative_numbers = true, value_parser = number::<f32>)]
     distance: Option<f32>,
 }
@@ -99,7 +96,7 @@ fn at_the_pad(context: &mut Context) -> Result<(), Failure> {
 /// Refuses to begin without a person at a terminal.
 pub(super) fn for_a_person(what: &str, without: &str) -> Result<(), Failure> {
     if !io::stdin().is_terminal() {
-        let message = format!("{what} is for a person at a keyboard, and stdin is no terminal");
+        let message = format!("{what} needs a keyboard, and stdin is not a terminal");
         return Err(Failure::usage(message).hint(without));
     }
     terminal::check(what, without)

@@ -21,8 +21,8 @@ pub(crate) enum Question {
 impl Question {
     pub(crate) fn text(self) -> &'static str {
         match self {
-            Self::Home => "home: the base turns to its end and back, half a minute. Way free? y/n",
-            Self::Laser => "switch the laser on: does everybody wear goggles? y/n",
+            Self::Home => "home: the base turns to its end and back, half a minute. Way clear? y/n",
+            Self::Laser => "switch the laser on: is everyone wearing goggles? y/n",
         }
     }
 }
@@ -117,7 +117,7 @@ impl Pad {
         Reply::of(self.pendant.tick(now))
     }
 
-    /// Nobody may be looking any more: what is held ends.
+    /// The focus is lost: a held jog ends.
     pub(crate) fn let_go(&mut self) -> Reply {
         Reply::of(self.pendant.release_all())
     }
@@ -188,7 +188,7 @@ impl Pad {
                 }
             }
             // Joints have no direction on the ground. The arrows at the sides turn the base, as they move the tool to the
-            // sides for who stands behind the arm.
+            // sides for a person behind the arm.
             JogFrame::Joints => match code {
                 KeyCode::Up | KeyCode::Down => (Axis::J2, code == KeyCode::Up),
                 _ => (Axis::J1, code == KeyCode::Left),

@@ -82,7 +82,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
         example(
             "jog that asks",
             &need(&[
-                "home: the base turns to its end and back, half a minute. Way free? y/n",
+                "home: the base turns to its end and back, half a minute. Way clear? y/n",
                 "x 259.10",
                 "J4 0.0",
                 "○ suction ○ gripper ○ laser",
@@ -155,7 +155,7 @@ fn what_is_done_and_asked_and_refused() {
         ],
     );
     model.pad.help = Some(Help::default());
-    shows(&picture(&model, 80, 24), &["stop, whatever moves"]);
+    shows(&picture(&model, 80, 24), &["stop all motion"]);
 }
 
 #[test]

@@ -29,7 +29,7 @@ pub(crate) const MOVES: [(&str, &str); 6] = [
     ("w s PgUp/Dn", "z up and down; J3"),
     ("a d", "r left and right; J4"),
     ("[ ]", "the rail, if there is one"),
-    ("space", "stop, whatever moves"),
+    ("space", "stop all motion"),
     ("tab", "coordinates or joints"),
 ];
 pub(super) const KEYS: [(&str, &str); 17] = [
@@ -53,11 +53,12 @@ pub(super) const KEYS: [(&str, &str); 17] = [
     ("l", "laser on (asks first) or off"),
     ("h", "home (asks first)"),
     ("c", "clear the alarms"),
-    ("q Ctrl-C", "leave; the arm stands, speeds are as they were"),
-    ("Ctrl-L", "draw everything anew"),
+    ("q Ctrl-C", "quit; the arm stops, speeds are restored"),
+    ("Ctrl-L", "redraw the screen"),
     (
         "",
-        "Hold, where the terminal tells no releases: a tap is a nudge, and the arm goes on once the key repeats, until it does not.",
+        "Hold, where the terminal reports no releases: a tap moves the arm briefly, a held key as \
+            long as it repeats.",
     ),
 ];
 const HINTS: [(&str, &str); 7] = [

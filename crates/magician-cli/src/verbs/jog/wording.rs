@@ -13,7 +13,7 @@ pub(super) fn failure(error: &OrderError) -> Failure {
         OrderError::Arm(error) => Failure::from(&**error),
         OrderError::Program(error) => program(error),
         OrderError::Busy => {
-            let message = "the arm is at something: space stops it";
+            let message = "the arm is busy: space stops it";
             Failure::new(Kind::Driver(ErrorKind::Closed), message)
         }
         _ => Failure::new(Kind::Driver(ErrorKind::Closed), error.to_string()),
@@ -53,6 +53,6 @@ pub(super) const fn tool(order: ToolOrder) -> &'static str {
         ToolOrder::Gripper(Grip::Off) => "the gripper's pump is off",
         ToolOrder::Laser(true) => "the laser burns",
         ToolOrder::Laser(false) => "the laser is off",
-        ToolOrder::Tip(_) => "the arm counts from the tool with which the lesson was taught",
+        ToolOrder::Tip(_) => "the arm uses the tool that the program was taught with",
     }
 }

@@ -40,7 +40,7 @@ pub(super) struct Log {
     begun: u64,
     width: usize,
     text: String,
-    /// Lines of which there may be any number: what programs and the line do wrong, who comes and goes.
+    /// Lines of which there may be any number: what programs and the line do wrong, which clients connect and disconnect.
     floods: Throttle<&'static str>,
 }
 
@@ -96,12 +96,12 @@ impl Log {
         }
     }
 
-    /// Who may move the arm, if that is more than this computer.
+    /// Which computers may move the arm, if more than this one.
     pub(super) fn exposed(&self, arm: &str, endpoints: &[Endpoint]) {
         for endpoint in endpoints.iter().filter(|endpoint| is_exposed(endpoint)) {
             let message = format!(
-                "every computer that reaches {endpoint} may move the arm at {arm} without a password; \
-                 to let in programs of this computer alone, serve 127.0.0.1"
+                "every computer that reaches {endpoint} can move the arm at {arm} without a \
+                    password; serve 127.0.0.1 to allow only programs on this computer"
             );
             let object =
                 json!({"event": "exposed", "endpoint": endpoint.to_string(), "message": message});
@@ -146,7 +146,7 @@ impl Log {
     pub(super) fn line_lost(&self, why: &magician::Error) {
         let object = json!({"event": "line-lost", "message": why.to_string()});
         self.say(object, || {
-            format!("{why}; the line is looked for, and until then nothing is answered")
+            format!("{why}; looking for the line, no replies until it is back")
         });
     }
 
@@ -342,7 +342,7 @@ impl<'a> Shown<'a> {
         }
     }
 
-    /// The fields as they are typed, or the bytes of what nobody understands.
+    /// The fields as they are typed, or the bytes if they cannot be decoded.
     fn values(&self) -> String {
         let queued = if self.frame.ctrl().queued() {
             "  queued"

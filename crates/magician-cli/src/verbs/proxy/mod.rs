@@ -31,58 +31,51 @@ use wire::Wire;
 /// Share one arm between programs, and watch the traffic
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Prints the one line `ready` when every endpoint accepts; what passes goes to stderr. Ends with Ctrl-C or SIGTERM.
+Prints the one line `ready` when every endpoint accepts connections; the traffic is shown on \
+    stderr. Ends with Ctrl-C or SIGTERM.
 
   magician proxy --port /dev/ttyUSB0 --pty ./A --pty ./B
   magician proxy --port /dev/ttyUSB0 --pty ./A --trace session.pcapng --quiet
   magician proxy --port udp:192.168.1.5 --tcp 127.0.0.1:9000 --only PTPCmd,GetPose
   magician proxy --port sim --pty ./A --faults drop=1e-3,seed=7
 
-Every program sees an arm of its own: its requests are answered once each, in its own order, and never with what \
-belongs to another. One request is under way to the arm at a time and programs take turns; a stop (ForceStop, StopExec, \
-Clear, the end of a jog) overtakes all that waits, and what the same program asked for just before it is not done after it. \
-Reads of the same thing are answered together: an answer younger than --fresh will do for another program, if nothing \
-that may change the arm went out meanwhile.
+Every program sees an arm of its own: each of its requests gets one reply, in order, and never a reply to another program. The arm gets one request at a time and programs take turns; a stop (ForceStop, StopExec, Clear, the end of a jog) overtakes all waiting requests, and drops those that the same program sent before it. Equal reads share a reply: one younger than --fresh serves another program too, unless something was sent meanwhile that may change the arm.
 
-Nothing is sent twice. What the arm does not answer is not answered; asking again is left to the program. Bytes that \
-are no frame, a frame with a wrong checksum among them, are shown and dropped, because they would disturb the others; \
---transparent passes them on. Frames with unknown ids are passed on always.
+Nothing is sent twice. If the arm does not reply, neither does the proxy; repeating the request is up to the program. Bytes that are not a frame, such as a frame with a wrong checksum, are shown and dropped, because they would disturb the others; --transparent passes them on. Frames with unknown ids are always passed on.
 
-A program that leaves takes its waiting requests along, and a jog that it began is ended; what it has queued goes on. \
-If the line to the arm is lost, programs stay connected and get no answers until it is back; nothing is done later that \
-was asked for meanwhile.
+When a program disconnects, its waiting requests are dropped and its jog ends; its queued commands go on. If the line to the arm is lost, programs stay connected and get no replies until it is back; requests sent meanwhile are dropped.
 
---faults spoils the line to the arm: rates between 0 and 1 for bytes (flip, replace, drop, insert, duplicate, swap), for \
+--faults injects faults into the line to the arm: rates between 0 and 1 for bytes (flip, replace, drop, insert, duplicate, swap), for \
 chunks (drop-chunk, duplicate-chunk, swap-chunk, stall, rechunk, unplug), seed=N.")]
 pub(crate) struct Proxy {
-    /// Serve a new pseudo-terminal and make PATH a symlink to it; once for every program
+    /// Serve a new pseudo-terminal and make PATH a symlink to it; one for each program
     #[arg(long, value_name = "PATH", value_parser = pty())]
     pty: Vec<PathBuf>,
-    /// Serve UDP; the port is 8899 unless given
+    /// Serve UDP; the default port is 8899
     #[arg(long, value_name = "HOST[:PORT]")]
     udp: Vec<String>,
     /// Serve TCP
     #[arg(long, value_name = "HOST:PORT")]
     tcp: Vec<String>,
-    /// Write all that passes to a pcapng file: an interface for every program, and one for the arm
+    /// Write the traffic to a pcapng file: an interface for each program, and one for the arm
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Spoil the line to the arm, from a seed: flip=1e-4,drop=1e-5,seed=7
+    /// Inject faults into the line to the arm, from a seed: flip=1e-4,drop=1e-5,seed=7
     #[arg(long, value_name = "SPEC")]
     faults: Option<Faults>,
-    /// How old an answer may be that another program gets too; 0: every read goes to the arm
+    /// Maximum age of a reply that another program may get too; 0: every read goes to the arm
     #[arg(long, value_name = "MS", default_value = "20", value_parser = milliseconds)]
     fresh: Duration,
     /// Show these commands only
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', value_parser = command)]
     only: Vec<u8>,
-    /// Do not show what passes
+    /// Do not show the traffic
     #[arg(short, long)]
     quiet: bool,
-    /// Pass bytes on to the arm that are no frame
+    /// Pass bytes that are not frames on to the arm
     #[arg(long)]
     transparent: bool,
-    /// Let a jog go on when the program that began it leaves
+    /// Let a jog go on when the program that started it disconnects
     #[arg(long)]
     keep_going: bool,
 }
@@ -110,7 +103,7 @@ impl Proxy {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let (endpoints, count) = self.endpoints();
         if count == 0 {
-            return Err(Failure::usage("no program could come in").hint(DOORS));
+            return Err(Failure::usage("no endpoint to serve").hint(DOORS));
         }
         self.refuse_twins()?;
         let target = context.target(None)?;
@@ -157,7 +150,7 @@ impl Proxy {
         }
     }
 
-    /// A door that is named twice would be two, of which nobody could find the first.
+    /// An endpoint that is named twice would be two, and the first could not be found.
     fn refuse_twins(&self) -> Result<(), Failure> {
         #[cfg(unix)]
         for (at, path) in self.pty.iter().enumerate() {

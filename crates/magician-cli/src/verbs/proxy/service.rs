@@ -43,7 +43,7 @@ impl ProxyService {
         self.log.serving(arm, endpoints);
     }
 
-    /// Says who may move the arm, if that is more than this computer.
+    /// Says which computers may move the arm, if more than this one.
     pub(super) fn say_exposed(&self, arm: &str, endpoints: &[Endpoint]) {
         self.log.exposed(arm, endpoints);
     }

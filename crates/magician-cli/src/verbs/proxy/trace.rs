@@ -38,7 +38,7 @@ impl ProxyTrace {
         self.writer.record(place, time, direction, bytes)
     }
 
-    /// Who is known by this name left: what was left of a frame is no frame.
+    /// The client of this name disconnected: the rest of its frame is not a frame.
     pub(super) fn close(&mut self, name: &str) -> io::Result<()> {
         let place = self.places.get(name);
         place.map_or(Ok(()), |place| self.writer.close(*place))

@@ -26,31 +26,27 @@ const MOST_BYTES: u64 = 1 << 30;
 /// Replay a recorded session on a virtual arm and compare the answers
 #[derive(Args, Debug)]
 #[command(after_help = "\
-A TRACE is what `magician sim`, `magician proxy` and every other verb write with --trace: a pcapng file of link type USER0.
+A TRACE is the file that `magician sim`, `magician proxy` and every other verb write with \
+    --trace: pcapng, link type USER0.
 
   magician replay session.pcapng
   magician replay session.pcapng --scenario cell.toml --ignore GetPose.joint_angle --json
   magician replay session.pcapng --to decode --speed 1
 
-The virtual arm is new, as if just switched on, and lives in the trace's own time, which passes at once unless --speed says \
-otherwise. Queue indices are counted from the first; the arm's clock is compared by what passes between two readings \
-(--time-tolerance); floats that can only be read, such as a pose, may be off by --tolerance; all else must be equal bit for bit. \
---ignore leaves out a command (GetPose), a field of one (GetPose.x) or every field of a name (queued_cmd_index). An answer that \
-takes more than 3 s was none.
+The virtual arm starts as after power-up and runs in the trace's time, which passes at once unless --speed is given. Queue indices are compared relative to the first, the arm's clock by the time between two readings (--time-tolerance); read-only floats, such as a pose, may be off by --tolerance; everything else must be equal bit for bit. --ignore leaves out a command (GetPose), a field of one (GetPose.x) or every field of a name (queued_cmd_index). A reply later than 3 s counts as missing.
 
-A session that was recorded from its middle differs in what was set before. A trace is never sent to a real arm: it would move \
-as somebody else's did, and nobody would know from where.
+A session that was recorded from its middle differs by the settings made before. A trace is never sent to a real arm: it would repeat another arm's moves from an unknown position.
 
-Exit status 10 if an answer differs (with --to decode: if something is not understood).")]
+Exit status 10 if a reply differs (with --to decode: if a frame cannot be decoded).")]
 pub(crate) struct Replay {
     /// The trace
     #[arg(value_name = "TRACE")]
     session: PathBuf,
-    /// Where the session goes
+    /// Target of the replay
     #[arg(long, value_name = "WHERE", default_value = "sim")]
     to: To,
-    /// Only what passed on this link, by name or number; unless given, the arm's own line in a trace of `magician proxy`,
-    /// and all links of any other, sent to the one arm
+    /// Only this link, by name or number; default: the arm's own line in a trace of `magician proxy`, all links of any
+    /// other trace, sent to the one arm
     #[arg(long, value_name = "NAME")]
     link: Option<String>,
     /// Trace seconds per second, or `max`
@@ -59,13 +55,13 @@ pub(crate) struct Replay {
     /// Arm seconds per trace second, or `max`: the --speed of the arm that was recorded
     #[arg(long, value_name = "X|max", default_value = "1")]
     clock: Speed,
-    /// Leave out a COMMAND, a COMMAND.FIELD or a FIELD; may be given several times
+    /// Ignore a COMMAND, a COMMAND.FIELD or a FIELD (repeatable)
     #[arg(long, value_name = "NAME")]
     ignore: Vec<String>,
-    /// How far a measured value may be off, in its unit
+    /// Tolerance of measured values, in their unit
     #[arg(long, value_name = "X", default_value_t = Tolerances::default().measured, value_parser = tolerance)]
     tolerance: f32,
-    /// How far the arm's clock may be off between two readings
+    /// Tolerance of the arm's clock between two readings
     #[arg(long, value_name = "MS", default_value_t = Tolerances::default().time_ms)]
     time_tolerance: u32,
     /// The world around the arm, in TOML
@@ -168,7 +164,7 @@ impl Replay {
         let same = |path: &Path| path.canonicalize().ok();
         if same(path).is_some() && same(path) == same(&self.session) {
             return Err(Failure::usage(
-                "--save would write over the trace that is replayed",
+                "--save would overwrite the trace that is replayed",
             ));
         }
         let writer = TraceWriter::new(BufWriter::new(serving::create(path)?))?;

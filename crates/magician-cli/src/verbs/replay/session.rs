@@ -40,7 +40,7 @@ impl Pace {
         }
     }
 
-    /// Whether somebody may want to see what has been found before the next packet.
+    /// Whether findings are to be shown before the next packet.
     pub(super) fn is_slow(&self) -> bool {
         self.times.is_some()
     }

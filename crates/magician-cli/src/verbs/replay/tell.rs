@@ -144,12 +144,12 @@ fn in_words(summary: &Summary) -> String {
         }
     );
     let more = [
-        (summary.ignored, "left out as told"),
+        (summary.ignored, "ignored by --ignore"),
         (
             summary.unanswered,
             "unanswered in both, or at the end of the trace",
         ),
-        (summary.undirected, "packets of no known direction left out"),
+        (summary.undirected, "packets of unknown direction left out"),
     ];
     for (count, what) in more {
         if count > 0 {

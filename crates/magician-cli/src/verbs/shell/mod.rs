@@ -20,15 +20,17 @@ use input::{Input, Lines};
 /// Run verbs over one connection, from a terminal or a script
 #[derive(Args, Debug)]
 #[command(after_help = "\
-A line is a verb with its arguments, as on the command line but without `magician`; # begins a comment, `exit` ends. \
-On a terminal Tab completes, the arrow keys bring earlier lines back, Ctrl-C stops what runs, and Ctrl-D ends.
+A line is a verb with its arguments, as on the command line but without `magician`; # starts a \
+    comment, `exit` ends. \
+On a terminal Tab completes, the arrow keys bring earlier lines back, Ctrl-C stops the running \
+    verb, and Ctrl-D ends.
 
   magician --port ./arm shell < script
   echo 'pose' | magician shell
 
 A script stops at the first line that fails, with that line's exit status.")]
 pub(crate) struct Shell {
-    /// Go on with a script after a line that fails; the exit status is that of the first failure
+    /// Continue a script after a line that fails; the exit status is that of the first failure
     #[arg(long)]
     keep_going: bool,
 }

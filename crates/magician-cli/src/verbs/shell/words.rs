@@ -21,7 +21,7 @@ pub(super) fn split(line: &str) -> Result<Vec<String>, Failure> {
         }
     }
     if let Some(mark) = quote {
-        return Err(Failure::usage(format!("a {mark} is not closed")));
+        return Err(Failure::usage(format!("unclosed {mark}")));
     }
     words.extend(word);
     Ok(words)

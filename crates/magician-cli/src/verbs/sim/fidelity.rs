@@ -8,7 +8,8 @@ use serde_json::json;
 
 /// Where the numbers lead that stand in the third column.
 const LEGEND: &str = "\
-in the repository: model N is docs/MODEL.md section N, errata are docs/ERRATA.md, letters and the whole list docs/FIDELITY.md
+in the repository: model N is section N of docs/MODEL.md, errata are in docs/ERRATA.md, letters \
+    and the whole list in docs/FIDELITY.md
 ";
 
 /// What there is to say of each arm: lines, or with `json` an object for each.
@@ -42,7 +43,7 @@ fn lines(fidelity: &Fidelity, number: Option<u32>) -> String {
     let (choices, facts): (Vec<_>, Vec<_>) = fidelity.iter().partition(is_choice);
     for (title, mut assumptions) in [("facts", facts), ("choices", choices)] {
         let count = assumptions.len();
-        let _ = writeln!(text, "{arm}the answers rested on {count} {title}");
+        let _ = writeln!(text, "{arm}the replies relied on {count} {title}");
         assumptions.sort_by_key(|(_, uses)| std::cmp::Reverse(*uses));
         for (assumption, uses) in assumptions {
             let (letter, authority) = (assumption.confidence().letter(), assumption.authority());

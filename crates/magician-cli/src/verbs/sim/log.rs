@@ -136,7 +136,7 @@ impl Log {
         }
         for endpoint in endpoints.iter().filter(|endpoint| is_exposed(endpoint)) {
             self.to.say(&format!(
-                "note: every computer that reaches {endpoint} may use this virtual arm"
+                "note: every computer that reaches {endpoint} can use this virtual arm"
             ));
         }
     }
@@ -149,33 +149,33 @@ impl Log {
             Notice::Arm(event) => Some(event),
             _ => None,
         };
-        // What happens to every command is shown to who asks for it, and then all of it.
+        // Events of every command are shown only on request, and then all of them.
         let daily = event.is_some_and(Event::is_daily);
         let about = (discriminant(&notice), event.map(discriminant));
         let line = match notice {
             Notice::Arm(event) => self.event(event),
-            // A command line opens and closes the port for every verb, and the picture shows who is there.
+            // A command line opens and closes the port for every verb, and the picture shows the clients.
             Notice::Connected(_) | Notice::Left(_)
                 if self.verbose < 1 + u8::from(self.to.feed.is_some()) =>
             {
                 None
             }
             Notice::Connected(who) => Some(format!("{who} connected")),
-            Notice::Left(who) => Some(format!("{who} left")),
+            Notice::Left(who) => Some(format!("{who} disconnected")),
             Notice::Refused(who) => Some(format!("{who} refused: too many connections")),
             Notice::MadeRoom(who) => Some(format!(
                 "{who} closed: it was idle, and a new connection needed its place"
             )),
             Notice::Undiscoverable { address, error } => Some(format!(
-                "note: programs that look for an arm will not find this one: {address}: {error}; \
-                 perhaps another arm answers there (--discovery off says it need not be found)"
+                "note: programs cannot discover this arm: {address}: {error}; \
+                 perhaps another arm answers there (--discovery off disables discovery)"
             )),
             Notice::Unplugged => Some("the cable was pulled".to_owned()),
             Notice::Plugged(endpoints) => {
                 self.doors("the cable is back", &endpoints);
                 None
             }
-            Notice::FlashNotKept(error) => Some(format!("the flash is not kept: {error}")),
+            Notice::FlashNotKept(error) => Some(format!("the flash cannot be saved: {error}")),
             Notice::TraceEnded(error) => Some(format!("the trace ends here: {error}")),
             Notice::RecordingEnded(error) => Some(format!("the recording ends here: {error}")),
         };

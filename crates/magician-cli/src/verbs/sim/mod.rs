@@ -31,7 +31,8 @@ pub(super) use tui::examples;
 /// Serve a virtual arm to other programs
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Prints the one line `ready` when every endpoint accepts; all else goes to stderr. Ends with Ctrl-C or SIGTERM.
+Prints the one line `ready` when every endpoint accepts connections; everything else goes to \
+    stderr. Ends with Ctrl-C or SIGTERM.
 
   magician sim --pty ./arm --udp 127.0.0.1
   magician sim --tcp 127.0.0.1:9000 --speed max
@@ -39,32 +40,29 @@ Prints the one line `ready` when every endpoint accepts; all else goes to stderr
   magician sim --arms 3 --pty ./arm --tcp 127.0.0.1:9000
   magician sim --pty ./arm --tui
 
-Programs that look for an arm on the network broadcast a question to UDP port 48899 and go on to port 8899 of the \
-address in the answer. So an arm on UDP port 8899 answers them, on the same HOST; if port 48899 is taken, perhaps by \
-another arm, it says so on stderr and serves without. A broadcast reaches only a HOST of all addresses (0.0.0.0).
+Programs discover an arm by a broadcast to UDP port 48899 and then use port 8899 of the address in the reply. So an arm on UDP port 8899 answers these broadcasts too, on the same HOST; if port 48899 is taken, perhaps by another arm, it is served without discovery and says so on stderr. A broadcast reaches only a HOST of all addresses (0.0.0.0).
 
---arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and at N ports in a row; \
-a port of 0 is any free one for each, and a trace, a recording or a flash is N files, FILE.1 to FILE.N, a picture \
-x.1.svg to x.N.svg. Programs that look for an arm find the one on port 8899.
+--arms N serves N arms that differ in name, serial number and device id, at PATH.1 to PATH.N and on N consecutive ports; port 0 is any free port for each. A trace, a recording or a flash becomes N files, FILE.1 to FILE.N, a picture x.1.svg to x.N.svg. Discovery finds the arm on port 8899.
 
 --speed scales the arm's clock only. At `max` motion, WAIT and homing take no time: a queued command has finished \
-before the next request is read. While the arm has nothing to do its clock runs on as usual, with belts and all that a scenario says.
+before the next request is read. While the arm is idle its clock runs at the usual speed, with \
+    belts and the events of a scenario.
 
-A scenario is explained in docs/SCENARIOS.md.
+Scenarios: docs/SCENARIOS.md.
 
-A recording is on the arm's clock: samples every 20 ms of it, whatever the speed, about 110 MB an hour. Foxglove and every \
-other program for MCAP opens it. If it cannot be written any more, the arm is served on, and the exit status is 4.
+A recording uses the arm's clock: a sample every 20 ms of it, whatever the speed, about 110 MB an hour. Foxglove and other programs for MCAP open it. If writing fails, the arm is still served and the exit status is 4.
 
 --tui draws the arm from above and from the side with its queue, pins, alarms, objects and log on the terminal of stderr. \
-Its keys press the arm's key, guide it by hand, pull the cable, drive inputs, raise alarms; `?` lists them, `q` ends.")]
+Its keys press the arm's buttons, guide it by hand, pull the cable, drive inputs, raise alarms; \
+    `?` lists them, `q` ends.")]
 pub(crate) struct Sim {
     /// Serve a new pseudo-terminal and make PATH a symlink to it
     #[arg(long, value_name = "PATH", value_parser = pty())]
     pty: Option<PathBuf>,
-    /// Serve UDP; the port is 8899 unless given
+    /// Serve UDP; the default port is 8899
     #[arg(long, value_name = "HOST[:PORT]")]
     udp: Option<String>,
-    /// Where programs that look for an arm are answered; `auto` is HOST:48899 if --udp is on port 8899
+    /// Address at which programs discover the arm; `auto` is HOST:48899 if --udp is on port 8899
     #[arg(
         long, value_name = "HOST[:PORT]|auto|off", default_value = "auto", requires = "udp",
         value_parser = NonEmptyStringValueParser::new().map(discovery)
@@ -73,50 +71,50 @@ pub(crate) struct Sim {
     /// Serve TCP
     #[arg(long, value_name = "HOST:PORT")]
     tcp: Option<String>,
-    /// Serve N arms: each has .1 to .N added to its paths, and ports count up
+    /// Serve N arms: .1 to .N is appended to their paths, and their ports count up
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     arms: Option<u32>,
     /// Arm seconds per second, or `max`
     #[arg(long, value_name = "X|max", default_value = "1")]
     speed: Speed,
-    /// Pace bytes as a serial line of this speed does; without it nothing is paced
+    /// Pace the bytes as a serial line of this speed does; default: no pacing
     #[arg(long, value_name = "BAUD", value_parser = clap::value_parser!(u32).range(1..))]
     baud: Option<u32>,
     /// Milliseconds from a request's last byte to its reply's first
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = milliseconds)]
     turnaround: f64,
-    /// Write all that passes to a pcapng file
+    /// Write the traffic to a pcapng file
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Record what the arm does to an MCAP file: pose at 50 Hz, queue, IO, alarms, frames
+    /// Record the arm to an MCAP file: pose at 50 Hz, queue, IO, alarms, frames
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Keep in FILE what the arm keeps without power: name, serial number, Wi-Fi, calibration, program
+    /// Keep the arm's flash in FILE: name, serial number, Wi-Fi, calibration, program
     #[arg(long, value_name = "FILE")]
     flash: Option<PathBuf>,
     /// The world around the arm, in TOML: a table, objects, a conveyor, sensors, inputs, faults
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// At the end, what pen and laser have drawn: .svg in true size, or .png
+    /// At the end, write the lines of pen and laser: .svg in true size, or .png
     #[arg(long, value_name = "FILE", requires = "scenario", value_parser = PathBufValueParser::new().try_map(picture::Picture::at))]
     picture: Option<picture::Picture>,
-    /// With --picture: as far as the arm's base, not only what was drawn
+    /// With --picture: show the arm's base too
     #[arg(long, requires = "picture")]
     whole: bool,
-    /// Tool that was chosen before the arm was switched on: none (an arm that was never told of one), suction, gripper, pen,
-    /// laser, or its bias X,Y,Z in mm; that of the scenario or the profile, else suction, if not given
+    /// Tool that is set at power-up: none (no tool was ever set), suction, gripper, pen, laser, or its bias X,Y,Z in mm;
+    /// default: that of the scenario or the profile, else suction
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<ToolBias>,
-    /// Firmware profile in TOML; `--profile -` prints the built-in one as a pattern
+    /// Firmware profile in TOML; `--profile -` prints the built-in one as a template
     #[arg(long, value_name = "FILE")]
     profile: Option<PathBuf>,
-    /// Carry out nothing that rests on a choice alone, where nobody knows what the real arm does; docs/FIDELITY.md
+    /// Refuse behaviour that is only assumed, where the real arm's is unknown; see docs/FIDELITY.md
     #[arg(long)]
     strict: bool,
-    /// At the end, on what facts and choices the answers rested
+    /// At the end, list the facts and assumptions behind the replies
     #[arg(long)]
     fidelity: bool,
-    /// Show the arm on stderr's terminal, with keys for what a hand can do to it
+    /// Show the arm on the terminal of stderr, with keys to press its buttons, guide it and disturb it
     #[arg(long)]
     tui: bool,
 }
@@ -145,7 +143,7 @@ impl Sim {
             return context.show(&text, |out| out.line(pattern));
         }
         if self.udp.is_none() && self.tcp.is_none() && self.pty.is_none() {
-            return Err(Failure::usage("the virtual arm would have no door").hint(DOORS));
+            return Err(Failure::usage("no endpoint to serve").hint(DOORS));
         }
         if context.global.faults.is_some() {
             let hint = "put `magician proxy --faults SPEC` between the arm and its programs";
@@ -353,7 +351,7 @@ pub(crate) fn profile_of(path: Option<&Path>) -> Result<Profile, Failure> {
     let text = read(path)?;
     Profile::from_toml(&text).map_err(|error| {
         Failure::invalid(format!("{}: {error}", path.display()))
-            .hint("`magician sim --profile -` prints a whole profile as a pattern")
+            .hint("`magician sim --profile -` prints a complete profile as a template")
     })
 }
 
@@ -367,7 +365,7 @@ pub(crate) fn scenario_of(path: Option<&Path>) -> Result<Scenario, Failure> {
         .map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
 }
 
-/// A file that somebody has written.
+/// A file of the user.
 fn read(path: &Path) -> Result<String, Failure> {
     read_text(path).map_err(|error| Failure::invalid(format!("{}: {error}", path.display())))
 }
@@ -378,7 +376,7 @@ fn flash_of(profile: &Profile, path: &Path) -> Result<Flash, Failure> {
         let failure = Failure::invalid(error.to_string());
         match error {
             FlashFileError::Damaged { .. } => {
-                failure.hint("mend it, or move it away: without one the arm begins with a new one")
+                failure.hint("repair it, or move it away: the arm then starts with a new one")
             }
             _ => failure,
         }

@@ -37,7 +37,7 @@ impl Picture {
         let format = match end.as_deref().and_then(|end| end.to_str()) {
             Some("svg") => Format::Svg,
             Some("png") => Format::Png,
-            _ => return Err("a picture is a .svg or .png file"),
+            _ => return Err("a picture must be a .svg or .png file"),
         };
         Ok(Self { path, format })
     }

@@ -20,7 +20,7 @@ pub(super) fn format(path: &Path) -> Result<Format, Failure> {
         Some(format @ (Format::Playback | Format::Plan)) => Ok(format),
         _ => {
             let message = format!(
-                "{}: what is taught is kept as NAME.playback (DobotStudio reads it too) or NAME.plan.json",
+                "{}: save as NAME.playback (DobotStudio reads it too) or NAME.plan.json",
                 path.display()
             );
             Err(Failure::usage(message))
@@ -36,7 +36,10 @@ pub(super) fn read(path: &Path) -> Result<Option<Plan>, Failure> {
     let source = Source::open(path)?;
     match source.read(format(path)?, ReadOptions::default())?.content {
         Content::Plan(plan) => Ok(Some(plan)),
-        _ => Err(Failure::invalid(format!("{} is no lesson", path.display()))),
+        _ => Err(Failure::invalid(format!(
+            "{} is not a taught program",
+            path.display()
+        ))),
     }
 }
 

@@ -34,17 +34,14 @@ pub(super) use view::tests::examples;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
-  magician teach pick.playback     a file that DobotStudio and `magician play` read; goes on with one that there is
+  magician teach pick.playback     a file for DobotStudio and `magician play`; continues an existing one
   magician teach pick.plan.json    our own format, which keeps everything
 
-Keys move the arm as with `magician jog`; or hold the unlock key on the forearm and lead the arm by hand: when the key is \
-released, the place is stored. Enter stores where the arm stands. What is not saved is kept in FILE~ from change to change, \
-so that nothing is lost with the cable, the terminal or the power. Points are for the tip of the tool whose bias is in force \
-on the arm; --tool sets it.")]
+Keys move the arm as with `magician jog`; or hold the unlock key on the forearm and guide the arm by hand: releasing the key stores the point. Enter stores the arm's position. Unsaved changes are kept in FILE~, so that nothing is lost with the cable, the terminal or the power. Points are for the tip of the tool that is set on the arm; --tool sets it.")]
 pub(crate) struct Teach {
-    /// The lesson: NAME.playback or NAME.plan.json
+    /// Program to teach: NAME.playback or NAME.plan.json
     file: Option<PathBuf>,
-    /// The tool that is mounted: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; the arm keeps it
+    /// Mounted tool: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     tool: Option<ToolBias>,
 }
@@ -223,7 +220,7 @@ impl Session {
     fn turn_following(&mut self) {
         let text = match self.teach.editor.toggle_hand_guiding() {
             Some(true) => "points are stored when the arm's unlock key is released",
-            Some(false) => "the arm's unlock key stores nothing",
+            Some(false) => "the arm's unlock key stores no points",
             None => "this arm does not report its unlock key",
         };
         self.console.pad.say(Tone::Plain, text);
@@ -293,7 +290,7 @@ impl Session {
         let lost = !lesson.is_saved() && self.rescue.find().is_some();
         let told = |failure: Failure| match lost {
             true => failure.hint(format!(
-                "what was not saved is in {rescue}: teach offers it the next time"
+                "unsaved changes are in {rescue}: teach offers them next time"
             )),
             false => failure,
         };

@@ -178,7 +178,7 @@ impl TeachPad {
                 return self.asks(Prompt::Pause(text));
             }
             KeyCode::Char('x') | KeyCode::Delete => {
-                return told(pad, lesson.delete(), "deleted; u takes it back");
+                return told(pad, lesson.delete(), "deleted; u undoes it");
             }
             KeyCode::Char('t') => return told(pad, lesson.next_travel(), ""),
             KeyCode::Char('G') => return told(pad, lesson.next_gripper(), ""),
@@ -190,15 +190,15 @@ impl TeachPad {
             KeyCode::Char('U') => return self.redo(pad),
             KeyCode::Char('r') => {
                 let taught = self.editor.reteach(pose, still);
-                return told(pad, taught, "this point is now where the arm is");
+                return told(pad, taught, "point moved to the arm's position");
             }
             KeyCode::Char('v') => {
                 let marked = self.editor.arc_through(pose, still);
-                let text = "an arc goes through here: go to its end and press Enter";
+                let text = "arc through this point: move to its end and press Enter";
                 return told(pad, marked, text);
             }
             KeyCode::Char('o' | 'O') if lesson.steps().is_empty() => {
-                pad.say(Tone::Bad, "there is nothing to play")
+                pad.say(Tone::Bad, "nothing to play")
             }
             KeyCode::Char('o') => return Turn::Play(lesson.selected()),
             KeyCode::Char('O') => return Turn::Play(0),
@@ -291,12 +291,12 @@ impl Prompt {
             Self::Name(text) => format!("name: {text}_"),
             Self::Pause(text) => format!("pause there, s: {text}_"),
             Self::File(text) => format!("save as NAME.playback or NAME.plan.json: {text}_"),
-            Self::Replace(name) => format!("{name} is there already: write over it? y/n"),
+            Self::Replace(name) => format!("{name} already exists: overwrite it? y/n"),
             Self::Leave => {
-                "not saved. Save it? y saves, n leaves without, any other key stays".to_owned()
+                "not saved. Save it? y saves, n discards, any other key stays".to_owned()
             }
             Self::Recover => {
-                "a lesson was left unsaved the last time. Go on with it? y/n".to_owned()
+                "changes were left unsaved last time. Continue with them? y/n".to_owned()
             }
         }
     }

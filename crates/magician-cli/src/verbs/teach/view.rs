@@ -22,20 +22,17 @@ pub(super) struct Model {
 const KEYS: [(&str, &str); 20] = [
     (
         "Enter space",
-        "store where the arm stands, after the row chosen",
+        "store the arm's position after the selected row",
     ),
-    ("j k  J K", "choose a row; move it down or up"),
-    (
-        "t",
-        "how it is reached: MOVJ joints, MOVL straight, JUMP over",
-    ),
-    ("v", "an arc through here, to where Enter is pressed next"),
-    ("r", "teach this row anew: where the arm is now"),
+    ("j k  J K", "select a row; move it down or up"),
+    ("t", "its motion: MOVJ joints, MOVL straight, JUMP over"),
+    ("v", "an arc through here to the next point of Enter"),
+    ("r", "move this row's point to the arm's position"),
     ("n  P", "name it; pause there"),
-    ("G S", "gripper or suction there: change nothing, on, off"),
-    ("x  u U", "delete it; take a change back, make it anew"),
+    ("G S", "gripper or suction there: unchanged, on, off"),
+    ("x  u U", "delete it; undo a change, redo it"),
     ("o O", "play from here; play all (checked first)"),
-    ("f", "store when the arm's unlock key is released, or not"),
+    ("f", "store on release of the arm's unlock key, or not"),
     ("Ctrl-S  q", "save; leave (asks if not saved)"),
     MOVES[0],
     MOVES[1],
@@ -48,7 +45,7 @@ const KEYS: [(&str, &str); 20] = [
         "hold or step; length of steps; faster, slower",
     ),
     ("p g l", "suction, gripper, laser now"),
-    ("h c  Ctrl-L", "home; clear alarms; draw everything anew"),
+    ("h c  Ctrl-L", "home; clear alarms; redraw the screen"),
 ];
 const HINTS: [(&str, &str); 8] = [
     ("Enter", "store"),
@@ -135,7 +132,7 @@ fn list(frame: &mut Frame<'_>, area: Rect, teach: &TeachPad, theme: Theme) {
         for text in [
             "Move the arm with the arrow keys, w s and a d,",
             "or by hand with its unlock key held;",
-            "Enter stores where it stands.",
+            "Enter stores its position.",
         ] {
             lines.push(Line::styled(text, theme.dim()));
         }

@@ -5,11 +5,11 @@ use magician_job::teach::TeachError;
 /// Why nothing was changed.
 pub(super) const fn refusal(error: TeachError) -> &'static str {
     match error {
-        TeachError::Empty => "there is no point yet: Enter stores where the arm is",
-        TeachError::NoTarget => "this row leads nowhere that could be taught",
-        TeachError::IsArc => "an arc stays one; teach it anew to change it",
-        TeachError::NotAMove => "this row is no move to a point",
-        TeachError::Moving => "the arm moves: a point is where it stands",
+        TeachError::Empty => "no points yet: Enter stores the arm's position",
+        TeachError::NoTarget => "this row has no position to teach",
+        TeachError::IsArc => "an arc keeps its motion; teach it again to change it",
+        TeachError::NotAMove => "this row is not a move to a point",
+        TeachError::Moving => "the arm is moving: wait until it stops",
         TeachError::NoAnswer => "the arm does not answer: its position is unknown",
         _ => "this cannot be taught",
     }
@@ -24,7 +24,7 @@ pub(super) fn pause(text: &str) -> Result<u32, &'static str> {
         text.parse::<f64>()
     };
     let seconds = seconds.ok().filter(|seconds| (0.0..=4e6).contains(seconds));
-    let seconds = seconds.ok_or("a pause is seconds, such as 0.5")?;
+    let seconds = seconds.ok_or("enter seconds, such as 0.5")?;
     Ok((seconds * 1000.0).round() as u32)
 }
 

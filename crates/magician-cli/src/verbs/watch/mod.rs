@@ -30,10 +30,10 @@ pub(super) use view::{alarms_and_log, queue_panel};
 /// Watch the arm live: pose, queue, pins, alarms, tools, speeds, line
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Nothing is moved or changed. On a terminal it is a picture, drawn on stderr, until q; elsewhere, and with --json, a line a \
-reading until Ctrl-C.")]
+Only reads: nothing is moved or changed. On a terminal it draws a live display on stderr until q; \
+    elsewhere, and with --json, it prints a line per reading until Ctrl-C.")]
 pub(crate) struct Watch {
-    /// Readings a second; 20 on a terminal and 10 elsewhere unless given
+    /// Readings per second; default: 20 on a terminal, 10 elsewhere
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate: Option<f64>,
 }
@@ -76,7 +76,7 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
     }
 }
 
-/// The picture, until somebody has seen enough.
+/// The picture, until a key ends it.
 async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
     let (_, places) = arm.stats().await?;
     let seen = Seen::new(title(arm).await?, places).reading(rate);

@@ -42,9 +42,9 @@ impl Model {
 }
 
 const KEYS: [(&str, &str); 7] = [
-    ("q, Ctrl-C", "leave; the arm goes on with what it does"),
-    ("?", "these lines"),
-    ("Ctrl-L", "draw everything anew"),
+    ("q, Ctrl-C", "quit; the arm is not stopped"),
+    ("?", "this help"),
+    ("Ctrl-L", "redraw the screen"),
     ("", "Nothing here moves or changes anything."),
     (
         "io",
@@ -52,7 +52,7 @@ const KEYS: [(&str, &str); 7] = [
     ),
     (
         "speeds",
-        "from reading to reading; each row as high as its highest",
+        "from reading to reading; each row scaled to its maximum",
     ),
     ("2-3", "J2 - J3, which the parallelogram limits"),
 ];

@@ -95,7 +95,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
             &STEEP,
             &[
                 "the surface is tilted by 41.2 deg",
-                "Backspace takes the last point back.",
+                "Backspace undoes the last point.",
                 "● 3 upper left x 200.00 y 80.00 z 70.00",
                 "? all keys",
             ],
@@ -189,7 +189,7 @@ fn what_was_found_is_shown_before_it_is_saved() {
         &screen,
         &[
             "the surface is tilted by 41.2 deg",
-            "Backspace takes the last point back",
+            "Backspace undoes the last point",
         ],
     );
 }

@@ -32,7 +32,7 @@ pub(in crate::verbs) use view::tests::examples;
 /// Readings a second.
 const RATE: f64 = 10.0;
 
-/// What is shown, told by those who know it.
+/// What is shown.
 pub(super) type Shared = Rc<RefCell<Model>>;
 
 /// The terminal while a job has it.
@@ -144,7 +144,7 @@ impl Screen {
                             return wants;
                         }
                     }
-                    // Nobody can be heard any more.
+                    // The keyboard is gone.
                     Told::Gone => {
                         self.release();
                         return Wants::Signal(Signal::Terminate);

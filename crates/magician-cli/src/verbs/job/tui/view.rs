@@ -41,19 +41,19 @@ impl Model {
 }
 
 pub(super) const KEYS: [(&str, &str); 7] = [
-    ("p", "pause, and go on"),
+    ("p", "pause, resume"),
     (
         "space, s",
         "stop, and lift the pen; a second Ctrl-C lifts nothing",
     ),
     (
         "+ -",
-        "faster and slower by 10 percent, for what is not sent yet",
+        "faster, slower by 10 percent, for commands not yet sent",
     ),
     ("Ctrl-C", "stop"),
-    ("Ctrl-Z", "pause, and give the terminal back until `fg`"),
-    ("?", "these lines"),
-    ("Ctrl-L", "draw everything anew"),
+    ("Ctrl-Z", "pause, and suspend until `fg`"),
+    ("?", "this help"),
+    ("Ctrl-L", "redraw the screen"),
 ];
 const HINTS: [(&str, &str); 4] = [
     ("p", "pause"),

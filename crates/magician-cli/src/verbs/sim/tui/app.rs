@@ -25,7 +25,7 @@ pub(in crate::verbs::sim) struct Subject {
     pub(in crate::verbs::sim) conveyor: Option<Conveyor>,
 }
 
-/// Who ended it.
+/// What ended it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::verbs::sim) enum End {
     /// The user is done.
@@ -331,8 +331,8 @@ impl Question {
 
     fn example(self) -> &'static str {
         match self {
-            Self::Alarm => "an alarm is a number of two hexadecimal digits, such as 12",
-            Self::Slip => "a slip is a joint from 1 to 4 and degrees, such as 2 8 or 3 -1.5",
+            Self::Alarm => "enter two hexadecimal digits, such as 12",
+            Self::Slip => "enter a joint, 1 to 4, and degrees, such as 2 8 or 3 -1.5",
         }
     }
 

@@ -26,7 +26,7 @@ pub(super) struct Told {
     pub(super) count: u64,
     /// What is served where.
     pub(super) doors: Vec<String>,
-    /// Who is connected.
+    /// The connected clients.
     pub(super) clients: BTreeSet<String>,
 }
 
@@ -51,7 +51,7 @@ impl Feed {
         self.lock().say(Line { at, text });
     }
 
-    /// Notes who comes and goes.
+    /// Notes which clients connect and disconnect.
     pub(in crate::verbs::sim) fn follow(&self, notice: &Notice) {
         self.lock().follow(notice);
     }

@@ -8,7 +8,8 @@ use magician_sim::{Controller, Micros, PinState, State};
 /// The arm and its world at an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Look {
-    /// The arm; its clock in whole seconds, because nobody reads more, and an arm at rest is then the same for as long.
+    /// The arm; its clock in whole seconds, because more is not readable, and an arm at rest then stays the same for as
+    /// long.
     pub(super) state: State,
     /// The tool that is really on the arm, if the scenario says so; else what the controller was told.
     pub(super) tool: ToolBias,

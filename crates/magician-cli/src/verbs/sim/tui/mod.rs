@@ -32,7 +32,7 @@ pub(in crate::verbs) use view::tests::examples;
 
 /// Whether there is a terminal for the picture and one for the keys.
 pub(super) fn check() -> Result<(), Failure> {
-    let without = "without --tui the log goes to stderr, wherever that leads";
+    let without = "without --tui the log goes to stderr";
     terminal::check("--tui", without)
 }
 
@@ -52,7 +52,7 @@ impl Dashboard {
         let (say, end) = oneshot::channel();
         let shown = Shown::begin(move |stop| {
             let end = show(subjects, stop)?;
-            // Nobody listens if the server ended first.
+            // The receiver is gone if the server ended first.
             let _ = say.send(end);
             Ok(())
         })?;

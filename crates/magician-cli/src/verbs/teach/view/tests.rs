@@ -68,7 +68,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
             &[
                 "Move the arm with the arrow keys, w s and a d,",
                 "or by hand with its unlock key held;",
-                "Enter stores where it stands.",
+                "Enter stores its position.",
             ],
             |model| model.teach = TeachPad::new(ProgramModel::new("new", None), false),
         ),
@@ -77,7 +77,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
             &[
                 "from the tray at the back MOVJ 259.1 0.0 -8.5 0.0 grip suck 12.5s",
                 "laser ON",
-                "not saved. Save it? y saves, n leaves without, any other key stays",
+                "not saved. Save it? y saves, n discards, any other key stays",
             ],
             |model| {
                 let pose = model.seen.arm.status.as_ref().unwrap().pose;

@@ -56,12 +56,12 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
         example(
             "a job that is paused, in loops",
             &[
-                "paused: p goes on",
+                "paused: p resumes",
                 "step 7 of 12, loop 2 of 3",
                 "1:05:00 left, at 50 %",
             ],
             |model| {
-                model.doing = "paused: p goes on";
+                model.doing = "paused: p resumes";
                 (model.step, model.steps) = (7, Some(12));
                 (model.round, model.rounds) = (2, Some(3));
                 model.left = Some("1:05:00 left, at 50 %".to_owned());

@@ -19,7 +19,7 @@ use crate::verbs::sim::tui::look::{Figure, Item};
 const ABOVE: [[f64; 2]; 2] = [[-260.0, -350.0], [360.0, 350.0]];
 /// What is in sight from the side, mm: out (r) and up (z).
 const BESIDE: [[f64; 2]; 2] = [[-75.0, 365.0], [-165.0, 195.0]];
-/// Where the foot of the arm is drawn when nobody says how high the table is: the middle of what reported heights of
+/// Where the foot of the arm is drawn when the height of the table is unknown: the middle of what reported heights of
 /// tables are, mm (model section 1).
 const FOOT: f64 = -67.5;
 /// Half the width of the base, mm.

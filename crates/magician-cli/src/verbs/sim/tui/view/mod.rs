@@ -25,7 +25,7 @@ const WIDE: u16 = 120;
 
 /// What the keys do.
 const KEYS: [(&str, &str); 17] = [
-    ("q, Ctrl-C", "end: no longer serve the arm"),
+    ("q, Ctrl-C", "quit: stop serving the arm"),
     ("space, k", "base key: run the stored program, or stop it"),
     ("K", "base key, held: home the arm"),
     ("u", "hold the unlock key, or release it: teach"),
@@ -43,7 +43,7 @@ const KEYS: [(&str, &str); 17] = [
     ("i", "choose an input and drive it high or low"),
     ("V", "turn the view from above, and the arrows with it"),
     ("Tab", "the next of several arms"),
-    ("Ctrl-L", "draw everything anew"),
+    ("Ctrl-L", "redraw the screen"),
     ("", "Alarms are cleared by the host, as on the real arm."),
 ];
 

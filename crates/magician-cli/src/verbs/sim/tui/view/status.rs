@@ -66,7 +66,7 @@ impl View<'_> {
             let text = format!("tool {} {} {}", mm(tool.x), mm(tool.y), mm(tool.z));
             return Line::styled(text, self.theme.dim());
         }
-        Line::styled(format!("really {}", slips.join(" ")), self.theme.note())
+        Line::styled(format!("actual {}", slips.join(" ")), self.theme.note())
     }
 
     pub(super) fn tool_lines(self) -> Vec<Line<'static>> {
@@ -106,7 +106,7 @@ impl View<'_> {
         vec![Line::from(tools), Line::from(second)]
     }
 
-    /// The cable, and who is at its other end.
+    /// The cable, and the clients at its other end.
     pub(super) fn line_line(self) -> Line<'static> {
         let line = self.look.state.line;
         let mut spans = vec![match line.plugged {

@@ -217,7 +217,7 @@ fn a_world_on_a_wide_terminal() {
         joint: 2,
         degrees: 8.0,
     });
-    shows(&screen(&app(&arm), 160, 50), &["really J2 +8.0"]);
+    shows(&screen(&app(&arm), 160, 50), &["actual J2 +8.0"]);
     arm.inject(ExternalEvent::Unlock(true));
     shows(
         &screen(&app(&arm), 160, 50),
@@ -294,7 +294,7 @@ fn what_is_asked_is_answered_in_the_last_line() {
     app.mode = Mode::Help(Help::default());
     shows(
         &screen(&app, 80, 24),
-        &["pull the cable, or plug it in", "draw everything anew"],
+        &["pull the cable, or plug it in", "redraw the screen"],
     );
     let (address, typed) = (7, false);
     app.mode = Mode::Inputs { address, typed };
