@@ -1,4 +1,4 @@
-//! Where the paper really lies, and where the tool's tip really is, from points that somebody touched with it.
+//! The true position of the paper and of the tool's tip, from points that were touched with it.
 
 use magician_host::ToolBias;
 
@@ -25,7 +25,9 @@ impl Sheet {
     /// make a surface steeper than 15 deg; it says what to touch again.
     pub fn touched(corners: [[f64; 3]; 3]) -> Result<Self, Diagnostic> {
         if corners.iter().flatten().any(|number| !number.is_finite()) {
-            return Err(Diagnostic::of_file("the touched points are no numbers"));
+            return Err(Diagnostic::of_file(
+                "the touched points are not finite numbers",
+            ));
         }
         let [origin, right, up] = corners;
         let along = [right[0] - origin[0], right[1] - origin[1]];
@@ -34,7 +36,8 @@ impl Sheet {
             let length = libm::hypot(side[0], side[1]);
             if length < APART {
                 let message = format!(
-                    "the {name} is {length:.1} mm long by the touched points, it takes {APART} mm to tell how it runs"
+                    "the {name} is {length:.1} mm long by the touched points, at least {APART} mm \
+                        are needed to find its direction"
                 );
                 return Err(
                     Diagnostic::of_file(message).help("touch corners that are farther apart")
@@ -45,15 +48,14 @@ impl Sheet {
         let angle = turn(libm::atan2(across[1], across[0]).to_degrees() - rotation);
         if (angle - 90.0).abs() > SKEW {
             let message =
-                format!("the corner at the first point has {angle:.1} deg, one of a sheet has 90");
+                format!("the corner at the first point has {angle:.1} deg, that of a sheet has 90");
             let help = "touch lower left, lower right and upper left, in this order, as seen with the arm's X to the right";
             return Err(Diagnostic::of_file(message).help(help));
         }
         let surface = plane(corners);
         let tilt = libm::atan(libm::hypot(surface.slope[0], surface.slope[1])).to_degrees();
         if tilt > TILT {
-            let message =
-                format!("the surface is tilted by {tilt:.1} deg, at most {TILT} is drawn on");
+            let message = format!("the surface is tilted by {tilt:.1} deg, limit {TILT} deg");
             return Err(Diagnostic::of_file(message)
                 .help("touch the paper each time, not the air above it"));
         }
@@ -113,13 +115,16 @@ impl Tip {
     /// A [`Diagnostic`] if a number is not finite, the tool was turned by less than 30 deg, or the tip would be 200 mm off.
     pub fn touched(touches: [[f64; 3]; 2], bias: ToolBias) -> Result<Self, Diagnostic> {
         if touches.iter().flatten().any(|number| !number.is_finite()) {
-            return Err(Diagnostic::of_file("the touched points are no numbers"));
+            return Err(Diagnostic::of_file(
+                "the touched points are not finite numbers",
+            ));
         }
         let [[x1, y1, r1], [x2, y2, r2]] = touches;
         let turned = turn(r2 - r1).abs();
         if turned < TURN {
             let message = format!(
-                "the tool was turned by {turned:.1} deg between the touches, it takes {TURN}"
+                "the tool was turned by {turned:.1} deg between the touches, at least {TURN} deg \
+                    are needed"
             );
             return Err(Diagnostic::of_file(message)
                 .help("turn it by half a turn and touch the same point again"));
@@ -133,7 +138,7 @@ impl Tip {
         let off = libm::hypot(offset[0], offset[1]);
         if off > FAR {
             let message = format!(
-                "the tip would be {off:.0} mm from where the tool in force has it, at most {FAR} is believed"
+                "the tip would be {off:.0} mm from that of the current tool, limit {FAR} mm"
             );
             return Err(
                 Diagnostic::of_file(message).help("touch the same point with the tip both times")

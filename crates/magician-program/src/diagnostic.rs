@@ -148,7 +148,7 @@ impl Diagnostic {
     /// use magician_program::Diagnostic;
     ///
     /// let diagnostic = Diagnostic::of_file("the drawing is 400 by 300 mm")
-    ///     .remedy((Setting::Scale, Given::Number(0.5)), "would do");
+    ///     .remedy((Setting::Scale, Given::Number(0.5)), "fits there");
     /// assert_eq!(diagnostic.remedies[0].act.to_string(), "scale 0.5");
     /// ```
     #[must_use]

@@ -7,7 +7,7 @@ use crate::{Action, Origin, Plan, Tool, Travel};
 
 /// What moves less than this stands, mm and deg.
 const STILL: f64 = 0.2;
-/// Who stands for longer rests, s.
+/// A longer standstill is a rest, s.
 const REST: f64 = 1.0;
 /// J4 is held by its motor: what is less than this was read, not meant, deg.
 pub(crate) const HELD: f64 = 0.5;
@@ -44,7 +44,8 @@ pub enum CaptureMode {
 /// Readings of a motion, thinned as they come: none is farther than the tolerance from the lines that remain.
 ///
 /// A program of it goes to the first reading, and follows the motion at its own average speed from rest to rest. Rests between
-/// motions are kept; nobody means those before the first and after the last. Where J4 was turned (by its motor: hands cannot) it follows on straight lines, as a continuous path does not drive J4 (model
+/// motions are kept, but not those before the first and after the last. Where J4 was turned (by its motor: hands cannot)
+/// it follows on straight lines, as a continuous path does not drive J4 (model
 /// section 8).
 ///
 /// ```

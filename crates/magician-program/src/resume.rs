@@ -479,7 +479,7 @@ mod tests {
             checkpoint().resume_point(at(160), |_| None),
             ResumePoint::After(60)
         );
-        // Somebody has stopped the arm meanwhile.
+        // The arm was stopped meanwhile.
         assert_eq!(
             checkpoint().resume_point(at(160), |_| Some(false)),
             ResumePoint::Again(59)

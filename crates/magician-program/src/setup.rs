@@ -27,7 +27,7 @@ pub struct Setup {
     pub default_tool: Option<Tool>,
     /// The surface that was asked for.
     pub surface: Option<Surface>,
-    /// The surface that drawings and images lie on, if nobody asks for another.
+    /// The surface that drawings and images lie on, by default.
     pub default_surface: Option<Surface>,
     /// The sheet that drawings lie on, where it is known.
     pub sheet: Option<Sheet>,
@@ -43,11 +43,11 @@ pub struct Setup {
     pub size: Size,
     /// Speed of the tool at work, mm/s, instead of what the file or the way of working says.
     pub speed: Option<f32>,
-    /// Speed of the laser on drawings and images if nobody asks for another, mm/s.
+    /// Speed of the laser on drawings and images by default, mm/s.
     pub laser_speed: Option<f64>,
     /// The full power that was asked for, whatever burns.
     pub power: Option<Power>,
-    /// Full power, if nobody asks for another.
+    /// Full power, by default.
     pub default_power: Option<Power>,
     /// The fence of the arm: what is made to fit keeps to it.
     pub fence: Option<Fence>,
@@ -176,7 +176,7 @@ impl Setup {
             },
         };
         if self.power.is_some() && !plan.burns() {
-            let what = "nothing burns here: the power that was asked for changes nothing";
+            let what = "nothing burns here: the given power has no effect";
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Power));
         }
         notes.extend(above_ceiling(&plan));
@@ -207,7 +207,8 @@ impl Setup {
         let note = (saving.before_mm - saving.after_mm >= 1.0).then(|| {
             let (before, after) = (saving.before_mm, saving.after_mm);
             let what = format!(
-                "drawn in another order, so that there are {after:.0} mm between its lines instead of {before:.0} mm"
+                "drawn in another order: {after:.0} mm of travel between its lines instead of \
+                    {before:.0} mm"
             );
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Reordered);
             note.remedy((Setting::Order, Given::Off), "keeps the order of the file")
@@ -228,9 +229,9 @@ impl Setup {
             plan.tool = self.default_tool;
             if format == Format::Playback && plan.tool.is_none() {
                 plan.tool = Some(Tool::Suction);
-                let what = "the file does not say which tool it was taught with: it is taken to be the suction cup";
+                let what = "the file does not name its tool: the suction cup is assumed";
                 let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
-                notes.push(note.remedy((Setting::Tool, Given::Any("NAME")), "says it"));
+                notes.push(note.remedy((Setting::Tool, Given::Any("NAME")), "sets it"));
             }
         }
         if plan.surface.is_none() {
@@ -389,7 +390,7 @@ impl Setup {
                 .remedy(Action::CalibrateSurface, "measures it")
                 .remedy(
                     (Setting::Surface, Given::Any("Z")),
-                    "says it: the z of the pose when the tool touches it",
+                    "sets it: the z of the pose when the tool touches it",
                 )
         })
     }
@@ -558,7 +559,7 @@ fn above_ceiling(plan: &Plan) -> Option<Diagnostic> {
     let ceiling = ArmModel::MAGICIAN.ceilings.linear_velocity;
     (fastest > ceiling).then(|| {
         let what = format!(
-            "speed {fastest:.0} mm/s is above the arm's ceiling: it goes at {ceiling:.0} mm/s at most"
+            "speed {fastest:.0} mm/s is above the arm's ceiling: it goes at {ceiling:.0} mm/s"
         );
         Diagnostic::of_file(what).coded(DiagnosticCode::Speed)
     })

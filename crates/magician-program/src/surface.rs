@@ -12,7 +12,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// The table of a virtual arm where nobody has said how high it is.
+    /// The table of a virtual arm if its height is not given.
     pub const VIRTUAL: Self = Self::level(-60.0);
 
     /// A level one at this height, mm.

@@ -140,7 +140,10 @@ fn user_units_count_where_the_file_says_what_they_are() {
     assert_eq!(strokes(reset), [[[2.0, 2.0], [4.0, 4.0]]]);
     let factors = "IP400,800,0,0;SC0,40,0,80,2;PU0,0;PD1,1;";
     assert_eq!(strokes(factors), [[[10.0, 20.0], [11.0, 22.0]]]);
-    assert!(diagnostic("IP0,0,40,40;SC0,0,0,1;").ends_with("the scale of SC is no number"));
+    assert!(diagnostic("IP0,0,40,40;SC0,0,0,1;").ends_with(
+        "the scale of SC is not a finite \
+        number"
+    ));
 }
 
 #[test]
@@ -153,7 +156,8 @@ fn user_units_without_a_frame_are_those_of_a4_and_say_so() {
     assert_eq!(
         notes,
         [
-            "line 1, column 4: SC without IP scales to the plotter's own frame: taken as that of A4, 250 by 180 mm"
+            "line 1, column 4: SC without IP scales to the plotter's own frame: A4 is assumed, \
+                250 by 180 mm"
         ]
     );
     // Without numbers IP is where it was; a page of its own is the frame.
@@ -299,7 +303,7 @@ fn polygons_are_drawn_when_their_edge_is() {
     assert!(artwork.strokes[0].is_closed());
     assert_eq!(
         notes,
-        ["line 1, column 31: nothing is filled: filled shapes are outlines"]
+        ["line 1, column 31: filled shapes are drawn as outlines"]
     );
 }
 
@@ -311,7 +315,7 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
     assert_eq!(
         notes,
         [
-            "line 1, column 8: line types (LT) are left out: all lines are drawn through",
+            "line 1, column 8: line types (LT) are left out: all lines are solid",
             "line 1, column 48: XX is left out",
             "line 1, column 26: text (LB) is left out: \"hello PD1\"",
             "pens 1, 2 draw alike: there is one",

@@ -152,7 +152,7 @@ fn a_plan_that_picks_and_places_is_shown_from_the_side() {
     assert!(!wanted(PreviewOptions::default().side(false), &ways()));
     assert!(wanted(PreviewOptions::default().side(true), &drawing(9)));
     let svg = preview(&ways(), &PreviewOptions::default());
-    for part in ["takes hold", "lets go", "waits", "with something held"] {
+    for part in ["grips", "releases", "waits", "with something held"] {
         assert!(svg.to_svg().contains(part), "{part}");
     }
 }

@@ -67,7 +67,7 @@ fn fate(format: Format, text: &str, fit: bool) -> Result<Fate, TestCaseError> {
     let before = cell.state();
     cell.with(|arm| while arm.poll_event().is_some() {});
     let commands: Vec<Set> = plan.commands().collect();
-    let error = arm.run(&commands).expect_err("the check refuses it");
+    let error = arm.run(&commands).expect_err("the check failed");
     prop_assert!(
         matches!(
             error.kind(),

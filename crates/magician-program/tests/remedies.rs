@@ -134,7 +134,7 @@ fn what_has_too_many_points_has_fewer_with_a_wider_tolerance() {
     let fine = remedies(Format::Dxf, file.as_bytes(), |options, _| {
         options.tolerance = 1e-9;
     });
-    has(&fine, &["tolerance MM needs fewer if it is wider"]);
+    has(&fine, &["tolerance MM needs fewer if it is larger"]);
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
     });
     assert!(
         far.iter()
-            .any(|said| said.starts_with("at ") && said.contains("would do")),
+            .any(|said| said.starts_with("at ") && said.contains("fits there")),
         "{far:?}"
     );
     let edge = remedies(Format::Svg, &page([120.0, 120.0]), |_, setup| {
@@ -167,7 +167,7 @@ fn what_has_no_place_is_told_where_and_how_large_it_may_be() {
     });
     assert!(
         edge.iter()
-            .any(|said| said.starts_with("at ") && said.ends_with("would do in this size")),
+            .any(|said| said.starts_with("at ") && said.ends_with("fits at this size")),
         "{edge:?}"
     );
     let nowhere = remedies(Format::Svg, &large, |_, setup| {
@@ -192,12 +192,15 @@ fn what_lies_on_nothing_is_laid_by_options() {
     let unknown = remedies(Format::Svg, &page([20.0, 20.0]), |_, setup| {
         setup.surface = None;
     });
-    let says = "surface Z says it: the z of the pose when the tool touches it";
+    let says = "surface Z sets it: the z of the pose when the tool touches it";
     has(&unknown, &["calibrate-surface measures it", says]);
     let left = remedies(Format::Svg, &page([20.0, 20.0]), |_, setup| {
         setup.placement.frame = Frame::Arm;
     });
-    has(&left, &["without raw", "at X,Y says where its middle goes"]);
+    has(
+        &left,
+        &["without raw", "at X,Y sets the position of its centre"],
+    );
     let gcode = "G0 X200 Y0 Z5\nG1 Z0 F600\nG1 X260\nG0 Z5\n";
     let both = of_gcode(gcode, |_, setup| {
         setup.placement.frame = Frame::Arm;
@@ -220,7 +223,7 @@ fn what_lies_on_nothing_is_laid_by_options() {
         setup.surface = Some(PAPER);
         setup.placement.pen_z = Some(-5.0);
     });
-    has(&above, &["pen_z Z says at which Z its pen touches"]);
+    has(&above, &["pen_z Z sets the Z at which its pen touches"]);
     let nothing = of_gcode("G0 X200 Y0 Z5\n", |_, setup| setup.surface = Some(PAPER));
     has(&nothing, &["raw runs it as it stands"]);
     let small = of_gcode(gcode, |_, setup| setup.sheet = Some(sheet([30.0, 30.0])));
@@ -254,7 +257,7 @@ fn what_an_image_leaves_open_is_an_option() {
     trace.level = 0;
     has(
         &of(Work::Draw(trace), false),
-        &["threshold N finds more if it is higher"],
+        &["threshold N outlines more if it is higher"],
     );
     let engraved = |set: fn(&mut Engrave), fit| {
         let mut engrave = Engrave::default();
@@ -265,35 +268,32 @@ fn what_an_image_leaves_open_is_an_option() {
     has(
         &white,
         &[
-            "invert burns what is white",
-            "threshold N says what is dark",
+            "invert burns the white parts",
+            "threshold N sets what counts as dark",
         ],
     );
     let fine = engraved(|engrave| engrave.spacing = 0.005, false);
-    let wider = "spacing MM lays its lines farther apart";
+    let wider = "spacing MM increases the distance between its lines";
     has(&fine, &["width MM makes it smaller", wider]);
     let long = engraved(|engrave| engrave.overscan = Some(400.0), true);
-    let less = "overscan MM says how far it runs up";
+    let less = "overscan MM sets the run-up";
     has(&long, &["speed MM/S engraves it slower", less]);
 }
 
 #[test]
 fn what_gcode_leaves_open_is_an_option() {
     let of = |text: &str| of_gcode(text, |_, _| {});
-    let start = "start X,Y,Z says where the tool stands when the program begins";
+    let start = "start X,Y,Z sets where the program begins";
     has(&of("G91\nG1 X10 F600\n"), &[start]);
     has(&of("G1 X220 F600\n"), &[start]);
     has(&of("G2 X230 Y20 I-20\n"), &[start]);
-    let s_max = "s_max N says which S is full power";
+    let s_max = "s_max N sets the S of full power";
     has(&of("G0 X220 Y0 Z0\nM3 S2000\nG1 X221 F600\n"), &[s_max]);
     has(&of("G0 X220 Y0 Z0\nM3 S200\nG1 X221 F600\n"), &[s_max]);
     has(&of("$30=9\nG0 X220 Y0 Z0\nM3 S20\nG1 X221\n"), &[s_max]);
     let unsaid = of("G0 X220 Y0 Z0\nM3\nG1 X230\n");
     let speed = "speed MM/S says another speed";
-    has(
-        &unsaid,
-        &["power PERCENT says how much full power is", speed],
-    );
+    has(&unsaid, &["power PERCENT sets the full power", speed]);
     let mill = of("G0 X220 Y0 Z5\nM3 S10000\nG1 Z-2 F100\nG1 X230\nG0 Z5\nM5\n");
     has(&mill, &["dialect laser burns with it"]);
     let servo = of("M280 P0 S40\nG0 X220 Y0\nM280 P0 S90\nG1 X240 F600\nM280 P0 S40\n");
@@ -338,7 +338,7 @@ fn what_other_files_leave_open_is_an_option() {
     let kept = Playback::from_plan(&plan).unwrap();
     has(
         &said(kept.notes()),
-        &["tool NAME says so when it is played"],
+        &["tool NAME sets it when the file is played"],
     );
     let mut plan = Plan::new("lit");
     plan.push(Action::Laser(true), Origin::NONE);

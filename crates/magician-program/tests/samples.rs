@@ -24,7 +24,7 @@ use source::Line;
 
 /// The height of paper and wood, mm.
 const TABLE: f64 = -60.0;
-/// How far a line may be from the curve that it stands for, mm: as files are read unless told otherwise.
+/// Largest distance of a line from its curve, mm: as files are read unless told otherwise.
 const TOLERANCE: f64 = 0.05;
 /// How far what is drawn may be from the source at most, mm: as far as curves may be off, as true as a drawing is kept
 /// (0.02), and a pixel's diagonal.

@@ -512,9 +512,7 @@ fn what_has_neither_a_stroke_nor_an_area_is_not_drawn() {
             let told: Vec<&str> = notes.iter().map(|note| note.message.as_str()).collect();
             assert_eq!(
                 told,
-                [
-                    "lines without a stroke that enclose no area are left out: nothing of them can be seen"
-                ],
+                ["lines without a stroke that enclose no area are left out: they are invisible"],
                 "{unseen}"
             );
         }
@@ -840,7 +838,7 @@ fn what_is_left_out_is_told() {
         told,
         [
             "images in the drawing are left out (2 times)",
-            "what is not SVG is left out",
+            "elements that are not SVG are left out",
             "filters are left out",
         ]
     );

@@ -109,7 +109,7 @@ impl Artwork {
     ) -> Result<(PlacedArtwork, Option<FitFailure>), Diagnostic> {
         layout.check()?;
         let Some(bounds) = self.bounds() else {
-            return Err(Diagnostic::of_file("there is nothing to draw in it"));
+            return Err(Diagnostic::of_file("nothing to draw"));
         };
         let reach = marking.reach(layout.surface);
         let Some([near, far]) = reach.ahead() else {
@@ -174,7 +174,7 @@ impl Layout {
         let at = self.at.unwrap_or_default();
         let numbers = [&surface[..], &sheet, &at, &[self.scale, self.rotate]].concat();
         if numbers.iter().any(|number| !number.is_finite()) {
-            let message = "a drawing cannot be placed with numbers that are none";
+            let message = "a drawing needs finite numbers to be placed";
             return Err(Diagnostic::of_file(message));
         }
         if self.scale <= 0.0 {
@@ -350,7 +350,7 @@ impl<'a> Placer<'a> {
         };
         let own = size(self.layout.scale);
         let Some(most) = most else {
-            let reached = format!("straight ahead x = {near:.0} to {far:.0} mm is reached");
+            let reached = format!("straight ahead x = {near:.0} to {far:.0} mm is reachable");
             let message = match (self.layout.at, self.layout.sheet) {
                 (Some([x, y]), _) => {
                     format!("nothing can be drawn around x = {x:.1}, y = {y:.1}; {reached}")
@@ -362,7 +362,7 @@ impl<'a> Placer<'a> {
             let diagnostic = Diagnostic::of_file(message);
             return FitFailure {
                 diagnostic: match elsewhere {
-                    Some(place) => diagnostic.remedy(at(place), "would do"),
+                    Some(place) => diagnostic.remedy(at(place), "fits there"),
                     None => {
                         diagnostic.remedy((Setting::At, Given::Any("X,Y")), "places it elsewhere")
                     }
@@ -371,18 +371,18 @@ impl<'a> Placer<'a> {
             };
         };
         let place = match (self.layout.at, self.layout.sheet) {
-            (Some(_), _) => "at most {} of that shape can be reached there",
-            (None, Some(_)) => "at most {} of that shape fit the sheet and can be reached",
-            (None, None) => "at most {} of that shape can be reached",
+            (Some(_), _) => "at most {} of that shape is reachable there",
+            (None, Some(_)) => "at most {} of that shape fits the sheet and is reachable",
+            (None, None) => "at most {} of that shape is reachable",
         };
         let message = format!("the drawing is {own}, {}", place.replace("{}", &size(most)));
         let mut would_fit = WouldFit::new(most, self.layout.rotate);
         let scale = (Setting::Scale, Given::Number(would_fit.scale));
         let mut diagnostic = Diagnostic::new(self.worst(), message)
             .remedy((Setting::Fit, Given::On), "shrinks it")
-            .remedy(scale, "would do");
+            .remedy(scale, "fits there");
         if let Some(place) = elsewhere {
-            diagnostic = diagnostic.remedy(at(place), "would do in this size");
+            diagnostic = diagnostic.remedy(at(place), "fits at this size");
         }
         if let Some(other) = turned.filter(|other| *other > most * 1.001) {
             let rotate = self.layout.rotate + 90.0;

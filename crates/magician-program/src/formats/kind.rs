@@ -141,7 +141,10 @@ impl Format {
         let (feature, reader) = self.built_in();
         reader.ok_or_else(|| {
             let feature = feature.unwrap_or_default();
-            let message = format!("this build reads no {self} files: it lacks the feature {feature} of magician-program");
+            let message = format!(
+                "this build cannot read {self} files: it lacks the feature \
+                {feature} of magician-program"
+            );
             Diagnostic::of_file(message).with_missing(Some(Missing::Feature(feature)))
         })
     }
@@ -205,7 +208,7 @@ impl FromStr for Format {
         };
         Self::ALL.into_iter().find(is_meant).ok_or_else(|| {
             let names = Self::ALL.map(Self::name).join(", ");
-            format!("there is no format '{}'; there are {names}", text.trim())
+            format!("unknown format '{}'; known are {names}", text.trim())
         })
     }
 }

@@ -65,7 +65,7 @@ pub enum Format {
 pub struct ReadOptions {
     /// What it is called in what is made of it; the file's name without its ending, as a rule.
     pub title: String,
-    /// How far a line may be from the curve that it stands for, mm.
+    /// Largest distance of a line from its curve, mm.
     pub tolerance: f64,
     /// What G-code leaves open.
     pub gcode: GcodeOptions,
@@ -186,7 +186,7 @@ impl Parsed {
             _ => None,
         };
         let (Content::Artwork(artwork), Some([width, height])) = (&mut self.content, page) else {
-            let message = "the file does not say how large its page is: nothing is cut off";
+            let message = "the file has no page size: nothing is cut off";
             return Some(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
         };
         let window = [
@@ -202,7 +202,7 @@ impl Parsed {
         }
         let lines = if cut == 1 { "line" } else { "lines" };
         let message = format!(
-            "what lies beyond the page ({width:.1} by {height:.1} mm) is cut off: {cut} {lines}"
+            "lines beyond the page ({width:.1} by {height:.1} mm) are cut off: {cut} {lines}"
         );
         (cut > 0).then(|| Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
     }

@@ -31,7 +31,7 @@ pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {
             length: 1,
             name: 0,
         };
-        Diagnostic::new(place, format!("this is no XML: {error}"))
+        Diagnostic::new(place, format!("this is not XML: {error}"))
     })
 }
 

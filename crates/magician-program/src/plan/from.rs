@@ -34,7 +34,7 @@ pub struct Continuation {
     /// What is to be done.
     pub plan: Plan,
     /// For each step of it the step of the whole plan (from 0) that it belongs to. What leads to the first one belongs to it:
-    /// whoever is interrupted there begins with that one again.
+    /// an interruption there begins with that one again.
     pub steps: Vec<usize>,
 }
 
@@ -64,7 +64,7 @@ impl Plan {
     /// ```
     ///
     /// # Errors
-    /// A [`Diagnostic`] if there is no such step, a step before it cannot be done, nobody knows where it begins (behind a
+    /// A [`Diagnostic`] if there is no such step, an earlier step cannot be done, its start is unknown (behind a
     /// homing to a point that is not known, say), or the arm cannot get there.
     pub fn from_step(&self, step: usize, start: &Preflight) -> Result<Continuation, Diagnostic> {
         self.continued(step, None, start)
@@ -211,7 +211,7 @@ impl<'p> LeadIn<'p> {
             let command = before.action.command();
             let from = arm.arm().map(|at| at.pose.z);
             let done = arm.check(&command).map_err(|error| {
-                let message = format!("step {} comes before, and cannot be done: {error}", at + 1);
+                let message = format!("the earlier step {} cannot be done: {error}", at + 1);
                 plan.diagnostic_at(at, message)
             })?;
             settings.note(&command);
@@ -231,7 +231,8 @@ impl<'p> LeadIn<'p> {
                 "the position on the rail is unknown when step {} begins",
                 step + 1
             );
-            let help = "begin with a step that sends it to a place on the rail, or with the first";
+            let help = "begin with a step that moves it to a position on the rail, or with the \
+                first";
             return Err(plan.diagnostic_at(step, message).help(help));
         }
         let begins = at.pose;
@@ -258,7 +259,7 @@ impl<'p> LeadIn<'p> {
         let mut arm = start.clone().summing();
         let refused = |error: Error| {
             let message = format!(
-                "the arm cannot get to where step {} begins: {error}",
+                "the arm cannot reach the begin of step {}: {error}",
                 self.step + 1
             );
             self.plan.diagnostic_at(self.step, message)
@@ -281,7 +282,7 @@ impl<'p> LeadIn<'p> {
         self.approach(&mut arm, &mut steps).map_err(refused)?;
         if !self.has_arrived(&arm) {
             return Err(refused(Error::invalid(
-                "its coordinates are too large for 32 bits to tell them apart",
+                "its coordinates are too large for the precision of 32 bits",
             )));
         }
         if self.settings.is_lit() {
@@ -430,7 +431,7 @@ impl Plan {
             .find(|(_, step)| leads(step));
         match later {
             Some((at, _)) if at + 1 < self.steps.len() => format!(
-                "step {} goes to a place of its own with all joints together: begin with step {}, or with the first",
+                "step {} moves all joints to its own target: begin with step {}, or with the first",
                 at + 1,
                 at + 2
             ),

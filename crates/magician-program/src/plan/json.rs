@@ -57,14 +57,14 @@ impl<'t> Json<'t> {
         Diagnostic::new(self.origin(value, value.len()), message)
     }
 
-    /// That nobody knows this member.
+    /// An unknown member.
     pub(crate) fn unknown(&self, member: &Member<'_>, known: &str) -> Diagnostic {
         let place = match &member.key {
             Cow::Borrowed(key) => key,
             Cow::Owned(_) => member.value,
         };
         self.diagnostic(place, format!("unknown member '{}'", member.key))
-            .help(format!("known here: {known}"))
+            .help(format!("known are {known}"))
     }
 
     fn start(&self, part: &str) -> usize {
@@ -129,7 +129,7 @@ impl<'t> Json<'t> {
         for (at, member) in members.iter().enumerate() {
             if members.iter().take(at).any(|other| other.key == member.key) {
                 return Err(
-                    self.diagnostic(member.value, format!("'{}' is here twice", member.key))
+                    self.diagnostic(member.value, format!("'{}' appears twice", member.key))
                 );
             }
         }
@@ -190,7 +190,7 @@ impl<'t> Json<'t> {
     /// A text.
     pub(crate) fn string(&self, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
         if !value.starts_with('"') {
-            return Err(self.diagnostic(value, "expected a text, \"..\""));
+            return Err(self.diagnostic(value, "expected a string, \"..\""));
         }
         let text: Key<'t> =
             serde_json::from_str(value).map_err(|error| self.syntax(value, &error))?;

@@ -49,7 +49,7 @@ impl Pallet {
         }
     }
 
-    /// How many places it has; `None` if nobody can count them.
+    /// How many positions it has; `None` if they are too many to count.
     #[must_use]
     pub fn places(&self) -> Option<usize> {
         self.rows.checked_mul(self.columns)
@@ -103,7 +103,7 @@ impl Plan {
                 self.at_each(places as usize, (0..places).map(way))
             }
             _ => Err(Diagnostic::of_file(format!(
-                "a pallet of {rows} rows and {columns} columns has no places that could be filled"
+                "a pallet of {rows} rows and {columns} columns has no positions"
             ))),
         }
     }

@@ -95,7 +95,7 @@ impl Plan {
             };
             if lit && power.range() != Power::FULL.range() {
                 let message = format!(
-                    "step {} switches the laser on, which is full power: it cannot burn with {power} %",
+                    "step {} switches the laser on at full power: it cannot burn with {power} %",
                     at + 1
                 );
                 let diagnostic = Diagnostic::new(step.origin, message)
@@ -244,15 +244,16 @@ fn unreached(steps: &[Step], profiles: &[Option<VelocityProfile>]) -> Option<Dia
         _ => format!("in {weak} of {strokes} strokes the arm"),
     };
     let message = format!(
-        "M4: {which} never comes to F{:.0} ({feed:.1} mm/s), {speed:.1} mm/s at most: it burns weaker all along, with {:.0} % at most \
-         of what S says",
+        "M4: {which} never reaches F{:.0} ({feed:.1} mm/s), only {speed:.1} mm/s: it burns weaker \
+            throughout, with at most {:.0} % of S",
         feed * 60.0,
         100.0 * speed / feed
     );
     let origin = steps.get(first).map(|step| step.origin).unwrap_or_default();
     let note = Diagnostic::new(origin, message).coded(DiagnosticCode::Power);
     Some(note.help(
-        "M3 burns with the power that S says at any speed; a lower F in the program is reached on shorter lines",
+        "M3 burns with the power of S at any speed; a lower F in the program is reached on \
+            shorter lines",
     ))
 }
 

@@ -49,9 +49,9 @@ impl Plan {
     ///
     /// # Errors
     /// A [`Diagnostic`] that names the first step that cannot be moved: to joint angles, to a homing point, or on from
-    /// where nobody knows; and a way that is no number.
+    /// where that is unknown; and an offset that is not a number.
     pub fn moved(&self, by: [f64; 3]) -> Result<Self, Diagnostic> {
-        finite(&by, "the way to move by")?;
+        finite(&by, "the offset")?;
         self.mapped(&Map {
             by,
             ..Map::identity("moved")
@@ -82,7 +82,7 @@ impl Plan {
         finite(&about, "the point that stays")?;
         if factor <= 0.0 {
             return Err(Diagnostic::of_file(format!(
-                "a plan cannot be scaled by {factor}: it must be above 0"
+                "the scale is {factor}, it must be above 0"
             )));
         }
         self.mapped(&Map {
@@ -157,7 +157,7 @@ impl Plan {
                 Outcome::Onwards if placed || map.by == [0.0; 3] => {}
                 Outcome::Through if placed => {}
                 Outcome::Onwards | Outcome::Through => {
-                    let why = "goes on from where the arm stands, which no step before it has said";
+                    let why = "starts at the arm's position, which no earlier step gives";
                     return Err(self.refusal(at, map.done, why));
                 }
                 Outcome::Home => placed = false,
@@ -191,7 +191,7 @@ impl Plan {
         let mut plan = self.clone();
         plan.steps.clear();
         for by in ways {
-            finite(&by, "the way to a place")?;
+            finite(&by, "the offset of a position")?;
             let map = Map {
                 by,
                 ..Map::identity("moved")
@@ -213,7 +213,7 @@ fn check_size(plan: &Plan, times: usize) -> Result<usize, Diagnostic> {
         .filter(|all| times.max(*all) <= MOST_STEPS);
     all.ok_or_else(|| {
         let message =
-            format!("{count} steps {times} times over are too many: {MOST_STEPS} is the most");
+            format!("{count} steps repeated {times} times are too many, limit {MOST_STEPS}");
         Diagnostic::of_file(message)
     })
 }
@@ -221,7 +221,7 @@ fn check_size(plan: &Plan, times: usize) -> Result<usize, Diagnostic> {
 pub(super) fn finite(numbers: &[f64], what: &str) -> Result<(), Diagnostic> {
     match numbers.iter().all(|number| number.is_finite()) {
         true => Ok(()),
-        false => Err(Diagnostic::of_file(format!("{what} is no number"))),
+        false => Err(Diagnostic::of_file(format!("{what} is not a number"))),
     }
 }
 
@@ -400,11 +400,11 @@ impl Map {
             ),
             Set::JogCmd(_) => Outcome::Refused("is a jog, which ends at an unknown place"),
             Set::ResetPose(_) | Set::PulseMode(_) | Set::SetAutoLeveling(_) => {
-                Outcome::Refused("changes where the arm takes itself to be")
+                Outcome::Refused("changes the arm's own position")
             }
             // It moves the arm in a way that nothing here knows.
             other if other.row().effect.moves_arm() => {
-                Outcome::Refused("moves the arm to a place that cannot be told")
+                Outcome::Refused("moves the arm to an unknown position")
             }
             _ => Outcome::Done,
         }
@@ -424,7 +424,7 @@ impl Map {
             | PtpMode::MovjAngle
             | PtpMode::MovlAngle
             | PtpMode::MovjAngleInc => JOINTS,
-            PtpMode::Unknown(_) => Outcome::Refused("travels in a way that does not exist"),
+            PtpMode::Unknown(_) => Outcome::Refused("has a mode that does not exist"),
         }
     }
 
@@ -432,9 +432,9 @@ impl Map {
         match mode {
             CpMode::Absolute => self.point(point),
             CpMode::Relative => self.onwards(point),
-            CpMode::Unknown(_) => Outcome::Refused("counts from what does not exist"),
+            CpMode::Unknown(_) => Outcome::Refused("has a reference that does not exist"),
         }
     }
 }
 
-const JOINTS: Outcome = Outcome::Refused("goes by joint angles; a pose can be changed along");
+const JOINTS: Outcome = Outcome::Refused("goes by joint angles; use a pose");

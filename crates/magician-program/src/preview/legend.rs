@@ -127,8 +127,8 @@ fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
     }
     for kind in kinds(toolpath) {
         let label = match kind {
-            MarkerKind::Pick => "takes hold",
-            MarkerKind::Place => "lets go",
+            MarkerKind::Pick => "grips",
+            MarkerKind::Place => "releases",
             MarkerKind::Wait => "waits",
         };
         entries.push((Sign::Marker(kind), label.to_owned()));

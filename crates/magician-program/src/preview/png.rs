@@ -31,13 +31,13 @@ impl std::fmt::Display for PictureError {
             Self::Scale(scale) => {
                 write!(
                     f,
-                    "a picture needs more than 0 pixels a millimetre, not {scale}"
+                    "a picture needs more than 0 pixels per millimetre, not {scale}"
                 )
             }
             Self::Size([width, height]) => write!(
                 f,
-                "the picture would be {width:.0} by {height:.0} pixels, at most {MOST_PIXELS:e} are made: take fewer \
-                 pixels a millimetre"
+                "the picture would be {width:.0} by {height:.0} pixels, limit {MOST_PIXELS:e} \
+                    pixels: use fewer pixels per millimetre"
             ),
             Self::Drawing(why) => write!(f, "the picture cannot be drawn: {why}"),
         }

@@ -1,4 +1,4 @@
-//! What a plan leaves, step by step: for who shows how far it is.
+//! What a plan leaves, step by step: to show its progress.
 
 use magician_host::words::Preflight;
 

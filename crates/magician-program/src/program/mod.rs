@@ -90,7 +90,7 @@ impl Program {
         self
     }
 
-    /// Whether it can go on behind so many steps only by somebody who knows where the arm stood when it began.
+    /// Whether it can go on behind so many steps only with the arm's position at its beginning.
     #[must_use]
     pub fn depends_on_start(&self, step: u64) -> bool {
         let nth = step.checked_rem(self.steps_per_iteration()).unwrap_or(0);

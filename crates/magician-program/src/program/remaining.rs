@@ -275,7 +275,7 @@ impl RemainingProgram {
     }
 
     /// Whether an arm that stands there stands where so many finished steps of the program leave it; not known where the
-    /// steps lead nowhere that is known, and before the first one. `stopped`: somebody stopped the arm, and a wait or a
+    /// steps lead nowhere that is known, and before the first one. `stopped`: the arm was stopped, and a wait or a
     /// trigger was cut short then, wherever the arm stands.
     #[must_use]
     pub fn stands_after(&self, steps: u64, pose: &Pose, stopped: bool) -> Option<bool> {
@@ -366,7 +366,7 @@ pub(super) mod tests {
             rest.changes().copied().collect()
         };
         assert_eq!(changes(Some(1), 0, vec![fast]), [fast, slow]);
-        // Whoever begins later is told what was set before.
+        // A later beginning gets the settings of before.
         assert_eq!(changes(Some(1), 4, vec![]), [slow]);
         assert_eq!(changes(None, 0, vec![]), [slow, slow]);
     }
@@ -506,7 +506,7 @@ pub(super) mod tests {
         assert_eq!(rest.stands_after(2, &at(220.15), true), Some(true));
         assert_eq!(rest.stands_after(2, &at(220.25), true), Some(false));
         assert_eq!(rest.stands_after(4, &at(240.0), true), Some(true));
-        // Whoever stops a wait leaves the arm where it was to stand.
+        // A wait that is stopped leaves the arm at its target.
         assert_eq!(rest.stands_after(3, &at(220.0), true), Some(false));
         assert_eq!(rest.stands_after(3, &at(220.0), false), Some(true));
     }

@@ -3,7 +3,7 @@ use std::time::Duration;
 /// How long a run takes up to each of its steps, by the arm's clock; made by [`RemainingProgram::timetable`](super::RemainingProgram::timetable).
 #[derive(Clone, Debug, Default)]
 pub struct Timetable {
-    /// None if nobody knows.
+    /// None if unknown.
     all: Option<Duration>,
     /// Commands before the first step.
     lead: usize,

@@ -19,7 +19,7 @@ pub struct Engrave {
     pub spacing: f64,
     /// Least and most power, percent: for the lightest grey that is not white, and for black.
     pub power: [f64; 2],
-    /// How grey becomes power.
+    /// How grey levels become power.
     pub tone: Tone,
     /// Exponent of the darkness (0 to 1) before it becomes power; above 1 spares the light parts, 1 is linear.
     pub gamma: f64,
@@ -27,7 +27,7 @@ pub struct Engrave {
     pub invert: bool,
     /// Every other line is burnt on the way back. Without it all go the same way: slower, and free of play in the gears.
     pub both_directions: bool,
-    /// How far the tool runs up and out at either end of a line, mm; what speed and acceleration need if left open.
+    /// Run-up and run-out of the tool at the ends of a line, mm; what speed and acceleration need if left open.
     pub overscan: Option<f64>,
     /// Along a line, mm/s.
     pub speed: f64,
@@ -153,12 +153,9 @@ impl Engrave {
             }
         }
         best.as_ref().and_then(Grid::of_frame).ok_or_else(|| {
-            Diagnostic::of_file("there is not enough room to run up to the image")
+            Diagnostic::of_file("not enough room for the run-up to the image")
                 .remedy((Setting::Speed, Given::Any("MM/S")), "engraves it slower")
-                .remedy(
-                    (Setting::Overscan, Given::Any("MM")),
-                    "says how far it runs up",
-                )
+                .remedy((Setting::Overscan, Given::Any("MM")), "sets the run-up")
         })
     }
 
@@ -167,7 +164,7 @@ impl Engrave {
             if value > 0.0 && value.is_finite() {
                 return Ok(());
             }
-            let why = format!("{name} is {value} {unit}, and must be above 0");
+            let why = format!("{name} is {value} {unit}, it must be above 0");
             Err(Diagnostic::of_file(why))
         };
         above("the line spacing", self.spacing, "mm")?;
@@ -177,14 +174,14 @@ impl Engrave {
         above("gamma", self.gamma, "")?;
         for (name, value) in [("the overscan", self.run_up()), ("the lift", self.lift)] {
             if !(value >= 0.0 && value.is_finite()) {
-                let why = format!("{name} is {value} mm, and must not be below 0");
+                let why = format!("{name} is {value} mm, it must be 0 or more");
                 return Err(Diagnostic::of_file(why));
             }
         }
         let [least, most] = self.power;
         if !(0.0 <= least && least <= most && 0.0 < most && most <= 100.0) {
             return Err(Diagnostic::of_file(format!(
-                "power goes from {least} % to {most} %, and must rise within 0 to 100 %"
+                "power goes from {least} % to {most} %, it must rise within 0 to 100 %"
             )));
         }
         Ok(())
@@ -210,11 +207,12 @@ impl Raster {
         let mut cells = resample::resample(self, columns, rows);
         levels(&mut cells, columns, engrave);
         if cells.iter().all(|level| *level == 0) {
-            return Err(
-                Diagnostic::of_file("there is nothing to burn: all of it is white")
-                    .remedy((Setting::Invert, Given::On), "burns what is white")
-                    .remedy((Setting::Threshold, Given::Any("N")), "says what is dark"),
-            );
+            return Err(Diagnostic::of_file("nothing to burn: all of it is white")
+                .remedy((Setting::Invert, Given::On), "burns the white parts")
+                .remedy(
+                    (Setting::Threshold, Given::Any("N")),
+                    "sets what counts as dark",
+                ));
         }
 
         let mut plan = Plan::new(&self.title);
@@ -237,7 +235,7 @@ fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Diagnostic> {
     let [width, height] = super::positive(grid.size())?;
     if !finite {
         return Err(Diagnostic::of_file(
-            "the place of the image is not a number",
+            "the position of the image is not a number",
         ));
     }
     let counts = [width, height].map(|side| ((side / spacing).round() as usize).max(1));
@@ -245,10 +243,14 @@ fn cells(grid: &Grid, spacing: f64) -> Result<[usize; 2], Diagnostic> {
     let most = Engrave::MOST_CELLS;
     if columns.checked_mul(rows).is_none_or(|count| count > most) {
         return Err(Diagnostic::of_file(format!(
-            "{columns} by {rows} cells of {spacing} mm for {width:.1} mm by {height:.1} mm are more than {most}"
+            "{columns} by {rows} cells of {spacing} mm for {width:.1} mm by {height:.1} mm are \
+                too many, limit {most}"
         ))
         .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
-        .remedy((Setting::Spacing, Given::Any("MM")), "lays its lines farther apart"));
+        .remedy(
+            (Setting::Spacing, Given::Any("MM")),
+            "increases the distance between its lines",
+        ));
     }
     Ok(counts)
 }

@@ -47,7 +47,7 @@ impl Raster {
             ("least length", trace.smallest),
         ] {
             if !(value >= 0.0 && value.is_finite()) {
-                let why = format!("the {name} is {value} mm, and must not be below 0");
+                let why = format!("the {name} is {value} mm, it must be 0 or more");
                 return Err(Diagnostic::of_file(why));
             }
         }
@@ -84,7 +84,7 @@ impl Raster {
             let why = format!("nothing in the image is darker than {}", trace.level);
             return Err(Diagnostic::of_file(why).remedy(
                 (Setting::Threshold, Given::Any("N")),
-                "finds more if it is higher",
+                "outlines more if it is higher",
             ));
         }
         Ok(Artwork {

@@ -2,7 +2,7 @@
 
 use super::Engrave;
 
-/// How grey becomes power.
+/// How grey levels become power.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Tone {

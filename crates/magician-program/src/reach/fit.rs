@@ -37,13 +37,13 @@ impl Reach {
             .any(|number| number.abs() >= 1e9 || number.is_nan())
         {
             return Err(Diagnostic::of_file(
-                "a point of the drawing is no number, or beyond all measure",
+                "a point of the drawing is not a number, or out of range",
             ));
         }
         let shape = Shape::of(hull_points);
         if shape.corners.is_empty() {
             return Err(Diagnostic::of_file(
-                "there is nothing to place: the drawing is empty",
+                "nothing to place: the drawing is empty",
             ));
         }
         let Some([near, far]) = self.ahead() else {
@@ -75,14 +75,14 @@ impl Reach {
         let message = format!(
             "nothing is within reach on a surface at z = {height:.1} mm with the tool lifted by {lift} mm"
         );
-        Diagnostic::of_file(message)
-            .help("look at the height of the surface, the lift and the tool")
+        Diagnostic::of_file(message).help("check the height of the surface, the lift and the tool")
     }
 
     fn too_large(&self, shape: &Shape, scale: f64) -> Diagnostic {
         let [width, height] = shape.size;
         let message = format!(
-            "the drawing is {width:.1} x {height:.1} mm; the largest that fits before the arm is {:.1} x {:.1} mm",
+            "the drawing is {width:.1} x {height:.1} mm; the largest that fits in front of the \
+                arm is {:.1} x {:.1} mm",
             scale * width,
             scale * height,
         );

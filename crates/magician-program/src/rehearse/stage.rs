@@ -166,7 +166,7 @@ fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenar
         format!("arm = {{ homed = true }}\ntool = {{ kind = \"{kind}\", give = {give:?} }}\n");
     if let Some(height) = height {
         if !height.is_finite() || height.abs() > FARTHEST_TABLE {
-            let message = format!("a table at {height} mm is no table for this arm");
+            let message = format!("a table at {height} mm is out of range for this arm");
             return Err(Error::invalid(message).with_limit(height, FARTHEST_TABLE, "mm"));
         }
         text.push_str(&format!("table = {{ height = {height:?} }}\n"));

@@ -249,8 +249,7 @@ fn fitted_note(share: f64, turned: f64) -> Option<Diagnostic> {
         percent if percent < 10.0 => format!("made smaller to fit: {percent:.1} % of its size"),
         percent => format!("made smaller to fit: {percent:.0} % of its size"),
     });
-    let turned =
-        (turned != 0.0).then(|| format!("turned by {turned} degrees, which lets it be larger"));
+    let turned = (turned != 0.0).then(|| format!("turned by {turned} degrees to be larger"));
     let turns = turned.is_some();
     let done: Vec<String> = smaller.into_iter().chain(turned).collect();
     let note = Diagnostic::of_file(done.join(", ")).coded(DiagnosticCode::Placed);

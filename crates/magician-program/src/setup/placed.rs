@@ -57,18 +57,17 @@ impl Setup {
         let placement = &self.placement;
         let raw = Remedy::without(Setting::Raw);
         if placement.frame == Frame::Arm && drawing {
-            let what =
-                "a drawing or an image has no coordinates of the arm that it could be left at";
+            let what = "a drawing or an image has no arm coordinates to keep";
             let diagnostic = Diagnostic::of_file(what).with(raw);
             let at = (Setting::At, Given::Any("X,Y"));
-            return Err(diagnostic.remedy(at, "says where its middle goes"));
+            return Err(diagnostic.remedy(at, "sets the position of its centre"));
         }
         if placement.frame == Frame::Arm && self.says_where() {
-            let what = "coordinates that are the arm's as they stand are not placed";
+            let what = "the file's coordinates are the arm's: they cannot be placed as well";
             return Err(Diagnostic::of_file(what).with(raw));
         }
         if placement.pen_z.is_some() && !(gcode && self.places()) {
-            let what = "a Z of touching was said, and it is of placed G-code, which this is not";
+            let what = "a Z of the touching pen applies to placed G-code only";
             let mut diagnostic = Diagnostic::of_file(what);
             if gcode {
                 diagnostic = diagnostic.remedy((Setting::Place, Given::On), "places G-code");
@@ -91,7 +90,8 @@ impl Setup {
         let (placed, misfit) = marks.artwork.laid(&layout, &marking)?;
         let [x, y] = placed.middle;
         let what = format!(
-            "it is placed: the middle of what it draws at x = {x:.1}, y = {y:.1}, its Z {:.3} on the surface at z = {:.1}",
+            "it is placed: its centre at x = {x:.1}, y = {y:.1}, its Z {:.3} on the surface at z \
+                = {:.1}",
             marks.touch,
             surface.at(placed.middle),
         );
@@ -103,7 +103,7 @@ impl Setup {
             )
             .remedy(
                 (Setting::PenZ, Given::Any("Z")),
-                "says another Z of touching",
+                "sets another Z for the touching pen",
             );
         notes.push(note);
         let course = ProgramTransform {

@@ -31,7 +31,7 @@ impl WorkLines {
         };
         let Some(lowest) = lowest(true).or(lowest(false)) else {
             let message =
-                "nothing is drawn or burnt in it: it has no size and no middle to be placed by";
+                "it draws and burns nothing: it has no size and no centre to be placed by";
             return Err(Diagnostic::of_file(message)
                 .remedy((Setting::Raw, Given::On), "runs it as it stands"));
         };
@@ -59,12 +59,11 @@ impl WorkLines {
             last = Some(ends[1]);
         }
         if strokes.is_empty() {
-            let message = format!(
-                "nothing is drawn at Z {touch} or below: the lowest Z at which it draws is {lowest}"
-            );
+            let message =
+                format!("nothing is drawn at or below Z {touch}: the lowest drawn Z is {lowest}");
             return Err(Diagnostic::of_file(message).remedy(
                 (Setting::PenZ, Given::Any("Z")),
-                "says at which Z its pen touches",
+                "sets the Z at which its pen touches",
             ));
         }
         let artwork = Artwork {

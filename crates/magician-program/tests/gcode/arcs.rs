@@ -170,7 +170,8 @@ fn arcs_that_are_none_are_refused_with_what_is_wrong() {
         ),
         (
             "G2 R10",
-            "line 2, column 1: an arc given by its radius must end somewhere else; a circle needs I and J",
+            "line 2, column 1: an arc given by its radius must not end where it begins; a circle \
+                needs I and J",
         ),
         (
             "G2 X240",
@@ -191,7 +192,8 @@ fn arcs_that_are_none_are_refused_with_what_is_wrong() {
         ),
         (
             "G19 G2 X260 R5",
-            "line 2, column 1: an arc given by its radius must end somewhere else; a circle needs J and K",
+            "line 2, column 1: an arc given by its radius must not end where it begins; a circle \
+                needs J and K",
         ),
         (
             "G2 I-20 P0.5",

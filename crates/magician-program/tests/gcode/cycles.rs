@@ -66,7 +66,7 @@ fn what_is_no_hole_is_refused() {
         ),
         (
             "G80\nX2",
-            "line 3, column 1: the line says where and not how: G80 has ended the last motion",
+            "line 3, column 1: the line has coordinates but no motion: G80 has ended the last one",
         ),
     ] {
         assert_eq!(diagnostic(&format!("{start}{text}\n")), message, "{text}");

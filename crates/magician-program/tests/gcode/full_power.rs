@@ -111,7 +111,7 @@ fn what_cannot_be_told_is_refused_with_its_line() {
     let refused = of(fast, None);
     assert_eq!(
         refused.to_string(),
-        "line 3, column 9: S12000 is above 1000, and nothing says which S is full power"
+        "line 3, column 9: S12000 is above 1000, and nothing sets the S of full power"
     );
     assert_eq!(refused.remedies[0].act.to_string(), "s_max N");
     assert!(

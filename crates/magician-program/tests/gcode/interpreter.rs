@@ -206,7 +206,8 @@ fn what_cannot_be_done_says_where_and_why() {
         ),
         (
             "#1=#5161",
-            "line 1, column 4: #5161 is a place that a controller keeps (G28, G30), which is not known here",
+            "line 1, column 4: #5161 is a position stored in the controller (G28, G30), which is \
+                not known here",
         ),
         (
             "#1=#5399",
@@ -272,7 +273,7 @@ fn what_cannot_be_done_says_where_and_why() {
         ),
         (
             "o1 if [1] G0 X1\no1 endif",
-            "line 1, column 11: this stands behind the value of an O-word",
+            "line 1, column 11: unexpected text after the value of an O-word",
         ),
         (
             "o1 sub\no1 endsub\no1 call 5",
@@ -292,7 +293,7 @@ fn what_cannot_be_done_says_where_and_why() {
         ),
         (
             "M3 S[500*3]\nG0 X200 Y0 Z0\nG1 X201",
-            "line 1, column 4: S1500 is above 1000, and nothing says which S is full power",
+            "line 1, column 4: S1500 is above 1000, and nothing sets the S of full power",
         ),
     ] {
         assert_eq!(diagnostic(text), message, "{text}");

@@ -110,7 +110,7 @@ fn the_laser_is_dark_wherever_the_arm_stands() {
             Action::Laser(false),
         ]
     );
-    let dark = "line 5, column 1: the laser is dark during pauses (G4): the arm would burn a hole where it stands";
+    let dark = "line 5, column 1: the laser is off during pauses (G4): it would burn a hole";
     assert!(notes(pause).iter().any(|note| note == dark));
     for end in ["", "M2", "M5", "M0", "M30\nG1 X250"] {
         steps(&format!("G0 X220 Y0 Z0\nM4 S255\nG1 X221\n{end}\n"));

@@ -24,13 +24,10 @@ fn what_is_wrong_says_where_and_why() {
             "line 2, column 1: M72 brings settings of before back, and is not done",
         ),
         ("G0 X1 X2", "line 1, column 7: X stands twice on one line"),
-        (
-            "G0 G1 X2",
-            "line 1, column 4: two motions stand on one line",
-        ),
+        ("G0 G1 X2", "line 1, column 4: two motions on one line"),
         (
             "G80\nX2",
-            "line 2, column 1: the line says where and not how: G80 has ended the last motion",
+            "line 2, column 1: the line has coordinates but no motion: G80 has ended the last one",
         ),
         (
             "G1 @5",
@@ -101,7 +98,7 @@ fn what_is_wrong_says_where_and_why() {
         ),
         (
             "G0 X220",
-            "line 1, column 1: the program moves and never says to which X and Y",
+            "line 1, column 1: the program moves, but never gives X and Y",
         ),
     ] {
         assert_eq!(diagnostic(text), message, "{text}");
@@ -109,7 +106,7 @@ fn what_is_wrong_says_where_and_why() {
     let forty = format!("G1 X{}", "9".repeat(40));
     assert_eq!(
         diagnostic(&forty),
-        "line 1, column 4: X is 1e40, which is too great"
+        "line 1, column 4: X is 1e40, which is too large"
     );
 }
 
@@ -172,7 +169,7 @@ fn accepted_or_refused(text: &str) -> bool {
     // It is a place that is out of reach, not the laser; that one may follow from a step left out.
     let first = report.refused_steps.first().expect("a complaint");
     assert_eq!(first.error.kind(), ErrorKind::Unreachable, "{first:?}");
-    let kind = ran.expect_err("the check refuses it").kind();
+    let kind = ran.expect_err("the check failed").kind();
     assert!(
         matches!(kind, ErrorKind::Unreachable | ErrorKind::InvalidInput),
         "{kind:?}"

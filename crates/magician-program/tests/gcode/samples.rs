@@ -74,7 +74,7 @@ fn the_laser_sample_step_by_step() {
         notes(LASER),
         [
             "line 1, column 1: full power is S255, as $30 says",
-            "line 6, column 1: the program never says Z: it is taken as 0"
+            "line 6, column 1: the program has no Z: 0 is used"
         ]
     );
 }

@@ -81,7 +81,8 @@ fn the_speed_is_set_when_it_changes() {
     assert_eq!(
         notes(fast),
         [
-            "line 2, column 1: speeds above 300 mm/s (F18000) are taken as that: the arm goes no faster (2 times)"
+            "line 2, column 1: speeds above 300 mm/s (F18000) are reduced to 300 mm/s: the arm is \
+                not faster (2 times)"
         ]
     );
     let set = actions_with("G0 X220 Y0 Z0\nG1 X221 F600", |options| {
@@ -174,7 +175,8 @@ fn where_the_arm_stands_counts_if_it_is_known() {
     assert_eq!(
         notes("G92\nG90\nG1 Z0\nG0 X220 Y0\n")[..1],
         [
-            "line 1, column 1: G92 is left out where it is not known where the arm stands: coordinates stay the arm's (3 times)"
+            "line 1, column 1: G92 is left out where the arm's position is unknown: coordinates \
+                stay the arm's (3 times)"
         ]
     );
     // The highest Z that a program names is taken for one that it should have named before.
@@ -257,9 +259,9 @@ fn what_is_left_out_is_said_once() {
             "line 8, column 1: M106 is left out",
             "line 9, column 1: M107 is left out",
             "line 10, column 1: a pause (M0, M1) is left out: the arm goes on",
-            "line 11, column 1: tools (T) are left out: the arm has the one that is on it",
+            "line 11, column 1: tools (T) are left out: the mounted tool is used",
             "line 12, column 1: G61.2 is left out",
-            "2 lines behind the end of the program are left out",
+            "2 lines after the end of the program are left out",
         ]
     );
     // The fan of a printer is no laser.

@@ -223,7 +223,7 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"command":"IODO","values":{"address":3,"level":[5,[1]]}}"#),
             (3, 54, 3),
-            "expected a number, a text or a list of them",
+            "expected a number, a string or a list of them",
         ),
         (
             step(r#"{"command":"IODO","values":{"address":3,"level":500}}"#),

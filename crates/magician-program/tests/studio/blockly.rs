@@ -80,7 +80,7 @@ fn the_sample_is_followed_and_runs() {
     assert_eq!(told(&plan), expected);
     assert_eq!(
         notes,
-        ["line 1, column 469 (a6): it keeps r, which no block before it has set: 0 is taken"]
+        ["line 1, column 469 (a6): it keeps r, which no earlier block has set: 0 is used"]
     );
     assert_eq!(run(&plan, Tool::Suction), [210.0, -40.0, 30.0, 0.0]);
 }

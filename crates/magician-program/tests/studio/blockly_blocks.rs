@@ -193,7 +193,7 @@ fn grippers_cups_and_lasers_do_what_the_blocks_say() {
     assert_eq!(actions, [Action::Laser(true)]);
     assert_eq!(
         notes,
-        ["the laser is on or off here: its power is left out"]
+        ["the laser is only switched on or off: its power is left out"]
     );
 }
 
@@ -320,7 +320,8 @@ fn pins_motors_and_sensors_are_driven() {
     assert_eq!(
         notes,
         [
-            "SetLostStepParams cannot be queued: it is left out; send it by itself before, with the value 3"
+            "SetLostStepParams cannot be queued: it is left out; set it separately before the \
+                run, with the value 3"
         ]
     );
     let (actions, _) = one(
@@ -413,10 +414,7 @@ fn every_known_block_is_followed_or_refused_by_name() {
         ("dobot_nonlinear_movement_movj", "is for the M1"),
         ("dobot_nonlinear_movement_descartes_movj", "is for the M1"),
         ("dobot_linear_movement_movl", "is for the M1"),
-        (
-            "procedures_callnoreturn",
-            "is a block that is not known here",
-        ),
+        ("procedures_callnoreturn", "is an unknown block"),
     ];
     for (kind, why) in refused {
         for blocks in [block(kind, ""), wait(&block(kind, ""))] {

@@ -19,7 +19,7 @@ fn whole(file: &[u8]) -> String {
 fn another_file_is_no_workspace() {
     assert_eq!(
         whole(b"<root/>"),
-        "line 1, column 1: this is no Blockly workspace: its outermost element is 'root'"
+        "line 1, column 1: this is not a Blockly workspace: its outermost element is 'root'"
     );
     assert_eq!(
         whole(b"<xml></xml>"),
@@ -90,12 +90,9 @@ fn numbers_that_are_none_are_refused() {
         let body = [field("OP", op), number("A", a), number("B", b)].concat();
         refusal(&wait(&block("math_arithmetic", &body)))
     };
-    assert!(sum("DIVIDE", 1.0, 0.0).ends_with("(math_arithmetic): what it computes is no number"));
-    assert!(sum("MULTIPLY", 1e300, 1e300).ends_with("what it computes is no number"));
-    assert!(
-        sum("SHIFT", 1.0, 1.0)
-            .ends_with("math_arithmetic has an operator that is not known: 'SHIFT'")
-    );
+    assert!(sum("DIVIDE", 1.0, 0.0).ends_with("(math_arithmetic): its result is not a number"));
+    assert!(sum("MULTIPLY", 1e300, 1e300).ends_with("its result is not a number"));
+    assert!(sum("SHIFT", 1.0, 1.0).ends_with("math_arithmetic has an unknown operator: 'SHIFT'"));
     let number_of = |text: &str| refusal(&wait(&block("math_number", &field("NUM", text))));
     assert!(number_of("NaN").ends_with("NUM of math_number is 'NaN', which is no number"));
     assert!(number_of("").ends_with("NUM of math_number is '', which is no number"));
@@ -173,7 +170,7 @@ fn choices_that_the_studio_does_not_have_are_refused() {
         &[("io", "0"), ("speed", "2e6")],
         "a motor is to go at 2000000 pulses/s, at most 1000000 can be",
     );
-    is("", &[], "'' names no kind of block");
+    is("", &[], "'' has no type");
 }
 
 proptest! {

@@ -25,15 +25,18 @@ const POSE: &str = "<item_2>1</item_2><item_3>2</item_3><item_4>3</item_4><item_
 fn another_file_is_told_from_a_playback_file() {
     assert_eq!(
         whole("<svg/>"),
-        "line 1, column 1: this is no playback file of DobotStudio: its outermost element is 'svg' [this looks like a drawing: call it '.svg']"
+        "line 1, column 1: this is not a playback file of DobotStudio: its outermost element is \
+            'svg' [this looks like a drawing: rename it to '.svg']"
     );
     assert_eq!(
         whole("<xml><block/></xml>"),
-        "line 1, column 1: this is no playback file of DobotStudio: its outermost element is 'xml' [this looks like a DobotBlockly workspace: call it '.blockly']"
+        "line 1, column 1: this is not a playback file of DobotStudio: its outermost element is \
+            'xml' [this looks like a DobotBlockly workspace: rename it to '.blockly']"
     );
     assert_eq!(
         whole("<root><a/></root>"),
-        "line 1, column 1: this is no playback file of DobotStudio: it has no rows [its points stand in elements called row0, row1 and so on]"
+        "line 1, column 1: this is not a playback file of DobotStudio: it has no rows [its points \
+            are in elements called row0, row1 and so on]"
     );
     let no_xml = whole("G1 X20");
     assert!(
@@ -126,7 +129,9 @@ fn an_arc_without_a_second_point_is_refused() {
         assert_eq!(
             said,
             format!(
-                "line 2, column 15 (row0): motion style {style} is an arc, but items 6 to 9 have no second point; what else it may mean is not known [teach this point again, or give it style 0 (JUMP), 1 (MOVJ) or 2 (MOVL)]"
+                "line 2, column 15 (row0): motion style {style} is an arc, but items 6 to 9 have \
+                    no second point; another meaning is unknown [teach this point again, or give \
+                it style 0 (JUMP), 1 (MOVJ) or 2 (MOVL)]"
             )
         );
     }
@@ -148,8 +153,8 @@ fn what_is_left_out_is_noted() {
     assert_eq!(
         notes,
         [
-            "line 1, column 7 (row1): it has no R, which is taken for 0",
-            "line 1, column 92 (row0): it has no R, which is taken for 0",
+            "line 1, column 7 (row1): it has no R: 0 is used",
+            "line 1, column 92 (row0): it has no R: 0 is used",
             "line 1, column 31: row1 stands where row0 is expected; rows are played in the order of the file",
         ]
     );

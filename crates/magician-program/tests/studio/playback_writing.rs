@@ -153,7 +153,7 @@ fn what_a_file_has_no_place_for_is_noted_or_refused() {
             }]),
             "step 1 leads to a coordinate that is not a number, and a playback file cannot say that",
         ),
-        (of([]), "there is no move to a pose to write down"),
+        (of([]), "there is no move to a pose to store"),
     ];
     for (plan, expected) in refusals {
         assert_eq!(

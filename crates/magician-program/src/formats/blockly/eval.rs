@@ -64,7 +64,10 @@ impl Machine<'_> {
                 let number = value.number().filter(|number| number.is_finite());
                 return number.ok_or_else(|| {
                     let said = value.said();
-                    block.diagnostic(format!("{name} of {} is '{said}', no number", block.kind))
+                    block.diagnostic(format!(
+                        "{name} of {} is '{said}', not a number",
+                        block.kind
+                    ))
                 });
             }
             if let Some(text) = block.field(name) {
@@ -72,7 +75,7 @@ impl Machine<'_> {
             }
         }
         let name = names.first().copied().unwrap_or_default();
-        let what = format!("{} has no {name}: {otherwise} is taken", block.kind);
+        let what = format!("{} has no {name}: {otherwise} is used", block.kind);
         self.note(index, name, what);
         Ok(otherwise)
     }
@@ -85,7 +88,7 @@ impl Machine<'_> {
         value.number().ok_or_else(|| {
             let said = value.said();
             block.diagnostic(format!(
-                "{} is to compute with '{said}', no number",
+                "{} computes with '{said}', not a number",
                 block.kind
             ))
         })
@@ -103,10 +106,7 @@ impl Machine<'_> {
     ) -> Result<BlockValue, Diagnostic> {
         let operator = block.field("OP").unwrap_or_default();
         let unknown = || {
-            let message = format!(
-                "{} has an operator that is not known: '{operator}'",
-                block.kind
-            );
+            let message = format!("{} has an unknown operator: '{operator}'", block.kind);
             block.diagnostic(message)
         };
         let number = match block.kind.as_str() {
@@ -200,7 +200,10 @@ impl Machine<'_> {
 fn field_number(block: &Block, name: &str, text: &str) -> Result<f64, Diagnostic> {
     let number = text.trim().parse::<f64>().ok();
     number.filter(|number| number.is_finite()).ok_or_else(|| {
-        let message = format!("{name} of {} is '{text}', which is no number", block.kind);
+        let message = format!(
+            "{name} of {} is '{text}', which is not a number",
+            block.kind
+        );
         block.diagnostic(message)
     })
 }

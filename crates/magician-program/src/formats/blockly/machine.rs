@@ -94,7 +94,7 @@ impl<'t> Machine<'t> {
     /// Counts what is run, so that it ends.
     pub(super) fn count(&mut self, block: &Block, depth: u32) -> Result<(), Diagnostic> {
         if depth > MOST_NESTED {
-            let message = format!("blocks are more than {MOST_NESTED} deep in each other here");
+            let message = format!("blocks are nested more than {MOST_NESTED} deep here");
             return Err(block.diagnostic(message));
         }
         self.steps += 1;
@@ -102,7 +102,7 @@ impl<'t> Machine<'t> {
             let message = format!("the program has not ended after {MOST_STEPS} blocks");
             return Err(block
                 .diagnostic(message)
-                .help("give its loops an end")
+                .help("end its loops")
                 .remedy((Setting::Loops, Given::Any("N")), "repeats all of it"));
         }
         Ok(())
@@ -162,7 +162,7 @@ impl<'t> Machine<'t> {
                 self.note(index, "print", format!("it prints: {said}"));
             }
             _ if self.is_value(block) => {
-                let what = "it gives a value that nothing uses: it is left out";
+                let what = "its value is unused: it is left out";
                 self.note(index, "value", what);
             }
             _ => self.robot(index, block, depth)?,
@@ -202,7 +202,7 @@ impl<'t> Machine<'t> {
                 break;
             }
             if at + by == at {
-                let message = format!("its steps of {by} lead nowhere from {at}: it has no end");
+                let message = format!("with steps of {by} from {at} it never ends");
                 return Err(block.diagnostic(message));
             }
             at += by;
@@ -249,6 +249,6 @@ fn variable(block: &Block) -> Result<String, Diagnostic> {
 pub(super) fn finite(block: &Block, number: f64) -> Result<BlockValue, Diagnostic> {
     match number.is_finite() {
         true => Ok(BlockValue::Number(number)),
-        false => Err(block.diagnostic("what it computes is no number")),
+        false => Err(block.diagnostic("its result is not a number")),
     }
 }

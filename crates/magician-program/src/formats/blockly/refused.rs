@@ -61,20 +61,20 @@ pub(super) fn diagnostic(block: &Block) -> Diagnostic {
     let kind = block.kind.as_str();
     let (why, help) = match reason(kind) {
         Some(Reason::Sensor) => (
-            "asks the arm while it runs, and a plan is made before anything moves",
-            Some("a program of its own can ask: see the Rust library or the Python package"),
+            "asks the arm while it runs, but a plan is made before anything moves",
+            Some("write a program for that, with the Rust library or the Python package"),
         ),
         Some(Reason::Clock) => (
-            "gives something else each time, and a plan is made once, before anything moves",
+            "gives another value each time, but a plan is made once, before anything moves",
             Some("put a number in its place"),
         ),
         Some(Reason::OtherArm) => ("is for the M1, not for the Magician", None),
         Some(Reason::MagicBox) => (
-            "is for a MagicBox and what is plugged into it, which the Magician's protocol does not reach",
+            "is for a MagicBox and its modules, which the Magician's protocol cannot reach",
             None,
         ),
-        None if kind.is_empty() => ("names no kind of block", None),
-        None => ("is a block that is not known here", None),
+        None if kind.is_empty() => ("has no type", None),
+        None => ("is an unknown block", None),
     };
     let diagnostic = block.diagnostic(format!("'{kind}' {why}"));
     match help {

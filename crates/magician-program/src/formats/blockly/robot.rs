@@ -70,12 +70,13 @@ impl<'t> Machine<'t> {
             6 => ("joint 2", joint(1)),
             7 => ("joint 3", joint(2)),
             8 => ("joint 4", course.j4()),
-            0 => ("the place on the rail", course.rail),
+            0 => ("the position on the rail", course.rail),
             _ => return Err(block.diagnostic(format!("there is no coordinate {nth}"))),
         };
         known.ok_or_else(|| {
             let message = format!(
-                "it asks for {what}, which is not known when the plan is made: no block before it says where the arm is"
+                "it needs {what}, which is unknown when the plan is made: no earlier block gives \
+                    the arm's position"
             );
             let help = "select the end effector and go to coordinates first; 'dobot_home' leads to a point that the arm keeps";
             block.diagnostic(message).help(help)
@@ -121,7 +122,7 @@ impl Call<'_, '_> {
         found.ok_or_else(|| {
             let (kind, from, to) = (&self.block.kind, known.start(), known.end());
             self.block.diagnostic(format!(
-                "{name} of {kind} is {number}; {from} to {to} can be"
+                "{name} of {kind} is {number}, it must be {from} to {to}"
             ))
         })
     }
@@ -136,7 +137,8 @@ impl Call<'_, '_> {
 
     fn unknown_place(&self, what: &str) -> Diagnostic {
         let message = format!(
-            "{what}, which is not known when the plan is made: no block before it says where the arm is"
+            "{what}, which is unknown when the plan is made: no earlier block gives the arm's \
+                position"
         );
         let help = "go to coordinates or joint angles first; 'dobot_home' leads to a point that the arm keeps";
         self.block.diagnostic(message).help(help)
@@ -160,7 +162,7 @@ impl Call<'_, '_> {
         let r = match (by, self.machine.course.r) {
             (Travel::Line, Some(r)) => r,
             (Travel::Line, None) => {
-                let what = "it keeps r, which no block before it has set: 0 is taken";
+                let what = "it keeps r, which no earlier block has set: 0 is used";
                 self.note("r", what);
                 0.0
             }
@@ -193,7 +195,7 @@ impl Call<'_, '_> {
             return self.arrive([x, y, z, j1 + j4], Travel::Joints);
         }
         let Some([j1, j2, j3, _]) = course.joints() else {
-            return Err(self.unknown_place("it turns the tool where the arm is"));
+            return Err(self.unknown_place("it turns the tool at the arm's position"));
         };
         self.joints([j1, j2, j3, j4])
     }
@@ -212,7 +214,7 @@ impl Call<'_, '_> {
         let j2 = self.number(&["Joint2"], 0.0)?;
         let j3 = self.number(&["Joint3"], 0.0)?;
         let j4 = self.machine.course.j4().unwrap_or_else(|| {
-            let what = "it keeps joint 4, which no block before it has set: 0 is taken";
+            let what = "it keeps joint 4, which no earlier block has set: 0 is used";
             self.note("j4", what);
             0.0
         });
@@ -226,7 +228,7 @@ impl Call<'_, '_> {
         let (ptp_mode, numbers) = match (course.at, course.r, course.joints()) {
             (Some([x, y, z]), Some(r), _) => (PtpMode::MovjXyz, [x, y, z, r]),
             (_, _, Some(joints)) => (PtpMode::MovjAngle, joints),
-            _ => return Err(self.unknown_place("it moves the rail under the arm where that is")),
+            _ => return Err(self.unknown_place("it moves the rail at the arm's position")),
         };
         let [x, y, z, r] = poses(self.block, numbers)?;
         let course = &mut self.machine.course;
@@ -247,7 +249,7 @@ impl Call<'_, '_> {
         let milliseconds = (seconds * 1000.0).round();
         if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) {
             let most = f64::from(u32::MAX) / 1000.0;
-            let message = format!("it waits for {seconds} s; 0 to {most} s can be");
+            let message = format!("it waits for {seconds} s, it must be 0 to {most} s");
             return Err(self.block.diagnostic(message));
         }
         if milliseconds > 0.0 {
@@ -262,7 +264,7 @@ fn fit(block: &Block, name: &str, number: f64) -> Result<f32, Diagnostic> {
     match single.is_finite() {
         true => Ok(single),
         false => Err(block.diagnostic(format!(
-            "{name} of {} is {number}, out of all range",
+            "{name} of {} is {number}, out of range",
             block.kind
         ))),
     }

@@ -78,9 +78,8 @@ impl Call<'_, '_> {
             (70.0, Tool::Laser),
         ];
         let Some((_, tool)) = tools.into_iter().find(|(own, _)| *own == out) else {
-            let message = format!(
-                "there is no end effector of type {out}; there are 59.7, 59.701, 61 and 70"
-            );
+            let message =
+                format!("unknown end effector type {out}; known are 59.7, 59.701, 61 and 70");
             return Err(self.block.diagnostic(message));
         };
         if self.machine.plan.steps.is_empty() {
@@ -103,7 +102,7 @@ impl Call<'_, '_> {
                 self.push(Action::Laser(false));
                 return Ok(());
             }
-            let what = "the laser is on or off here: its power is left out";
+            let what = "the laser is only switched on or off: its power is left out";
             self.note("power", what);
         }
         self.push(Action::Laser(on));
@@ -120,8 +119,7 @@ impl Call<'_, '_> {
                     4..=6 => IoFunction::DigitalOutput,
                     7 => IoFunction::Pwm,
                     other => {
-                        let message =
-                            format!("there is no function {other} of a pin in the studio");
+                        let message = format!("unknown pin function {other}");
                         return Err(self.block.diagnostic(message));
                     }
                 };
@@ -166,7 +164,8 @@ impl Call<'_, '_> {
         let belt = self.block.kind == "dobot_conveyor";
         let pulses = match belt {
             true => {
-                let what = "the belt goes about 1.9 times as fast as the block says, as it does in the studio";
+                let what = "the belt runs about 1.9 times as fast as the block says, as in \
+                    DobotStudio";
                 self.note("belt", what);
                 self.number(&["speed"], 50.0)? * STUDIO_PULSES_PER_MM
             }
@@ -174,7 +173,7 @@ impl Call<'_, '_> {
         };
         if pulses.abs() > FASTEST_PULSES {
             let message =
-                format!("a motor is to go at {pulses} pulses/s, at most {FASTEST_PULSES} can be");
+                format!("a motor would run at {pulses} pulses/s, limit {FASTEST_PULSES} pulses/s");
             return Err(self.block.diagnostic(message));
         }
         let rate = pulses.trunc() as i32;
@@ -184,7 +183,7 @@ impl Call<'_, '_> {
         let distance = self.number(&["distance"], 10_000.0)?;
         if distance > f64::from(u32::MAX) {
             let message = format!(
-                "a motor is to go {distance} pulses far, at most {} can be",
+                "a motor would run {distance} pulses, limit {} pulses",
                 u32::MAX
             );
             return Err(self.block.diagnostic(message));
@@ -218,7 +217,8 @@ impl Call<'_, '_> {
         let value = self.single(&["threshold"], 0.5)?;
         let name = Set::from(LostStepParams { value }).row().set_name;
         let what = format!(
-            "{name} cannot be queued: it is left out; send it by itself before, with the value {value}"
+            "{name} cannot be queued: it is left out; set it separately before the run, with the \
+                value {value}"
         );
         self.note("threshold", &what);
         Ok(())

@@ -88,7 +88,7 @@ impl Tree {
             let name = root.tag_name().name();
             let place = start_of(root, text, &lines);
             let message =
-                format!("this is no Blockly workspace: its outermost element is '{name}'");
+                format!("this is not a Blockly workspace: its outermost element is '{name}'");
             return Err(Diagnostic::new(place, message).help("that of a workspace is 'xml'"));
         }
         let mut tree = Self::default();

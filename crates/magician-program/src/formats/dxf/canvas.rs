@@ -92,19 +92,16 @@ impl<'p> Canvas<'p> {
         notes.sort_by(|one, other| (one.origin, &one.message).cmp(&(other.origin, &other.message)));
         notes.truncate(MOST_NOTES);
         if self.drawing.unit.is_none() {
-            let why = "the drawing does not say what its unit is: it is taken as mm";
+            let why = "the drawing has no unit: mm is used";
             notes.insert(
                 0,
                 Diagnostic::of_file(why)
                     .coded(DiagnosticCode::Assumed)
-                    .remedy(
-                        (Setting::Scale, Given::Any("FACTOR")),
-                        "makes it what it should be",
-                    ),
+                    .remedy((Setting::Scale, Given::Any("FACTOR")), "corrects the size"),
             );
         }
         if let Some((count, origin)) = self.flattened {
-            let why = format!("{count} polylines rise and fall: they are drawn as seen from above");
+            let why = format!("{count} polylines vary in z: they are drawn as seen from above");
             notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
         if let Some(origin) = self.drawing.cut {
@@ -133,7 +130,7 @@ impl<'p> Canvas<'p> {
     fn count(&mut self, record: &Record<'p>) -> Result<(), Diagnostic> {
         self.pairs += record.pairs.len() + 1;
         if self.pairs > MOST_PAIRS {
-            let why = "the blocks of the drawing unfold to more than can be drawn";
+            let why = "the blocks of the drawing expand to more than can be drawn";
             return Err(Diagnostic::new(record.origin, why));
         }
         Ok(())
@@ -241,7 +238,7 @@ impl<'p> Canvas<'p> {
         layer: &'p str,
     ) -> Result<(), Diagnostic> {
         if points.iter().any(|point| !point.is_finite()) {
-            let why = format!("{} lies beyond all numbers", record.kind);
+            let why = format!("{} has no finite coordinates", record.kind);
             return Err(Diagnostic::new(record.origin, why));
         }
         let mut points: Vec<[f64; 2]> = points.iter().map(|point| [point.x, point.y]).collect();
@@ -250,9 +247,8 @@ impl<'p> Canvas<'p> {
         if self.points > MOST_POINTS {
             let why = format!("the drawing has more than {MOST_POINTS} points");
             let tolerance = (Setting::Tolerance, Given::Any("MM"));
-            return Err(
-                Diagnostic::new(record.origin, why).remedy(tolerance, "needs fewer if it is wider")
-            );
+            return Err(Diagnostic::new(record.origin, why)
+                .remedy(tolerance, "needs fewer if it is larger"));
         }
         if points.is_empty() {
             return Ok(());

@@ -69,7 +69,7 @@ impl<'p> Drawing<'p> {
         }
         if sections == 0 {
             return Err(Diagnostic::of_file(
-                "this is no DXF file: it has no sections",
+                "this is not a DXF file: it has no sections",
             ));
         }
         Ok(drawing)
@@ -164,7 +164,7 @@ fn unit(header: &Record<'_>) -> Result<Option<f64>, Diagnostic> {
         "23" => 3600.0 / 3937.0 * 1e3,
         "0" => return Ok(None),
         other => {
-            let why = format!("{other} is no unit of length that a drawing for an arm can have");
+            let why = format!("{other} is not a usable unit of length");
             return Err(Diagnostic::new(unit.origin, why));
         }
     }))

@@ -52,7 +52,7 @@ impl Spline {
             ));
         }
         if !knots.is_sorted() {
-            return Err("the knots of a spline do not rise".to_owned());
+            return Err("the knots of a spline do not increase".to_owned());
         }
         if !(weights.is_empty() || weights.len() == count) || weights.iter().any(|w| *w <= 0.0) {
             return Err("the weights of a spline must be above 0, one for each point".to_owned());

@@ -188,7 +188,8 @@ impl Arc {
         let count = (self.sweep.abs() / widest.min(PI / 2.0)).ceil().max(1.0);
         if count > MOST_PIECES {
             return Err(format!(
-                "the arc has a radius of {radius:.0} mm and takes {count:.0} lines; {MOST_PIECES} are the most"
+                "the arc has a radius of {radius:.0} mm and takes {count:.0} lines, limit \
+                    {MOST_PIECES}"
             ));
         }
         let arc = *self;
@@ -202,13 +203,14 @@ fn centre_of(ends: &Ends, chord: f64, radius: f64, tolerance: f64) -> Result<[f6
     if chord < SAME {
         let words = ends.plane.centre_words().replace(", ", " and ");
         return Err(format!(
-            "an arc given by its radius must end somewhere else; a circle needs {words}"
+            "an arc given by its radius must not end where it begins; a circle needs {words}"
         ));
     }
     let (size, half) = (radius.abs(), chord / 2.0);
     if half - size > tolerance.max(ROUNDING * half) {
         return Err(format!(
-            "a radius of {size:.3} mm is too small for ends that are {chord:.3} mm apart; it takes {half:.3} mm"
+            "a radius of {size:.3} mm is too small for ends that are {chord:.3} mm apart, it must \
+                be at least {half:.3} mm"
         ));
     }
     let off = (size * size - half * half).max(0.0).sqrt();

@@ -1,4 +1,4 @@
-//! The beginning of a program: what it says of where the tool is, and what nobody can know.
+//! The beginning of a program: what it says of the tool's position, and what stays unknown.
 //!
 //! A program may move before it has named all of X, Y and Z. Three things can be known then: where the arm stands
 //! ([`GcodeOptions::start`](super::GcodeOptions::start)), nothing at all, or that the program is placed and begins at its own
@@ -11,11 +11,12 @@ use super::motion::AXES;
 use crate::formats::span::SpanDiagnostic;
 use crate::{DiagnosticCode, Origin};
 
-const FEED_FIRST: &str = "the program begins with a feed move (G1), and does not say where from: the arm goes to its end first, and \
-     draws from there on";
-const NAMES_LATER: &str = "the first moves do not name all of X, Y and Z: the rest of them depends on where the arm stands, which is \
-     not known; the arm comes from above instead";
-const LOWERED_LATER: &str = "the program lowers the tool before it has named X and Y: it is lowered there, and not where the arm stands";
+const FEED_FIRST: &str = "the program begins with a feed move (G1) from an unknown position: the \
+        arm first goes to the end of that move and draws from there";
+const NAMES_LATER: &str = "the first moves do not give all of X, Y and Z, and the arm's position \
+        is unknown: the arm comes from above instead";
+const LOWERED_LATER: &str = "the program lowers the tool before it gives X and Y: it is lowered \
+        at the first X and Y, not at the arm's position";
 
 /// How far the program has come with saying where it is.
 #[derive(Debug, Default)]
@@ -171,8 +172,8 @@ impl Machine<'_> {
         if self.at[0].is_none() || self.at[1].is_none() || !(self.is_stray(block) || about) {
             return Ok(());
         }
-        let message = "this arc begins where the arm stands: the program does not say where";
-        let help = "put a move (G0 X Y) before it that says where it begins";
+        let message = "this arc begins at the arm's position, which the program does not give";
+        let help = "put a move (G0 X Y) to its begin before it";
         Err(SpanDiagnostic::new(block.range.clone(), message).help(help))
     }
 
@@ -258,10 +259,8 @@ impl Machine<'_> {
         }
         let z = z.unwrap_or_else(|| {
             let message = match self.survey.highest_z {
-                Some(_) => {
-                    "the first moves do not say Z: it is taken as the highest that the program says"
-                }
-                None => "the program never says Z: it is taken as 0",
+                Some(_) => "the first moves have no Z: the highest Z of the program is used",
+                None => "the program has no Z: 0 is used",
             };
             self.notes.add_without_start(origin, message);
             self.survey.highest_z.unwrap_or(0.0)

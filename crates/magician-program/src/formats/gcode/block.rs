@@ -104,14 +104,11 @@ impl Block {
             let letter = char::from(letter);
             return Err(SpanDiagnostic::new(
                 range,
-                format!("there is no {letter}{number}"),
+                format!("unknown code {letter}{number}"),
             ));
         }
         if self.codes.len() == MOST_CODES {
-            return Err(SpanDiagnostic::new(
-                range,
-                "there are too many codes on one line",
-            ));
+            return Err(SpanDiagnostic::new(range, "too many codes on one line"));
         }
         let tenths = tenths as u32;
         self.codes.push(Code {
@@ -130,7 +127,7 @@ impl Block {
     fn set(&mut self, letter: u8, number: f64, range: &Range<usize>) -> Result<(), SpanDiagnostic> {
         let at = index(letter);
         if self.number(letter).is_some_and(|known| known != number) {
-            let message = format!("{} stands twice on one line", char::from(letter));
+            let message = format!("{} appears twice on one line", char::from(letter));
             return Err(SpanDiagnostic::new(range.clone(), message));
         }
         self.given |= 1 << at;

@@ -55,8 +55,7 @@ impl Machine<'_> {
         let error = |message: String| SpanDiagnostic::new(block.range.clone(), message);
         let name = format!("G{}", cycle / 10);
         if self.laser || self.lifts || self.plane != Plane::Xy {
-            let message =
-                format!("{name} drills, which is done with a pen and in the plane of G17");
+            let message = format!("{name} drills, which needs a pen and the plane of G17");
             return Err(error(message));
         }
         let zero = self.offsets.zero();
@@ -91,10 +90,10 @@ impl Machine<'_> {
         };
         if !(0.0..=MOST_HOLES).contains(&holes) {
             return Err(error(format!(
-                "{name} makes {holes} holes; {MOST_HOLES} are the most"
+                "{name} makes {holes} holes, limit {MOST_HOLES}"
             )));
         }
-        let message = format!("{name} is done as one way down and up for each hole");
+        let message = format!("{name} becomes one move down and up for each hole");
         self.notes.add(DiagnosticCode::Assumed, origin, &message);
         let up = first.filter(|first| self.cycle.back && *first > r);
         let up = up.unwrap_or(r);
@@ -106,7 +105,7 @@ impl Machine<'_> {
                 }
             }
             let [Some(x), Some(y)] = at else {
-                return Err(error(format!("{name} drills, and X and Y are not known")));
+                return Err(error(format!("{name} drills, but X and Y are unknown")));
             };
             if height.is_none_or(|height| height < r) {
                 self.leg(Mode::Travel, &[(b'Z', r)], block, origin)?;

@@ -121,7 +121,7 @@ impl Words<'_> {
             return Ok(Some(sign * number));
         }
         if depth > DEEPEST {
-            let message = format!("values stand more than {DEEPEST} deep within each other");
+            let message = format!("values are nested more than {DEEPEST} deep");
             return Err(SpanDiagnostic::new(start..self.at + 1, message));
         }
         let value = match self.peek() {
@@ -149,7 +149,7 @@ impl Words<'_> {
 
     fn unknown(&self, start: usize, message: String) -> SpanDiagnostic {
         SpanDiagnostic::new(start..self.at, message)
-            .help("let the program that made the file write numbers, or set it in the file")
+            .help("export the file with plain numbers, or set it in the file")
     }
 
     /// `#` and which parameter.
@@ -165,14 +165,14 @@ impl Words<'_> {
             return self.name().map(Key::Name);
         }
         let Some(number) = self.value_at(depth + 1)? else {
-            let message = "# stands without the number or the name of a parameter";
+            let message = "# has no parameter number or name";
             return Err(SpanDiagnostic::new(start..start + 1, message));
         };
         let whole = number.round();
         if (number - whole).abs() < WHOLE && (1.0..=f64::from(LAST)).contains(&whole) {
             return Ok(Key::Number(whole as u16));
         }
-        let message = format!("there is no parameter #{number}; they are #1 to #{LAST}");
+        let message = format!("unknown parameter #{number}; they are #1 to #{LAST}");
         Err(SpanDiagnostic::new(start..self.at, message))
     }
 
@@ -191,7 +191,7 @@ impl Words<'_> {
         let letters = letters.filter(|letter| !letter.is_whitespace());
         let name: String = letters.map(|letter| letter.to_ascii_lowercase()).collect();
         if name.is_empty() {
-            return Err(SpanDiagnostic::new(start..self.at, "a name has no letter"));
+            return Err(SpanDiagnostic::new(start..self.at, "a name has no letters"));
         }
         Ok(name.into())
     }
@@ -239,7 +239,7 @@ impl Words<'_> {
                 let what = if operator == By || operator == Modulo {
                     "divides by 0".to_owned()
                 } else {
-                    format!("of {left} and {right} is no number ({name}..)")
+                    format!("of {left} and {right} is not a number ({name}..)")
                 };
                 return Err(SpanDiagnostic::new(start..self.at, format!("this {what}")));
             }
@@ -303,7 +303,7 @@ impl Words<'_> {
             true => Ok(Some(value)),
             false => Err(SpanDiagnostic::new(
                 start..self.at,
-                format!("{name} of {of} is no number"),
+                format!("{name} of {of} is not a number"),
             )),
         }
     }
@@ -331,7 +331,7 @@ impl Words<'_> {
             }
             None => Err(SpanDiagnostic::new(
                 start..self.at,
-                "EXISTS asks for a parameter: EXISTS[#<name>]",
+                "EXISTS takes a parameter: EXISTS[#<name>]",
             )),
         }
     }

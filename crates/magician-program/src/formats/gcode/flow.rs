@@ -37,7 +37,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                     self.leave();
                     self.parameters.value = value;
                 } else {
-                    let message = format!("{} returns, and nothing has called it", oword.label);
+                    let message = format!("{} returns, but it was not called", oword.label);
                     return Err(SpanDiagnostic::new(0..oword.rest, message));
                 }
             }
@@ -143,8 +143,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             arguments.push(words.bracket(0)?);
         }
         let Some(sub) = self.program.owords.sub(&label) else {
-            let message =
-                format!("{label} is called, and there is no such subroutine in this file");
+            let message = format!("{label} is called, but this file has no such subroutine");
             return Err(SpanDiagnostic::new(0..oword.rest, message).help(FILES));
         };
         if self.frames.len() > DEEPEST {
@@ -166,7 +165,7 @@ impl<'p, 't> Interpreter<'p, 't> {
                 Ok(Label::Number(number as u32))
             }
             number => {
-                let message = format!("there is no subroutine o{number}");
+                let message = format!("unknown subroutine o{number}");
                 Err(SpanDiagnostic::new(0..oword.rest, message))
             }
         }
@@ -196,7 +195,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             None => Ok(Some(value)),
             Some(_) => Err(SpanDiagnostic::new(
                 words.at..line.text.trim_end().len(),
-                "this stands behind the value of an O-word",
+                "unexpected text after the value of an O-word",
             )),
         }
     }

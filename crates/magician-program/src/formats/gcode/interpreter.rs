@@ -152,10 +152,9 @@ impl<'p, 't> Interpreter<'p, 't> {
     ) -> Result<LineOutcome, SpanDiagnostic> {
         self.done += 1 + (line.text.len() / BYTES_OF_A_LINE) as u64;
         if self.done > self.program.allowed {
-            let message = format!(
-                "the program repeats more than {MOST_REPEATED} lines: it is taken to have no end"
-            );
-            let help = "end its loops, or write it out with the program that made the file";
+            let message =
+                format!("the program repeats more than {MOST_REPEATED} lines: it seems endless");
+            let help = "end its loops, or export the file without loops";
             return Err(SpanDiagnostic::new(0..line.text.trim_end().len(), message).help(help));
         }
         match line.text.as_bytes().get(behind_number(line.text)) {
@@ -197,7 +196,7 @@ impl<'p, 't> Interpreter<'p, 't> {
 
     fn note_unset(&mut self, line: &SourceLine<'_>) {
         if let Some(number) = self.parameters.take_unset() {
-            let message = format!("#{number} is read before it is set: it is taken as 0");
+            let message = format!("#{number} is read before it is set: 0 is used");
             let origin = line.origin(&(0..line.text.trim_end().len()));
             self.notes.add(DiagnosticCode::Assumed, origin, &message);
         }
@@ -211,14 +210,14 @@ impl<'p, 't> Interpreter<'p, 't> {
     ) -> Result<(), SpanDiagnostic> {
         if block.remove(b'M', 98) {
             let Some(number) = block.take(b'P') else {
-                let message = "M98 has no P: the number of the program that it calls";
+                let message = "M98 has no P, the number of the program to call";
                 return Err(SpanDiagnostic::new(block.range.clone(), message));
             };
             let times = block.take(b'L').unwrap_or(1.0).max(0.0).floor();
             let programs = &self.program.owords.numbered;
             let found = programs.get(&(number as u32));
             let Some(place) = found.filter(|_| number >= 0.0 && number.fract() == 0.0) else {
-                let message = format!("M98 calls the program O{number}, which is not in this file");
+                let message = format!("M98 calls program O{number}, which is not in this file");
                 return Err(SpanDiagnostic::new(block.range.clone(), message).help(FILES));
             };
             if times > 0.0 {
@@ -250,7 +249,7 @@ impl<'p, 't> Interpreter<'p, 't> {
             }) => self.leave(),
             _ => {
                 self.ended = true;
-                let message = "M99 would begin the program again: it ends there";
+                let message = "M99 would restart the program: it ends there";
                 let origin = line.origin(&block.range);
                 self.notes
                     .add_with(DiagnosticCode::Assumed, origin, message, |note| {

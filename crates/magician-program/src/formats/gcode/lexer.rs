@@ -129,7 +129,7 @@ impl<'l> Words<'l> {
             let letter = char::from(letter);
             return Err(SpanDiagnostic::new(
                 range,
-                format!("{letter} is {number:e}, which is too great"),
+                format!("{letter} is {number:e}, which is too large"),
             ));
         }
         Ok(Word {
@@ -201,9 +201,9 @@ impl Words<'_> {
             if let Some(value) = self.value()? {
                 return Ok(Item::Set(key, value, start..self.at));
             }
-            format!("{key} is set to no value")
+            format!("{key} is set without a value")
         } else {
-            format!("{key} stands without a letter before it or = behind it")
+            format!("{key} needs a letter before it or = after it")
         };
         Err(SpanDiagnostic::new(start..self.at, message))
     }
@@ -225,11 +225,11 @@ impl Iterator for Words<'_> {
         self.at = self.line.len();
         let error = match sign {
             '[' | '0'..='9' | '.' | '-' | '+' => {
-                SpanDiagnostic::new(start..start + 1, "a number stands without its letter")
+                SpanDiagnostic::new(start..start + 1, "a number has no letter")
             }
             _ => {
                 let range = start..start + sign.len_utf8();
-                SpanDiagnostic::new(range, format!("{sign:?} is no part of a G-code program"))
+                SpanDiagnostic::new(range, format!("{sign:?} is not valid in G-code"))
             }
         };
         Some(Err(error))
@@ -315,7 +315,7 @@ mod tests {
         let forty = "1".repeat(40);
         let long = format!("G1 X{forty}");
         assert_eq!(error(&long).0, 3..44);
-        assert_eq!(error("7 G1").1, "a number stands without its letter");
+        assert_eq!(error("7 G1").1, "a number has no letter");
         // A fraction after E is a word of its own, as printers write it without spaces.
         assert_eq!(words("G1X10E0.5").len(), 3);
     }

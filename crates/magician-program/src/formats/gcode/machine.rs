@@ -84,16 +84,17 @@ impl<'o> Machine<'o> {
             full.note(&mut notes);
             range = full.s;
             if never && !survey.fan_lights() {
-                let message = "the program never says S: it burns with full power";
+                let message = "the program has no S: it burns with full power";
                 notes.add_with(DiagnosticCode::Power, Origin::NONE, message, |note| {
                     let percent = (Setting::Power, Given::Any("PERCENT"));
-                    note.remedy(percent, "says how much full power is")
+                    note.remedy(percent, "sets the full power")
                 });
             }
         }
         if let Some((sign, origin)) = survey.mill.sign().filter(|_| kind == Kind::Mill) {
             let message = format!(
-                "this is taken for a mill's program ({sign}): its S is a spindle's, and nothing burns"
+                "this looks like a program for a mill ({sign}): its S is for a spindle, and \
+                    nothing burns"
             );
             notes.add_with(DiagnosticCode::Power, origin, &message, |note| {
                 note.remedy((Setting::Dialect, Given::Word("laser")), "burns with it")
@@ -150,7 +151,7 @@ impl<'o> Machine<'o> {
             LineOutcome::LeftOut => {
                 let range = 0..line.text.trim_end().len();
                 let message =
-                    "a line that may be skipped (/) or sets up a controller ($) is left out";
+                    "lines that may be skipped (/) or set up a controller ($) are left out";
                 self.notes
                     .add(DiagnosticCode::LeftOut, line.origin(&range), message);
                 Ok(())
@@ -167,7 +168,7 @@ impl<'o> Machine<'o> {
     fn follow(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         for code in block.codes.iter() {
             if code.is(b'M', 72) || code.is(b'M', 73) {
-                let message = format!("{code} brings settings of before back, and is not done");
+                let message = format!("{code} restores earlier settings, which is not supported");
                 let help = "write the settings out (G20, G91, F) where they change";
                 return Err(SpanDiagnostic::new(code.range.clone(), message).help(help));
             }
@@ -258,7 +259,7 @@ impl<'o> Machine<'o> {
     fn check_power(&self, power: f64, block: &Block) -> Result<(), SpanDiagnostic> {
         let range = block.range_of(b'S');
         if power < 0.0 {
-            let message = format!("the power is S{power}, it must not be negative");
+            let message = format!("the power is S{power}, it must be 0 or more");
             return Err(SpanDiagnostic::new(range, message));
         }
         if power > self.range {
@@ -286,10 +287,10 @@ impl<'o> Machine<'o> {
         origin: Origin,
     ) -> Result<(), SpanDiagnostic> {
         if self.options.surface.is_none() {
-            let message = "a servo moves the pen, and it is not known how high the surface is";
+            let message = "a servo moves the pen, but the surface height is unknown";
             return Err(SpanDiagnostic::new(block.range.clone(), message).remedy(
                 (Setting::Surface, Given::Any("Z")),
-                "says it, as z of the arm",
+                "gives it, as z of the arm",
             ));
         }
         self.pen_is_down = self.down.contains(&angle);
@@ -309,7 +310,7 @@ impl<'o> Machine<'o> {
             }
         };
         if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) {
-            let message = format!("a pause of {milliseconds} ms is not possible");
+            let message = format!("the pause is {milliseconds} ms, which is out of range");
             return Err(SpanDiagnostic::new(block.range.clone(), message));
         }
         if block
@@ -323,8 +324,7 @@ impl<'o> Machine<'o> {
             );
         }
         if self.out.wait(milliseconds.round() as u32, origin) {
-            let message =
-                "the laser is dark during pauses (G4): the arm would burn a hole where it stands";
+            let message = "the laser is off during pauses (G4): it would burn a hole";
             self.notes.add(DiagnosticCode::Power, origin, message);
         }
         Ok(())
@@ -342,7 +342,7 @@ impl<'o> Machine<'o> {
     /// The end of the program, or of the file.
     pub(super) fn finish(mut self) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
         if let Some(origin) = self.begin.waiting {
-            let message = "the program moves and never says to which X and Y";
+            let message = "the program moves, but never gives X and Y";
             return Err(Diagnostic::new(origin, message).without_start());
         }
         self.lower();

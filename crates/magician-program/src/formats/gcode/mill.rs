@@ -91,7 +91,7 @@ impl Mill {
             .lifts
             .follow(before, self.z, (travels, modes.feeds(), marks));
         let sign = if marks && self.z < 0.0 {
-            format!("it cuts in depth, at Z{}", self.z)
+            format!("it cuts at Z{}", self.z)
         } else if block.has(b'M', 6) || changes {
             "it changes tools".to_owned()
         } else if block.has(b'M', 7) || block.has(b'M', 8) {
@@ -99,9 +99,9 @@ impl Mill {
         } else if modes.drills() {
             "it drills, G81 to G89".to_owned()
         } else if block.has(b'G', 43) {
-            "it counts in the length of a tool, G43".to_owned()
+            "it applies a tool length, G43".to_owned()
         } else if block.has(b'G', 96) {
-            "it turns at the speed of a surface, G96".to_owned()
+            "it uses constant surface speed, G96".to_owned()
         } else if lifts {
             "it lifts its tool between cuts".to_owned()
         } else {

@@ -90,7 +90,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         machine.take(&line, stepped, &block)?;
         if program.repeats() && machine.steps() > MOST_STEPS {
             let message = format!("the program makes more than {MOST_STEPS} moves");
-            let help = "let it repeat less, or write it out with the program that made the file";
+            let help = "reduce its repetitions, or export the file without loops";
             let origin = line.origin(&(0..line.text.trim_end().len()));
             return Err(Diagnostic::new(origin, message).help(help));
         }
@@ -99,7 +99,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     let (plan, mut notes) = machine.finish()?;
     notes.extend(interpreter.notes.into_diagnostics());
     if left > 0 {
-        let message = format!("{left} lines behind the end of the program are left out");
+        let message = format!("{left} lines after the end of the program are left out");
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut));
     }
     Ok(Parsed {

@@ -14,9 +14,9 @@ use crate::{DiagnosticCode, Origin};
 
 pub(super) const AXES: [u8; 3] = *b"XYZ";
 const G92_UNKNOWN: &str =
-    "G92 is left out where it is not known where the arm stands: coordinates stay the arm's";
+    "G92 is left out where the arm's position is unknown: coordinates stay the arm's";
 const G10_UNKNOWN: &str =
-    "G10 L20 is left out where it is not known where the arm stands: coordinates stay the arm's";
+    "G10 L20 is left out where the arm's position is unknown: coordinates stay the arm's";
 /// The word of an arc's centre along each axis.
 const CENTRES: [u8; 3] = *b"IJK";
 /// Beyond this no place is told apart from another within a thousandth of a millimetre.
@@ -51,7 +51,7 @@ impl Machine<'_> {
         match self.mode {
             Mode::None if axes => Err(SpanDiagnostic::new(
                 block.range.clone(),
-                "the line says where and not how: G80 has ended the last motion",
+                "the line has coordinates but no motion: G80 has ended the last one",
             )),
             Mode::Travel | Mode::Line if axes => self.straight(block, origin),
             Mode::Cycle(cycle) if axes => self.drill(block, cycle, origin),
@@ -82,15 +82,17 @@ impl Machine<'_> {
     /// G53 of a program that is placed: where the machine's zero is cannot be known, but Z goes there to be out of the way.
     fn machine_place(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
         if self.mode != Mode::Travel {
-            let message = "G53 works at the machine's own coordinates, and where those are is not known of a program that is placed";
+            let message = "G53 uses machine coordinates, which are unknown when a program is \
+                placed";
             return Err(SpanDiagnostic::new(block.range.clone(), message)
-                .help("write it in the program's own coordinates")
+                .help("use the program's own coordinates")
                 .remedy(
                     (magician_host::Setting::Raw, Given::On),
                     "takes its coordinates as the arm's",
                 ));
         }
-        let message = "the machine's own coordinates (G53) are left out where the program is placed: Z goes as high as the program says";
+        let message = "machine coordinates (G53) are left out when a program is placed: Z goes to \
+            the highest Z of the program";
         self.notes.add(DiagnosticCode::LeftOut, origin, message);
         if block.number(b'Z').is_some() {
             self.rise(origin);
@@ -184,7 +186,7 @@ impl Machine<'_> {
             } else {
                 let letter = char::from(letter);
                 let message =
-                    format!("{letter} counts from where the arm stands, which is not known");
+                    format!("{letter} is relative to the arm's position, which is unknown");
                 let error = SpanDiagnostic::new(block.range_of(AXES[axis]), message);
                 return Err(error.without_start());
             };
@@ -325,13 +327,13 @@ fn turns(block: &Block) -> Result<u32, SpanDiagnostic> {
             Ok(turns as u32 - 1)
         }
         Some(turns) => {
-            let message = format!("the arc makes {turns} turns; 1 to {MOST_TURNS} are possible");
+            let message = format!("the arc makes {turns} turns, it must be 1 to {MOST_TURNS}");
             Err(SpanDiagnostic::new(block.range_of(b'P'), message))
         }
     }
 }
 
 fn unknown_start(block: &Block) -> SpanDiagnostic {
-    let message = "this begins where the arm stands, and it is not known where";
+    let message = "this begins at the arm's position, which is unknown";
     SpanDiagnostic::new(block.range.clone(), message).without_start()
 }

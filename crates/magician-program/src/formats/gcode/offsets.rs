@@ -99,13 +99,13 @@ impl Offsets {
                 number as usize - 1
             }
             number => {
-                let message = format!("there is no coordinate system P{number}; P is 0 to 9");
+                let message = format!("unknown coordinate system P{number}; P is 0 to 9");
                 return Err(SpanDiagnostic::new(block.range_of(b'P'), message));
             }
         };
         if let Some(turn) = block.number(b'R').filter(|turn| *turn != 0.0) {
-            let message = format!("a coordinate system that is turned (R{turn}) is not done");
-            let help = "let the program that made the file write turned coordinates";
+            let message = format!("rotated coordinate systems (R{turn}) are not supported");
+            let help = "export the file with rotated coordinates";
             return Err(SpanDiagnostic::new(block.range_of(b'R'), message).help(help));
         }
         let local = self.local();

@@ -200,7 +200,7 @@ impl Owords {
         }
         if head.label == Label::Computed && keyword != Call {
             return Err(error(format!(
-                "the number of {} is computed, which only that of call can be",
+                "the number of {} is computed, which only call allows",
                 keyword.name()
             )));
         }
@@ -214,7 +214,7 @@ impl Owords {
         let mut other = own;
         if keyword.opens() {
             if open.len() == DEEPEST {
-                return Err(error(format!("O-words stand {DEEPEST} deep in each other")));
+                return Err(error(format!("O-words are nested {DEEPEST} deep")));
             }
             if keyword == Sub {
                 let inside = open.iter().any(|at| self.all[*at].keyword == Sub);
@@ -231,7 +231,7 @@ impl Owords {
             let found = loops.find(|at| self.all[**at].keyword.is_loop());
             let Some(found) = found else {
                 let (name, label) = (keyword.name(), &head.label);
-                return Err(error(format!("{name} stands in no loop {label}")));
+                return Err(error(format!("{name} is not in a loop {label}")));
             };
             other = *found;
         } else if !matches!(keyword, Return | Call) {

@@ -86,7 +86,7 @@ impl Parameters {
             Key::Number(number) => self.of_machine(*number),
             Key::Name(name) => match self.named(name)? {
                 Some(value) => Ok(value),
-                None => Err(format!("{key} is read, and nothing has set it")),
+                None => Err(format!("{key} is read, but never set")),
             },
         }
     }
@@ -103,16 +103,16 @@ impl Parameters {
     fn of_machine(&self, number: u16) -> Result<f64, String> {
         let axis = |first: u16| usize::from(number - first);
         let place = |place: Option<f64>| {
-            place.ok_or_else(|| format!("#{number} is where the tool is, which is not known here"))
+            place.ok_or_else(|| format!("#{number} is the tool's position, which is unknown here"))
         };
         let modes = &self.modes;
-        let unknown = |what: &str| Err(format!("#{number} is {what}, which is not known here"));
+        let unknown = |what: &str| Err(format!("#{number} is {what}, which is unknown here"));
         match number {
             5021..=5023 => place(modes.machine_place(axis(5021))),
             5420..=5422 => place(modes.place(axis(5420))),
             5024..=5029 | 5423..=5428 => Ok(0.0),
             5061..=5070 => unknown("the result of a probe"),
-            5161..=5169 | 5181..=5189 => unknown("a place that a controller keeps (G28, G30)"),
+            5161..=5169 | 5181..=5189 => unknown("a position stored in the controller (G28, G30)"),
             5210 => Ok(f64::from(u8::from(modes.offsets.local() != [0.0; 3]))),
             5211..=5213 => Ok(modes.offsets.local()[axis(5211)] / modes.unit),
             5214..=5219 => Ok(0.0),
@@ -123,9 +123,9 @@ impl Parameters {
                 Ok(zero.unwrap_or(0.0) / modes.unit)
             }
             5399 => unknown("an input of a machine (M66)"),
-            5081..=5089 | 5400..=5413 => unknown("of a machine's tool"),
+            5081..=5089 | 5400..=5413 => unknown("a property of a machine's tool"),
             5599 => Ok(1.0),
-            _ => unknown("of a machine"),
+            _ => unknown("a property of a machine"),
         }
     }
 
@@ -142,7 +142,7 @@ impl Parameters {
         let place = |place: Option<f64>| match place {
             Some(place) => Ok(Some(place)),
             None => Err(format!(
-                "#<{name}> is where the tool is, which is not known here"
+                "#<{name}> is the tool's position, which is unknown here"
             )),
         };
         if let Some(axis) = axis(rest) {
@@ -153,7 +153,9 @@ impl Parameters {
         }
         let unknown = ["ini[", "hal[", "current_", "selected_"];
         if unknown.iter().any(|begin| rest.starts_with(begin)) {
-            return Err(format!("#<{name}> is of a machine, and not known here"));
+            return Err(format!(
+                "#<{name}> is a property of a machine, which is unknown here"
+            ));
         }
         Ok(match rest {
             "value" => Some(self.value.unwrap_or(0.0)),
@@ -174,10 +176,11 @@ impl Parameters {
             }
             // Whether messages are shown.
             Key::Number(5599) => Ok(()),
-            Key::Number(number) => Err(format!("#{number} is of a machine, and cannot be set")),
-            Key::Name(name) if self.is_read_only(&name) => {
-                Err(format!("#<{name}> can be read, and not set"))
-            }
+            Key::Number(number) => Err(format!(
+                "#{number} is a property of a machine and cannot \
+                be set"
+            )),
+            Key::Name(name) if self.is_read_only(&name) => Err(format!("#<{name}> is read-only")),
             Key::Name(name) => {
                 let names = if name.starts_with('_') {
                     Some(&mut self.globals)

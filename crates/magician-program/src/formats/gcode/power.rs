@@ -102,7 +102,7 @@ impl Powers {
             return match s.is_finite() && s > 0.0 {
                 true => of(s, Rule::Said),
                 false => {
-                    let message = format!("full power is said to be S{s}, it must be above 0");
+                    let message = format!("full power is S{s}, it must be above 0");
                     Err(Diagnostic::of_file(message).with(s_max()))
                 }
             };
@@ -120,9 +120,8 @@ impl Powers {
         match self.beyond {
             None => of(USUAL, Rule::Usual),
             Some((s, origin)) => {
-                let message = format!("S{s} is above 1000, and nothing says which S is full power");
-                let help =
-                    "it is the S at which the laser is at its strongest, $30 of its controller";
+                let message = format!("S{s} is above 1000, but the S of full power is unknown");
+                let help = "it is the S of the laser at full power, $30 of its controller";
                 Err(Diagnostic::new(origin, message).help(help).with(s_max()))
             }
         }
@@ -138,7 +137,7 @@ impl FullPower {
             Rule::Said => notes.add(
                 DiagnosticCode::Power,
                 Origin::NONE,
-                &format!("full power is S{s}, as it was said"),
+                &format!("full power is S{s}, as given"),
             ),
             Rule::Setting(origin) => {
                 notes.add(
@@ -164,7 +163,8 @@ impl FullPower {
             }
             Rule::Usual => {
                 let message = format!(
-                    "full power is taken to be S{s}: the file does not say it, and no S is above that"
+                    "full power is assumed to be S{s}: the file does not give it, and no S is \
+                        higher"
                 );
                 notes.add_with(DiagnosticCode::Power, Origin::NONE, &message, says);
             }
@@ -175,7 +175,7 @@ impl FullPower {
 /// What to do where the S of full power is not known, or not the one that the file says.
 pub(super) fn s_max() -> Remedy {
     let given = (Setting::SMax, Given::Any("N"));
-    Remedy::new(given, "says which S is full power")
+    Remedy::new(given, "sets the S of full power")
 }
 
 /// The number of a setting of the controller, anywhere in a line.

@@ -107,9 +107,10 @@ impl Angles {
             [_, (other, _, origin), ..] if self.other => {
                 let (first, ..) = self.used[0];
                 let message = format!(
-                    "X and Y are fed with the servo at S{first} and at S{other}: nothing tells which of them is down"
+                    "X and Y are fed with the servo at S{first} and at S{other}: it is unclear \
+                        which of them is down"
                 );
-                let help = "write ways between lines as G0 from the program that made the file";
+                let help = "export the file with G0 for the moves between lines";
                 Err(Diagnostic::new(*origin, message).help(help))
             }
             [_, _, ..] => Ok(angles.filter(|angle| *angle < M300_DOWN).collect()),

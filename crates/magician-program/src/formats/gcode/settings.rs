@@ -40,7 +40,7 @@ impl Machine<'_> {
             if motions > 1 {
                 return Err(SpanDiagnostic::new(
                     code.range.clone(),
-                    "two motions stand on one line",
+                    "two motions on one line",
                 ));
             }
             if mode != Mode::None || motions == 0 {
@@ -49,10 +49,7 @@ impl Machine<'_> {
         }
         for (letter, message) in [
             (b'E', "E words are left out: nothing is extruded"),
-            (
-                b'T',
-                "tools (T) are left out: the arm has the one that is on it",
-            ),
+            (b'T', "tools (T) are left out: the mounted tool is used"),
             (b'O', "program numbers (O) are left out"),
         ] {
             if block.number(letter).is_some() {
@@ -87,7 +84,7 @@ impl Machine<'_> {
             100 if Setting::of(block).is_some() => {}
             281 | 301 => {
                 let message =
-                    format!("{code} is left out: places that a controller keeps are not used");
+                    format!("{code} is left out: positions stored in a controller are not used");
                 self.notes.add(DiagnosticCode::LeftOut, origin, &message);
             }
             // No polar coordinates, compensation, scaling, rotation or cycle; exact or continuous paths, speeds a minute: as it is
@@ -100,12 +97,14 @@ impl Machine<'_> {
                 self.notes.add(DiagnosticCode::LeftOut, origin, message);
             }
             960 => {
-                let message = "G96 is left out: it is a spindle's";
+                let message = "G96 is left out: it is for a spindle";
                 self.notes.add(DiagnosticCode::LeftOut, origin, message);
             }
             930 | 950 => {
-                let message =
-                    format!("{code} is not done: F is a speed in mm or inches a minute (G94)");
+                let message = format!(
+                    "{code} is not supported: F must be a speed in mm or inches a minute \
+                        (G94)"
+                );
                 return Err(SpanDiagnostic::new(code.range.clone(), message));
             }
             _ => return self.other(code, block, origin),
@@ -118,7 +117,8 @@ impl Machine<'_> {
         let system = Offsets::system_of(code.tenths).unwrap_or_default();
         if self.offsets.select(system) {
             let message = format!(
-                "the zero of {code} is kept by a controller and not known here: it is taken to be that of the machine"
+                "the zero of {code} is stored in a controller and unknown here: the machine's \
+                    zero is used"
             );
             let help = "set it with G10 L2 in the file, or run the parts one by one";
             self.notes
@@ -138,13 +138,13 @@ impl Machine<'_> {
         let harmless = matches!(code.tenths, 100 | 110) && !block.has_any(b"XYZLP");
         if (places || moves || block.has_any(b"XYZIJR")) && !harmless {
             let what = if places {
-                "changes where things are"
+                "changes the coordinate system"
             } else {
                 "may move the arm"
             };
-            let message = format!("{code} {what}, and is not done here");
+            let message = format!("{code} {what}, which is not supported");
             return Err(SpanDiagnostic::new(code.range.clone(), message)
-                .help("write lines and arcs (G0 to G3) from the program that made the file"));
+                .help("export the file with lines and arcs (G0 to G3)"));
         }
         self.notes.add(
             DiagnosticCode::LeftOut,
@@ -162,7 +162,7 @@ impl Machine<'_> {
         let speed = feed * self.unit / 60.0;
         if speed > FASTEST {
             let message =
-                "speeds above 300 mm/s (F18000) are taken as that: the arm goes no faster";
+                "speeds above 300 mm/s (F18000) are reduced to 300 mm/s: the arm is not faster";
             self.notes.add(DiagnosticCode::Speed, origin, message);
         }
         self.feed = Some(speed);
@@ -173,12 +173,12 @@ impl Machine<'_> {
     pub(super) fn feed_of_work(&mut self, origin: Origin) -> Option<f64> {
         if self.laser && self.feed.is_none() {
             let speed = self.options.laser_speed;
-            let message = format!("the program burns before it says F: it begins at {speed} mm/s");
+            let message = format!("the program burns before it gives F: it begins at {speed} mm/s");
             self.notes
                 .add_with(DiagnosticCode::Speed, origin, &message, |note| {
                     note.remedy(
                         (magician_host::Setting::Speed, Given::Any("MM/S")),
-                        "says another speed",
+                        "sets another speed",
                     )
                 });
             self.feed = Some(speed);

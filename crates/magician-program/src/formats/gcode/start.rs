@@ -9,7 +9,7 @@ use crate::{Diagnostic, DiagnosticCode, Missing, Origin};
 /// What to do where it is not known where the arm stands.
 fn start() -> Remedy {
     let given = (Setting::Start, Given::Any("X,Y,Z"));
-    Remedy::new(given, "says where the tool stands when the program begins")
+    Remedy::new(given, "sets where the program begins")
 }
 
 impl GcodeOptions {
@@ -35,14 +35,14 @@ impl Notes {
 }
 
 impl Diagnostic {
-    /// It is wrong only where nobody knows where the arm stands.
+    /// It is wrong only where the arm's position is unknown.
     pub(super) fn without_start(self) -> Self {
         self.with(start()).with_missing(Some(Missing::Start))
     }
 }
 
 impl SpanDiagnostic {
-    /// It is wrong only where nobody knows where the arm stands.
+    /// It is wrong only where the arm's position is unknown.
     pub(super) fn without_start(mut self) -> Self {
         self.missing = Some(Missing::Start);
         self.with(start())

@@ -129,7 +129,7 @@ impl Plotter<'_> {
         let read = items(&self.bytes_of(&instruction.text))
             .or_else(|| items(&as_bytes(&instruction.text)?));
         let Some((items, cut_off)) = read else {
-            let message = "an encoded polyline (PE) is damaged: a sign in it is no digit";
+            let message = "an encoded polyline (PE) is damaged: a character in it is not a digit";
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         };
         if cut_off {

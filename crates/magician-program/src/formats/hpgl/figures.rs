@@ -10,7 +10,7 @@ use crate::formats::span::SpanDiagnostic;
 const WIDEST: f64 = 36_000.0;
 
 /// What becomes of fills.
-pub(super) const UNFILLED: &str = "nothing is filled: filled shapes are outlines";
+pub(super) const UNFILLED: &str = "filled shapes are drawn as outlines";
 
 fn needs(instruction: &Instruction, what: &str) -> SpanDiagnostic {
     let message = format!("{} needs {what}", instruction.name());
@@ -143,7 +143,7 @@ impl Plotter<'_> {
         self.fits(span(1.0), instruction)?;
         self.fits(span(-1.0), instruction)?;
         if sweep.abs() > WIDEST {
-            let message = format!("an arc of {sweep} degrees goes round too often");
+            let message = format!("an arc of {sweep} degrees has too many turns");
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
         let tolerance = self.tolerance / self.scale.most();

@@ -38,13 +38,14 @@ impl Plotter<'_> {
         if &instruction.name == b"SC" && self.scale.assumes_frame() {
             let [width, height] = self.scale.frame();
             let message = format!(
-                "SC without IP scales to the plotter's own frame: taken as that of A4, {width:.0} by {height:.0} mm"
+                "SC without IP scales to the plotter's own frame: A4 is assumed, {width:.0} by \
+                    {height:.0} mm"
             );
             let origin = self.lines.origin(instruction.range.clone());
             self.notes
                 .add_with(DiagnosticCode::Assumed, origin, &message, |note| {
-                    let note = note.help("IP before SC says it");
-                    let note = note.remedy((Setting::Width, Given::Any("MM")), "says its width");
+                    let note = note.help("give it by IP before SC");
+                    let note = note.remedy((Setting::Width, Given::Any("MM")), "sets its width");
                     note.remedy((Setting::Scale, Given::Any("FACTOR")), "scales it")
                 });
         }

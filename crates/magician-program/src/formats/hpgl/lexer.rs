@@ -47,7 +47,7 @@ impl<'t> Instructions<'t> {
         let second = self.scan.peek().filter(u8::is_ascii_alphabetic);
         let Some(second) = second else {
             let letter = char::from(first);
-            let message = format!("{letter} is no instruction: there are two letters in one");
+            let message = format!("{letter} is not an instruction: instructions have two letters");
             return Err(SpanDiagnostic::new(start..self.scan.at, message));
         };
         self.scan.at += 1;
@@ -152,7 +152,7 @@ impl<'t> Instructions<'t> {
                 Err(_) => {
                     return Err(SpanDiagnostic::new(
                         start..self.scan.at,
-                        "this is no number",
+                        "this is not a number",
                     ));
                 }
             }
@@ -174,7 +174,7 @@ impl Iterator for Instructions<'_> {
         let range = start..start + sign.len_utf8();
         Some(Err(SpanDiagnostic::new(
             range,
-            format!("{sign:?} begins no instruction"),
+            format!("{sign:?} does not begin an instruction"),
         )))
     }
 }

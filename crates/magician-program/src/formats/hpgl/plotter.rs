@@ -92,7 +92,7 @@ impl<'t> Plotter<'t> {
         self.artwork.page = self.scale.page();
         if self.pens.len() > 1 {
             let pens: Vec<_> = self.pens.iter().map(ToString::to_string).collect();
-            let message = format!("pens {} draw alike: there is one", pens.join(", "));
+            let message = format!("pens {} draw alike: the arm has one pen", pens.join(", "));
             self.notes
                 .add(DiagnosticCode::Assumed, crate::Origin::NONE, &message);
         }
@@ -154,7 +154,7 @@ impl<'t> Plotter<'t> {
             "LT" if !instruction.numbers.is_empty() => {
                 self.note(
                     instruction,
-                    "line types (LT) are left out: all lines are drawn through",
+                    "line types (LT) are left out: all lines are solid",
                 );
             }
             // Pen speed and force, widths, colours, label styles, fills, the plotter and its paper.

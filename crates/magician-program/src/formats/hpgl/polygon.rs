@@ -52,7 +52,7 @@ impl Plotter<'_> {
             self.notes.add(
                 DiagnosticCode::LeftOut,
                 Origin::NONE,
-                "a polygon (PM) without an end is left out",
+                "a polygon (PM) that is not closed is left out",
             );
         }
     }

@@ -149,8 +149,7 @@ impl Scale {
             .iter()
             .position(|known| angle.rem_euclid(360.0) == *known);
         let Some(turns) = turns else {
-            let message =
-                format!("RO {angle}: the coordinate system is turned by 0, 90, 180 or 270 degrees");
+            let message = format!("RO {angle}: the rotation must be 0, 90, 180 or 270 degrees");
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         };
         // P1 and P2 keep their coordinates: IP and IR bring them back onto the sheet.
@@ -209,7 +208,7 @@ impl Scale {
                 0.0 => Some(Units::Corners([x1, x2, y1, y2])),
                 1.0 => Some(Units::Square([x1, x2, y1, y2], [share(5), share(6)])),
                 2.0 => Some(Units::Factors([x1, y1], [x2, y2])),
-                kind => return refused(&format!("SC has no type {kind}: 0, 1 or 2")),
+                kind => return refused(&format!("unknown type {kind} of SC: it is 0, 1 or 2")),
             },
             _ => return refused("SC needs four numbers or none"),
         };
@@ -261,7 +260,7 @@ impl Scale {
             .iter()
             .all(|factor| factor.is_finite() && *factor != 0.0)
         {
-            let message = "the scale of SC is no number";
+            let message = "the scale of SC is not a finite number";
             return Err(SpanDiagnostic::new(instruction.range.clone(), message));
         }
         (self.factor, self.shift) = (factor, shift);

@@ -56,7 +56,7 @@ impl Plotter<'_> {
             "text (LB) is left out: {}{more}",
             self.texts.quoted.join(", ")
         );
-        let help = "write the plot with its text as lines to have it drawn";
+        let help = "export the plot with its text as lines";
         self.notes
             .add_with(DiagnosticCode::LeftOut, first, &message, |note| {
                 note.help(help)

@@ -44,9 +44,7 @@ impl Shrink {
         let pixels = u64::from(width) * u64::from(height);
         if pixels > MOST_READ {
             let most = MOST_READ / 1_000_000;
-            return Err(format!(
-                "{width} by {height} pixels, at most {most} million are read"
-            ));
+            return Err(format!("{width} by {height} pixels, limit {most} million"));
         }
         let mut each = 1_u32;
         while u64::from(width.div_ceil(each)) * u64::from(height.div_ceil(each)) > KEPT {
@@ -108,7 +106,7 @@ pub(super) fn png(bytes: &[u8]) -> Result<Smaller, Why> {
     let info = reader.info();
     let size @ [width, _] = [info.width, info.height];
     if info.interlaced {
-        return Err("it is interlaced; save it without that".to_owned());
+        return Err("it is interlaced; save it without interlacing".to_owned());
     }
     let (color, _) = reader.output_color_type();
     let mut shrink = Shrink::new(size)?;
@@ -131,7 +129,7 @@ pub(super) fn jpeg(bytes: &[u8]) -> Result<Smaller, Why> {
     decoder
         .decode_headers()
         .map_err(|error| error.to_string())?;
-    let info = decoder.info().ok_or("its header says no size")?;
+    let info = decoder.info().ok_or("its header has no size")?;
     let size @ [width, height] = [u32::from(info.width), u32::from(info.height)];
     let pixels = u64::from(width) * u64::from(height);
     // One that comes line by line is kept as a byte for each pixel; of any other all numbers of all colours are.

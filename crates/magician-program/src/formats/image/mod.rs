@@ -52,7 +52,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         let more = |pixels: u32, kept: u32| f64::from(pixels) / f64::from(kept);
         pixel = Some([across * more(width, kept[0]), down * more(height, kept[1])]);
         let message = format!(
-            "the image has {width} by {height} pixels: it is scaled down to {} by {} while it is read",
+            "the image has {width} by {height} pixels: it is scaled down to {} by {} on reading",
             kept[0], kept[1]
         );
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
@@ -81,7 +81,7 @@ const KNOWN: [ImageFormat; 6] = [
 ];
 
 fn unknown() -> Diagnostic {
-    Diagnostic::of_file("this is no PNG, JPEG, BMP, WebP, GIF or TIFF image")
+    Diagnostic::of_file("this is not a PNG, JPEG, BMP, WebP, GIF or TIFF image")
         .help("save it as one of these")
 }
 

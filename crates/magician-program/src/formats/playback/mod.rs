@@ -2,7 +2,7 @@
 //!
 //! A [`Playback`] is the document: its rows in their order, each with all its items. [`Playback::to_plan`] is what the arm does
 //! for it, [`Playback::from_plan`] the other way. Loops and speed are no part of the file: the studio keeps them elsewhere, and
-//! whoever plays it says them.
+//! the caller gives them.
 //!
 //! What is known of the items comes from files of DobotStudio 1.4.12, 1.7.0 and 1.9.4:
 //!
@@ -40,7 +40,7 @@ pub struct Playback {
     pub dobot_type: Option<String>,
     /// The taught points, in the order in which they are played.
     pub rows: Vec<Row>,
-    /// Elements that nobody knows, as they stand.
+    /// Unknown elements, unchanged.
     others: Vec<String>,
     notes: Vec<Diagnostic>,
 }

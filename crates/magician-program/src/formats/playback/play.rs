@@ -20,7 +20,7 @@ impl Playback {
     ///
     /// An arc whose three points (the end of the row before is the first) make no circle, because two of them are the same or
     /// all are on one line, would stop the arm with alarm 0x13 or 0x14 (model section 9). Files have such arcs, so they are
-    /// played as straight lines through the same points, and a note says so. Of the first row nobody knows where it begins; its
+    /// played as straight lines through the same points, and a note says so. The start of the first row is unknown; its
     /// arc is left to the arm.
     #[must_use]
     pub fn to_plan(&self) -> Parsed<Plan> {
@@ -106,7 +106,7 @@ impl Player {
                 [_] => "a straight line to its end",
                 _ => "straight lines through its points",
             };
-            let note = format!("{why}, so that it is no arc: it is played as {how}");
+            let note = format!("{why}, so it is not an arc: it is played as {how}");
             let name = format!("row{}", row.number);
             self.notes
                 .push(Diagnostic::new(row.places.motion, note).named(name));

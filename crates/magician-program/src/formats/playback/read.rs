@@ -27,7 +27,7 @@ const MEANINGS: [&str; 13] = [
     "suction cup",
 ];
 
-const NO_PLAYBACK: &str = "this is no playback file of DobotStudio";
+const NO_PLAYBACK: &str = "this is not a playback file of DobotStudio";
 
 pub(in crate::formats) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let playback = Playback::read(bytes)?;
@@ -47,7 +47,7 @@ impl Playback {
     ///
     /// # Errors
     /// The first [`Diagnostic`] that makes it unreadable, with its place: no XML, another kind of file, a row without a
-    /// coordinate, a number that is none, a motion style that nobody knows.
+    /// coordinate, a number that is not one, an unknown motion style.
     pub fn read(bytes: &[u8]) -> Result<Self, Diagnostic> {
         let playback = document(bytes)?;
         playback.check_tool()?;
@@ -89,7 +89,7 @@ fn document(bytes: &[u8]) -> Result<Playback, Diagnostic> {
     if playback.rows.is_empty() {
         let place = file.start_of(root);
         let diagnostic = Diagnostic::new(place, format!("{NO_PLAYBACK}: it has no rows"));
-        return Err(diagnostic.help("its points stand in elements called row0, row1 and so on"));
+        return Err(diagnostic.help("its points are in elements called row0, row1 and so on"));
     }
     file.note_order(&mut playback);
     Ok(playback)
@@ -117,8 +117,8 @@ impl File<'_> {
     fn stranger(&self, root: Node<'_, '_>) -> Diagnostic {
         let name = root.tag_name().name();
         let help = match name {
-            "xml" => "this looks like a DobotBlockly workspace: call it '.blockly'",
-            "svg" => "this looks like a drawing: call it '.svg'",
+            "xml" => "this looks like a DobotBlockly workspace: rename it to '.blockly'",
+            "svg" => "this looks like a drawing: rename it to '.svg'",
             _ => "the outermost element of a playback file is 'root'",
         };
         let message = format!("{NO_PLAYBACK}: its outermost element is '{name}'");
@@ -143,7 +143,7 @@ impl File<'_> {
                 playback.dobot_type = Some(kind);
             }
             _ => {
-                let note = format!("'{name}' is not known: it is kept and not played");
+                let note = format!("'{name}' is unknown: it is kept but not played");
                 let note = Diagnostic::new(self.start_of(node), note);
                 playback.notes.push(note.coded(DiagnosticCode::LeftOut));
                 playback.others.extend(self.source(node));
@@ -158,7 +158,10 @@ impl File<'_> {
             return Ok(());
         }
         let place = self.at(content_range(item));
-        let message = format!("this was taught on a {kind}, and its points mean other places here");
+        let message = format!(
+            "this was taught on a {kind}, and its points are other positions \
+            here"
+        );
         Err(Diagnostic::new(place, message).help("teach the points again on a Magician"))
     }
 
@@ -202,13 +205,13 @@ impl File<'_> {
         })
     }
 
-    /// Rows whose numbers do not tell their order, and items that nobody knows.
+    /// Rows whose numbers do not tell their order, and unknown items.
     fn note_order(&self, playback: &mut Playback) {
         let rows = &playback.rows;
         let wrong = (0..).zip(rows).find(|(nth, row)| row.number != *nth);
         if let Some((nth, row)) = wrong {
             let message = format!(
-                "row{} stands where row{nth} is expected; rows are played in the order of the file",
+                "row{} found where row{nth} is expected; rows are played in the order of the file",
                 row.number
             );
             let note = Diagnostic::new(row.places.motion, message).coded(DiagnosticCode::Assumed);
@@ -229,7 +232,7 @@ impl File<'_> {
         if !strange.is_empty() {
             let names: Vec<_> = strange.into_iter().collect();
             let names = names.join(", ");
-            let note = format!("rows have unknown items ({names}): they are kept and not played");
+            let note = format!("rows have unknown items ({names}): they are kept but not played");
             playback
                 .notes
                 .push(Diagnostic::of_file(note).coded(DiagnosticCode::LeftOut));
@@ -248,7 +251,7 @@ struct Items<'f, 'a, 'i> {
 impl<'a, 'i> Items<'_, 'a, 'i> {
     fn take(&mut self, number: u32, item: Node<'a, 'i>) -> Result<(), Diagnostic> {
         if self.node(number).is_some() {
-            return Err(self.wrong(item, format!("item_{number} is there twice")));
+            return Err(self.wrong(item, format!("item_{number} appears twice")));
         }
         self.found.push((number, item));
         Ok(())
@@ -287,7 +290,10 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         };
         let meaning = meaning(number);
         let value = text.parse::<f64>().map_err(|_| {
-            let diagnostic = format!("item_{number} ({meaning}) is '{text}', which is no number");
+            let diagnostic = format!(
+                "item_{number} ({meaning}) is '{text}', which is not a \
+                number"
+            );
             let diagnostic = self.wrong(item, diagnostic);
             match text.contains(',') {
                 true => diagnostic.help("numbers are written with a decimal point"),
@@ -295,8 +301,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
             }
         })?;
         if !(value as f32).is_finite() {
-            let diagnostic =
-                format!("item_{number} ({meaning}) is {text}, which is out of all range");
+            let diagnostic = format!("item_{number} ({meaning}) is {text}, which is out of range");
             return Err(self.wrong(item, diagnostic));
         }
         Ok(Some(value))
@@ -324,7 +329,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
                 // What is written there is rounded once.
                 Some(_) => *value = self.single(number),
                 None if number == first + 3 => {
-                    let note = "it has no R, which is taken for 0";
+                    let note = "it has no R: 0 is used";
                     notes.push(Diagnostic {
                         code: DiagnosticCode::Assumed,
                         message: note.to_owned(),
@@ -386,7 +391,8 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
             |item| self.file.at(content_range(item)),
         );
         let message = format!(
-            "motion style {style} is an arc, but items 6 to 9 have no second point; what else it may mean is not known"
+            "motion style {style} is an arc, but items 6 to 9 have no second point; another \
+                meaning is unknown"
         );
         Err(Diagnostic::new(place, message)
             .named(format!("row{}", self.number))
@@ -400,7 +406,7 @@ impl<'a, 'i> Items<'_, 'a, 'i> {
         match self.node(10) {
             Some(item) if !(0.0..=f64::from(u32::MAX)).contains(&milliseconds) => {
                 let most = f64::from(u32::MAX) / 1000.0;
-                let message = format!("it pauses for {seconds} s; 0 to {most} s can be");
+                let message = format!("it pauses for {seconds} s, it must be 0 to {most} s");
                 Err(self.wrong(item, message))
             }
             _ => Ok(milliseconds as u32),

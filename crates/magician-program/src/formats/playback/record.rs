@@ -79,10 +79,16 @@ impl<'p> Recorder<'p> {
             (_, None) => {}
             (told, tool) if told == tool => {}
             (_, Some(tool)) => {
-                let note = format!("the file cannot say that its points are for the tool '{tool}'");
+                let note = format!(
+                    "the file cannot store that its points are for the tool \
+                    '{tool}'"
+                );
                 let tool = (Setting::Tool, Given::Any("NAME"));
-                self.notes
-                    .push(Diagnostic::of_file(note).remedy(tool, "says so when it is played"));
+                self.notes.push(Diagnostic::of_file(note).remedy(
+                    tool,
+                    "sets it when the file is \
+                        played",
+                ));
             }
         }
     }
@@ -91,7 +97,7 @@ impl<'p> Recorder<'p> {
         let diagnostic = Diagnostic::new(
             step.origin,
             format!(
-                "step {} {what}, and a playback file cannot say that",
+                "step {} {what}, which a playback file cannot store",
                 nth + 1
             ),
         );
@@ -124,7 +130,8 @@ impl<'p> Recorder<'p> {
                 }
                 let name = command.row().set_name;
                 let diagnostic = self.cannot(nth, step, &format!("is a {name}"));
-                let help = "moves to poses, arcs, pauses, and the suction cup or the gripper are what it can say";
+                let help = "it can store moves to poses, arcs, pauses, and the suction cup or the \
+                    gripper";
                 Err(diagnostic.help(help))
             }
         }
@@ -201,9 +208,7 @@ impl<'p> Recorder<'p> {
 
     fn finish(mut self) -> Result<Playback, Diagnostic> {
         if self.points.is_empty() {
-            return Err(Diagnostic::of_file(
-                "there is no move to a pose to write down",
-            ));
+            return Err(Diagnostic::of_file("there is no move to a pose to store"));
         }
         for what in self.left_out {
             let note = format!("the {what} are left out: a playback file does not have them");

@@ -36,8 +36,11 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
     for (axis, name) in ["X", "Y", "Z"].into_iter().enumerate() {
         if !fields.contains(&Field::Place(axis)) {
             let origin = places.origin(start..start + header.len());
-            let diagnostic = Diagnostic::new(origin, format!("no column is called {name}"));
-            return Err(diagnostic.help("the first line names the columns, X,Y,Z,R for one; without one it is x,y,z in every line"));
+            let diagnostic = Diagnostic::new(origin, format!("there is no column {name}"));
+            return Err(diagnostic.help(
+                "the first line names the columns, such as X,Y,Z,R; \
+                without it each line is x,y,z",
+            ));
         }
     }
     let mut rows = Vec::new();
@@ -78,7 +81,7 @@ pub(super) fn read(text: &str, resample: Option<f64>) -> Result<Parsed<Plan>, Di
     let samples: Vec<_> = rows.iter().filter_map(Row::sample).collect();
     if samples.len() < rows.len() {
         let what = format!(
-            "rows without a time or a place are left out: {}",
+            "rows without a time or a position are left out: {}",
             rows.len() - samples.len()
         );
         notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));

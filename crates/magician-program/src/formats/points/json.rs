@@ -8,7 +8,7 @@ use crate::formats::content::points::Field;
 use crate::plan::json::Json;
 use crate::{Diagnostic, DiagnosticCode, Parsed, Plan};
 
-/// More rows has nobody taught.
+/// More rows are surely not taught by hand.
 const MOST_ROWS: usize = 1_000_000;
 
 pub(super) fn read(bytes: &[u8]) -> Result<Parsed<Plan>, Diagnostic> {
@@ -26,7 +26,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Parsed<Plan>, Diagnostic> {
         match number_of(&key) {
             Some(number) => rows.push((number, value)),
             None => {
-                let note = format!("'{key}' is not known: it is left out");
+                let note = format!("'{key}' is unknown: it is left out");
                 notes.push(json.diagnostic(value, note).coded(DiagnosticCode::LeftOut));
             }
         }
@@ -44,7 +44,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Parsed<Plan>, Diagnostic> {
     }
     if rows.len() > MOST_ROWS {
         return Err(Diagnostic::of_file(format!(
-            "more than {MOST_ROWS} rows are too many"
+            "too many rows: more than {MOST_ROWS}"
         )));
     }
     // They may stand in any order.
@@ -53,7 +53,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Parsed<Plan>, Diagnostic> {
         let pair: [(u64, &str); 2] = pair.try_into().ok()?;
         (pair[0].0 == pair[1].0).then_some(pair)
     }) {
-        return Err(json.diagnostic(value, format!("row{number} is here twice")));
+        return Err(json.diagnostic(value, format!("row{number} appears twice")));
     }
     let mut fields = BTreeSet::new();
     let mut strangers = BTreeSet::new();
@@ -63,7 +63,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Parsed<Plan>, Diagnostic> {
         for member in json.object(value)? {
             let Some(field) = Field::named(&member.key) else {
                 if strangers.insert(member.key.to_string()) {
-                    let note = format!("'{}' is not known: it is left out", member.key);
+                    let note = format!("'{}' is unknown: it is left out", member.key);
                     notes.push(
                         json.diagnostic(member.value, note)
                             .coded(DiagnosticCode::LeftOut),
@@ -84,7 +84,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Parsed<Plan>, Diagnostic> {
 fn plain<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic> {
     match value.chars().next() {
         Some('"') => json.string(value),
-        Some('{' | '[') => Err(json.diagnostic(value, "expected a number or a text")),
+        Some('{' | '[') => Err(json.diagnostic(value, "expected a number or a string")),
         _ if value == "null" => Ok("".into()),
         _ => Ok(value.into()),
     }

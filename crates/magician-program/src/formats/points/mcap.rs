@@ -95,14 +95,13 @@ pub(super) fn read(bytes: &[u8], resample: Option<f64>) -> Result<Parsed<Plan>, 
     }
     if found.samples.is_empty() {
         return Err(Diagnostic::of_file(
-            "there is no /pose in it: no way of the tool was recorded",
+            "it has no /pose: no path of the tool was recorded",
         ));
     }
     let mut reading = recording::plan(&found.samples, resample)?;
     // Behind its last record a whole file has its magic bytes once more.
     if records.0 != MAGIC {
-        let note =
-            Diagnostic::of_file("the recording is cut off: it is followed as far as it goes");
+        let note = Diagnostic::of_file("the recording is cut off: it is followed to its end");
         reading.notes.push(note.coded(DiagnosticCode::LeftOut));
     }
     Ok(reading)
@@ -126,11 +125,14 @@ impl PoseChannel {
             parts().ok_or_else(|| damaged("a chunk is shorter than it says"))?;
         if !compression.is_empty() {
             let what = String::from_utf8_lossy(compression).into_owned();
-            let diagnostic = Diagnostic::of_file(format!("chunks packed with {what} are not read"));
+            let diagnostic = Diagnostic::of_file(format!(
+                "chunks compressed with {what} are not \
+                supported"
+            ));
             return Err(diagnostic.help("write it without compression"));
         }
         if checksum != 0 && checksum != u64::from(crc32fast::hash(data)) {
-            return Err(damaged("a chunk has another checksum"));
+            return Err(damaged("a chunk has a wrong checksum"));
         }
         let mut records = Bytes(data);
         while let Some((kind, content)) = records.record() {
@@ -151,7 +153,8 @@ impl PoseChannel {
                 let (id, topic, encoding) = parts().ok_or_else(short)?;
                 if topic == b"/pose" {
                     if encoding != b"json" {
-                        let what = "the messages of /pose are no JSON, and only that is read";
+                        let what = "the messages of /pose are not JSON, the only supported \
+                            encoding";
                         return Err(Diagnostic::of_file(what));
                     }
                     self.channel = Some(id);
@@ -178,7 +181,7 @@ impl PoseChannel {
     fn message(&mut self, time: u64, data: &[u8]) -> Result<(), Diagnostic> {
         let PoseInFrame { pose } = serde_json::from_slice(data).map_err(|error| {
             Diagnostic::of_file(format!(
-                "a message of /pose is no foxglove.PoseInFrame: {error}"
+                "a message of /pose is not a foxglove.PoseInFrame: {error}"
             ))
         })?;
         let begun = *self.first.get_or_insert(time);

@@ -39,7 +39,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     })?;
     let text = text.strip_prefix('\u{FEFF}').unwrap_or(text);
     let mut reading = match text.trim_start() {
-        "" => return Err(Diagnostic::of_file("there are no points in it")),
+        "" => return Err(Diagnostic::of_file("the file has no points")),
         json if json.starts_with('{') => {
             only_recordings(options.resample)?;
             json::read(bytes)?
@@ -60,5 +60,8 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
 /// That something is no number.
 fn no_number(origin: Origin, what: &str, found: &str) -> Diagnostic {
     let found: String = found.chars().take(30).collect();
-    Diagnostic::new(origin, format!("{what} is a number, and this is '{found}'"))
+    Diagnostic::new(
+        origin,
+        format!("{what} must be a number, and this is '{found}'"),
+    )
 }

@@ -82,7 +82,7 @@ pub(super) fn plan(rows: &[Sample], resample: Option<f64>) -> Result<Parsed<Plan
     if let (Some(nearer), Some(thinned)) = (resample, &thinned) {
         let (left_out, all) = (rows.len() - thinned.len(), rows.len());
         let what = format!(
-            "{left_out} of {all} points are left out: they are nearer than {nearer} mm to the line"
+            "{left_out} of {all} points are left out: they are closer than {nearer} mm to the line"
         );
         notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
     }

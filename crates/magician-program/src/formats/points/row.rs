@@ -79,9 +79,8 @@ impl Row {
             Field::Pause => {
                 let seconds = number("a pause")?;
                 if !(0.0..=LONGEST_PAUSE).contains(&seconds) {
-                    let message = format!(
-                        "a pause is between 0 and {LONGEST_PAUSE} s, and this is {seconds}"
-                    );
+                    let message =
+                        format!("a pause must be 0 to {LONGEST_PAUSE} s, and this is {seconds}");
                     return Err(Diagnostic::new(origin, message));
                 }
                 self.pause = (f64::from(seconds) * 1000.0).round() as u32;
@@ -95,7 +94,7 @@ impl Row {
                         let help = "0 is off, 1 open, 2 closed";
                         return Err(Diagnostic::new(
                             origin,
-                            format!("the gripper does not know '{}'", short(text)),
+                            format!("unknown gripper state '{}'", short(text)),
                         )
                         .help(help));
                     }
@@ -106,7 +105,7 @@ impl Row {
                     "0" | "0.0" | "off" | "false" => false,
                     "1" | "1.0" | "on" | "true" => true,
                     _ => {
-                        let message = format!("the suction cup does not know '{}'", short(text));
+                        let message = format!("unknown suction cup state '{}'", short(text));
                         return Err(Diagnostic::new(origin, message).help("0 is off, 1 on"));
                     }
                 });
@@ -176,7 +175,7 @@ impl Row {
             Style::Arc => {
                 let end = self.pose(self.end, "the end of the arc")?.ok_or_else(|| {
                     let diagnostic = Diagnostic::new(self.origin, "the arc has no end");
-                    diagnostic.help("x, y, z, r are a point on its way, _X, _Y, _Z, _R its end")
+                    diagnostic.help("x, y, z, r is a point on the arc, _X, _Y, _Z, _R its end")
                 })?;
                 return Ok(Some(Action::Arc { via: to, to: end }));
             }
@@ -200,7 +199,7 @@ fn style(text: &str, origin: Origin) -> Result<Style, Diagnostic> {
         "path" | "cp" => Style::Path,
         _ => {
             let message = format!("unknown motion style '{}'", short(text));
-            return Err(Diagnostic::new(origin, message).help("MOVJ, MOVL, JUMP and ARC are known"));
+            return Err(Diagnostic::new(origin, message).help("known are MOVJ, MOVL, JUMP and ARC"));
         }
     })
 }
@@ -239,7 +238,7 @@ pub(super) fn plan(
         }
     }
     if plan.steps.is_empty() {
-        return Err(Diagnostic::of_file("there are no points in it"));
+        return Err(Diagnostic::of_file("the file has no points"));
     }
     if let [Some(_), Some(origin)] = uses {
         let message = "this uses the suction cup, another point the gripper; the arm has one tool";
@@ -262,11 +261,12 @@ pub(super) fn plan(
     };
     plan.steps.retain(|step| !other(&step.action));
     if let Some(origin) = skipped {
-        let note = Diagnostic::new(origin, "rows without a place are left out");
+        let note = Diagnostic::new(origin, "rows without a position are left out");
         notes.push(note.coded(DiagnosticCode::LeftOut));
     }
     if fields.contains(&Field::Speed) {
-        let what = "velocity and acceleration are not taken: where such files were seen they held the pauses of a playback";
+        let what = "velocity and acceleration are ignored: in known files they held the pauses of \
+            a playback";
         let note = Diagnostic::of_file(what)
             .coded(DiagnosticCode::LeftOut)
             .help("a pause is taken from a column 'Pause', in seconds")

@@ -29,14 +29,14 @@ pub(super) fn read(text: &str) -> Result<Parsed<Plan>, Diagnostic> {
         }
         let Some(corner) = numbers(line) else {
             let found: String = line.chars().take(30).collect();
-            let message = format!("a line of strokes is x,y,z in mm, and this is '{found}'");
+            let message = format!("a line of strokes must be x,y,z in mm, and this is '{found}'");
             let diagnostic = Diagnostic::new(places.origin(range), message);
-            return Err(diagnostic.help("an empty line is between two strokes"));
+            return Err(diagnostic.help("separate two strokes by an empty line"));
         };
         stroke.push((corner, range));
     }
     put(&mut plan, &places, &stroke);
-    let what = "the coordinates are taken to be the arm's; between strokes the pen goes 10 mm up";
+    let what = "the coordinates are read as the arm's; the pen is lifted by 10 mm between strokes";
     Ok(Parsed {
         content: plan,
         notes: vec![Diagnostic::of_file(what)],

@@ -91,7 +91,7 @@ impl<'a> StrokeCollector<'a> {
             match Region::of_mask(mask, place.to, self.tolerance) {
                 Some(region) => place.clips.push(region),
                 None => {
-                    let remark = "a mask that hides by degrees is ignored: what it hides is drawn";
+                    let remark = "a gradual mask is ignored: the shapes that it hides are drawn";
                     let element = self.first(group).unwrap_or(&place.element);
                     self.notes
                         .add(element.diagnostic(remark).coded(DiagnosticCode::LeftOut));
@@ -168,7 +168,8 @@ impl<'a> StrokeCollector<'a> {
                 let all = lines.len();
                 lines.retain(encloses);
                 if lines.len() < all {
-                    let remark = "lines without a stroke that enclose no area are left out: nothing of them can be seen";
+                    let remark = "lines without a stroke that enclose no area are left out: they \
+                        are invisible";
                     let note = place.element.diagnostic(remark);
                     self.notes
                         .add(note.help("give them a stroke to have them drawn"));
@@ -209,8 +210,7 @@ impl<'a> StrokeCollector<'a> {
         {
             None => Ok(curves),
             Some(side) => {
-                let message =
-                    format!("it reaches to {side:.0} mm, at most {FARTHEST:.0} mm are drawn");
+                let message = format!("it extends to {side:.0} mm, limit {FARTHEST:.0} mm");
                 Err(place.element.diagnostic(message))
             }
         }
@@ -309,7 +309,7 @@ impl<'a> StrokeCollector<'a> {
                 let message = format!("the drawing has more than {MOST_CORNERS} corners");
                 let tolerance = (Setting::Tolerance, Given::Any("MM"));
                 return Err(
-                    Diagnostic::of_file(message).remedy(tolerance, "needs fewer if it is wider")
+                    Diagnostic::of_file(message).remedy(tolerance, "needs fewer if it is larger")
                 );
             }
         }

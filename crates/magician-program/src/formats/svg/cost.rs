@@ -38,7 +38,7 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
     let rules = sheets.matches('{').count();
     if rules as f64 * depths.len() as f64 > MOST_STYLING {
         let message = format!(
-            "{rules} rules of style for {} elements are too many",
+            "too many style rules: {rules} for {} elements",
             depths.len()
         );
         return Err(Diagnostic::of_file(message));
@@ -61,9 +61,8 @@ pub(super) fn check(document: &Document<'_>) -> Result<(), Diagnostic> {
         return Err(too_deep(document, &document.root_element()));
     }
     if work > MOST {
-        let message = format!(
-            "written out, with everything it refers to, it has {work:.0} elements; at most {MOST:.0} are drawn"
-        );
+        let message =
+            format!("with all references expanded it has {work:.0} elements, limit {MOST:.0}");
         return Err(Diagnostic::of_file(message));
     }
     Ok(())
@@ -88,7 +87,7 @@ fn too_deep(document: &Document<'_>, node: &Node<'_, '_>) -> Diagnostic {
         ..Origin::NONE
     };
     let message = format!(
-        "elements stand within more than {DEEPEST} others here, or refer to one another in a circle"
+        "elements are nested more than {DEEPEST} deep here, or refer to each other in a circle"
     );
     Diagnostic::new(origin, message)
 }

@@ -50,7 +50,7 @@ marker use { display: none !important }";
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     if bytes.len() > LARGEST {
-        let message = format!("it has {} bytes, at most {LARGEST} are read", bytes.len());
+        let message = format!("it has {} bytes, limit {LARGEST}", bytes.len());
         return Err(Diagnostic::of_file(message));
     }
     let bytes = packed::unpacked(bytes, LARGEST)?;
@@ -84,7 +84,7 @@ fn on_a_deep_stack<T: Send>(
             .map(|running| running.join())
         {
             Ok(Ok(done)) => done,
-            Ok(Err(_)) => Err(Diagnostic::of_file("nothing can be made of this drawing")),
+            Ok(Err(_)) => Err(Diagnostic::of_file("this drawing cannot be read")),
             Err(error) => Err(Diagnostic::of_file(format!(
                 "there is no room to read it: {error}"
             ))),
@@ -101,7 +101,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
     if source.page == Page::ViewBox {
         let [width, height] = page;
         let remark = format!(
-            "no size is given; a unit is taken as 1/96 inch, so that the page is {width:.1} by {height:.1} mm"
+            "no size is given: with 1/96 inch per unit the page is {width:.1} by {height:.1} mm"
         );
         notes.add(Diagnostic::of_file(remark).coded(DiagnosticCode::Assumed));
     }
@@ -144,7 +144,7 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
     };
     for stroke in strokes {
         if !stroke.points.iter().all(within) {
-            let remark = "a line leaves the page, and is drawn there too";
+            let remark = "a line leaves the page and is drawn there too";
             let note = Diagnostic::new(stroke.origin, remark).coded(DiagnosticCode::Assumed);
             notes.add(note.remedy((Setting::ClipPage, Given::On), "cuts it off"));
         }
@@ -168,7 +168,7 @@ fn tree(source: &str) -> Result<Tree, Diagnostic> {
         let message = match error {
             usvg::Error::InvalidSize => "the drawing has no size (width or height is 0)".to_owned(),
             usvg::Error::ParsingFailed(roxmltree::Error::NodesLimitReached) => {
-                "it has more elements, or deeper ones, than can be drawn".to_owned()
+                "it has too many elements, or too deeply nested ones".to_owned()
             }
             other => other.to_string(),
         };

@@ -10,8 +10,7 @@ pub(super) fn set_up(_options: &mut Options<'_>) {}
 
 /// What is to be said of a text in the source.
 pub(super) fn left_out(text: &Element) -> Option<Diagnostic> {
-    let note =
-        text.diagnostic("text is left out: this build has no font, which is its feature text");
+    let note = text.diagnostic("text is left out: this build has no font (feature text)");
     Some(
         note.coded(DiagnosticCode::LeftOut)
             .with_missing(Some(Missing::Feature("text"))),

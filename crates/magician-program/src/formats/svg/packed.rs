@@ -18,10 +18,10 @@ pub(super) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Di
         .take(largest as u64 + 1)
         .read_to_end(&mut unpacked)
         .map_err(|error| {
-            Diagnostic::of_file(format!("it is packed (gzip) and damaged: {error}"))
+            Diagnostic::of_file(format!("it is compressed (gzip) and damaged: {error}"))
         })?;
     if unpacked.len() > largest {
-        let message = format!("unpacked it has more than {largest} bytes, which are not read");
+        let message = format!("uncompressed it has more than {largest} bytes, the limit");
         return Err(Diagnostic::of_file(message));
     }
     Ok(unpacked.into())

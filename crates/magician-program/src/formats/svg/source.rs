@@ -21,7 +21,7 @@ const DRAWING: [&str; 13] = [
 /// Elements that draw, but not lines.
 const LEFT_OUT: [(&str, &str); 2] = [
     ("image", "images in the drawing are left out"),
-    ("foreignObject", "what is not SVG is left out"),
+    ("foreignObject", "elements that are not SVG are left out"),
 ];
 /// Properties that are not followed.
 const IGNORED: [(&str, &str); 1] = [("filter", "filters are left out")];
@@ -101,7 +101,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
         if let Some(number) = numbers::beyond(&node) {
             let diagnostic = Diagnostic::new(
                 place.origin(start_tag(text, &node)),
-                format!("a number is beyond any drawing: {number}"),
+                format!("a number is out of range: {number}"),
             );
             return Err(diagnostic.named(node.attribute("id").unwrap_or(node.tag_name().name())));
         }

@@ -110,7 +110,7 @@ impl StrokeCollector<'_> {
         };
         if self.strokes.is_empty() {
             self.strokes = std::mem::take(&mut self.whites.kept);
-            let remark = "all of it is white: it is drawn all the same";
+            let remark = "all of it is white: it is drawn anyway";
             self.notes
                 .add(element.diagnostic(remark).coded(DiagnosticCode::Assumed));
             return;
@@ -119,7 +119,7 @@ impl StrokeCollector<'_> {
             1 => String::new(),
             times => format!(" ({times} elements)"),
         };
-        let remark = format!("white on white is left out: it would not be seen{times}");
+        let remark = format!("white on white is left out: it is invisible{times}");
         let note = element.diagnostic(remark).coded(DiagnosticCode::LeftOut);
         self.notes
             .add(note.remedy((Setting::White, Given::Word("draw")), "keeps it"));

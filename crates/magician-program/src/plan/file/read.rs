@@ -42,7 +42,7 @@ pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
     }
     let steps = steps.ok_or_else(|| {
         Diagnostic::of_file("there are no steps")
-            .help("a plan has '\"steps\":[', one on each line, ']'")
+            .help("a plan has '\"steps\":[', one step on each line, ']'")
     })?;
     let mut reader = StepReader {
         json: &json,
@@ -58,7 +58,7 @@ fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<(), Diagnost
     let find = |key: &str| file.iter().find(|member| member.key == key);
     let help = format!("a plan begins with {{\"format\":\"{FORMAT}\",\"version\":{VERSION},");
     let Some(format) = find("format") else {
-        return Err(Diagnostic::of_file("it does not say that it is a plan").help(help));
+        return Err(Diagnostic::of_file("it is not marked as a plan").help(help));
     };
     if json.string(format.value)? != FORMAT {
         let message = format!("this is {}, not \"{FORMAT}\"", format.value);
@@ -66,7 +66,7 @@ fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<(), Diagnost
     }
     let Some(version) = find("version") else {
         return Err(json
-            .diagnostic(format.value, "it does not say of which version it is")
+            .diagnostic(format.value, "it has no version")
             .help(help));
     };
     let number: u32 = json.number(version.value, "a whole number")?;
@@ -96,9 +96,9 @@ fn tool(json: &Json<'_>, value: &str) -> Result<Option<Tool>, Diagnostic> {
         Some((_, tool)) => Ok(Some(*tool)),
         None => {
             let names = Tool::NAMED.map(|(name, _)| name).join(", ");
-            let help = format!("it is one of {names}, or its bias as [x,y,z] in mm");
+            let help = format!("a tool is one of {names}, or its bias as [x,y,z] in mm");
             Err(json
-                .diagnostic(value, format!("there is no tool {value}"))
+                .diagnostic(value, format!("unknown tool {value}"))
                 .help(help))
         }
     }
@@ -130,7 +130,7 @@ fn float<T: FromStr + Into<f64> + Copy>(
     value: &str,
 ) -> Result<T, Diagnostic> {
     let wrong = || {
-        let message = format!("'{key}' takes a number, and this is {}", shortened(value));
+        let message = format!("'{key}' takes a number, not {}", shortened(value));
         json.diagnostic(value, message)
     };
     let named = matches!(value, "\"NaN\"" | "\"inf\"" | "\"-inf\"");
@@ -313,7 +313,7 @@ impl<'t> StepReader<'_, 't> {
                 true => Action::Home,
                 false => {
                     return Err(
-                        json.diagnostic(value, "'home' takes true; leave the step out instead")
+                        json.diagnostic(value, "'home' takes true; remove the step instead")
                     );
                 }
             },
@@ -379,7 +379,7 @@ fn wait(json: &Json<'_>, value: &str) -> Result<u32, Diagnostic> {
     // Negated, so that NaN is refused as well.
     if !((0.0..=f64::from(u32::MAX)).contains(&whole) && (milliseconds - whole).abs() < 1e-4) {
         let message = format!(
-            "'wait' takes seconds, 0 to 4294967.295 in whole ms, and this is {}",
+            "'wait' takes seconds, 0 to 4294967.295 in whole ms, not {}",
             shortened(value)
         );
         return Err(json.diagnostic(value, message));
@@ -391,7 +391,7 @@ fn wait(json: &Json<'_>, value: &str) -> Result<u32, Diagnostic> {
 fn command(json: &Json<'_>, name: &str, values: Option<&str>) -> Result<Action, Diagnostic> {
     let called = json.string(name)?;
     let row = Row::find_writable(&called).map_err(|_| {
-        let message = format!("there is no command {} to set", shortened(name));
+        let message = format!("unknown command {} to set", shortened(name));
         json.diagnostic(name, message)
             .remedy(magician_host::Action::ListCommands, "lists them")
     })?;
@@ -451,7 +451,7 @@ fn item<'t>(json: &Json<'t>, value: &'t str) -> Result<Cow<'t, str>, Diagnostic>
     match value.as_bytes().first() {
         Some(b'"') => json.string(value),
         Some(b'[' | b'{') => {
-            Err(json.diagnostic(value, "expected a number, a text or a list of them"))
+            Err(json.diagnostic(value, "expected a number, a string or a list of them"))
         }
         _ => Ok(value.into()),
     }

@@ -27,7 +27,7 @@ enum Rail {
     #[default]
     Unsent,
     At(f32),
-    /// By a way from where nobody knows.
+    /// By a path from an unknown start.
     Lost,
 }
 
@@ -103,7 +103,7 @@ impl Settings {
         self.lit
     }
 
-    /// Whether nobody knows where the carriage on the rail is to be.
+    /// Whether the target of the carriage on the rail is unknown.
     pub(super) fn has_lost_the_rail(&self) -> bool {
         matches!(self.rail, Rail::Lost)
     }
