@@ -223,7 +223,7 @@ def finished(family, rows):
     out.append(f'''
 
 def GetPoseEx({own}, index):
-    """One number of the pose: 1 to 8 as in GetPose, 0 is the place on the rail."""
+    """One number of the pose: 1 to 8 as in GetPose, 0 is the position on the rail."""
     if index == 0:
         if not {withl}:
             print("the arm is not on a rail")

@@ -73,10 +73,10 @@ pub fn guard<T: Send>(name: &'static str, otherwise: T, body: impl FnOnce() -> T
     };
     let message = match catch_unwind(AssertUnwindSafe(|| stand_in::run(listening))) {
         Ok(Ok(result)) => return result,
-        Ok(Err(error)) => format!("this thread cannot wait, and none can for it: {error}"),
+        Ok(Err(error)) => format!("this thread cannot wait for the arm: {error}"),
         Err(_) => "this is a bug in the library; please report it".to_owned(),
     };
-    // Should it be the telling that fails, nobody is told.
+    // If reporting itself fails there is nobody left to report to.
     let tell = || notice::fault(name, &Fault::new(Code::Timeout, message));
     let _ = catch_unwind(AssertUnwindSafe(tell));
     otherwise

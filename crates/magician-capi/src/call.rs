@@ -196,7 +196,7 @@ where
 /// # Errors
 /// None: wrappers would try again for ever.
 pub fn neutral(function: &'static str, places: impl Places) -> Outcome {
-    notice::once(function, "this arm has no such thing; nothing was done");
+    notice::once(function, "this arm does not support it; nothing was done");
     places.clear();
     Ok(())
 }

@@ -596,7 +596,7 @@ macro_rules! functions {
 
     // Tuning and tests
 
-    /// Eight numbers of the user's.
+    /// Eight numbers for the user.
     Command Arm GetUserParams(value: Out<UserParams>) in [v1 v2 v3] = |arm, value| get(arm, value);
     /// Milliseconds that a move would take from here.
     Command Arm GetPTPTime(value: In<PTPCmd>, time: Out<u32>) in [v1 v2 v3]

@@ -38,7 +38,7 @@ pub(crate) fn begin() {
             .with(filter);
         let _ = lines.try_init();
         if let Some(error) = wrong {
-            tracing::warn!("{VARIABLE} is not understood: {error}");
+            tracing::warn!("{VARIABLE} is invalid: {error}");
         }
     });
 }

@@ -21,7 +21,7 @@ thread_local! {
     static LAST: RefCell<String> = const { RefCell::new(String::new()) };
     /// What the call under way has sent and got, for the log.
     static NOTES: RefCell<String> = const { RefCell::new(String::new()) };
-    /// Whether somebody wants to know.
+    /// Whether a sink is registered.
     static NOTED: Cell<bool> = const { Cell::new(false) };
 }
 

@@ -32,7 +32,7 @@ pub struct Buffer(*mut c_char);
 /// The promise is for the time of the call, whichever thread sees to it.
 macro_rules! promised_to_any_thread {
     ($($pointer:ident $(<$of:ident>)?),*) => {
-        // SAFETY: as above; the memory is the caller's, who waits meanwhile.
+        // SAFETY: as above; the memory is the caller's, and the caller waits meanwhile.
         $(unsafe impl $(<$of>)? Send for $pointer $(<$of>)? {})*
     };
 }
@@ -136,7 +136,7 @@ impl<T: Plain> In<T> {
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
     pub fn read(self) -> Result<T, Fault> {
         if self.0.is_null() {
-            return Err(Fault::invalid("a null pointer where a value is needed"));
+            return Err(Fault::invalid("null pointer: a value is needed"));
         }
         // SAFETY: not null, so the caller's promise holds.
         Ok(unsafe { ptr::read_unaligned(self.0) })
@@ -148,7 +148,7 @@ impl<T: Plain> In<T> {
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
     pub fn several(self, count: usize) -> Result<Vec<T>, Fault> {
         if self.0.is_null() && count > 0 {
-            return Err(Fault::invalid("a null pointer where a list is needed"));
+            return Err(Fault::invalid("null pointer: a list is needed"));
         }
         (0..count)
             .map(|at| Self(self.0.wrapping_add(at)).read())
@@ -178,7 +178,7 @@ impl<T: Plain> Out<T> {
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
     pub fn check(self) -> Outcome {
         if self.0.is_null() {
-            return Err(Fault::invalid("a null pointer where a result belongs"));
+            return Err(Fault::invalid("null pointer: the result needs a place"));
         }
         Ok(())
     }
@@ -218,7 +218,7 @@ impl Text {
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
     pub fn read(self) -> Result<Vec<u8>, Fault> {
         if self.0.is_null() {
-            return Err(Fault::invalid("a null pointer where text is needed"));
+            return Err(Fault::invalid("null pointer: text is needed"));
         }
         Ok(self.bytes())
     }
@@ -254,7 +254,7 @@ impl Buffer {
     /// [`Code::InvalidParams`](crate::Code::InvalidParams) for a null pointer.
     pub fn check(self) -> Outcome {
         if self.is_null() {
-            return Err(Fault::invalid("a null pointer where text belongs"));
+            return Err(Fault::invalid("null pointer: the text needs a place"));
         }
         Ok(())
     }

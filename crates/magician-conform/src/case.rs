@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::step::Step;
 
-/// A case: what is done to an arm, what it must do, and who says so.
+/// A case: what is done to an arm, what it must do, and the source of that.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// Its name, `chapter.words-with-hyphens`; unique.
@@ -18,7 +18,7 @@ pub struct Case {
     pub pattern: String,
     /// What it shows, in a sentence.
     pub title: String,
-    /// Who says that an arm does so: a section of the document or of the model (`docs/MODEL.md`), an erratum or a habit
+    /// The source: a section of the document or of the model (`docs/MODEL.md`), an erratum or a habit
     /// of hosts (both in `docs/ERRATA.md`), a recorded frame (`vector`) or pose.
     pub source: String,
     /// How sure that is.
@@ -67,7 +67,7 @@ pub enum Confidence {
     Vl,
     /// Third-party code or text.
     T,
-    /// A choice, because nobody says.
+    /// A choice, because no source says.
     G,
 }
 

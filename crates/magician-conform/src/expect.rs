@@ -54,7 +54,7 @@ impl Check {
     /// Reads `field=value`, `field=value+-tolerance`, `field!=value`, `field>value` and the like.
     pub(crate) fn read(layout: &LayoutInfo, word: &str) -> Result<Self, String> {
         let (name, relation, value) = split(word).ok_or_else(|| {
-            format!("'{word}' is no expectation: write field=value, or field>value")
+            format!("'{word}' is not an expectation: write field=value, or field>value")
         })?;
         let field = layout
             .field(name)
@@ -64,7 +64,7 @@ impl Check {
             None => (value, 0.0),
         };
         let wanted = wanted(field, value, tolerance > 0.0)
-            .ok_or_else(|| format!("'{value}' is no value of {}", field.name))?;
+            .ok_or_else(|| format!("'{value}' is not a value of {}", field.name))?;
         let ordered = !matches!(relation, Relation::Is | Relation::IsNot);
         if ordered && matches!(wanted, Wanted::Text(_)) {
             return Err(format!("{} has no order", field.name));
@@ -128,7 +128,7 @@ fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok();
     number
         .filter(|number| number.is_finite() && *number > 0.0)
-        .ok_or_else(|| format!("'{text}' is no tolerance: write a number above 0"))
+        .ok_or_else(|| format!("'{text}' is not a tolerance: write a number above 0"))
 }
 
 fn wanted(field: &Field, text: &str, rough: bool) -> Option<Wanted> {

@@ -8,7 +8,7 @@
 //! [[case]]
 //! id = "ptp.movl-100-mm"                  # chapter, dot, a name
 //! title = "100 mm straight take 2 s at half speed"
-//! source = "model 7"                      # who says that an arm does so
+//! source = "model 7"                      # the source
 //! confidence = "VL"                       # how sure that is, see Confidence
 //! moves = true                            # the arm moves
 //! steps = '''
@@ -47,7 +47,8 @@
 //! | `finished last`, `last-1`, `nothing` | which queued command finished last |
 //! | `alarms none`, `0x11 ..`, `with ..`, `without ..` | which alarms stand |
 //! | `happens ..` | something happens to a virtual arm: `key short`, `key long`, `unlock press`, `unlock release`, `guide J1 J2 J3 J4`, `slip JOINT DEGREES`, `alarm CODE`, `reset` |
-//! | `sees laser=30 ..` | what somebody beside a virtual arm sees: `laser` percent, `suction`, `gripper`, `holding` 0 or 1, `pulses0`, `pulses1` |
+//! | `sees laser=30 ..` | what an observer of a virtual arm sees: `laser` percent, `suction`, `gripper`, `holding` 0 or
+//! 1, `pulses0`, `pulses1` |
 //! | `link 1` | from here on another host asks, on a link of its own; 0 is the first |
 //!
 //! A field is compared with `=`, `!=`, `<`, `<=`, `>`, `>=`; `x=200+-0.01` has a tolerance, without one the number must be

@@ -108,9 +108,9 @@ impl<T: Target> Runner<T> {
         match case {
             case if case.begin == Begin::PowerUp => Some("it begins with a power-up".to_owned()),
             case if case.world.is_some() => Some("it needs a world around the arm".to_owned()),
-            case if case.exact => Some("it needs a clock that can be stepped".to_owned()),
+            case if case.exact => Some("it needs a clock under its control".to_owned()),
             case if case.steps.iter().any(happens) => Some("it needs a hand at the arm".to_owned()),
-            case if case.steps.iter().any(looks) => Some("it needs an eye on the arm".to_owned()),
+            case if case.steps.iter().any(looks) => Some("it needs to observe the arm".to_owned()),
             case if case.steps.iter().any(selects) => Some("it needs a second link".to_owned()),
             _ => None,
         }
@@ -151,7 +151,7 @@ impl<T: Target> Runner<T> {
         for frame in std::mem::take(&mut self.saved) {
             if !self.session.acknowledged(&frame).await? {
                 let name = in_words(&frame, Direction::Request);
-                let message = format!("the arm did not take a parameter back: {name}");
+                let message = format!("a parameter of the arm was not restored: {name}");
                 return Err(Error::new(magician::ErrorCode::BadAnswer, message));
             }
         }
@@ -160,7 +160,7 @@ impl<T: Target> Runner<T> {
             Err(CaseStop::Line(error)) => Err(error),
             Err(CaseStop::Mismatch(mismatch)) => {
                 let message = format!(
-                    "the arm could not be left as it was: {}: {}",
+                    "the arm could not be restored: {}: {}",
                     mismatch.step, mismatch.got
                 );
                 Err(Error::new(magician::ErrorCode::BadAnswer, message))

@@ -57,7 +57,7 @@ pub(crate) enum Action {
     Alarms(Alarms),
     /// Something happens to the arm.
     Happens(ExternalEvent),
-    /// What somebody beside the arm sees of its tools and motors.
+    /// What an observer sees of the arm's tools and motors.
     Sees(Vec<Observation>),
     /// From here on the host is another one, on a link of its own.
     Link(u8),
@@ -179,8 +179,9 @@ fn read(all: &[String], sent: Option<&FrameBuf>) -> Result<Action, String> {
             .map(Action::Sees),
         "link" => words::code(one()?).map(Action::Link),
         _ => Err(format!(
-            "'{}' is no step: get, set, queue, send, frame, reply, answered, silence, wait, at, done, rest, \
-             finished, alarms, happens, sees and link are",
+            "unknown step '{}': steps are get, set, queue, send, frame, reply, answered, silence, \
+                wait, at, done, rest, \
+             finished, alarms, happens, sees and link",
             all.join(" ")
         )),
     }
@@ -208,7 +209,8 @@ fn ask(
 fn params(layout: &LayoutInfo, fields: &[String]) -> Result<Vec<u8>, String> {
     let pair = |word: &'_ String| -> Result<(String, String), String> {
         let pair = word.split_once('=');
-        let (key, value) = pair.ok_or_else(|| format!("'{word}' is no field: write key=value"))?;
+        let (key, value) =
+            pair.ok_or_else(|| format!("'{word}' is not a field: write key=value"))?;
         Ok((key.to_owned(), value.to_owned()))
     };
     let pairs = fields.iter().map(pair).collect::<Result<Vec<_>, _>>()?;

@@ -142,10 +142,8 @@ impl Suite {
     fn rejection(&self, chapter: &str, case: &Case) -> Option<String> {
         let known = self.cases.iter().any(|other| other.id == case.id);
         match case.chapter() {
-            _ if known => Some(format!("there are two cases '{}'", case.id)),
-            _ if case.id.contains('{') => {
-                Some(format!("nothing stands for a word of '{}'", case.id))
-            }
+            _ if known => Some(format!("two cases are called '{}'", case.id)),
+            _ if case.id.contains('{') => Some(format!("a word of '{}' has no value", case.id)),
             _ if case.steps.is_empty() => Some("the case has no steps".to_owned()),
             other if other != chapter => {
                 Some(format!("'{}' does not begin with '{chapter}.'", case.id))

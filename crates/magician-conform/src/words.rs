@@ -43,7 +43,7 @@ pub(crate) fn bytes(words: &[String]) -> Result<Vec<u8>, String> {
 pub(crate) fn byte(word: &str) -> Result<u8, String> {
     let two = word.len() == 2 && !word.starts_with('+');
     let value = u8::from_str_radix(word, 16).ok().filter(|_| two);
-    value.ok_or_else(|| format!("'{word}' is no byte: write two hex digits"))
+    value.ok_or_else(|| format!("'{word}' is not a byte: write two hex digits"))
 }
 
 /// A span of time: a number and `s` or `ms`, two words.
@@ -54,12 +54,12 @@ pub(crate) fn span(words: &[String]) -> Result<Duration, String> {
     let factor = match unit.as_str() {
         "s" => 1.0,
         "ms" => 1e-3,
-        other => return Err(format!("'{other}' is no unit of time: write s or ms")),
+        other => return Err(format!("'{other}' is not a unit of time: write s or ms")),
     };
     let seconds = number.parse::<f64>().ok().map(|number| number * factor);
     seconds
         .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
-        .ok_or_else(|| format!("'{number}' is no time"))
+        .ok_or_else(|| format!("'{number}' is not a time"))
 }
 
 /// A code: decimal, or hex after `0x`.
@@ -68,7 +68,7 @@ pub(crate) fn code(word: &str) -> Result<u8, String> {
         Some(hex) => u8::from_str_radix(hex, 16),
         None => word.parse(),
     };
-    code.map_err(|_| format!("'{word}' is no code: write 0x12 or 18"))
+    code.map_err(|_| format!("'{word}' is not a code: write 0x12 or 18"))
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ pub fn frame_burns(frame: &Frame<'_>, laser_pins: bool) -> bool {
     command.map_or(true, |command| burns(&command, laser_pins))
 }
 
-/// Whether a frame may let a queue run that stands: what waits in it begins, whoever put it there.
+/// Whether a frame may start a stopped queue: its waiting commands begin, whichever program queued them.
 pub fn frame_releases_queue(frame: &Frame<'_>) -> bool {
     let releases = [
         QueuedCmdStartExec::ROW.id,

@@ -103,7 +103,7 @@ pub struct Pair {
     arm_ear: Deframer,
     /// When bytes came to it last.
     arm_heard: Micros,
-    /// The plug is out; pulled by [`pull_cable`](Self::pull_cable), or by a fault of which nobody has told the host yet.
+    /// The plug is out; pulled by [`pull_cable`](Self::pull_cable), or by a fault that the host was not told of yet.
     pub unplugged: bool,
     /// How often the arm was switched off and on.
     pub boots: u32,
@@ -111,13 +111,13 @@ pub struct Pair {
     pub accepted: Vec<(Vec<u8>, u64)>,
     /// Every frame that the arm got whole.
     pub heard: Vec<FrameBuf>,
-    /// How requests ended that nobody has fetched with [`finish`](Self::finish).
+    /// How requests ended that were not fetched yet with [`finish`](Self::finish).
     pub results: HashMap<Ticket, Result<FrameBuf, Failure>>,
     /// How often the host noticed that the arm was reset.
     pub resets: u32,
-    /// How often the host noticed commands that nobody sent, or sent once.
+    /// How often the host noticed commands that were not sent, or sent only once.
     pub unaccounted: u32,
-    /// The intervals of indices of these, until somebody takes them.
+    /// The intervals of their indices, until they are taken.
     pub reports: Vec<(u64, u64)>,
     standing: u32,
     /// Of every byte that the host has sent and received, and when: the same seed makes the same.

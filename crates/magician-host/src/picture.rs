@@ -116,7 +116,8 @@ impl SettingsPicture {
         }
     }
 
-    /// Nothing is known any more: the line was lost, or somebody else has used the arm. What waits in its queue may still do.
+    /// Nothing is known any more: the line was lost, or another program has used the arm. What waits in its queue may
+    /// still do.
     pub fn forget(&mut self) {
         self.values.clear();
         self.pending.iter_mut().for_each(|one| one.value = None);

@@ -211,7 +211,7 @@ named! {
         SMax = "s_max",
         /// How much larger it becomes.
         Scale = "scale",
-        /// From one line of an image to the next, mm.
+        /// Distance between the lines of an image, mm.
         Spacing = "spacing",
         /// The speed, mm/s.
         Speed = "speed",
@@ -223,7 +223,7 @@ named! {
         Surface = "surface",
         /// What is dark in an image, 1 to 255.
         Threshold = "threshold",
-        /// How far a line may be from the curve that it stands for, mm.
+        /// Largest distance of a line from its curve, mm.
         Tolerance = "tolerance",
         /// The mounted tool.
         Tool = "tool",
@@ -298,7 +298,7 @@ mod tests {
     #[test]
     fn a_voice_says_all_of_them_in_one_sentence() {
         let remedies = [
-            Remedy::new((Setting::Scale, Given::Number(0.5)), "would do"),
+            Remedy::new((Setting::Scale, Given::Number(0.5)), "fits there"),
             Remedy::new(Action::Home, "homes it"),
             Remedy::without(Setting::Raw),
         ];

@@ -11,7 +11,7 @@ use magician_program::{Diagnostic, RemainingProgram, Report};
 use crate::event::Done;
 use crate::journal::JournalError;
 
-/// What a job has come to. All who wait for it get the same.
+/// The outcome of a job. All waiters get the same.
 pub type JobOutcome = Result<Arc<Done>, Arc<JobError>>;
 
 /// Why a job ended before its end.
@@ -161,7 +161,7 @@ impl fmt::Display for JobError {
                     let step = report.number(first.step);
                     write!(f, "step {step} is refused: {}", first.error)
                 }
-                None => f.write_str("the check refuses it"),
+                None => f.write_str("the check failed"),
             },
             Fault::Journal(JournalError::Nothing) => f.write_str("nothing to resume"),
             Fault::Journal(JournalError::Unreadable { place }) => {
@@ -170,7 +170,7 @@ impl fmt::Display for JobError {
             Fault::AllDone => f.write_str("nothing to resume: all steps are done"),
             Fault::Doubt { span, .. } => write!(
                 f,
-                "{} steps are done for certain, and {} at most",
+                "{} steps are certainly done, and {} at most",
                 span.least, span.most
             ),
             Fault::Stands { waiting } => write!(
@@ -178,7 +178,7 @@ impl fmt::Display for JobError {
                 "{waiting} commands of the last job wait in the queue, and nothing moves"
             ),
             Fault::BeginsElsewhere => {
-                f.write_str("the program depends on where the arm stood when it was begun")
+                f.write_str("the program depends on where the arm was when it began")
             }
         }
     }
@@ -224,8 +224,8 @@ pub enum SpeedError {
 impl fmt::Display for SpeedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Range => "a speed is 10 to 100 percent",
-            Self::Burns => "the job burns: its power is right for its speed only",
+            Self::Range => "the speed must be 10 to 100 percent",
+            Self::Burns => "the job burns: its power fits its speed only",
             Self::Ending => "the job is ending",
             Self::Ended => "the job is over",
         })
@@ -242,7 +242,7 @@ pub enum ResumeError {
     NotPaused,
     /// The arm was reset meanwhile (alarm 0x00, a clock that began anew): home it first.
     Reset,
-    /// Nobody can tell where the arm stands, or where the job was when it was paused: home it first.
+    /// The position of the arm, or of the paused job, is unknown: home the arm first.
     Unknown,
     /// These alarms hold the arm.
     Alarms(AlarmSet),
@@ -269,7 +269,7 @@ impl fmt::Display for ResumeError {
         match self {
             Self::NotPaused => f.write_str("the job is not paused"),
             Self::Reset => f.write_str("the arm was reset while the job was paused: home it first"),
-            Self::Unknown => f.write_str("it is not known where the arm stands: home it first"),
+            Self::Unknown => f.write_str("the arm's position is unknown: home it first"),
             Self::Alarms(alarms) => write!(f, "the arm is held by {alarms}"),
             Self::Busy => f.write_str("the arm moves, or commands wait in its queue"),
             Self::Arm(error) | Self::Refused(error) => error.fmt(f),

@@ -57,7 +57,7 @@ impl JobState {
 pub enum PauseReason {
     /// A person asked for it.
     Person,
-    /// The lease of whoever started it has ended.
+    /// The lease of its starter has ended.
     Lease,
     /// A part of the work is done.
     Part,
@@ -101,7 +101,7 @@ pub struct StartsAt {
     pub steps: u64,
     /// The next was cut short and goes on where it was stopped.
     pub within: bool,
-    /// The next was cut short, or nobody knows how it ended: it is done again from its beginning.
+    /// The next was cut short, or its end is unknown: it is repeated from its beginning.
     pub again: bool,
 }
 
@@ -147,7 +147,7 @@ impl JobEvents {
         Self { receiver, over }
     }
 
-    /// The next event; `None` when the job is over. Who comes late misses the oldest events:
+    /// The next event; `None` when the job is over. A slow reader misses the oldest events:
     /// [`JobHandle::state`](crate::JobHandle::state) and [`JobHandle::progress`](crate::JobHandle::progress) have the present.
     pub async fn next(&mut self) -> Option<JobEvent> {
         while !self.over {

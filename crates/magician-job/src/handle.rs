@@ -1,4 +1,4 @@
-//! A job in the hands of those who started it.
+//! The handle of a running job.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -8,14 +8,14 @@ use tokio::sync::{broadcast, mpsc, oneshot, watch};
 use crate::error::{JobOutcome, PauseError, ResumeError, SpeedError};
 use crate::event::{JobEvent, JobEvents, JobProgress, JobState, PauseReason};
 
-/// As many events wait for who is late.
+/// Events that are kept for a slow reader.
 const EVENTS: usize = 256;
 
 /// The speed of a job as its program says it, percent, and the least.
 pub(crate) const FULL: u8 = 100;
 const SLOWEST: u8 = 10;
 
-/// What somebody wants of a job.
+/// A request to a job.
 #[derive(Debug)]
 pub(crate) enum Request {
     Pause(PauseReason, oneshot::Sender<Result<(), PauseError>>),
@@ -51,7 +51,7 @@ pub(crate) struct Shared {
 
 impl Shared {
     pub(crate) fn tell(&self, event: JobEvent) {
-        // Nobody has to listen.
+        // Listening is optional.
         let _ = self.events.send(event);
     }
 
@@ -68,7 +68,7 @@ impl Shared {
         *self.progress.borrow()
     }
 
-    /// What is finished, for all who look.
+    /// What is finished, for all observers.
     pub(crate) fn reach(&self, progress: JobProgress) {
         self.finished.store(progress.step, Ordering::Relaxed);
         self.progress.send_replace(progress);
@@ -91,7 +91,7 @@ struct Owner {
 impl Drop for Owner {
     fn drop(&mut self) {
         if !self.detached.load(Ordering::SeqCst) {
-            // Over already: there is nobody to tell.
+            // Over already: the task is gone.
             let _ = self.requests.send(Request::Stop);
         }
     }
@@ -164,7 +164,7 @@ impl JobHandle {
         Arc::clone(&self.0.shared.finished)
     }
 
-    /// What it tells from now on; who asks first gets all from its beginning.
+    /// Its events from now on; the first caller gets all from the start.
     #[must_use]
     pub fn events(&self) -> JobEvents {
         let shared = &self.0.shared;

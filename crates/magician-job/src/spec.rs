@@ -54,7 +54,7 @@ pub struct JobSpec {
     /// Whether the arm outlives this process: only then the journal is written while the job runs. By itself if not given: yes
     /// of every arm that is no virtual one in this process.
     pub lasting: Option<bool>,
-    /// Who restores the settings that it changes; nobody without.
+    /// What restores the settings that it changes; `None`: nothing.
     pub saved: Option<SavedSettings>,
 }
 

@@ -9,7 +9,7 @@
 /// use magician_motion::TopView;
 ///
 /// assert_eq!(TopView::PAPER.project([200.0, 30.0]), [200.0, 30.0]);
-/// // Who stands behind the arm sees x ahead, and y on the left.
+/// // Seen from behind the arm, x is ahead and y on the left.
 /// assert_eq!(TopView::BEHIND.project([200.0, 30.0]), [-30.0, 200.0]);
 /// assert_eq!(TopView::BEHIND.unproject([0.0, 1.0]), [1.0, 0.0]);
 /// ```

@@ -8,7 +8,7 @@ use magician_protocol::commands::Pose;
 pub struct Reading {
     /// Seconds since the recording began.
     pub t: f64,
-    /// Steps of a program that are finished, where somebody counts them. MCAP has no place for them.
+    /// Finished steps of a program, where they are counted. MCAP has no place for them.
     pub step: Option<u64>,
     /// Where the tool is, mm and deg, and the joint angles, deg.
     pub pose: Pose,

@@ -73,7 +73,7 @@ pub enum ReplayError {
     Empty,
     /// There is no packet that says it went to the arm.
     #[error(
-        "the trace holds no request: none of its {packets} packets says that it went to the arm"
+        "the trace has no requests: none of its {packets} packets is marked as sent to the arm"
     )]
     NoRequests {
         /// Packets that there are.
@@ -100,9 +100,7 @@ pub enum ReplayError {
         by: Micros,
     },
     /// It is longer than a month: a clock has been set meanwhile.
-    #[error(
-        "the trace goes over {days} days, more than 31: was a clock set while it was recorded?"
-    )]
+    #[error("the trace covers {days} days, limit 31: was a clock changed while it was recorded?")]
     Span {
         /// How many days.
         days: u64,

@@ -199,7 +199,7 @@ impl<W: Write> TraceWriter<W> {
 impl<W: Write> Drop for TraceWriter<W> {
     fn drop(&mut self) {
         for link in 0..self.links {
-            // There is nobody left to tell, and the frames that were complete are written.
+            // The error cannot be reported any more, and all complete frames are written.
             let _ = self.close(TraceLink(link));
         }
     }

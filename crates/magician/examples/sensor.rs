@@ -50,9 +50,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!(
         "infrared: {}",
         if there {
-            "something is before it"
+            "object detected"
         } else {
-            "nothing is before it"
+            "no object"
         }
     );
 

@@ -110,7 +110,7 @@ pub fn file_by(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
 ///
 /// # Errors
 /// [`InvalidInput`](crate::ErrorKind::InvalidInput) with file, line and column for one that cannot be read: a fence that
-/// nobody can read is no reason to move without one.
+/// cannot be read is no reason to move without one.
 pub fn load() -> Result<Vec<KnownArm>> {
     match file() {
         Some(path) => load_from(&path),
@@ -132,7 +132,7 @@ pub fn load_from(path: &Path) -> Result<Vec<KnownArm>> {
     match std::fs::metadata(path) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         Ok(about) if about.len() > LARGEST => {
-            return Err(unreadable(&"it is too large for settings"));
+            return Err(unreadable(&"it is too large for a settings file"));
         }
         _ => {}
     }
@@ -200,7 +200,7 @@ fn one(
                 let target = text.parse::<Target>();
                 port = Some(target.map_err(|error| wrong(&error.to_string()))?);
             }
-            ("port", _) => return Err(wrong("expected a text in quotes")),
+            ("port", _) => return Err(wrong("expected a quoted string")),
             ("laser", DeValue::Boolean(mounted)) => laser = *mounted,
             ("laser", _) => return Err(wrong("expected true or false")),
             ("fence", _) => fence = Some(fence_of(&format!("{full}.fence"), value)?),
@@ -211,8 +211,8 @@ fn one(
         }
     }
     let Some(port) = port else {
-        let flaw = Flaw::new(name.span(), format!("{full} does not say which arm it is"));
-        return Err(flaw.help("port = \"...\" does"));
+        let flaw = Flaw::new(name.span(), format!("{full} has no port"));
+        return Err(flaw.help("set port = \"...\""));
     };
     Ok(KnownArm {
         name: name.get_ref().to_string(),

@@ -100,7 +100,7 @@ impl Search {
         self
     }
 
-    /// Asks, and collects who answers, sorted by address; each arm once. It takes as long as is
+    /// Asks, and collects the replies, sorted by address; each arm once. It takes as long as is
     /// given, except that a search at hosts alone ends when all of them have answered. That nobody
     /// answers is no error.
     ///
@@ -116,7 +116,7 @@ impl Search {
         let mut asker = match timeout_at(until, self.asker()).await {
             Ok(asker) => asker?,
             Err(_) => {
-                let message = "the name of the host was not found out in time; name its address";
+                let message = "the name of the host was not resolved in time; use its address";
                 return Err(Error::new(ErrorCode::NoAnswer, message));
             }
         };
@@ -174,7 +174,7 @@ impl Search {
 }
 
 fn no_network(error: io::Error) -> Error {
-    let message = format!("the network cannot be asked for arms: {error}");
+    let message = format!("the network cannot be searched for arms: {error}");
     Error::port(message, error)
 }
 
@@ -272,7 +272,7 @@ impl Asker {
                             new = true;
                         }
                     }
-                    // A host where nobody listens says so.
+                    // A host without a listener says so.
                     Poll::Ready(Err(_)) => {}
                 }
                 if turn >= TURN {

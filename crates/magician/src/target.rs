@@ -111,7 +111,7 @@ pub enum SimSpeed {
     Times(f64),
 }
 
-/// What is right, for those who wrote something else.
+/// The accepted forms, for the error message.
 const FORMS: &str = "sim[:SPEED], a serial path such as /dev/ttyUSB0 or COM3, usb:VENDOR:PRODUCT[:SERIAL], arm:SERIAL, udp:HOST[:PORT], tcp:HOST:PORT, ble:NAME";
 
 impl FromStr for Target {
@@ -170,7 +170,7 @@ impl Target {
 fn bad(text: &str) -> Error {
     Error::new(
         ErrorCode::InvalidPort,
-        format!("'{text}' does not name a port; right is {FORMS}"),
+        format!("'{text}' is not a port; use {FORMS}"),
     )
 }
 
@@ -235,7 +235,7 @@ pub(crate) fn split_port(address: &str, form: &str) -> Result<(String, Option<u1
     let wrong = || {
         Error::new(
             ErrorCode::InvalidPort,
-            format!("'{address}' is not an address; right is {form}"),
+            format!("'{address}' is not an address; use {form}"),
         )
     };
     let (host, port) = match address.strip_prefix('[') {
@@ -310,8 +310,8 @@ impl Target {
                 let found = ports::list(found);
                 let message = format!("no arm found ({found}); is it switched on and plugged in?");
                 Error::new(ErrorCode::NoArm, message)
-                    .remedy((Setting::Port, Given::Any("PORT")), "says where it is")
-                    .remedy((Setting::Port, Given::Word("sim")), "is a virtual arm")
+                    .remedy((Setting::Port, Given::Any("PORT")), "names its port")
+                    .remedy((Setting::Port, Given::Word("sim")), "uses a virtual arm")
             }
             several => {
                 let several = ports::list(several.iter().copied());

@@ -203,12 +203,13 @@ impl Session {
 
     fn fault(&self, error: Error, form: Form) -> Fault {
         if self.released.load(Ordering::SeqCst) {
-            return Fault::new(Code::NoError, "DisconnectDobot came meanwhile");
+            return Fault::new(Code::NoError, "DisconnectDobot was called meanwhile");
         }
         let full = error.kind() == ErrorKind::QueueFull && form == Form::Queued;
         if full && !self.started.swap(true, Ordering::Relaxed) {
             tracing::warn!(
-                "{error}, and this program has not started it: if the arm stands still, SetQueuedCmdStartExec lets it run"
+                "{error}, and this program has not started the queue: if the arm stays at rest, \
+                    call SetQueuedCmdStartExec"
             );
         }
         error.into()
@@ -218,7 +219,7 @@ impl Session {
         self.arm.set_timeout(timeout);
     }
 
-    /// Ends the connection, whoever waits on it. The arm is left as it is.
+    /// Ends the connection, even while calls wait on it. The arm is left as it is.
     pub(super) fn release(&self) {
         self.released.store(true, Ordering::SeqCst);
         self.arm.clone().close();

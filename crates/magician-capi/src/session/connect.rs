@@ -148,8 +148,9 @@ impl Registry {
             Some(Ok(target)) => Ok(target),
             Some(Err(error)) => Err((Connected::Occupied, error.into())),
             None => {
-                let message = "no port was named and no serial port looks like an arm's: is it plugged in and switched \
-                               on? MAGICIAN_PORT=PORT names one, MAGICIAN_PORT=sim a virtual arm";
+                let message = "no port was given and no serial port looks like an arm's: is it \
+                    plugged in and switched on? MAGICIAN_PORT=PORT gives one, MAGICIAN_PORT=sim a \
+                virtual arm";
                 Err((Connected::NotFound, Fault::new(Code::Timeout, message)))
             }
         }
@@ -198,7 +199,7 @@ impl Registry {
 
     /// Opens a port and finds out what is there.
     fn open(&self, target: &Target, ask_in_text: bool) -> magician::Result<Met> {
-        // A fence that nobody can read is no reason to move without one.
+        // An unreadable fence is no reason to move without one.
         let variable = |name: &str| (self.surroundings.variable)(name).map(Into::into);
         let known = match magician::arms::file_by(variable) {
             Some(file) => magician::arms::load_from(&file)?,

@@ -50,7 +50,8 @@ impl Allowed {
         }
         let name = row.set_name;
         Err(Fault::invalid(format!(
-            "it was not sent, because it can brick, unlearn or unlock something in the arm; {VARIABLE}={name}, or \
+            "it was not sent, because it can brick, uncalibrate or unlock the arm; \
+                {VARIABLE}={name}, or \
              MagicianAllow(\"{name}\") before it, allows it"
         )))
     }
@@ -100,7 +101,7 @@ impl Registry {
         if wrong.is_empty() {
             return Code::NoError as c_int;
         }
-        let fault = Fault::invalid(format!("no command is called {}", wrong.join(", ")));
+        let fault = Fault::invalid(format!("unknown command {}", wrong.join(", ")));
         notice::fault("MagicianAllow", &fault)
     }
 }

@@ -1,4 +1,4 @@
-//! A command of which nobody can tell whether the arm took it.
+//! A command that the arm may or may not have taken.
 //!
 //! Stock wrappers send a command again for as long as they get anything but 0. If the arm had taken the first one, it would
 //! move twice. So the doubt closes the way for every command that may not be repeated, and stays: the arm is somewhere
@@ -33,8 +33,8 @@ impl Doubt {
             return Ok(());
         };
         let message = format!(
-            "not sent, because of an earlier command: {about}. SetQueuedCmdClear, or connecting again, lets commands \
-             through; where the arm is now, and whether to home it, is for a person to see"
+            "not sent, because of an earlier command: {about}. Call SetQueuedCmdClear or \
+                reconnect to send commands again; check where the arm is, and home it if needed"
         );
         Err(Fault::new(Code::Timeout, message))
     }

@@ -9,7 +9,7 @@ use magician::{SimSpeed, VirtualArm};
 
 use super::registry::lock;
 
-/// Virtual arms that last as long as the process, so that whoever connects again finds the arm as it was left.
+/// Virtual arms that last as long as the process, so that a new connection finds the arm as it was left.
 #[derive(Debug, Default)]
 pub(super) struct Pool(Mutex<Vec<Member>>);
 

@@ -240,8 +240,8 @@ impl Registry {
         if owner == 0 || owner == process::id() {
             return Ok(());
         }
-        let message = "this process was forked from the one that has connected, and the connection stayed there; \
-                       connect in the child alone, or begin it anew (multiprocessing: the method `spawn`)";
+        let message = "this process was forked from the one that is connected, which keeps the \
+            connection; connect in the child only, or start it by `spawn` (multiprocessing)";
         Err(Fault::new(Code::Timeout, message))
     }
 

@@ -34,9 +34,9 @@ impl Registry {
         let arms = arms.iter().map(ToString::to_string);
         let mut names = Vec::new();
         for name in given.into_iter().chain(ports).chain(arms) {
-            // Whoever reads the list takes it apart at the blanks.
+            // The reader of the list splits it at spaces.
             if name.contains(char::is_whitespace) {
-                tracing::warn!("SearchDobot: a name with a blank in it cannot be listed: {name}");
+                tracing::warn!("SearchDobot: a name with a space cannot be listed: {name}");
             } else if !names.contains(&name) {
                 names.push(name);
             }

@@ -1,7 +1,7 @@
 //! A queue that stands while a program waits for it.
 //!
 //! Every program waits by asking for the current index again and again, and nothing in the answer says that it will never
-//! come to more. So who asks for it is told why, once: in the log, and as the thread's last fault. The answer stays as it
+//! come to more. So the caller is told why, once: in the log, and as the thread's last fault. The answer stays as it
 //! is.
 
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ use magician::{Alarm, AlarmSet, QueueIndex, blocking};
 use super::registry::lock;
 use crate::notice;
 
-/// Who is told.
+/// Where the reason is reported.
 const NAME: &str = "GetQueuedCmdCurrentIndex";
 /// So many times as long may it stand without an alarm: it may be stopped for a moment.
 const PAUSE: u32 = 10;
@@ -27,7 +27,7 @@ const MOST_QUIET: usize = 64;
 /// What is known of a queue that is waited for.
 #[derive(Debug)]
 pub(super) struct Standstill {
-    /// How long the index stands before somebody looks why.
+    /// How long the index stands still before the reason is looked for.
     patience: Duration,
     seen: Mutex<Seen>,
 }
@@ -97,8 +97,8 @@ impl Standstill {
             _ if seen.told => return,
             true if quiet != Some(true) => held(&alarms, tool_unknown),
             _ if still && stood >= pause => {
-                "the arm stands still. If it should not, SetQueuedCmdStartExec lets the queue run, and ClearAllAlarmsState \
-                 before it, if an alarm came and went"
+                "the arm is at rest. If it should move, call SetQueuedCmdStartExec, and \
+                    ClearAllAlarmsState before it if there was an alarm"
                     .to_owned()
             }
             _ => return,
@@ -149,12 +149,12 @@ fn held(alarms: &AlarmSet, tool_unknown: bool) -> String {
                 "{code:#04X} {}: {} ({})",
                 alarm.name, alarm.cause, alarm.remedy
             ),
-            None => format!("{code:#04X}, which has no name"),
+            None => format!("{code:#04X}, an unknown alarm"),
         })
         .collect();
     if tool_unknown {
         named.push(Alarm::TOOL_UNKNOWN.to_owned());
     }
     let named = named.join("; ").replace("0X", "0x");
-    format!("an alarm keeps the queue from running: {named}; ClearAllAlarmsState lets it go on")
+    format!("an alarm keeps the queue from running: {named}; ClearAllAlarmsState releases it")
 }

@@ -167,7 +167,7 @@ impl<T: Target> Session<T> {
             Some(found) if (found - observation.wanted).abs() <= observation.tolerance => Ok(()),
             found => differs(
                 format!("{:?} at {}", observation.observable, observation.wanted),
-                found.map_or("nobody looks".to_owned(), |found| found.to_string()),
+                found.map_or("nothing observes it".to_owned(), |found| found.to_string()),
                 &[],
             ),
         }

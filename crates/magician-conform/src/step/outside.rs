@@ -33,7 +33,7 @@ pub(super) fn happening(words: &[String]) -> Result<ExternalEvent, String> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     let number = |text: &str| {
         text.parse::<f64>()
-            .map_err(|_| format!("'{text}' is no number"))
+            .map_err(|_| format!("'{text}' is not a number"))
     };
     Ok(match words.as_slice() {
         ["key", "short"] => ExternalEvent::Key(Press::Short),
@@ -51,7 +51,7 @@ pub(super) fn happening(words: &[String]) -> Result<ExternalEvent, String> {
         }
         _ => {
             return Err(
-                "what happens is 'key short', 'key long', 'unlock press', 'unlock release', 'reset', \
+                "expected 'key short', 'key long', 'unlock press', 'unlock release', 'reset', \
                  'alarm CODE', 'slip JOINT DEGREES' or 'guide J1 J2 J3 J4'"
                     .to_owned(),
             );
@@ -71,9 +71,16 @@ pub(super) fn observation(word: &str) -> Result<Observation, String> {
     ];
     let (name, value) = word.split_once('=').ok_or("write sees laser=30")?;
     let observable = OBSERVABLES.iter().find(|(known, _)| *known == name);
-    let (_, observable) = observable.ok_or_else(|| format!("nobody sees '{name}'"))?;
+    let (_, observable) = observable.ok_or_else(|| format!("unknown observation '{name}'"))?;
     let (wanted, tolerance) = value.split_once("+-").unwrap_or((value, "0"));
-    let number = |text: &str| (text.parse::<f64>()).map_err(|_| format!("'{text}' is no number"));
+    let number = |text: &str| {
+        (text.parse::<f64>()).map_err(|_| {
+            format!(
+                "'{text}' is not a \
+        number"
+            )
+        })
+    };
     Ok(Observation {
         observable: *observable,
         wanted: number(wanted)?,

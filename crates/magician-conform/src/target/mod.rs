@@ -47,7 +47,7 @@ pub trait Target {
         false
     }
 
-    /// A number that somebody beside the arm sees, if anybody can.
+    /// A number that an observer of the arm sees, if there can be one.
     fn sees(&mut self, _: Observable) -> Option<f64> {
         None
     }

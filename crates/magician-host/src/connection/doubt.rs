@@ -175,7 +175,7 @@ impl Connection {
         }
     }
 
-    /// Over datagrams: more commands were taken than were sent, up to this index. Which, nobody can tell; the next one
+    /// Over datagrams: more commands were taken than were sent, up to this index. It is unknown which; the next one
     /// follows it.
     pub(super) fn surpassed(&mut self, job: Job, to: u64) {
         let from = self.tracker.last().map(|last| last.saturating_add(1));
@@ -184,7 +184,7 @@ impl Connection {
         self.rebase(to);
     }
 
-    /// Ends a command of which nobody can tell whether it was taken, and for a queued one all that
+    /// Ends a command that may or may not have been taken, and for a queued one all that
     /// are in flight with it. Above window 1 what waits behind such a gap does not go out either.
     pub(super) fn uncertain(&mut self, job: Job) {
         let (mut from, mut to) = (None, None);

@@ -75,7 +75,7 @@ impl Connection {
     /// The line to the same arm is there again. Before anything of the stream goes out the controller's clock, its current
     /// index and its left space are read; a controller that was reset meanwhile makes an [`Event::Reset`](super::Event).
     /// A command that was in doubt when the line broke ends with its answer when it was taken, as [`Failure::Lost`] when
-    /// it was not, as [`Failure::Uncertain`] when nobody can tell; it is not sent again.
+    /// it was not, as [`Failure::Uncertain`] when that is unknown; it is not sent again.
     pub fn restored(&mut self) {
         self.deframer = Deframer::new();
         self.pace.begin_anew();

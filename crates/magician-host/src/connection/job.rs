@@ -59,7 +59,7 @@ pub(super) struct Job {
     pub(super) lingers: bool,
     /// Clears that had gone out when it did.
     pub(super) clears: u32,
-    /// A stop came, or nobody waits for it any more: it does not go out again.
+    /// A stop came, or its caller has gone: it does not go out again.
     pub(super) over: bool,
     /// The line broke under it.
     pub(super) cut: bool,

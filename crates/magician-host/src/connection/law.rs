@@ -78,7 +78,8 @@ impl fmt::Display for Breach {
             ),
             Self::Back { index } => write!(
                 f,
-                "the arm's current index goes back although the arm was not reset: the next command got index {index} as if nothing had happened"
+                "the arm's current index went back although the arm was not reset: the next \
+                    command still got index {index}"
             ),
             Self::LeftSpace {
                 current,

@@ -23,7 +23,7 @@
 //! (errata E06):
 //!
 //! 1. Every frame that went out stays *outstanding* until its reply has come or cannot come any
-//!    more, whether or not somebody still waits for it.
+//!    more, whether or not its caller still waits for it.
 //! 2. A reply belongs to the *oldest* outstanding frame of its key. Should that one's reply have
 //!    been lost, the true owner is younger, and this only errs towards distrust.
 //! 3. A reply proves that no reply to an older frame can come: those are no longer outstanding.
@@ -175,7 +175,7 @@ pub struct Stats {
     pub frames: u64,
     /// Frames that came too late and were dropped.
     pub late: u64,
-    /// Frames nobody had asked for.
+    /// Unsolicited frames.
     pub unsolicited: u64,
     /// Damaged frames and runs of foreign bytes.
     pub noise: u64,
@@ -307,7 +307,7 @@ impl Connection {
         self.tracker.capacity()
     }
 
-    /// Whether bytes that came while nobody looked could pass for answers to what is sent next:
+    /// Whether bytes that arrived unread could pass for replies to what is sent next:
     /// look at the line once more before you submit.
     #[must_use]
     pub fn is_owed(&self) -> bool {
@@ -352,7 +352,7 @@ impl Connection {
         ticket
     }
 
-    /// Nobody waits for this request any more. One that has not gone out will not, and ends with
+    /// The caller of this request has gone. One that has not gone out will not, and ends with
     /// [`Failure::Stopped`]; one that has is seen to its end but not sent again. A stop goes on.
     pub fn cancel(&mut self, ticket: Ticket) {
         for lane in [Priority::Stream, Priority::Poll] {
@@ -431,7 +431,7 @@ impl Connection {
         }
     }
 
-    /// Whoever calls was held up from `since` to `now`: stopped, asleep, in a debugger. No deadline ran meanwhile, and what
+    /// The caller was held up from `since` to `now`: stopped, asleep, in a debugger. No deadline ran meanwhile, and what
     /// is in flight is waited for anew. Call it before what has come is [received](Self::receive).
     pub fn slept(&mut self, since: Micros, now: Micros) {
         let time = now.saturating_sub(since);

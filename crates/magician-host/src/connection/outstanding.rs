@@ -91,7 +91,7 @@ impl Outstanding {
     }
 
     /// A reply has come: it belongs to the oldest unanswered frame of its key. On an ordered link
-    /// no reply to an older frame can come any more. `None` for a reply nobody asked for.
+    /// no reply to an older frame can come any more. `None` for an unsolicited reply.
     pub(crate) fn answered(&mut self, key: Key) -> Option<Copy> {
         let at = self.copies.iter().position(|copy| copy.key == key)?;
         let copy = self.copies.remove(at);

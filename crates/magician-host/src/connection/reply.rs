@@ -75,7 +75,7 @@ impl Connection {
 
     /// A reply to a frame that nobody waits for any more came while a fence of the same key is out: it may have been the
     /// fence's own. Copies of the fence are not confused with each other, so it goes again at once; on a line found
-    /// again nobody has the time to wait until it counts as lost. Each such reply leaves one frame less of before.
+    /// again there is no time to wait until it counts as lost. Each such reply leaves one frame less of before.
     fn hurry_fence(&mut self, key: Key) {
         let fence = |job: &&mut Job| job.purpose == Purpose::Fence && job.key == key;
         if let Some(fence) = self.flight.iter_mut().find(fence) {
@@ -83,7 +83,7 @@ impl Connection {
         }
     }
 
-    /// A reply that nobody waits for. One to a queued command, with an index beyond the last, says
+    /// A reply without a waiting request. One to a queued command, with an index beyond the last, says
     /// that the controller took a command twice: the line doubled it (UDP).
     fn unasked(&mut self, frame: &FrameBuf, now: Micros) {
         let view = frame.frame();
@@ -124,7 +124,7 @@ impl Connection {
         }
     }
 
-    /// Over datagrams: this is the index given last, whoever it was given to.
+    /// Over datagrams: this is the index given last, to any host.
     pub(super) fn rebase(&mut self, to: u64) {
         self.tracker.accept(to, self.order);
         self.tracker.confirm();
@@ -195,7 +195,7 @@ impl Connection {
         let index = match refusal {
             Ok(index) => index,
             Err(failure) if alone => return self.done(job.ticket, Err(failure)),
-            // Nobody knows which of those in flight was refused, and those behind it may be taken.
+            // It is unknown which of those in flight was refused, and those behind it may be taken.
             Err(_) => return self.uncertain(job),
         };
         // Over datagrams an answer may simply come again.

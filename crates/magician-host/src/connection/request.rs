@@ -150,7 +150,7 @@ pub enum Failure {
         /// How often the frame went out.
         sent: u32,
     },
-    /// The command went out and nobody can tell whether the controller took it. `from` and `to`
+    /// The command went out and the controller may or may not have taken it. `from` and `to`
     /// are the indices it (and what was in flight with it) would have been given; absent for an
     /// immediate command and before the first accepted index.
     Uncertain {

@@ -50,7 +50,7 @@ impl ErrorKind {
     }
 
     /// Whether a pen is lifted from its paper after a run that failed so, once the arm has been stopped: not when the line is
-    /// gone, when an alarm holds the arm, and when somebody else has stopped it or it was reset.
+    /// gone, when an alarm holds the arm, and when another program has stopped it or it was reset.
     #[must_use]
     pub const fn lifts(self) -> bool {
         !matches!(self, Self::Port | Self::Alarm | Self::Closed)
@@ -64,7 +64,7 @@ impl fmt::Display for ErrorKind {
 }
 
 named! {
-    /// Which error it is. Programs decide by it, or by its [`kind`](Self::kind); nobody reads a sentence for that. The names are
+    /// Which error it is. Programs decide by it, or by its [`kind`](Self::kind), never by the message. The names are
     /// stable.
     ErrorCode {
         /// A value, a name or an argument makes no sense.
@@ -77,7 +77,7 @@ named! {
         InvalidProgram = "invalid-program",
         /// The command is not of the kind that is wanted: no jog, no point-to-point move, none that can be queued.
         WrongCommand = "wrong-command",
-        /// A guard of the check refuses it: [`Error::guard`](crate::Error::guard).
+        /// A guard of the check failed: [`Error::guard`](crate::Error::guard).
         Guarded = "guarded",
         /// It breaks the fence of the arm: [`Error::breach`](crate::Error::breach).
         Fenced = "fenced",
@@ -145,7 +145,7 @@ named! {
         TooManyRequests = "too-many-requests",
         /// An alarm holds the queue: [`Error::alarms`](crate::Error::alarms).
         Alarm = "alarm",
-        /// The queue stands although no alarm does: an alarm that has gone holds it, or somebody has stopped it.
+        /// The queue is at rest without an active alarm: an alarm that is gone still holds it, or a program has stopped it.
         Held = "held",
         /// It cannot be told whether the arm took the command.
         Uncertain = "uncertain",

@@ -263,7 +263,7 @@ impl Error {
     /// What was not sent because the laser would or could burn.
     pub fn burning(message: impl Into<String>) -> Self {
         Self::new(ErrorCode::LaserNotAllowed, message)
-            .remedy((Setting::AllowLaser, Given::On), "lets it burn")
+            .remedy((Setting::AllowLaser, Given::On), "allows it")
     }
 
     /// A command that may or may not have been taken.
@@ -273,8 +273,8 @@ impl Error {
             _ => String::new(),
         };
         let message = format!(
-            "the answer was lost, and it cannot be told whether the arm took the command{which}; \
-             look at the arm before you repeat it"
+            "the reply was lost, and the arm may or may not have the command{which}; look at the \
+                arm before you repeat it"
         );
         let mut error = Self::new(ErrorCode::Uncertain, message);
         error.0.from = from;
@@ -282,7 +282,7 @@ impl Error {
         error
     }
 
-    /// The same once more, for another caller who waits for it; without the error of the system.
+    /// A copy for another waiting caller, without the system's error.
     #[must_use]
     pub fn copy(&self) -> Self {
         Self(Box::new(Details {
@@ -328,23 +328,23 @@ impl Error {
             message += "; ";
             message += Alarm::TOOL_UNKNOWN;
         }
-        let mut error = Self::new(ErrorCode::Alarm, message)
-            .remedy(Action::ClearAlarms, "lets the queue go on");
+        let mut error =
+            Self::new(ErrorCode::Alarm, message).remedy(Action::ClearAlarms, "releases the queue");
         error.0.alarms = Some(alarms);
         error
     }
 
     /// The queue stands although no alarm does.
     pub fn held() -> Self {
-        let message = "the arm stands still with commands in its queue, and no alarm stands now";
+        let message = "the arm is at rest with commands in its queue, and has no alarm now";
         let mut error = Self::new(ErrorCode::Held, message)
             .remedy(
                 Action::ClearAlarms,
-                "lets it go on if an alarm that has gone by itself still holds it, as most often",
+                "continues if the queue is still held by an alarm that is gone, the usual cause",
             )
             .remedy(
                 Action::StartQueue,
-                "lets it go on if another program has stopped the queue",
+                "continues if another program has stopped the queue",
             );
         error.0.alarms = Some(AlarmSet::new());
         error
@@ -358,11 +358,11 @@ impl Error {
             None => (String::new(), None, None),
         };
         let message = format!(
-            "the arm was switched off and on, or reset: what was in its queue is gone{which}, and it cannot be told how \
-             far it came"
+            "the arm was switched off and on, or reset: its queue is lost{which}, and its \
+                progress is unknown"
         );
         let mut error =
-            Self::new(ErrorCode::Reset, message).remedy(Action::Home, "comes before going on");
+            Self::new(ErrorCode::Reset, message).remedy(Action::Home, "is needed before going on");
         (error.0.from, error.0.to) = (from, to);
         error
     }
@@ -370,8 +370,9 @@ impl Error {
     /// More was queued than this program sent.
     pub fn unaccounted(from: u64, to: u64) -> Self {
         let message = format!(
-            "the arm has taken more commands than this program sent (up to queue index {to}): the network \
-             doubled one, or another program uses the arm; look at the arm before you go on"
+            "the arm has taken more commands than this program sent (up to queue index {to}): the \
+                network duplicated one, or another program uses the arm; look at the arm before \
+            you go on"
         );
         let mut error = Self::new(ErrorCode::Unaccounted, message);
         (error.0.from, error.0.to) = (Some(from), Some(to));
@@ -446,10 +447,7 @@ impl From<EncodeError> for Error {
 
 impl From<DecodeError> for Error {
     fn from(error: DecodeError) -> Self {
-        Self::new(
-            ErrorCode::BadAnswer,
-            format!("an answer that cannot be read: {error}"),
-        )
+        Self::new(ErrorCode::BadAnswer, format!("invalid reply: {error}"))
     }
 }
 
@@ -488,7 +486,7 @@ mod tests {
         );
         assert_eq!(
             error.remedies(),
-            [Remedy::new(Action::ClearAlarms, "lets the queue go on")]
+            [Remedy::new(Action::ClearAlarms, "releases the queue")]
         );
         assert!(error.alarms().is_some_and(|alarms| alarms.contains(0x12)));
     }

@@ -36,7 +36,7 @@ pub struct Tally {
     pub flipped: u64,
     /// Bytes that were lost one by one.
     pub dropped: u64,
-    /// Bytes that nobody sent.
+    /// Inserted bytes.
     pub inserted: u64,
     /// Bytes that came twice.
     pub duplicated: u64,
@@ -195,7 +195,7 @@ impl Injector {
         times.min_by_key(|(_, at)| *at)
     }
 
-    /// The plug is in again, by whoever was told that it was pulled. What was under way is lost.
+    /// The plug is in again; called by the owner that was told that it was pulled. What was under way is lost.
     pub fn plug_in(&mut self) {
         self.clear();
         self.unplugged = false;

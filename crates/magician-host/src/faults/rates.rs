@@ -15,7 +15,7 @@ use crate::{Error, Result};
 /// | `replace` | a byte becomes another one |
 /// | `flip` | one bit of a byte is turned |
 /// | `drop` | a byte is lost |
-/// | `insert` | a byte that nobody sent comes before this one |
+/// | `insert` | an extra byte comes before this one |
 /// | `duplicate` | a byte comes twice |
 /// | `swap` | a byte and the next one of its chunk change places |
 /// | `drop-chunk` | a chunk is lost |
@@ -47,7 +47,7 @@ pub struct Faults {
     pub flip: f64,
     /// Bytes that are lost.
     pub drop: f64,
-    /// Bytes before which one comes that nobody sent.
+    /// Bytes before which an extra one is inserted.
     pub insert: f64,
     /// Bytes that come twice.
     pub duplicate: f64,

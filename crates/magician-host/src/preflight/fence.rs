@@ -65,13 +65,13 @@ impl Preflight {
             Set::JogCmd(jog)
                 if fence.bounds_motion() && jog.cmd != magician_protocol::JogCommand::Stop =>
             {
-                let why = "a plain jog is not stopped before the fence";
+                let why = "a plain jog does not stop at the fence";
                 Err(unchecked(why).remedy(Action::Jog, "stops before it"))
             }
             Set::ResetPose(_) if fence.bounds_space() => Err(unchecked(
-                "ResetPose changes where the arm believes to be, and with it where its fence stands",
+                "ResetPose changes the arm's own position, and with it that of its fence",
             )
-            .remedy(Action::Home, "makes its position true")),
+            .remedy(Action::Home, "corrects its position")),
             _ => Ok(()),
         }
     }
@@ -132,7 +132,8 @@ impl Preflight {
     pub(super) fn known_start(&self) -> Result<()> {
         match self.fence.as_ref().is_some_and(Fence::bounds_motion) {
             true => Err(unchecked(
-                "the position of the arm by then is unknown; wait until it stands, or go on in a program of its own",
+                "the position of the arm by then is unknown; wait until it has stopped, or go on \
+                    in a separate program",
             )),
             false => Ok(()),
         }
@@ -142,7 +143,7 @@ impl Preflight {
     pub(super) fn known_way(&self, command: &Set) -> Result<()> {
         match self.known_start() {
             Err(_) => Err(unchecked(&format!(
-                "the end position of {} is unknown; go there with a move",
+                "the end position of {} is unknown; use a move instead",
                 command.row().set_name
             ))),
             Ok(()) => Ok(()),
@@ -181,7 +182,7 @@ impl Preflight {
 fn unchecked(why: &str) -> Error {
     Error::guarded(
         "fence",
-        format!("this arm has a fence, and it cannot be checked against it: {why}"),
+        format!("this arm has a fence, and the command cannot be checked against it: {why}"),
     )
 }
 

@@ -18,7 +18,7 @@ use crate::{Error, Result};
 pub struct Guards {
     /// Targets and ways out of reach or beyond a limit.
     pub reach: bool,
-    /// Ways that nobody can check, because nobody knows where they begin: after homing to a point
+    /// Paths that cannot be checked, because their start is unknown: after homing to a point
     /// that is not known, or when the arm was moving as the check began. A move of all joints to an
     /// absolute target passes nevertheless: from there on the arm's place is known. Anything else
     /// (a line, a jump, an arc, a path, an increment) does not.

@@ -67,10 +67,10 @@ impl Laser {
         let doing = match Doing::of(command) {
             Doing::Standing(doing) if self.burns() => doing,
             Doing::Travelling if self.burns() => "travels",
-            Doing::Drawing if self.along => "leaves the path that it was lit for",
+            Doing::Drawing if self.along => "leaves the path that it burns",
             _ => return Ok(()),
         };
-        let why = format!("the laser would burn while the arm {doing}: switch it off before that");
+        let why = format!("the laser would burn while the arm {doing}: switch it off first");
         refuse(guard, "laser", why)
     }
 

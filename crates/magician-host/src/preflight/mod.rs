@@ -152,7 +152,7 @@ impl Preflight {
     }
 
     /// Tells the time of a continuous path only as far as it is settled, with later segments, and the rest of it with the
-    /// command that ends it, or as [`rest`](Self::rest): the same sum for a third of the work, where nobody asks for a
+    /// command that ends it, or as [`rest`](Self::rest): the same sum for a third of the work, where nothing needs a
     /// single segment. A path under way counts as told.
     #[must_use]
     pub fn summing(mut self) -> Self {
@@ -204,7 +204,7 @@ impl Preflight {
     /// # Errors
     /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if it leaves the laser burning.
     pub fn finish(&self) -> Result<()> {
-        let why = "the laser would burn on after the program: switch it off at the end";
+        let why = "the laser would keep burning after the program: switch it off at the end";
         refuse(self.guards.laser && self.laser.burns(), "laser", why)
     }
 

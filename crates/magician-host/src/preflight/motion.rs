@@ -82,7 +82,7 @@ impl Preflight {
                     self.at = Some(after);
                 }
                 self.now = then;
-                // A home that nobody has set stays at its joints, and which it is does not show.
+                // A home that was never set stays at its joints; which of the two it is cannot be read.
                 let home = self.now.home.filter(|_| self.home_is_set);
                 self.home = home.map(|home| [home.x, home.y, home.z, home.r].map(f64::from).into());
                 Ok(0)
@@ -94,7 +94,7 @@ impl Preflight {
                 self.home_is_set = true;
                 Ok(0)
             }
-            // It moves the arm by rules of its own, to where nobody can tell.
+            // It moves the arm by its own rules, to an unknown position.
             other if other.row().effect == Effect::Motion => {
                 self.known_way(other)?;
                 self.at = None;
@@ -150,8 +150,7 @@ impl Preflight {
             PtpMode::MovjXyzInc => (Target::PoseIncrement(numbers.into()), MoveKind::Joint),
             PtpMode::JumpMovlXyz => (Target::Pose(numbers.into()), jump(Transfer::Line)),
             PtpMode::Unknown(mode) => {
-                let message =
-                    format!("point-to-point mode {mode} does not exist; there are 0 to 9");
+                let message = format!("unknown point-to-point mode {mode}; modes are 0 to 9");
                 return Err(Error::invalid(message).with_limit(mode.into(), 9.0, "mode"));
             }
         };
@@ -200,20 +199,20 @@ impl Preflight {
         }
     }
 
-    /// Nobody knows where the way begins.
+    /// The start of the path is unknown.
     pub(super) fn unknown_way(&self, what: &str) -> Result<()> {
         let why = format!(
-            "nobody knows where the arm is by then, and so not {what}; let it go to a pose or to \
-             joint angles with all joints together first"
+            "the arm's position by then is unknown, and therefore {what}; first move it to a pose \
+                or to joint angles with all joints together"
         );
         refuse(self.guards.unknown_start, "unknown_start", why)
     }
 
-    /// Only the end: nobody knows where the motion begins. Joints that go together from within their limits to
+    /// Only the end: the start of the motion is unknown. Joints that go together from within their limits to
     /// within them stay there; only J2 - J3 could leave its own for a moment, where one of them is much slower.
     fn arrive(&mut self, request: &Move) -> Result<()> {
         if request.kind != MoveKind::Joint {
-            self.unknown_way("which way it will go")?;
+            self.unknown_way("its path")?;
         }
         let end = match &request.target {
             Target::Pose(pose) => ArmState::at_pose(&self.geometry(), pose, &self.model.limits),
@@ -222,7 +221,7 @@ impl Preflight {
                 self.model.limits.check(joints).map(|()| state)
             }
             Target::PoseIncrement(_) | Target::JointIncrement(_) => {
-                self.unknown_way("where it will end")?;
+                self.unknown_way("its end")?;
                 self.at = None;
                 return Ok(());
             }
@@ -237,7 +236,7 @@ impl Preflight {
         let to = point.map(f64::from);
         let Some(from) = self.at else {
             self.known_start()?;
-            self.unknown_way("which way the path begins")?;
+            self.unknown_way("the begin of the path")?;
             let [x, y, z] = to;
             if mode == CpMode::Absolute {
                 let target = Target::Pose([x, y, z, 0.0].into());
@@ -270,7 +269,7 @@ impl Preflight {
     fn arc(&mut self, via: [f32; 4], to: [f32; 4]) -> Result<u64> {
         let Some(from) = self.at else {
             self.known_start()?;
-            self.unknown_way("which arc leads from there")?;
+            self.unknown_way("the arc")?;
             let (target, kind) = (Target::Pose(to.map(f64::from).into()), MoveKind::Joint);
             self.arrive(&Move { target, kind })?;
             return Ok(FOREVER);
@@ -284,7 +283,7 @@ impl Preflight {
         let points = [circle.cir_point, circle.to_point];
         let Some(from) = self.at else {
             self.known_start()?;
-            self.unknown_way("which circle leads through there")?;
+            self.unknown_way("the circle")?;
             self.check_points(points)?;
             return Ok(FOREVER);
         };
@@ -354,7 +353,8 @@ impl Preflight {
 
     /// A jog goes on until a limit ends it.
     fn jog(&mut self, command: JogCommand) -> Result<u64> {
-        let why = "a queued jog goes on until a limit stops it with an alarm: jog at once instead, and stop it";
+        let why = "a queued jog only ends at a limit, with an alarm: jog at once instead, and \
+            stop it";
         refuse(self.guards.jog, "jog", why)?;
         match command {
             JogCommand::RailPlus | JogCommand::RailMinus if !self.now.with_rail => return Ok(0),

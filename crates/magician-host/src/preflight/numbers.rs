@@ -68,7 +68,7 @@ fn check_value(field: &Field, value: FieldValue<'_>, range: Range) -> Result<()>
     match value {
         FieldValue::Float(number) if !number.is_finite() => {
             let name = field.name;
-            let message = format!("{name} is {number}, which is no number");
+            let message = format!("{name} is {number}, not a finite number");
             Err(Error::invalid(message))
         }
         FieldValue::Float(number) => check_number(field, number.into(), range),
@@ -76,7 +76,7 @@ fn check_value(field: &Field, value: FieldValue<'_>, range: Range) -> Result<()>
         FieldValue::Signed(number) => check_number(field, number.into(), range),
         FieldValue::Enum(info, byte) if info.name_of(byte).is_none() => {
             let Field { name, range, .. } = field;
-            let message = format!("{name} is {byte}, which does not exist; there are {range}");
+            let message = format!("{name} is {byte}, it must be {range}");
             Err(Error::invalid(message).with_value(byte.into(), name))
         }
         FieldValue::Enum(_, byte) => check_number(field, byte.into(), range),
@@ -118,7 +118,7 @@ fn check_number(field: &Field, number: f64, range: Range) -> Result<()> {
 fn check_count(field: &Field, count: usize, range: Range) -> Result<()> {
     match range {
         Range::AtMost(most, of) if count > usize::from(most) => {
-            let message = format!("{} has {count} {of}, at most {most} fit", field.name);
+            let message = format!("{} has {count} {of}, limit {most}", field.name);
             Err(Error::invalid(message).with_limit(count as f64, most.into(), of))
         }
         _ => Ok(()),

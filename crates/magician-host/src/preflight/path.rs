@@ -30,7 +30,7 @@ pub(super) struct Path {
     told: u64,
     /// Nothing is told before it is settled.
     lazy: bool,
-    /// The profile of every segment that is settled, for those who ask for it.
+    /// The profile of every settled segment, if requested.
     profiles: Option<Vec<VelocityProfile>>,
 }
 

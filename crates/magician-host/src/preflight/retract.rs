@@ -51,11 +51,11 @@ impl Preflight {
     /// ```
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a height below 0, and where it is not known where the arm stands.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) for a height below 0, and where the arm's position is unknown.
     pub fn lift(&self, height: f64) -> Result<Lift> {
         if !(height.is_finite() && height >= 0.0) {
             return Err(Error::invalid(format!(
-                "a lift is 0 mm or more, not {height}"
+                "the lift is {height} mm, it must be 0 or more"
             )));
         }
         let from = self.stands()?.pose;
@@ -110,7 +110,7 @@ impl Preflight {
     ///
     /// # Errors
     /// [`Unreachable`](crate::ErrorKind::Unreachable) with value and limit if the place, or every way to it, is out of reach;
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) where it is not known where the arm stands.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) where the arm's position is unknown.
     pub fn way_to_park(&self, place: [f64; 3]) -> Result<Vec<Set>> {
         let from = self.stands()?.pose;
         let [x, y, z] = place;
@@ -135,7 +135,7 @@ impl Preflight {
                 Err(error) => refusal = refusal.or(Some(error)),
             }
         }
-        let none = || Error::new(ErrorCode::OutOfReach, "there is no way to it");
+        let none = || Error::new(ErrorCode::OutOfReach, "there is no path to it");
         Err(refusal.unwrap_or_else(none))
     }
 
@@ -159,7 +159,7 @@ impl Preflight {
             if dips {
                 return Err(Error::new(
                     ErrorCode::OutOfReach,
-                    "the base is in the way, and the way round it dips below both of its ends",
+                    "the base is in the way, and the path around it dips below both of its ends",
                 ));
             }
             kept.push(command);
@@ -168,12 +168,8 @@ impl Preflight {
     }
 
     fn stands(&self) -> Result<&ArmState> {
-        self.arm().ok_or_else(|| {
-            Error::new(
-                ErrorCode::PositionUnknown,
-                "it is not known where the arm stands",
-            )
-        })
+        self.arm()
+            .ok_or_else(|| Error::new(ErrorCode::PositionUnknown, "the arm's position is unknown"))
     }
 }
 

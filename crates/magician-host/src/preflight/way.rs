@@ -1,4 +1,4 @@
-//! The way itself, for those who draw it.
+//! The path itself, for drawing it.
 
 use magician_motion::{ArmState, Geometry, Trajectory};
 use magician_protocol::Set;

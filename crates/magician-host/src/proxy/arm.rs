@@ -16,7 +16,7 @@ pub(super) enum Purpose {
     Stop,
     /// Its answer proves that older answers will not come any more.
     Fence,
-    /// The end of a jog that nobody holds, or the stop of a client that left.
+    /// The end of a jog without an owner, or the stop of a client that disconnected.
     Own {
         /// How often it may still go out.
         tries: u32,
@@ -35,7 +35,7 @@ pub(super) struct Flight {
     pub(super) ticket: Ticket,
     pub(super) purpose: Purpose,
     pub(super) frame: FrameBuf,
-    /// Who is to have the answer, and for which of its requests; the first one asked.
+    /// The clients that get the reply, and for which of their requests; the first one asked.
     pub(super) takers: Vec<(Client, Ticket)>,
     /// How often something that may have changed the arm had gone out by then.
     pub(super) epoch: u64,
@@ -54,7 +54,7 @@ impl Flight {
 
 /// What an answer of the arm comes to.
 pub(super) struct Claim {
-    /// What it answers, if somebody waits for that.
+    /// What it answers, if a client waits for it.
     pub(super) answered: Option<Flight>,
     /// What it proves unanswered.
     pub(super) lost: Vec<Flight>,
@@ -189,7 +189,7 @@ impl ArmLine {
         Some(Claim { answered, lost })
     }
 
-    /// Nothing waits for this answer any more but who asked first.
+    /// Only the first client still waits for this reply.
     pub(super) fn let_come_late(&mut self, mut flight: Flight) {
         flight.takers.truncate(1);
         self.late.push(flight);
@@ -206,7 +206,7 @@ impl ArmLine {
         (self.late.extract_if(.., |flight| which(flight))).collect()
     }
 
-    /// Those that come so late that nobody waits for them.
+    /// Replies that come too late for any client.
     pub(super) fn too_late(&mut self, now: Micros) -> Vec<Flight> {
         let lifetime = self.lifetime;
         self.give_up_late(|flight| flight.since.saturating_add(lifetime) <= now)

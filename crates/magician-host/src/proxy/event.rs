@@ -12,30 +12,30 @@ pub struct Client(pub u32);
 pub enum Event {
     /// A client asks.
     Request {
-        /// Who.
+        /// The client.
         client: Client,
         /// What.
         frame: FrameBuf,
     },
     /// A client is answered.
     Reply {
-        /// Who.
+        /// The client.
         client: Client,
         /// With what.
         frame: FrameBuf,
-        /// Whether the arm was asked by somebody else.
+        /// Whether another client asked the arm.
         shared: bool,
     },
     /// The arm did not answer in time; neither does the proxy.
     Unanswered {
-        /// Who asked.
+        /// The client that asked.
         client: Client,
         /// What.
         frame: FrameBuf,
     },
     /// A request that did not go to the arm and will not.
     Dropped {
-        /// Who asked.
+        /// The client that asked.
         client: Client,
         /// What.
         frame: FrameBuf,
@@ -43,19 +43,19 @@ pub enum Event {
         reason: Reason,
     },
     /// The proxy itself says something to the arm: a fence between two requests, or the end of a
-    /// jog that nobody holds any more.
+    /// jog without an owner.
     Own {
         /// What.
         frame: FrameBuf,
     },
-    /// The arm said something that nobody waits for, such as an answer that comes too late.
+    /// The arm sent something unsolicited, such as a reply that is too late.
     Unclaimed {
         /// What.
         frame: FrameBuf,
     },
     /// Bytes that are part of no frame.
     Foreign {
-        /// Who sent them; `None`: the arm.
+        /// The sender; `None`: the arm.
         from: Option<Client>,
         /// The bytes; a long run comes in several.
         bytes: Chunk,
@@ -80,9 +80,9 @@ pub enum Reason {
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Left => "its program left",
+            Self::Left => "its program disconnected",
             Self::Stopped => "a stop overtook it",
-            Self::NoLine => "there is no line to the arm",
+            Self::NoLine => "the line to the arm is lost",
             Self::Full => "too many requests wait",
         })
     }

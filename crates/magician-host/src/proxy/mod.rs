@@ -19,14 +19,14 @@
 //!   [`Row::only_looks`](magician_protocol::Row::only_looks) says what can be shared.
 //! * **Nothing is sent twice.** An answer that does not come is not given, as the arm would not
 //!   give it; whether to ask again is for the client to decide. The line is not kept for an answer
-//!   that takes longer than usual, but who asked still gets it: until
+//!   that takes longer than usual, but the client that asked still gets it: until
 //!   something later is answered, which shows that it was lost, and for the
 //!   [lifetime](connection::Settings::lifetime) of a frame at most. A *fence* goes out before another
 //!   request with the same id and Ctrl, by the rules of [`connection`].
 //! * **Whole frames.** Bytes that are no frame are shown and, unless
 //!   [`transparent`](Settings::transparent), go no further: they would disturb the others. Frames
 //!   with unknown ids pass.
-//! * **Who leaves, lets go.** Requests that have not gone out are dropped, but not stops; a jog that
+//! * **A client that disconnects lets go.** Requests that have not gone out are dropped, but not stops; a jog that
 //!   the client began is ended ([`keep_going`](Settings::keep_going)). What it queued is its
 //!   business. A lost line ends what waits and what comes meanwhile: nothing is done later that was
 //!   asked for before.
@@ -86,7 +86,7 @@ impl Default for Settings {
 pub struct Proxy {
     settings: Settings,
     members: BTreeMap<Client, Member>,
-    /// Who had the last turn.
+    /// The client of the last turn.
     turn: Option<Client>,
     arm: ArmLine,
     /// Whether there is a line to the arm.
@@ -151,7 +151,7 @@ impl Proxy {
     }
 }
 
-/// Our own side: who comes and goes.
+/// Our own side: which clients connect and disconnect.
 impl Proxy {
     /// A client comes.
     pub fn open(&mut self, client: Client) {
@@ -268,7 +268,7 @@ impl Proxy {
         }
     }
 
-    /// Who only joined is asked for himself, which nobody has done yet.
+    /// A read that was only joined is sent for the client itself, for the first time.
     fn ask_for_joined(&mut self, flight: &Flight) {
         for (client, ticket) in flight.takers.iter().skip(1) {
             let member = self.members.get_mut(client);
@@ -285,7 +285,7 @@ impl Proxy {
         }
     }
 
-    /// None of those who wait is answered.
+    /// None of the waiting clients gets a reply.
     fn unanswered(&mut self, flight: &Flight) {
         for (client, ticket) in &flight.takers {
             self.end_unanswered(*client, *ticket, flight.frame);

@@ -6,13 +6,13 @@ use crate::connection::Micros;
 /// Most answers that are kept.
 const MOST: usize = 32;
 
-/// An answer of the arm that will do for others who ask the same.
+/// A reply of the arm that can be shared with clients that ask the same.
 #[derive(Debug)]
 struct Reading {
     request: FrameBuf,
     reply: FrameBuf,
     at: Micros,
-    /// Who has had it: nobody is told the same twice.
+    /// The clients that have had it: none gets the same reply twice.
     had: Vec<Client>,
 }
 
@@ -65,7 +65,7 @@ impl Readings {
         self.readings.clear();
     }
 
-    /// The number may name somebody else from now on.
+    /// The number may name another client from now on.
     pub(super) fn forget_client(&mut self, client: Client) {
         for reading in &mut self.readings {
             reading.had.retain(|other| *other != client);

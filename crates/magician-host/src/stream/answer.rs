@@ -138,7 +138,7 @@ impl Stream {
         }
     }
 
-    /// Something was lost between others, or nobody knows whether it was.
+    /// Something was lost between others, or may have been.
     fn gapes(&mut self, failure: Failure) {
         match self.settings.window > 1 && self.may_go_back() {
             true => self.gap = true,

@@ -5,7 +5,7 @@ use super::item::{Entry, Fate};
 impl Stream {
     /// The connection has told that the controller gave these indices to commands that were sent once: the line doubled a
     /// datagram. Whether the stream goes on: one second copy of a command that does the same again where the first left off.
-    /// Else somebody has to be told, and the next index that does not follow ends the stream.
+    /// Otherwise it is reported, and the next index that does not follow ends the stream.
     pub fn doubled(&mut self, from: u64, to: u64) -> bool {
         let next = self.expected == Some(from) && from == to;
         let flying = self.entries.iter().filter(|entry| entry.is_flying());

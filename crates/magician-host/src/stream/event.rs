@@ -73,7 +73,7 @@ pub enum StreamFailure {
         /// Current index now, when that is what went back.
         now: Option<u64>,
     },
-    /// The queue holds less than was put in: somebody cleared it.
+    /// The queue holds less than was put in: it was cleared.
     Dropped {
         /// Commands that should be in it.
         counted: u32,
@@ -103,7 +103,7 @@ pub enum StreamFailure {
         /// Where the arm stands.
         found: [f64; 4],
     },
-    /// On resuming: nobody knows where the last finished command leaves the arm.
+    /// On resuming: the position after the last finished command is unknown.
     PoseUnknown {
         /// Where the arm stands.
         found: [f64; 4],
@@ -122,7 +122,7 @@ impl fmt::Display for StreamFailure {
         match self {
             Self::Request(failure) => write!(f, "a queued command failed: {failure:?}"),
             Self::Index { expected, found } => {
-                write!(f, "index {expected} should follow, the arm gave {found}")
+                write!(f, "expected index {expected}, the arm gave {found}")
             }
             Self::Reset {
                 before,
@@ -136,7 +136,7 @@ impl fmt::Display for StreamFailure {
             }
             Self::Dropped { counted, read } => write!(
                 f,
-                "the queue should hold {counted}, and holds {read}: somebody cleared it"
+                "the queue should hold {counted}, but holds {read}: it was cleared"
             ),
             Self::NotDrained { left, places } => write!(
                 f,
@@ -144,7 +144,7 @@ impl fmt::Display for StreamFailure {
             ),
             Self::Tail { found, from, to } => write!(
                 f,
-                "the arm's last index is {found}, this program can have led to {from} to {to}"
+                "the arm's last index is {found}, this program accounts for {from} to {to}"
             ),
             Self::Pose { expected, found } => write!(
                 f,
@@ -152,14 +152,14 @@ impl fmt::Display for StreamFailure {
             ),
             Self::PoseUnknown { found } => write!(
                 f,
-                "the arm stands at {found:.2?}, and nobody knows where it should"
+                "the arm stands at {found:.2?}, its expected position is unknown"
             ),
             Self::Unclear { confirmed, found } => {
                 write!(f, "up to queue index {found}")?;
                 if let Some(confirmed) = confirmed {
                     write!(f, ", after {confirmed}")?;
                 }
-                f.write_str(", commands may be missing that must not be done twice")
+                f.write_str(", commands that must not be repeated may be missing")
             }
         }
     }
@@ -184,7 +184,7 @@ pub enum Refused {
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Full => "the stream has no room at present",
+            Self::Full => "the stream is full",
             Self::NotQueueable => "the command cannot be queued",
             Self::TooLong => "the command does not fit in a frame",
             Self::Over => "the stream takes no more commands",

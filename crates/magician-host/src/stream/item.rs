@@ -8,7 +8,7 @@ use crate::connection::{Micros, Ticket};
 pub struct Item {
     /// What goes into the queue.
     pub command: Set,
-    /// How long the arm will be busy with it, us; [`u64::MAX`]: nobody knows.
+    /// How long the arm will be busy with it, us; [`u64::MAX`]: unknown.
     pub time: Micros,
     /// Where the arm stands when it has finished: x, y, z in mm and r in degrees, when that is known.
     pub end: Option<[f64; 4]>,
@@ -40,7 +40,7 @@ pub struct StreamSettings {
     pub window: usize,
     /// Starts the queue. Otherwise it is left as it is, and only its places limit what is put in.
     pub start: bool,
-    /// The queue runs already, and nobody else stops it: it is not started once more.
+    /// The queue runs already, and no other program stops it: it is not started again.
     pub running: bool,
     /// How fast the arm is beside the times that are known of its commands.
     pub pace: ArmPace,
@@ -50,7 +50,7 @@ pub struct StreamSettings {
     /// sibling arm's code). Otherwise such segments go in chunks too, each ended by a segment of no power to where it
     /// stands.
     pub dark_at_rest: bool,
-    /// Resumes although nobody knows where the arm should stand.
+    /// Resumes although the arm's expected position is unknown.
     pub trust_pose: bool,
 }
 
@@ -77,7 +77,7 @@ pub(super) enum Fate {
     Waiting,
     Flying(Ticket),
     Accepted(u64),
-    /// Nobody can tell whether the controller took it.
+    /// The controller may or may not have taken it.
     Doubtful,
 }
 

@@ -37,7 +37,7 @@ impl Stream {
     }
 
     /// Puts the laser out after so many commands and lights it again for those that follow; returns how many commands
-    /// were added to the chunk. A light that nobody here has switched cannot be lit again and stays as it is.
+    /// were added to the chunk. A laser that was not switched here cannot be lit again and stays as it is.
     fn split(&mut self, from: usize, count: usize) -> usize {
         let at = from + count;
         let Some(last) = at
@@ -156,7 +156,7 @@ impl Stream {
     }
 }
 
-/// A segment's first share and what is left of it; `None` where that takes a start that nobody knows.
+/// A segment's first share and what is left of it; `None` where the start is unknown.
 fn split(whole: CpLeCmd, start: Option<[f64; 4]>, share: f64) -> Option<(CpLeCmd, CpLeCmd)> {
     let numbers = [whole.x, whole.y, whole.z];
     if whole.cp_mode == CpMode::Relative {

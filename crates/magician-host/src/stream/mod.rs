@@ -6,7 +6,7 @@
 //!
 //! * look: `&self` methods, which change nothing;
 //! * our own side: [`offer`](Stream::offer) a command while there is [`room`](Stream::room), [`finish`](Stream::finish)
-//!   when no more comes, [`interrupt`](Stream::interrupt) when the line is lost or somebody stops the arm,
+//!   when no more comes, [`interrupt`](Stream::interrupt) when the line is lost or the arm is stopped,
 //!   [`reset`](Stream::reset) when the connection says that the controller was reset;
 //! * [`answered`](Stream::answered): the connection has ended a request;
 //! * time: [`advance`](Stream::advance) submits what is due. It is called after each of the calls above, and at the
@@ -14,14 +14,14 @@
 //! * what comes out: [`poll_event`](Stream::poll_event), until it returns `None`.
 //!
 //! The same calls give the same results. Memory is bounded and taken when the stream is made: offered commands wait in
-//! [`WAITING`] places, and a command is kept until the arm has finished it and nobody doubts it, at most [`KEPT`] of them.
+//! [`WAITING`] places, and a command is kept until the arm has certainly finished it, at most [`KEPT`] of them.
 //!
 //! # How much is in the arm
 //!
 //! *Credit* is the number of places minus the commands that were accepted and not finished, by their indices, minus those
 //! in flight. Left space is read now and then beside it; the lower of both counts. When they disagree in three
 //! readings in a row, left space wins: fewer places are used from then on
-//! ([`StreamEvent::Places`]), or, if commands are missing from the queue, somebody cleared it and the stream fails.
+//! ([`StreamEvent::Places`]), or, if commands are missing from the queue, it was cleared and the stream fails.
 //!
 //! The *horizon* bounds what the arm does when the host dies: the times of all that is accepted or in flight and not
 //! finished, the one under way counted whole. Two commands are allowed whatever they take, so that the arm always has the
@@ -34,7 +34,7 @@
 //! queue is stopped and then started: nothing moves unless all of it was taken. A longer one is put in up to the horizon,
 //! started, and goes on. A queue in which earlier commands wait is not stopped (a stop would cut short a WAIT of theirs),
 //! nor is one stopped for a single command. Whether a program is a batch is known when it is finished or more than a batch
-//! is offered; a caller who does neither is waited for 20 ms.
+//! is offered; a caller that does neither is waited for 20 ms.
 //!
 //! # Whose time
 //!
@@ -52,7 +52,7 @@
 //! inserts a command that puts the laser out and one that lights it again for the next chunk. On the work this shows: at
 //! every seam (once a second; with 32 places every 30 segments, if they are short) the arm stands still and dark while the
 //! next chunk goes in, a tenth of a second or two, and because it brakes before the seam with the laser at full power and
-//! speeds up after it, the line is darker there. A caller who wants an even line uses `CPLECmd`. A program that ends with
+//! speeds up after it, the line is darker there. For an even line use `CPLECmd`. A program that ends with
 //! the laser lit is left as it was asked for. A laser lit through its IO pins or before the stream is not seen as switched;
 //! for it, as for all that has [`Item::laser`] set, the shorter horizon holds.
 //!
@@ -358,7 +358,7 @@ impl Stream {
         self.fail(StreamFailure::Request(failure));
     }
 
-    /// Nobody waits for it any more: what has not gone out will not.
+    /// Its caller has gone: what was not sent yet will not be.
     pub fn withdraw(&self, connection: &mut Connection) {
         for (ticket, _) in self.under_way() {
             connection.cancel(ticket);

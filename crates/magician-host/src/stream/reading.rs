@@ -35,7 +35,7 @@ pub(super) struct Reader {
     rest: [Option<Reading>; 3],
     /// When the next look begins.
     due: Option<Micros>,
-    /// It is planned only because nobody says when the arm has finished something.
+    /// It is a poll that exists only because the arm does not report the end of a command.
     awaits_news: bool,
     wants_left: bool,
     wants_pose: bool,
@@ -99,7 +99,7 @@ impl Reader {
         }
     }
 
-    /// Somebody else has looked at an arm at rest.
+    /// Another caller has read the state of an arm at rest.
     pub(super) fn was_told(&mut self, now: Micros, beginning: &Beginning) {
         (self.left, self.left_at) = (beginning.left, Some(now));
         (self.current, self.known, self.changed) = (beginning.current, true, now);
@@ -232,7 +232,7 @@ impl Stream {
         true
     }
 
-    /// An answer to somebody else's question that passes: a current index saves the stream a look of its own. Call
+    /// A reply to another caller that passes: a current index saves the stream a look of its own. Call
     /// [`advance`](Self::advance) afterwards.
     pub fn overhear(&mut self, now: Micros, frame: &FrameBuf) {
         let now = self.clock.at(now);

@@ -162,7 +162,7 @@ pub fn with_outputs(command: Set, outputs: &[Output]) -> Result<Set> {
     let list = PoList::new(&list).filter(|_| list.len() <= most);
     let po = list.ok_or_else(|| {
         let count = outputs.len();
-        Error::invalid(format!("{count} outputs on the way, at most {most} fit"))
+        Error::invalid(format!("{count} outputs on the way, limit {most}"))
     })?;
     macro_rules! switching {
         ($to:ident, $ptp:ident $(, $l:ident)?) => {

@@ -14,7 +14,7 @@ use crate::{Action, Error, ErrorCode};
 pub enum Axis {
     /// Forward, mm.
     X,
-    /// To the left for who stands behind the arm, mm.
+    /// To the left as seen from behind the arm, mm.
     Y,
     /// Up, mm.
     Z,
@@ -232,7 +232,7 @@ impl TryFrom<&Set> for JogDirection {
             }
             other => match other.axis() {
                 Some((number, forward)) => (axes[number], forward),
-                None => return Err(wrong("no axis has this number")),
+                None => return Err(wrong("unknown axis")),
             },
         };
         Ok(Self { axis, forward })

@@ -68,7 +68,7 @@ pub fn with_rail(command: Set, l: f32) -> Result<Set> {
         Set::PtpCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
         Set::PtpWithLCmd(ptp) => Ok(on_rail!(PtpWithLCmd, ptp)),
         Set::PtpPoCmd(ptp) if ptp.po.as_slice().len() > MOST_OUTPUTS => Err(Error::invalid(
-            format!("a move with the rail switches at most {MOST_OUTPUTS} outputs"),
+            format!("a move with the rail can switch at most {MOST_OUTPUTS} outputs"),
         )),
         Set::PtpPoCmd(ptp) => Ok(on_rail!(PtpPoWithLCmd, ptp, po)),
         Set::PtpPoWithLCmd(ptp) => Ok(on_rail!(PtpPoWithLCmd, ptp, po)),

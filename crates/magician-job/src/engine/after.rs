@@ -151,7 +151,7 @@ impl Work {
             let mut track = self.track();
             let Track { rest, counter, .. } = &*track;
             let moved = |rest: &RemainingProgram| rest.has_moved(counter, stood.index, &stood.pose);
-            // What somebody else has moved before it began is no pen of its own.
+            // A pen that was moved before the job began is not the job's.
             let moved = track.pulled > 0 && rest.as_ref().is_some_and(moved);
             if !moved {
                 return PenLift::None;

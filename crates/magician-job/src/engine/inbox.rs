@@ -45,7 +45,7 @@ impl Inbox {
         }
     }
 
-    /// Whether somebody has asked for a pause that has not come yet.
+    /// Whether a pause was requested that has not come yet.
     pub(super) fn wants_pause(&self) -> bool {
         self.reason.is_some()
     }
@@ -55,11 +55,11 @@ impl Inbox {
         self.reason.unwrap_or(PauseReason::Person)
     }
 
-    /// Answers all who have asked for a pause.
+    /// Answers all requests for a pause.
     pub(super) fn answer_pauses(&mut self, answer: impl Fn() -> Result<(), PauseError>) {
         self.reason = None;
         for reply in self.pauses.drain(..) {
-            // Who does not wait does not hear.
+            // The requester may have stopped waiting.
             let _ = reply.send(answer());
         }
     }
@@ -67,7 +67,7 @@ impl Inbox {
     async fn next(&mut self) -> Request {
         match self.requests.recv().await {
             Some(request) => request,
-            // Let go of: nobody wants anything any more.
+            // Dropped: there are no more requests.
             None => pending().await,
         }
     }

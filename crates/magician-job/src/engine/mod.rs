@@ -72,7 +72,7 @@ impl Job {
             let mut inbox = Inbox::new(requests);
             let outcome = work.to_the_end(&mut inbox).await;
             inbox.answer_pauses(|| Err(PauseError::Ended));
-            // Before anybody hears of the end: who waits for it may leave at once.
+            // Before the end is reported: the waiting process may exit at once.
             drop(work);
             ends.0.end(outcome.map(Arc::new).map_err(Arc::new));
         });
@@ -80,13 +80,13 @@ impl Job {
     }
 }
 
-/// Nobody waits for ever for a job whose task is gone: its runtime has ended.
+/// Waiting for a job ends also when its task is gone because its runtime has ended.
 struct EndsAnyway(Arc<Shared>);
 
 impl Drop for EndsAnyway {
     fn drop(&mut self) {
         if self.0.state() != JobState::Ended {
-            let gone = Error::new(ErrorCode::Stopped, "the job was given up before its end");
+            let gone = Error::new(ErrorCode::Stopped, "the job was dropped before its end");
             self.0.end(Err(Arc::new(JobError::from(gone))));
         }
     }

@@ -120,7 +120,7 @@ impl Work {
         }
     }
 
-    /// The job is paused until somebody wants something.
+    /// The job is paused until the next request.
     async fn hold(&self, inbox: &mut Inbox) -> Next {
         let reason = inbox.reason();
         let part = None;

@@ -61,7 +61,7 @@ pub enum ToolOrder {
     Suction(bool),
     /// The gripper closes, opens, or its pump goes off.
     Gripper(Grip),
-    /// The laser burns, or is dark. Who orders it has made sure that it may burn.
+    /// The laser burns, or is dark. The caller has made sure that it may burn.
     Laser(bool),
     /// The arm counts from a tip that is so far from its flange, mm.
     Tip(ToolBias),

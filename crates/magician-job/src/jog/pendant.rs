@@ -115,13 +115,14 @@ impl Pendant {
         self.turn(|hold| hold.release(direction))
     }
 
-    /// To be called several times a second, as long as whoever holds the control is known to be there: what is held goes on, or
+    /// To be called several times a second, as long as the holder of the control is known to be present: what is held
+    /// goes on, or
     /// ends when it was not reported for too long.
     pub fn tick(&mut self, now: Duration) -> Option<PendantOrder> {
         self.turn(|hold| hold.tick(now))
     }
 
-    /// Nobody may be there any more: what is held ends.
+    /// The holder may be gone: a held jog ends.
     pub fn release_all(&mut self) -> Option<PendantOrder> {
         self.turn(HoldToRun::release_all)
     }
@@ -184,7 +185,7 @@ impl Pendant {
         }))
     }
 
-    /// The laser burns or goes dark. Whoever lets it burn has made sure that it may.
+    /// The laser burns or goes dark. The caller has made sure that it may.
     pub const fn laser(&mut self, on: bool) -> PendantOrder {
         self.laser_pending = on;
         PendantOrder::Tool(ToolOrder::Laser(on))

@@ -61,7 +61,7 @@ impl Drop for ArmWorker {
         }
         if self.moving.take().is_some() {
             let arm = self.arm.clone();
-            // Nobody is there any more who could be told.
+            // The receiver is gone.
             self.runtime.spawn(async move { arm.stop().await.ok() });
         }
     }
@@ -125,7 +125,7 @@ impl ArmWorker {
                 self.beside(Activity::ClearAlarms, work)
             }
             PendantOrder::Tool(tool) => {
-                // Who orders it has made sure that it may burn.
+                // The caller has made sure that it may burn.
                 let arm = self.arm.allowing_laser();
                 let work = async move { Ok(arm.set_any(&tool.command()).await.map(|()| None)?) };
                 self.beside(Activity::Tool(tool), work)
@@ -308,7 +308,7 @@ impl ArmWorker {
 async fn run(arm: Arm, plan: Plan, from: usize, program: Running) -> Worked {
     drop(lock(&program).take());
     arm.wait_still().await?;
-    // Who stops it wants the tool where it is.
+    // A stop leaves the tool where it is.
     let ending = Ending {
         stay: true,
         ..Ending::default()

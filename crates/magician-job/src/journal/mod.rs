@@ -52,7 +52,7 @@ pub trait Journal: Send {
     fn remove(&mut self);
 }
 
-/// Keeps nothing: a job that nobody resumes.
+/// Keeps nothing: a job that cannot be resumed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoJournal;
 

@@ -64,7 +64,7 @@ impl Ledger {
         Self(path)
     }
 
-    /// Whether nobody owes any arm anything, as far as can be told without reading.
+    /// Whether no settings are left to restore, as far as can be told without reading.
     pub(super) fn is_empty(&self) -> bool {
         self.files().next().is_none()
     }
@@ -123,13 +123,13 @@ impl Ledger {
             };
             match lock.try_lock() {
                 Ok(()) => {}
-                // Where nobody can tell whether the process lives it counts as living.
+                // A process that may be alive counts as alive.
                 Err(TryLockError::WouldBlock | TryLockError::Error(_)) => {
                     left.others = true;
                     continue;
                 }
             }
-            // Somebody else has dealt with it between the look and the lock.
+            // Another process has restored it between the look and the lock.
             if !path.exists() {
                 continue;
             }
@@ -173,7 +173,7 @@ impl Ledger {
 impl Entry {
     /// What it says is given back.
     pub(super) fn remove(self) -> io::Result<()> {
-        // Still locked: nobody takes it for another's.
+        // Still locked: no other process takes it over.
         fs::remove_file(&self.path)
     }
 

@@ -116,7 +116,8 @@ impl SavedSettings {
         match ledger.keep(serial, &saved.settings, before) {
             Ok(entry) => saved.kept = Some(entry),
             Err(error) => {
-                warn!(%error, "the arm's settings of before cannot be kept: if this process is killed, nobody restores them");
+                warn!(%error, "the arm's previous settings cannot be saved: they are not restored \
+                    if this process is killed");
             }
         }
     }
@@ -224,7 +225,7 @@ impl SavedSettings {
             }
             Ok(false) => Settled::Later(names),
             Err(error) => {
-                info!(%error, "the arm does not take its settings of before");
+                info!(%error, "the arm's previous settings cannot be restored");
                 Settled::Left(names)
             }
         }
@@ -249,7 +250,7 @@ fn remove(entry: Option<Entry>) {
     };
     let path = entry.path().display().to_string();
     if let Err(error) = entry.remove() {
-        warn!(%error, "{path} cannot be removed: settings will be restored that already are");
+        warn!(%error, "{path} cannot be removed: its settings will be restored once more");
     }
 }
 
@@ -264,7 +265,7 @@ async fn of(arm: &Arm) -> Option<(Ledger, String)> {
     let serial = match arm.get::<magician::commands::DeviceSn>().await {
         Ok(serial) => serial.device_sn.to_string(),
         Err(error) => {
-            info!(%error, "the arm does not tell its serial number: its settings are not kept");
+            info!(%error, "the arm does not report its serial number: its settings are not saved");
             return None;
         }
     };

@@ -25,8 +25,8 @@ impl fmt::Display for TeachError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Empty => "there are no points yet",
-            Self::NoTarget => "the step has no place",
-            Self::IsArc => "an arc has one way only",
+            Self::NoTarget => "the step has no position",
+            Self::IsArc => "an arc has one motion type only",
             Self::NotAMove => "the step is not a move to a point",
             Self::Moving => "the arm moves",
             Self::NoAnswer => "the arm does not answer",

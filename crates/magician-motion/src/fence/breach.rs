@@ -151,7 +151,7 @@ impl fmt::Display for FenceError {
             Self::NotFinite(part) => write!(f, "{}: expected finite numbers", part.name()),
             Self::Inverted { part, axis } => write!(
                 f,
-                "{}: the first corner must be below the second one, and is not on {}",
+                "{}: the first corner must be below the second, and is not on {}",
                 part.name(),
                 axis_name(*axis)
             ),

@@ -105,7 +105,7 @@ fn looked_at(fence: &Fence, motion: &Trajectory) -> Vec<(f64, f64, f64)> {
         .collect()
 }
 
-/// What passes never is beyond a bound where somebody looks, and what is refused is, or is as good as.
+/// A motion that passes is never beyond a bound at any sample; a refused one is, or nearly is.
 #[test]
 fn a_way_passes_if_no_place_of_it_is_beyond() {
     let mut dice = Dice(0x5eed);

@@ -20,7 +20,7 @@ const PERIOD: Micros = 20_000;
 
 /// Records what an arm does.
 ///
-/// Whoever lets the arm's time pass stops where the recorder wants to look; a [`Runner`](magician_sim::Runner) and
+/// The owner of the arm's clock stops where the recorder takes a sample; a [`Runner`](magician_sim::Runner) and
 /// [`Controller::advance_observed`] do. A recorder that cannot write keeps the first [error](Self::error), wants to see
 /// nothing more, and the arm goes on.
 ///

@@ -11,12 +11,12 @@ use super::report::{Difference, Report, What};
 use super::{Packet, Replay};
 use magician_sim::{ArmClock, Controller, LinkId, Micros, Observer};
 
-/// Nobody looks on.
+/// No observer.
 type Nobody = Option<Box<dyn Observer + Send>>;
 
 /// After so long an answer will not come any more.
 const PATIENCE: Micros = 3_000_000;
-/// An arm that has been on for longer is not waited for: who knows what a scenario would do meanwhile.
+/// An arm that has been on for longer is not waited for: a scenario might act meanwhile.
 const LONGEST_UPTIME: Micros = 3_600_000_000;
 const SILENCE: Micros = INTER_BYTE_TIMEOUT_MS * 1000;
 

@@ -112,11 +112,9 @@ impl std::fmt::Display for Difference {
                 let (recorded, now) = (bytes(&self.recorded), bytes(&self.replayed));
                 write!(f, ": another form: recorded {recorded}, now {now}")
             }
-            What::Silent => f.write_str(": was answered, and is not now"),
-            What::Answered => f.write_str(": was not answered, and is now"),
-            What::Unasked => {
-                f.write_str(": an answer was recorded that no request in the trace asked for")
-            }
+            What::Silent => f.write_str(": answered in the recording, not now"),
+            What::Answered => f.write_str(": not answered in the recording, but now"),
+            What::Unasked => f.write_str(": the recorded reply belongs to no request in the trace"),
         }
     }
 }

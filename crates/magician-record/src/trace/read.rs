@@ -20,7 +20,7 @@ pub struct Packet<'a> {
     pub link: u32,
     /// Name of the link; empty if it has none.
     pub link_name: Cow<'a, str>,
-    /// Who sent them; `None` if the file does not say.
+    /// The sender; `None` if the file does not say.
     pub direction: Option<Direction>,
     /// A frame, or a run of bytes that belong to none.
     pub bytes: &'a [u8],

@@ -127,7 +127,8 @@ impl Arm {
     ) -> Result<Self> {
         if options.window > 1 && !line.settings.ordered {
             let message = format!(
-                "a window of {} needs a line that keeps the order of what it carries, and {} does not: leave it at 1",
+                "a window of {} needs a line that keeps frames in order, and {} does not: leave \
+                    it at 1",
                 options.window, line.name
             );
             return Err(Error::invalid(message));
@@ -189,16 +190,16 @@ impl Arm {
     async fn silent(&self, tried: &str) -> Error {
         let (stats, _) = self.stats().await.unwrap_or_default();
         let heard = match (stats.bytes, stats.frames) {
-            (0, _) => "nothing came back; is the arm switched on?".to_owned(),
+            (0, _) => "no reply; is the arm switched on?".to_owned(),
             (bytes, 0) => format!(
-                "{bytes} bytes came back that are not this arm's; is another device on the port?"
+                "{bytes} bytes came back that are not from this arm; is another device on the port?"
             ),
             (bytes, frames) => {
-                format!("{bytes} bytes came back in {frames} frames, none of them the answer")
+                format!("{bytes} bytes came back in {frames} frames, none of them the reply")
             }
         };
         let name = self.name();
-        // A datagram that nobody takes looks like one that somebody does not answer.
+        // A datagram without a receiver looks like one without a reply.
         let silent = match tried {
             "UDP" => format!("no arm answers at {name}"),
             _ => format!("{name} is there but no arm answers"),

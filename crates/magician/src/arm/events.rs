@@ -6,7 +6,7 @@ use tokio::sync::broadcast::error::RecvError;
 use super::Arm;
 use crate::QueueIndex;
 
-/// How many events are kept for those who do not look.
+/// How many events are kept for a slow reader.
 pub(super) const KEPT: usize = 256;
 
 /// Something that has happened. It is noticed in what passes over the line anyway, in the answers to waits, runs, reads
@@ -26,7 +26,7 @@ pub enum Event {
         /// Its code, 0x00 to 0xFF.
         code: u8,
     },
-    /// Queued commands have finished, whoever queued them: one, or all from `first` to `last` between two readings.
+    /// Queued commands have finished, from any program: one, or all from `first` to `last` between two readings.
     CommandFinished {
         /// Index of the first.
         first: QueueIndex,
@@ -55,7 +55,7 @@ pub enum Event {
         /// Last index.
         to: QueueIndex,
     },
-    /// Nobody took events for so long that the oldest were dropped.
+    /// Events were not read for so long that the oldest were dropped.
     Missed {
         /// How many.
         events: u64,

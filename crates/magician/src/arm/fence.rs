@@ -74,7 +74,7 @@ enum Sort {
     Releases,
     /// A motion, or what one depends on.
     Governs(Box<Set>),
-    /// Nobody can tell.
+    /// Unknown.
     Unknown(&'static str),
 }
 
@@ -85,7 +85,7 @@ impl Sort {
             return Self::Free;
         }
         let Some(row) = Row::with_id(frame.id()) else {
-            return Self::Unknown("what this command does is unknown");
+            return Self::Unknown("the effect of this command is unknown");
         };
         match row.id {
             id if id == QueuedCmdForceStopExec::ROW.id || id == QueuedCmdClear::ROW.id => {
@@ -98,7 +98,7 @@ impl Sort {
                 return Self::Releases;
             }
             id if id == QueuedCmdStartDownload::ROW.id => {
-                return Self::Unknown("programs that are stored in the arm run unchecked");
+                return Self::Unknown("programs stored in the arm cannot be checked");
             }
             _ => {}
         }
@@ -154,7 +154,7 @@ impl Turn<'_> {
     fn accepted(&mut self, index: u64, then: Preflight) {
         let next = self.course.last.saturating_add(1);
         if !(index == next || self.first && index > next) {
-            // Somebody else has put a command between.
+            // Another program has queued a command in between.
             return self.held.forget();
         }
         let end = then.arm().map(|end| end.pose.to_array());
@@ -170,7 +170,7 @@ impl Turn<'_> {
 
     /// Where a run begins.
     pub(super) fn start(&mut self) -> Option<Preflight> {
-        // Whoever gives a run up leaves nothing behind that is known.
+        // A run that was dropped leaves an unknown position.
         self.course.end = None;
         self.then.take()
     }
@@ -316,8 +316,8 @@ impl Arm {
         let look = self.read_queue().await?;
         if look.waiting() > 0 {
             return Err(refused(
-                "commands wait in its queue that were not checked from where it is now, or run there; wait until they \
-                 have finished",
+                "its queue has unchecked commands, waiting or running; wait until they have \
+                    finished",
             )
             .remedy(Action::Stop, DROPS));
         }
@@ -330,7 +330,7 @@ impl Arm {
             .is_ok_and(|rail| rail.with_l.is_on());
         let check = self.read(Needs::all(on_rail), on_rail, &look).await?;
         let Some(start) = check.arm().map(|start| start.pose.to_array()) else {
-            return Err(refused("it moves; wait until it stands"));
+            return Err(refused("it moves; wait until it has stopped"));
         };
         turn.first = true;
         turn.course.end = None;
@@ -364,7 +364,7 @@ impl Arm {
                 _ => ("commands wait", "were"),
             };
             return Err(refused(&format!(
-                "{commands} in its queue that {were} not checked from where it stands"
+                "{commands} in its queue that {were} not checked from its position"
             ))
             .remedy(Action::Stop, DROPS));
         }
@@ -377,7 +377,7 @@ impl Arm {
         // What an alarm has ended counts as finished, wherever the arm was.
         if self.alarms().await?.blocking() {
             return Err(refused(
-                "an alarm holds commands in its queue that were to begin elsewhere",
+                "an alarm holds commands in its queue that were planned from another position",
             )
             .remedy(Action::Stop, DROPS));
         }
@@ -389,7 +389,7 @@ impl Arm {
         Ok(turn)
     }
 
-    /// A queue that stood: nobody has moved the arm meanwhile.
+    /// A queue at rest: the arm was not moved meanwhile.
     async fn stands_at_station(&self, turn: &Turn<'_>, current: u64) -> Result<()> {
         let mut stations = turn.course.stations.iter().rev();
         let station = stations.find(|(index, _)| *index <= current);
@@ -399,7 +399,7 @@ impl Arm {
         match is_there {
             true => Ok(()),
             false => {
-                let why = "it does not stand where its last command left it";
+                let why = "it is not where its last command left it";
                 Err(refused(why).remedy(Action::Stop, DROPS))
             }
         }
@@ -433,7 +433,7 @@ impl Arm {
 }
 
 /// What a stop does to the queue.
-const DROPS: &str = "drops what waits";
+const DROPS: &str = "drops the waiting commands";
 
 /// What a fence cannot be held against.
 fn refused(why: &str) -> Error {

@@ -23,7 +23,7 @@ const BRAKING: Duration = Duration::from_secs(5);
 /// Poses so far apart that are equal are those of an arm that stands.
 pub(super) const APART: Duration = Duration::from_millis(30);
 
-/// How long whoever stops the arm from outside of any task waits until that is confirmed.
+/// How long a stop from outside of any task waits until it is confirmed.
 const HALT: Duration = Duration::from_secs(1);
 
 /// Stops that were asked for from outside of any task.
@@ -33,7 +33,7 @@ pub(super) struct Halts {
     waiters: Vec<Waiter>,
 }
 
-/// Somebody who waits for the end of one, on a thread of its own.
+/// A waiter for the end of a stop, on a thread of its own.
 #[derive(Debug)]
 pub(super) struct Waiter(SyncSender<Result<()>>);
 
@@ -49,7 +49,7 @@ impl Shared {
         held(&self.halts).asked
     }
 
-    /// Those who wait for a stop that was asked for since the last look, if one was.
+    /// The waiters for a stop that was requested since the last check, if any.
     pub(super) fn take_halt(&self) -> Option<Vec<Waiter>> {
         let mut halts = held(&self.halts);
         let waiters = std::mem::take(&mut halts.waiters);
@@ -103,7 +103,7 @@ impl Stopper {
         match told.recv_timeout(HALT) {
             Ok(outcome) => outcome,
             Err(RecvTimeoutError::Timeout) => {
-                let message = "the arm did not confirm within a second that it stops";
+                let message = "the arm did not confirm within a second that it has stopped";
                 Err(Error::new(ErrorCode::StopUnconfirmed, message))
             }
             Err(RecvTimeoutError::Disconnected) => Err(Error::closed()),

@@ -1,4 +1,4 @@
-//! Jogging that ends by itself when nobody keeps it up.
+//! Jogging that ends by itself unless it is renewed.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -53,12 +53,15 @@ impl JogOptions {
     fn check(&self) -> Result<()> {
         let longest = Duration::from_secs(2);
         if self.keep < Duration::from_millis(20) || self.keep > longest {
-            let message = format!("a jog kept for {:?}: it must be 20 ms to 2 s", self.keep);
+            let message = format!(
+                "the jog's hold time is {:?}, it must be 20 ms to 2 s",
+                self.keep
+            );
             return Err(Error::invalid(message));
         }
         match self.ratio {
             Some(ratio) if !(1.0..=100.0).contains(&ratio) => Err(Error::invalid(format!(
-                "a jog at {ratio} % of its speed: it must be 1 to 100"
+                "the jog's speed is {ratio} %, it must be 1 to 100 %"
             ))),
             _ => Ok(()),
         }
@@ -70,7 +73,7 @@ impl JogOptions {
 pub(super) enum Why {
     /// Its guard was dropped or told to stop.
     Released,
-    /// Nobody kept it up.
+    /// It was not renewed.
     NotKept,
     /// The arm did not confirm that it began.
     Failed,
@@ -214,18 +217,17 @@ impl Jog {
         let (code, message) = match why {
             Why::NotKept => (
                 ErrorCode::NotKept,
-                format!("the jog was ended: nobody kept it up for {keep:?}"),
+                format!("the jog was ended: it was not renewed for {keep:?}"),
             ),
             Why::LinkLost => (
                 ErrorCode::LineLost,
-                "the line broke during a jog: the arm is told to stop as soon as it is found again"
-                    .to_owned(),
+                "the line broke during a jog: a stop is sent as soon as it is back".to_owned(),
             ),
             Why::Fence => (
                 ErrorCode::Fenced,
-                "the jog was ended before it came to the arm's fence".to_owned(),
+                "the jog was ended before it reached the arm's fence".to_owned(),
             ),
-            Why::Replaced => (ErrorCode::RunOver, "another jog took its place".to_owned()),
+            Why::Replaced => (ErrorCode::RunOver, "another jog replaced it".to_owned()),
             Why::Stopped => (ErrorCode::Stopped, "a stop ended the jog".to_owned()),
             Why::Released => (ErrorCode::RunOver, "the jog was ended".to_owned()),
             Why::Failed => (ErrorCode::NoAnswer, "the jog did not begin".to_owned()),

@@ -191,7 +191,8 @@ impl Arm {
         micros(self.inner.shared.begun.elapsed())
     }
 
-    /// Whether the queue runs for certain: this connection has started it, nothing has held it since, and nobody else can have
+    /// Whether the queue runs for certain: this connection has started it, nothing has held it since, and no other
+    /// program can have
     /// stopped it.
     pub(super) fn runs_queue(&self) -> bool {
         let started = self.in_flight().started() == Some(true);

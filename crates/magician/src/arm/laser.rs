@@ -1,4 +1,4 @@
-//! The laser: who may light it, whether it burns, and how it is put out.
+//! The laser: permission to light it, its state, and switching it off.
 
 use magician_protocol::commands::{
     EndEffectorLaser, GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm,
@@ -15,7 +15,7 @@ use magician_host::{LASER_POWER, LASER_SUPPLY, burns, frame_burns, frame_release
 /// The laser's pins.
 const PINS: [u8; 2] = [LASER_SUPPLY, LASER_POWER];
 
-/// Who may light it.
+/// Permission to light it.
 impl Arm {
     /// A handle of the same connection whose calls may light the laser: see
     /// [`Options::allow_laser`](super::Options::allow_laser). Ask a person before.
@@ -27,7 +27,8 @@ impl Arm {
         }
     }
 
-    /// Whether it is a virtual arm in this process, where nothing burns. One in another process counts as real: nobody can
+    /// Whether it is a virtual arm in this process, where nothing burns. One in another process counts as real: it is
+    /// impossible to
     /// tell them apart.
     #[must_use]
     pub fn is_virtual(&self) -> bool {
@@ -69,7 +70,8 @@ impl Arm {
         }
     }
 
-    /// Refuses to let a queue run in which commands of another program wait, where the laser may not burn: nobody can read
+    /// Refuses to let a queue run in which commands of another program wait, where the laser may not burn: it is
+    /// impossible to read
     /// them there.
     ///
     /// # Errors
@@ -102,7 +104,7 @@ impl Arm {
     fn refusal(&self) -> Error {
         let name = self.name();
         Error::burning(format!(
-            "this burns with the laser of the arm at {name}; nothing was sent"
+            "this lights the laser of the arm at {name}; nothing was sent"
         ))
     }
 
@@ -186,7 +188,7 @@ impl Arm {
         match self.laser().await? {
             Some(true) => Err(Error::new(
                 ErrorCode::LaserOn,
-                "the laser is on, and the arm would burn along its way; nothing was sent",
+                "the laser is on, and the arm would burn along its path; nothing was sent",
             )
             .remedy(Action::LaserOff, "switches it off")),
             _ => Ok(()),

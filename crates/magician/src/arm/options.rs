@@ -32,7 +32,7 @@ pub struct Options {
     /// first, and longer where round trips are; zero, for a network that doubles nothing, sends them as fast as they are answered.
     pub echo: Duration,
     /// Whether the laser of a real arm may be lit over this connection. Without it what [burns](crate::burns) is refused
-    /// before it is sent, and so is what lets a queue run in which commands of another program wait: nobody can read those.
+    /// before it is sent, and so is what lets a queue run in which commands of another program wait: those cannot be read.
     /// [`Arm::allowing_laser`](crate::Arm::allowing_laser) allows it for single calls. A virtual arm in this process burns
     /// nothing and is never refused.
     pub allow_laser: bool,
@@ -181,7 +181,7 @@ impl Options {
         let spoilt = false;
         match traced || spoilt {
             true => Err(Error::invalid(
-                "faults and a trace are for lines that this library opens, not for a stream of the caller's",
+                "faults and a trace need a line that this library opens, not the caller's stream",
             )),
             false => Ok(()),
         }

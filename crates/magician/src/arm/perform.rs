@@ -114,7 +114,7 @@ impl Arm {
             return Err(self.stopped_by(alarms).await);
         }
         let reset = alarms.contains(Alarm::ResetOccurred);
-        let why = "the arm was reset and nobody has homed it since";
+        let why = "the arm was reset and not homed since";
         let refused = refuse(
             guards.require_homed && reset && !homes,
             "require_homed",

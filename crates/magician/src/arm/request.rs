@@ -47,7 +47,7 @@ impl Arm {
         }
     }
 
-    /// Tells what befell the queue: whoever began after `since` stops, and whoever asks first.
+    /// Returns a fault of the queue, to a call that began after `since` and asks first.
     pub(super) fn queue_fault(&self, since: Option<u64>) -> Result<()> {
         match self.inner.shared.queue_fault(since) {
             None => Ok(()),
@@ -141,7 +141,7 @@ impl Arm {
         let mut late = deadline + GRACE;
         loop {
             let heard = timeout_at(late, self.heard(&mut answer)).await;
-            // Whoever was held up wakes with everybody else, and perhaps before the task.
+            // A caller that was held up wakes with all others, perhaps before the task.
             let heard = match heard {
                 Err(_) => timeout(TURN, self.heard(&mut answer)).await,
                 heard => heard,
@@ -179,8 +179,8 @@ impl Arm {
             && self.alarms().await?.contains(Alarm::ResetOccurred)
         {
             tracing::warn!(
-                "{}: the arm reports that it was reset and nobody has cleared that since; if it has not \
-                 been homed, its positions are not true: home it",
+                "{}: the arm reports a reset that was not cleared since; unless it was homed, its \
+                    positions are wrong: home it",
                 self.name()
             );
         }

@@ -86,11 +86,11 @@ impl Arm {
         }
         Err(Error::new(
             ErrorCode::NotHomed,
-            "the arm was not homed since it was switched on (alarm 0x00), so it may draw or burn in the wrong place; \
-             nothing was sent",
+            "the arm was not homed since power-up (alarm 0x00), so it may draw or burn in the \
+                wrong place; nothing was sent",
         )
         .remedy(Action::Home, "homes it")
-        .remedy((Setting::Unhomed, Given::On), "goes on all the same"))
+        .remedy((Setting::Unhomed, Given::On), "goes on anyway"))
     }
 
     /// Where the arm stands, for a move of its own: not under an alarm that holds it.
@@ -103,7 +103,7 @@ impl Arm {
         if course.arm().is_none() {
             return Err(Error::new(
                 ErrorCode::PositionUnknown,
-                "it is not known where the arm stands: it moves, or commands wait in its queue",
+                "the arm's position is unknown: it moves, or commands wait in its queue",
             ));
         }
         Ok(course)
@@ -127,14 +127,11 @@ impl fmt::Display for Lifted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { asked, by, .. } = self;
         if *by <= 0.0 {
-            write!(
-                f,
-                "the pen stays where it is: the arm cannot go up from there"
-            )
+            write!(f, "the pen was not lifted: the arm cannot go up from there")
         } else if by < asked {
             write!(
                 f,
-                "the pen is up by {by:.1} mm of {asked:.1} mm, as far as the arm reaches"
+                "the pen is up by {by:.1} of {asked:.1} mm, the limit of the arm"
             )
         } else {
             write!(f, "the pen is up by {by:.1} mm")

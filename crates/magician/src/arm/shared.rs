@@ -33,7 +33,7 @@ pub(super) struct Shared {
     stops: AtomicU64,
     /// How often the queue was emptied on a line that was found again, because the laser may have burnt.
     clears: AtomicU64,
-    /// Queued commands so far of which nobody can tell whether the arm took them.
+    /// Queued commands so far that the arm may or may not have taken.
     pub(super) doubts: AtomicU64,
     in_flight: Mutex<InFlightMotion>,
     own: Mutex<Own>,
@@ -60,13 +60,13 @@ pub(super) enum QueueFault {
     Unaccounted { from: u64, to: u64 },
 }
 
-/// The last fault of the queue, and who has to hear of it.
+/// The last fault of the queue, and which calls have to report it.
 #[derive(Clone, Copy, Debug)]
 struct LastFault {
     queue_fault: QueueFault,
     /// The stop as which it counts: what was begun before has to hear of it.
     stop: u64,
-    /// Somebody has heard of it: what begins from now on has not to.
+    /// It was reported: later calls do not report it.
     told: bool,
 }
 

@@ -30,7 +30,7 @@ pub struct Status {
     pub left_space: u32,
     /// The alarms that stand.
     pub alarms: AlarmSet,
-    /// Levels of the pins that somebody watches, in no order.
+    /// Levels of the watched pins, in no order.
     pub pins: Arc<[Level]>,
     /// Whether there is a line; while there is none the rest is of before.
     pub link: Link,
@@ -39,7 +39,7 @@ pub struct Status {
 }
 
 impl Status {
-    /// What a pin was at, if somebody watches it: 0 or 1, counts (4095 at 3.3 V) for an analog one.
+    /// The value of a pin, if it is watched: 0 or 1, counts (4095 at 3.3 V) for an analog one.
     #[must_use]
     pub fn level(&self, pin: Pin) -> Option<u16> {
         let level = self.pins.iter().find(|level| level.pin == pin);
@@ -108,7 +108,7 @@ impl StateOptions {
     fn check(&self) -> Result<Duration> {
         if !RATES.contains(&self.rate) {
             return Err(Error::invalid(format!(
-                "{} readings a second: it must be {} to {}",
+                "the rate is {} readings a second, it must be {} to {}",
                 self.rate,
                 RATES.start(),
                 RATES.end()
@@ -117,7 +117,7 @@ impl StateOptions {
         let wrong = self.pins.iter().find(|pin| !PINS.contains(&pin.address()));
         if let Some(pin) = wrong {
             return Err(Error::invalid(format!(
-                "there is no pin {}: EIO addresses are {} to {}",
+                "unknown pin {}: EIO addresses are {} to {}",
                 pin.address(),
                 PINS.start(),
                 PINS.end()
@@ -127,7 +127,7 @@ impl StateOptions {
     }
 }
 
-/// Who watches what, for the task that reads it.
+/// The watches, for the task that reads for them.
 #[derive(Debug, Default)]
 pub(super) struct Watches {
     wanted: Vec<(u64, Duration, Vec<Pin>)>,
@@ -215,7 +215,7 @@ impl Drop for StateWatch {
         let mut watches = held(&self.shared.watches);
         watches.wanted.retain(|(id, ..)| *id != self.id);
         if watches.wanted.is_empty() {
-            // Whoever comes next is not shown what was long ago.
+            // The next watch must not see old values.
             self.shared.status.send_replace(None);
         }
     }

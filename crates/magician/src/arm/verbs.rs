@@ -146,7 +146,7 @@ impl Arm {
     ) -> Result<MutexGuard<'_, Flow>> {
         let turn = timeout_at(deadline, self.inner.flow.lock()).await;
         turn.map_err(|_| {
-            let message = "another task fills the queue at present";
+            let message = "another task is filling the queue";
             Error::new(ErrorCode::NotSent, message).with_command(name)
         })
     }

@@ -17,7 +17,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 pub(super) const STANDING: Duration = Duration::from_millis(1500);
 /// Nothing but homing, waits and triggers takes longer than this without a movement.
 const STUCK: Duration = Duration::from_secs(15);
-/// So long may a queue stand that this program has not started: another one may be about to. Whoever waits longer asks
+/// How long a queue may be at rest that this program has not started: another one may start it. A longer wait asks
 /// anew.
 const GRACE: Duration = Duration::from_secs(5);
 /// Longest homing, and longest command of another program's (model section 11: 25 s).
@@ -78,7 +78,7 @@ impl Pace {
     }
 }
 
-/// Who put a command into the queue.
+/// The origin of a queued command.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum By {
     /// A caller, one by one, to run it with what follows.
@@ -221,7 +221,7 @@ impl Watch {
         if arm.stops() == self.stops {
             return Ok(());
         }
-        let message = "a stop came; what was not finished was dropped";
+        let message = "stopped; unfinished commands were dropped";
         Err(Error::new(ErrorCode::Stopped, message))
     }
 
@@ -360,7 +360,7 @@ impl Arm {
         Err(match (stopped, started) {
             (false, true) => Error::new(ErrorCode::NotFinished, message),
             _ => Error::new(ErrorCode::QueueStopped, message)
-                .remedy(Action::StartQueue, "lets it go on"),
+                .remedy(Action::StartQueue, "lets it continue"),
         })
     }
 

@@ -15,13 +15,13 @@ pub(super) fn outside_async() -> Result<()> {
         Err(_) => Ok(()),
         Ok(_) => Err(Error::new(
             ErrorCode::InsideRuntime,
-            "magician::blocking is used inside an async runtime; use magician::Arm there",
+            "magician::blocking was called inside an async runtime; use magician::Arm there",
         )),
     }
 }
 
 /// The thread that serves a connection while its callers are elsewhere: what must not wait for the next call (a stop from
-/// another thread, the end of a jog that nobody keeps up, a line that comes back) happens there.
+/// another thread, the end of a jog that is not renewed, a line that comes back) happens there.
 ///
 /// It lasts as long as anything that may wait on it, and then until the shutdown is done. Dropping the last handle waits for
 /// its end, so that a library can be unloaded after it.
@@ -38,7 +38,7 @@ impl Server {
         connecting: impl Future<Output = Result<Arm>> + Send + 'static,
     ) -> Result<(Self, Arm)> {
         let failed = |error| {
-            let message = format!("the system gives no timer, poller or thread: {error}");
+            let message = format!("the system cannot create a timer, poller or thread: {error}");
             Error::new(ErrorCode::PortFailed, message)
         };
         let runtime = Builder::new_current_thread().enable_all().build();

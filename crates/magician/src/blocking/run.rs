@@ -6,7 +6,7 @@ use crate::{Progress, Ran, Result};
 
 /// See [`crate::Run`].
 #[derive(Debug)]
-#[must_use = "it runs when it is waited for"]
+#[must_use = "it only runs while it is waited for"]
 pub struct Run<C> {
     arm: Arm,
     run: crate::Run<C>,

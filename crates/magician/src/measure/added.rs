@@ -44,7 +44,7 @@ impl Added {
 /// [`ErrorKind::Port`](crate::ErrorKind::Port) when the system gives no pseudo-terminal.
 pub async fn added_latency(count: usize, mut tick: impl FnMut(usize)) -> Result<Added> {
     let failed = |error: io::Error| {
-        let message = format!("the system gives no pseudo-terminal: {error}");
+        let message = format!("the system cannot create a pseudo-terminal: {error}");
         Error::port(message, error)
     };
     let (path, keep, responder) = responder().map_err(failed)?;

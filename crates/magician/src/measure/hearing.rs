@@ -1,4 +1,4 @@
-//! Who is at the other end of a line that may not be an arm's.
+//! What is at the other end of a line that may not be an arm's.
 
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr};

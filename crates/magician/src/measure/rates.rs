@@ -38,7 +38,7 @@ pub struct Timed {
     pub late: u64,
     /// Damaged frames and runs of foreign bytes.
     pub noise: u64,
-    /// Frames nobody had asked for.
+    /// Unsolicited frames.
     pub unsolicited: u64,
 }
 

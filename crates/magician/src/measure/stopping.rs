@@ -92,9 +92,6 @@ async fn stop_once(arm: &Arm, ring: Ring, turn: u32, log: &Log, times: &mut Time
     match streamed {
         Err(error) if error.kind() == ErrorKind::Closed => Ok(()),
         Err(error) => Err(error),
-        Ok(_) => Err(Error::new(
-            ErrorCode::BadAnswer,
-            "an endless stream came to its end",
-        )),
+        Ok(_) => Err(Error::new(ErrorCode::BadAnswer, "an endless stream ended")),
     }
 }

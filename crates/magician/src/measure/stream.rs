@@ -25,7 +25,7 @@ pub struct Streamed {
     pub rate: Rate,
     /// Whether the indices of all that was sent are in one row.
     pub in_a_row: bool,
-    /// Fewest commands that a look found in the queue, once the stream was under way; `None` when nobody looked.
+    /// Fewest commands that a look found in the queue, once the stream was under way; `None` when it was not sampled.
     pub fewest: Option<u32>,
     /// Places in the queue.
     pub capacity: u32,

@@ -217,8 +217,8 @@ pub async fn queue_trial(
     let full = look(line, patience).await?;
     let waiting = Settings::ORDERED.capacity.saturating_sub(full.1);
     if usize::try_from(waiting).is_ok_and(|waiting| waiting > trial.indices.len()) {
-        let message = "another program put commands into the queue meanwhile, so nothing was dropped: waits of no length \
-                       are among them, and the queue is stopped";
+        let message = "another program queued commands meanwhile, so nothing was dropped: the \
+            waits of 0 ms are still among them, and the queue is stopped";
         return Err(Error::invalid(message));
     }
     order(line, &QueuedCmdClear {}, patience).await?;

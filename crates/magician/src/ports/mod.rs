@@ -216,7 +216,7 @@ fn said_by(program: &str, arguments: &[&str]) -> String {
     match std::process::Command::new(program).args(arguments).output() {
         Ok(output) => String::from_utf8_lossy(&output.stdout).into_owned(),
         Err(error) => {
-            tracing::debug!(program, %error, "what the serial ports are is not known");
+            tracing::debug!(program, %error, "the serial ports are unknown");
             String::new()
         }
     }

@@ -72,9 +72,8 @@ impl Remembered {
 
     fn another(&self, kin: &[&Port]) -> Error {
         let message = format!(
-            "the adapter of {} is not plugged in where it was, and nothing shows that it is another \
-             one of these: {}; plug it into the same socket again, or connect to the port that it \
-             has now",
+            "the adapter of {} is not in its socket, and cannot be told from these: {}; plug it \
+                into the same socket again, or connect to its new port",
             self.path,
             list(kin.iter().copied())
         );

@@ -64,7 +64,7 @@ impl Arm {
         self.ports.iter().map(|port| port.endpoint()).collect()
     }
 
-    /// Nobody comes any more: closes the endpoints and completes what is being written.
+    /// No more clients: closes the endpoints and completes what is being written.
     pub(super) fn end(self) -> Result<(), ServeError> {
         drop(self.ports);
         self.hub.end()

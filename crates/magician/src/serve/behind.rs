@@ -11,7 +11,7 @@ const BLOCKS: usize = 256;
 /// What becomes of a block that finds no room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Full {
-    /// The one who writes waits: nobody minds if the arm's clock does.
+    /// The writer waits: a delay of the arm's clock is harmless.
     Wait,
     /// Writing fails.
     Fail,
@@ -108,7 +108,7 @@ impl Write for WriteBehind {
 
 impl Drop for WriteBehind {
     fn drop(&mut self) {
-        // Whoever wanted to know has called `finish`.
+        // An owner that needs the error has called `finish`.
         let _ = self.hand_over();
         let _ = self.end();
     }

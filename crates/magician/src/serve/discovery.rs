@@ -115,7 +115,7 @@ fn asks(datagram: &[u8]) -> bool {
     rest.is_some_and(|rest| rest.iter().all(|byte| matches!(byte, 0 | b'\r' | b'\n')))
 }
 
-/// The module's hardware address: drawn from the arm's id, and marked as nobody's product.
+/// The module's hardware address: drawn from the arm's id, and marked as locally administered.
 struct Mac([u8; 6]);
 
 impl Mac {

@@ -76,7 +76,7 @@ pub fn load_flash(path: &Path) -> Result<Option<Flash>, FlashFileError> {
 }
 
 /// Writes the file of a flash, in the place of what is there. Until it is complete on the disk what was there stays: it is
-/// written beside it first, as `FILE.new`; whoever reads finds the old one or the new one, never a piece of either. It
+/// written beside it first, as `FILE.new`; a reader finds the old one or the new one, never a part of either. It
 /// holds the Wi-Fi password, so only its owner may read it.
 ///
 /// # Errors

@@ -49,7 +49,7 @@ impl Handle {
         let (sender, receiver) = oneshot::channel();
         let order = move |runner: &mut Runner| {
             let value = call(runner);
-            // Nobody has to wait for it.
+            // Waiting for it is optional.
             let done: Done = Box::new(move || drop(sender.send(value)));
             done
         };
@@ -80,7 +80,7 @@ pub struct Ended;
 /// What an order came to; a future. The endpoints have followed the runner by then: what was
 /// unplugged is gone, what was plugged in is there.
 #[derive(Debug)]
-#[must_use = "the order is carried out at some later time, which only the answer tells"]
+#[must_use = "it is carried out later; only the reply tells when"]
 pub struct Answer<T>(oneshot::Receiver<T>);
 
 impl<T> Answer<T> {

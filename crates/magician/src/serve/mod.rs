@@ -142,7 +142,7 @@ pub enum Notice {
     Unplugged,
     /// The cable is back, and so are the endpoints: a pseudo-terminal is another device now.
     Plugged(Vec<Endpoint>),
-    /// Hosts that look for an arm will not find this one: nobody asked for discovery by name
+    /// Hosts that look for an arm will not find this one: discovery was not requested explicitly
     /// ([`Discovery::Auto`]), and its port cannot be had. Comes before all is ready.
     Undiscoverable {
         /// Where it would have been.

@@ -3,13 +3,13 @@ use magician_protocol::FrameBuf;
 use super::Notice;
 use magician_sim::LinkId;
 
-/// What stands behind endpoints: it is told who comes and goes, takes bytes and gives frames. A
+/// What stands behind endpoints: it learns of clients that connect and disconnect, takes bytes and gives frames. A
 /// [`Server`](super::Server) has one for a virtual arm; [`Endpoints`](super::Endpoints) lead to any other.
 ///
 /// Every call comes from one task, and none may block.
 pub trait Service {
     /// A client came, or on a pseudo-terminal may come; `name` is what people call it. The answer
-    /// names it from now on, and names nobody else meanwhile.
+    /// names it from now on, and no other client meanwhile.
     fn open(&mut self, name: &str) -> LinkId;
 
     /// It left, or never came.

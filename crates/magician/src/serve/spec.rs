@@ -90,7 +90,7 @@ pub(super) fn open_all(
     Ok(ports)
 }
 
-/// Discovery that nobody asked for by name: served where it can be.
+/// Discovery that was not requested explicitly: served where it can be.
 fn beside(mut address: SocketAddr, service: &mut dyn Service) -> Option<Box<dyn Port + Send>> {
     address.set_port(discovery::PORT);
     match Answerer::bind(address, service) {
@@ -126,7 +126,7 @@ impl Place {
         let port = u32::from(address.port()).saturating_add(further);
         address.set_port(u16::try_from(port).map_err(|_| ServeError::Address {
             address: text.to_owned(),
-            reason: "the ports of so many arms go beyond 65535",
+            reason: "the ports of that many arms would exceed 65535",
         })?);
         let name = address.to_string();
         Ok(Self { address, name })

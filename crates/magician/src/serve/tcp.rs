@@ -79,7 +79,7 @@ impl Tcp {
     }
 
     /// Whether one more may come. If there are as many as may be, the one that has been idle longest goes: a host that was
-    /// switched off, or holds connections that it does not use, keeps nobody out.
+    /// switched off, or holds connections that it does not use, keeps no other client out.
     fn has_room(&mut self, service: &mut dyn Service) -> bool {
         if self.connections.len() < CONNECTIONS {
             return true;

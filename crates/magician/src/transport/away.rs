@@ -1,8 +1,8 @@
-//! What came while nobody looked.
+//! Bytes that arrived while the line was not read.
 //!
 //! A reactor tells when there is something to read, and it may be late with that: a process that was stopped or held in a
 //! debugger has its wait interrupted, so its timers ring first, with the answer in its own buffer. So a line at which
-//! nobody has looked for a while is read without asking the reactor, until it is empty.
+//! was not read for a while is read without asking the reactor, until it is empty.
 
 use std::io;
 use std::task::Poll;
@@ -13,16 +13,16 @@ use tokio::time::Instant;
 /// A line that was not looked at for so long is asked itself.
 const AWAY: Duration = Duration::from_millis(20);
 
-/// Who looked at a line last, and when.
+/// The last read of a line.
 #[derive(Debug, Default)]
 pub(crate) struct Away {
     looked: Option<Instant>,
-    /// Nobody looked for a while, and the line was not seen empty since.
+    /// The line was not read for a while, and not seen empty since.
     asks: bool,
 }
 
 impl Away {
-    /// The next look asks the system, as if nobody had looked for a while.
+    /// The next read asks the system, as after a long time without reads.
     pub(crate) fn ask(&mut self) {
         self.asks = true;
     }

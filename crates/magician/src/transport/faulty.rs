@@ -61,7 +61,7 @@ impl FaultLayer {
         let now = self.now();
         if self.lock().out_until.is_some_and(|until| now < until) {
             let message =
-                format!("{name} is unplugged (an injected fault); it comes back by itself");
+                format!("{name} is unplugged by an injected fault; it comes back by itself");
             return Err(Error::new(ErrorCode::NoPort, message));
         }
         Ok(())
@@ -76,8 +76,8 @@ impl FaultLayer {
     ) -> Result<Faulty> {
         if self.faults.reset > 0.0 && restart.is_none() {
             return Err(Error::invalid(format!(
-                "'reset' cannot be done to {name}: only a virtual arm in this process can be \
-                 restarted from here"
+                "'reset' does not work on {name}: only a virtual arm in this process can be reset \
+                    from here"
             )));
         }
         let mut state = self.lock();

@@ -46,7 +46,7 @@ pub(crate) const STEP: Micros = 10_000;
 
 /// A line to the arm. Both methods are polled from one task; what one leaves pending must wake it.
 pub(crate) trait Transport: Send {
-    /// Bytes that have come; 0: the other end is gone. When nobody has looked for a while, the system is asked and not only the
+    /// Bytes that have come; 0: the other end is gone. After a long time without reads the system is asked and not only the
     /// reactor (`away.rs`): read until it is pending before you act on a timeout.
     fn poll_read(&mut self, cx: &mut Context<'_>, bytes: &mut [u8]) -> Poll<io::Result<usize>>;
 

@@ -109,7 +109,7 @@ impl Route {
 
     /// Opens a line, for the first time or again. The line before must have been dropped, since it
     /// holds the port. A port that has just come back may not be allowed for a moment, until the
-    /// system has set its rights; whoever opens again tries for a while.
+    /// system has set its rights; a reopening caller tries for a while.
     pub(crate) async fn open(&self) -> Result<Line> {
         let name = self.target.to_string();
         #[cfg(feature = "faults")]
@@ -137,7 +137,8 @@ impl Route {
         })
     }
 
-    /// Whether others may speak to the arm besides: all lines but an open serial port and an arm that nobody else has. Behind a
+    /// Whether others may speak to the arm besides: all lines but an open serial port and an arm of this program alone.
+    /// Behind a
     /// pseudo-terminal is a program, which may have others.
     fn is_shared(&self) -> bool {
         match &self.target {
@@ -163,7 +164,7 @@ impl Route {
             #[cfg(not(feature = "sim"))]
             Target::Sim(_) => Err(Error::new(
                 ErrorCode::NotBuiltIn,
-                "this build has no virtual arm: it was made without the feature sim",
+                "this build has no virtual arm: it lacks the feature sim",
             )),
             #[cfg(feature = "lines")]
             Target::Serial(_)
@@ -178,7 +179,7 @@ impl Route {
             | Target::Udp { .. }
             | Target::Tcp { .. } => Err(Error::new(
                 ErrorCode::NotBuiltIn,
-                "this build has no lines to real arms: it was made without the feature lines",
+                "this build cannot connect to real arms: it lacks the feature lines",
             )),
             #[cfg(feature = "ble")]
             Target::Ble(device) => {
@@ -188,7 +189,7 @@ impl Route {
             #[cfg(not(feature = "ble"))]
             Target::Ble(_) => Err(Error::new(
                 ErrorCode::NotBuiltIn,
-                "this build has no Bluetooth: it was made without the feature ble; use USB or Wi-Fi",
+                "this build has no Bluetooth: it lacks the feature ble; use USB or Wi-Fi",
             )),
         }
     }

@@ -38,7 +38,7 @@ pub(super) fn adapter(target: &Target, present: &[Port]) -> Result<String> {
         [] => {
             let message = format!("{target} is not plugged in ({}); plug it in", list(present));
             return Err(Error::new(ErrorCode::NoPort, message)
-                .remedy(Action::ListPorts, "shows the ids of what is"));
+                .remedy(Action::ListPorts, "shows the ids of connected devices"));
         }
         several => format!(
             "{target} is plugged in more than once ({}); add the serial number of the adapter, \
@@ -56,7 +56,7 @@ pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Se
     for Port { path, .. } in candidates {
         let mut port = match serial::open(path) {
             Ok(port) => port,
-            // The sentence names the port, and who holds it.
+            // The sentence names the port, and the program that holds it.
             Err(error) => {
                 seen.push(error.to_string());
                 continue;
@@ -64,17 +64,18 @@ pub(super) async fn arm(wanted: &str, candidates: &[Port]) -> Result<(String, Se
         };
         match serial_number(&mut port).await {
             Some(serial) if serial.eq_ignore_ascii_case(wanted) => return Ok((path.clone(), port)),
-            Some(serial) => seen.push(format!("on {path} is the arm {}", visible(&serial))),
+            Some(serial) => seen.push(format!("{path} has the arm {}", visible(&serial))),
             None => seen.push(format!("{path} does not answer")),
         }
     }
     let message = match seen.as_slice() {
         [] => format!(
-            "the arm {wanted} is not here: no adapter of an arm is plugged in; is it switched on and \
+            "the arm {wanted} was not found: no adapter of an arm is plugged in; is it switched \
+                on and \
              plugged in?"
         ),
         seen => format!(
-            "the arm {wanted} is not here: {}; is it switched on and plugged in?",
+            "the arm {wanted} was not found: {}; is it switched on and plugged in?",
             seen.join("; ")
         ),
     };
@@ -200,7 +201,7 @@ mod tests {
         assert!(message.contains("no adapter of an arm"), "{message}");
     }
 
-    /// A pseudo-terminal at which nobody listens.
+    /// A pseudo-terminal without a listener.
     fn rustix_pty() -> (std::os::fd::OwnedFd, String) {
         use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 

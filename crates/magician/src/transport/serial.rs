@@ -10,7 +10,7 @@ use super::away::{Away, read_now};
 use super::stream::Stream;
 use crate::{Act, Error, ErrorCode, Result, ports};
 
-/// A serial port that nobody else uses meanwhile.
+/// A serial port in exclusive use.
 pub(crate) struct Serial {
     port: Stream<SerialPort>,
     /// Holds the lock that tells other programs so. serial2 does not lock, serialport and pyserial
@@ -109,14 +109,18 @@ fn explain(path: &str, error: io::Error) -> Error {
     match error.kind() {
         io::ErrorKind::NotFound => {
             let known = ports::ports().unwrap_or_default();
-            is_port(format!("there is no port {path} ({})", ports::list(&known))).with_source(error)
+            is_port(format!(
+                "port {path} does not exist ({})",
+                ports::list(&known)
+            ))
+            .with_source(error)
         }
         io::ErrorKind::PermissionDenied if cfg!(windows) => held(path).with_source(error),
         io::ErrorKind::PermissionDenied => forbidden(path).with_source(error),
         io::ErrorKind::ResourceBusy => held(path).with_source(error),
         _ if std::fs::metadata(path).is_ok() && !is_terminal(&error) => {
             let known = ports::ports().unwrap_or_default();
-            let message = format!("{path} is no serial port ({})", ports::list(&known));
+            let message = format!("{path} is not a serial port ({})", ports::list(&known));
             is_port(message).with_source(error)
         }
         _ => {
@@ -150,21 +154,21 @@ fn held(path: &str) -> Error {
         [] => "another program".to_owned(),
         known => known.join(", "),
     };
-    let message = format!("{path} is in use by {by}; close that first");
+    let message = format!("{path} is in use by {by}; close it first");
     Error::new(ErrorCode::PortBusy, message)
 }
 
 /// The port is there, but not for this user.
 fn forbidden(path: &str) -> Error {
     if let Err(error) = std::fs::metadata(path) {
-        let message = format!("no permission to look at {path}: {error}");
+        let message = format!("no permission to access {path}: {error}");
         return Error::new(ErrorCode::PortForbidden, message);
     }
     let owner = owner_group(Path::new(path));
     let message = format!("no permission to use {path}");
     let forbidden = |why: &str| Error::new(ErrorCode::PortForbidden, format!("{message}{why}"));
     let error = match &owner {
-        // Nobody should join that one for the sake of a port.
+        // A user should not join that group just for a port.
         Some(group) if group == "root" => forbidden("; only root may"),
         Some(group) => {
             let join = Act::System(format!("sudo usermod -aG {group} $USER").into());
@@ -175,7 +179,7 @@ fn forbidden(path: &str) -> Error {
     };
     error.remedy(
         Act::System(udev().into()),
-        "lets everybody at this desk use the arm",
+        "lets every user at this computer use the arm",
     )
 }
 
@@ -207,8 +211,9 @@ fn owner_group(_: &Path) -> Option<String> {
     None
 }
 
-/// Who uses a port, as far as this user may know: the processes that hold its lock, or else those that have it open. The
-/// process at the other end of a pseudo-terminal has it open too, and is the arm: whoever ended that would not free it.
+/// Which processes use a port, as far as this user may know: the processes that hold its lock, or else those that have it
+/// open. The
+/// process at the other end of a pseudo-terminal has it open too, and is the arm: ending that one would not free it.
 #[cfg(target_os = "linux")]
 fn holders(path: &Path) -> Vec<String> {
     let Ok(wanted) = path.canonicalize() else {

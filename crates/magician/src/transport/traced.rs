@@ -55,7 +55,7 @@ impl Tracer {
     fn with(&self, act: impl FnOnce(&mut File) -> io::Result<()>) {
         let mut file = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Err(error) = act(&mut file) {
-            tracing::warn!(%error, "the trace cannot be written and ends here");
+            tracing::warn!(%error, "the trace cannot be written and stops here");
             file.writer = None;
             file.failed = Some(error.to_string());
         }

@@ -52,7 +52,7 @@ pub(super) async fn open(host: &str, port: u16) -> Result<Udp> {
     })
 }
 
-/// Nobody listens at the moment, or the network is away: datagrams may come to nothing, and the
+/// There is no listener at the moment, or no network: datagrams may be lost, and the
 /// timeouts tell.
 fn passing(error: &io::Error) -> bool {
     matches!(

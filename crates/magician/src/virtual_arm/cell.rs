@@ -3,7 +3,7 @@
 //! At full speed and in virtual time the arm lets time pass itself: whatever it is told it does at once. That is too early for
 //! a run, whose next commands are still on their way, so the connections with a run lead the clock: as long as there is one
 //! the clock stands, the arm has its own speed, and time passes in their leaps. Without one the clock of an arm at full speed
-//! goes on by the wall (a jog, a belt), and in virtual time it stands until somebody puts it forward.
+//! goes on by the wall (a jog, a belt), and in virtual time it stands until it is advanced.
 
 use std::collections::BTreeMap;
 use std::task::Waker;
@@ -18,7 +18,7 @@ use crate::transport::{Leap, STEP};
 /// Events in one leap, before others get at the arm.
 const EVENTS: usize = 1000;
 
-/// The arm, and who waits for it.
+/// The arm, and its waiters.
 pub(crate) struct Cell {
     pub(crate) runner: Runner,
     begun: Instant,
@@ -29,7 +29,7 @@ pub(crate) struct Cell {
     /// By how much that clock was put forward.
     ahead: Micros,
     lines: BTreeMap<LinkId, End>,
-    /// How fast the arm is while nobody leads it.
+    /// The arm's speed while no connection leads it.
     free: Speed,
 }
 
@@ -110,7 +110,7 @@ impl Cell {
         link
     }
 
-    /// What the arm still had to say over this line is for nobody.
+    /// The arm's pending bytes for this line are dropped.
     pub(crate) fn close(&mut self, link: LinkId) {
         self.runner.close(link);
         self.lead(link, false);
@@ -146,7 +146,7 @@ impl Cell {
     pub(crate) fn receive(&mut self, link: LinkId, bytes: &[u8]) {
         let now = self.now();
         self.runner.receive(now, link, bytes);
-        // Who leads the arm may be waiting for it to be set going again.
+        // The leading connection may be waiting for the clock to start again.
         if (self.lines.iter()).any(|(other, end)| end.leads && *other != link) {
             self.wake();
         }

@@ -1,4 +1,4 @@
-//! What the connection tells, and who hears it.
+//! Events of the connection, and their receivers.
 
 use magician_protocol::{FrameBuf, QueuedCmdIndex};
 
@@ -39,14 +39,14 @@ impl Driver {
         if program.is_some_and(|program| program.stream.doubled(from, to)) {
             tracing::info!(
                 from,
-                "{name}: the line doubled a command; it changes nothing"
+                "{name}: the line duplicated a command, without effect"
             );
             return;
         }
         tracing::warn!(
             from,
             to,
-            "{name}: queued commands nobody here sent, or sent once"
+            "{name}: queued commands that this program did not send, or sent only once"
         );
         self.shared.note_fault(QueueFault::Unaccounted { from, to });
     }

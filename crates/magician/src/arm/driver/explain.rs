@@ -52,7 +52,7 @@ pub(super) fn failed(failure: Failure) -> Error {
     match failure {
         Failure::Timeout { sent: 0 } => Error::new(
             ErrorCode::NotSent,
-            "it could not be sent in time: the arm did not answer what went before",
+            "it could not be sent in time: the arm did not answer the requests before it",
         ),
         Failure::Timeout { sent } => {
             let times = if sent == 1 { "once" } else { "again and again" };
@@ -69,7 +69,7 @@ pub(super) fn failed(failure: Failure) -> Error {
         Failure::Refused => Error::new(ErrorCode::Refused, "the arm refuses it"),
         Failure::NoIndex => Error::new(
             ErrorCode::BadAnswer,
-            "the answer to a queued command carries no index",
+            "the reply to a queued command has no index",
         ),
         Failure::Stopped => Error::new(
             ErrorCode::Stopped,

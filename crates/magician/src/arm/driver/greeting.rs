@@ -1,4 +1,4 @@
-//! Who is at the end of a line that was found again.
+//! Identifies the arm at the end of a line that was found again.
 
 use std::task::Context;
 
@@ -9,10 +9,10 @@ use super::wire::Wire;
 use crate::connection::{Connection, Event, Micros, Request, Settings, Ticket};
 use crate::transport::Line;
 
-/// How long it may take to say who it is.
+/// How long it may take to identify itself.
 const PATIENCE: Micros = 1_000_000;
 
-/// A line on which it is asked who is there, over a connection of its own: what another arm answers must not be taken
+/// A line on which the arm is identified, over a connection of its own: what another arm answers must not be taken
 /// for the word of the one of before.
 pub(super) struct Greeting {
     wire: Wire,
@@ -20,7 +20,7 @@ pub(super) struct Greeting {
     /// What puts a laser out that may burn, as far as it has not been answered: it is said before anything is asked.
     dark: Vec<Ticket>,
     darkens: bool,
-    /// Who is there has not been asked; whether for its serial number too.
+    /// Not identified yet; whether its serial number is needed too.
     asks: Option<bool>,
     /// Questions that have not been answered.
     version: Option<Ticket>,
@@ -29,7 +29,7 @@ pub(super) struct Greeting {
     said: Option<String>,
 }
 
-/// Who is there: a serial number, `None` when it was not asked for or there is none. Or why nobody is.
+/// The identity: a serial number, `None` when it was not asked for or there is none. Or why there is no arm.
 pub(super) type Met = Result<Option<String>, String>;
 
 impl Greeting {
@@ -56,7 +56,7 @@ impl Greeting {
         greeting
     }
 
-    /// Asks who is there, once the laser is out.
+    /// Asks for the identity, once the laser is off.
     fn ask(&mut self, now: Micros) {
         if !self.dark.is_empty() {
             return;
@@ -85,7 +85,7 @@ impl Greeting {
         }
     }
 
-    /// Reads and writes; whether anything happened, and who is there once that is known.
+    /// Reads and writes; returns whether anything happened, and the identity once it is known.
     pub(super) fn go_on(&mut self, cx: &mut Context<'_>, now: Micros) -> (bool, Option<Met>) {
         let read = self.wire.read(cx, now, &mut self.connection);
         let wrote = self.wire.write(cx, now, &mut self.connection, |_| {});

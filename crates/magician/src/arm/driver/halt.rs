@@ -8,7 +8,7 @@ use super::{Driver, To};
 use crate::arm::halt::Waiter;
 use crate::{Error, Result};
 
-/// How long a stop is said again on a line that loses it, also when nobody waits for its end any more.
+/// How long a stop is said again on a line that loses it, also when its caller has gone.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// A stop whose answers are awaited.
@@ -55,13 +55,13 @@ impl Driver {
             let lost = !self.link_is_up();
             self.owes_halt |= lost && done.outcome.is_err();
             if let Err(error) = &done.outcome {
-                tracing::warn!("{}: a stop is not confirmed: {error}", self.shared.name);
+                tracing::warn!("{}: a stop was not confirmed: {error}", self.shared.name);
             }
             done.tell();
         }
     }
 
-    /// Nobody is left to stop the arm.
+    /// No handle is left to stop the arm.
     pub(super) fn refuse_halts(&mut self) {
         for waiter in self.shared.take_halt().unwrap_or_default() {
             waiter.tell(Err(Error::closed()));

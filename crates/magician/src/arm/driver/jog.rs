@@ -50,7 +50,7 @@ struct Active {
     /// When it has to be stopped for the arm's fence, and when to look next where it is.
     until: Option<Micros>,
     look: Option<Micros>,
-    /// `None`: somebody's jog that is to be ended.
+    /// `None`: a foreign jog that is to be ended.
     life: Option<Arc<Life>>,
     ending: Option<Ending>,
 }
@@ -121,7 +121,7 @@ impl Jogging {
         self.now.is_some() && !self.runs()
     }
 
-    /// The connection ends: nobody keeps anything up any more.
+    /// The connection ends, and so do its jogs.
     pub(super) fn close(&mut self) {
         if let Some(active) = self.now.take() {
             active.over(Why::Closed, Stands::Unknown);
@@ -244,7 +244,7 @@ impl Driver {
             (Some(life), None) if life.released() => self.end_jog(Why::Released),
             (Some(life), None) if life.ends() <= now => {
                 tracing::warn!(
-                    "{}: nobody keeps the jog up; it is stopped",
+                    "{}: the jog was not renewed; it is stopped",
                     self.shared.name
                 );
                 self.end_jog(Why::NotKept);
@@ -269,7 +269,7 @@ impl Driver {
         }
     }
 
-    /// Where it is, as of when that was asked; who is not answered cannot keep it from the fence.
+    /// Its position, as of the request; without a reply it cannot be kept from the fence.
     pub(super) fn jog_seen(&mut self, answer: Result<FrameBuf>, asked: Micros) {
         let now = self.now();
         let Some(active) = &mut self.jogging.now else {

@@ -11,7 +11,7 @@ use crate::transport::STEP;
 /// How long the arm waits for a program that is slow to tell what comes next.
 const PATIENCE: Micros = 1_000_000;
 
-/// Who says when the arm's time passes.
+/// What advances the arm's clock.
 #[derive(Debug, Default)]
 pub(super) struct VirtualTimeDriver {
     /// This task.

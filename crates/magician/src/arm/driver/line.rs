@@ -1,6 +1,7 @@
 //! The line: in use, broken, looked for, found again.
 //!
-//! A line that was found is not trusted at once. A connection of its own asks who is there (`search.rs`, `greeting.rs`); only when that
+//! A line that was found is not trusted at once. A connection of its own identifies the arm (`search.rs`, `greeting.rs`);
+//! only when that
 //! is the arm of before, the line is handed to the connection that knows the indices, which then reads how far the arm
 //! has come. Until that is settled every call is refused. Nothing is sent again.
 
@@ -94,7 +95,7 @@ impl State {
         }
     }
 
-    /// The line to the arm, for those who do not wait until it has settled.
+    /// The line to the arm, for callers that do not wait until it has settled.
     pub(super) fn wire(&mut self) -> Option<&mut Wire> {
         match &mut self.stage {
             Stage::Up(wire) | Stage::Settling { wire, .. } => Some(wire),
@@ -144,7 +145,7 @@ impl Driver {
                 Err(error) => self.lose(&error),
             };
         }
-        // Whoever leaves waits for no line.
+        // A shutdown does not wait for a line.
         !self.leaving && self.look_for_it(cx, now)
     }
 

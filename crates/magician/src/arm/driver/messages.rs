@@ -31,7 +31,7 @@ pub(in crate::arm) enum Message {
     Jog(JogStart),
     /// Something that both know has changed; look at it.
     Wake,
-    /// Ends the connection, whoever else has a handle.
+    /// Ends the connection, even if there are other handles.
     Close,
 }
 
@@ -60,7 +60,7 @@ impl Driver {
         None
     }
 
-    /// Whether something may lie unread that came before a wish that comes now: nobody waits for it, so it would be taken
+    /// Whether something may lie unread that came before a request that comes now: it has no waiter, so it would be taken
     /// for the answer to what is wished. What comes later than the wish cannot be told from that.
     fn may_be_preceded(&self) -> bool {
         self.link_is_up() && self.connection.is_owed() && self.connection.is_idle()
@@ -159,7 +159,7 @@ impl Driver {
         });
     }
 
-    /// Withdraws what nobody waits for any more.
+    /// Withdraws requests whose caller has gone.
     pub(super) fn withdraw(&mut self, cx: &mut Context<'_>) {
         for one in &mut self.waiting {
             if let To::Caller(reply) = &mut one.to

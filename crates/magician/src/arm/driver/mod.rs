@@ -72,7 +72,7 @@ struct Waiting {
     to: To,
 }
 
-/// Who gets the answer.
+/// The receiver of a reply.
 enum To {
     /// A handle.
     Caller(oneshot::Sender<Result<FrameBuf>>),
@@ -82,20 +82,20 @@ enum To {
     Settling,
     /// The onlookers.
     Poll,
-    /// Who begins a jog.
+    /// The starter of a jog.
     Jog(oneshot::Sender<Result<FrameBuf>>, Arc<Life>),
     /// The end of a jog.
     JogStop,
     JogPose,
     /// Where a jog under a fence is, and when that was asked.
     JogLook(Micros),
-    /// Nobody any more, or nobody but those who look at whatever passes.
+    /// None any more, or only observers of all traffic.
     Nobody,
 }
 
 /// Why the task's round ended.
 enum Ended {
-    /// Nobody looked at the line for a while, or since a wish came; the system is to be asked what has come.
+    /// The line was not read for a while, or not since a request came; the system is to be asked for new bytes.
     Away,
     /// The handles are gone.
     Left,
@@ -250,7 +250,7 @@ impl Driver {
         Poll::Pending
     }
 
-    /// Whether an answer that nobody waits for any more may lie unread, to be taken for the answer to what this task asks
+    /// Whether a reply without a waiter may lie unread, to be taken for the answer to what this task asks
     /// next by itself. A task that shares its thread is woken before the runtime has asked the system what came meanwhile.
     fn was_away(&mut self) -> bool {
         let now = self.now();

@@ -121,7 +121,7 @@ impl Driver {
         self.observed.finished = Some(0);
     }
 
-    /// Tells those who listen, if any.
+    /// Notifies the listeners, if any.
     pub(super) fn happens(&self, event: Event) {
         let _ = self.events.send(event);
     }
@@ -150,7 +150,7 @@ impl Driver {
         }));
     }
 
-    /// The line was lost or found: those who see something see that at once.
+    /// The line was lost or found: observers see it at once.
     pub(super) fn publish_link(&self, link: Link) {
         self.shared.link.send_replace(link.clone());
         self.shared.status.send_if_modified(|status| match status {

@@ -1,4 +1,4 @@
-//! Reading for those who watch the state.
+//! Reading for watches of the state.
 
 use magician_protocol::NoArgs;
 use magician_protocol::commands::{
@@ -20,7 +20,7 @@ const PATIENCE: Micros = 1_000_000;
 /// Whose turn it is to be read.
 #[derive(Debug, Default)]
 pub(super) struct Polls {
-    /// When the next read is due; `None` while nobody watches.
+    /// When the next read is due; `None` without watches.
     next: Option<Micros>,
     turn: usize,
     /// One has not been answered: what is due meanwhile is left out.
@@ -51,7 +51,7 @@ impl Driver {
                     return;
                 }
                 Some(period) if self.polls.next.is_some_and(|at| at > now) => {
-                    // Somebody may want it sooner than those before.
+                    // A new watch may want it sooner.
                     let soon = now.saturating_add(micros(period));
                     self.polls.next = self.polls.next.map(|at| at.min(soon));
                     return;

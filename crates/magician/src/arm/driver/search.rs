@@ -66,7 +66,7 @@ impl Driver {
         }
     }
 
-    /// Somebody is at the end of the line, or nobody.
+    /// Whether there is an arm at the end of the line.
     fn meet(&mut self, met: Met) {
         match met {
             Err(why) => {
@@ -90,8 +90,8 @@ impl Driver {
             |other| format!("its serial number is {other}"),
         );
         format!(
-            "another arm answers at {}: {other}, and this connection is to {known}; plug that one in again, or connect \
-             anew",
+            "another arm answers at {}: {other}, and this connection is to {known}; plug that one \
+                in again, or reconnect",
             self.shared.name
         )
     }
@@ -129,7 +129,8 @@ impl Driver {
             self.connection.was_cleared();
             self.shared.cleared();
             tracing::warn!(
-                "{}: the laser may have burnt while the line was gone: it was switched off, and the arm's queue was emptied",
+                "{}: the laser may have burnt while the line was lost: it was switched off, and \
+                    the arm's queue was cleared",
                 self.shared.name
             );
         }

@@ -36,7 +36,7 @@ impl Driver {
         !self.waiting.is_empty()
     }
 
-    /// Whether a stop was asked for that has not been confirmed. It is said to its end, also by those who had let the arm go
+    /// Whether a stop was asked for that has not been confirmed. It is completed, also after the handles were dropped
     /// before.
     fn is_to_halt(&mut self) -> bool {
         let asked = self.shared.is_halt_asked() || self.owes_halt || !self.halting.is_empty();
@@ -46,7 +46,7 @@ impl Driver {
         asked
     }
 
-    /// Nobody waits for these answers any more; of a command that may be in the queue that is said.
+    /// These replies have no waiter any more; a command that may be in the queue is reported as such.
     fn leave_unanswered(&mut self) {
         for one in self.waiting.drain(..) {
             let request = one.request.frame();
@@ -94,8 +94,8 @@ impl Driver {
     pub(super) fn warn_of_what_goes_on(&self) {
         if !self.last_requests().is_empty() {
             tracing::warn!(
-                "{}: the connection ends and the arm has not confirmed that it stops: it may finish what is in its \
-                 queue, a jog may go on, a laser stay on",
+                "{}: the connection ends, but the arm has not confirmed the stop: it may finish \
+                    its queue, a jog may go on, a laser may stay on",
                 self.shared.name
             );
         }
@@ -112,7 +112,7 @@ impl Drop for Driver {
                 None => self.warn_of_what_goes_on(),
             }
         }
-        // Whoever waits for the end may open the port anew.
+        // A caller that waits for the end may open the port again.
         self.line.let_go();
         self.jogging.close();
         self.publish_link(Link::Closed);

@@ -135,7 +135,7 @@ impl Driver {
         self.tell_program()
     }
 
-    /// Whether a program runs that somebody waits for.
+    /// Whether a program runs that has a waiter.
     pub(super) fn runs_program(&mut self) -> bool {
         if (self.program.as_ref()).is_some_and(|program| program.end.is_closed()) {
             self.give_up_program();
@@ -143,7 +143,7 @@ impl Driver {
         self.program.is_some()
     }
 
-    /// Nobody waits for it any more: what waits in the connection does not go out.
+    /// Its waiter has gone: what waits in the connection is not sent.
     fn give_up_program(&mut self) {
         if let Some(program) = &self.program {
             program.stream.withdraw(&mut self.connection);
@@ -151,7 +151,7 @@ impl Driver {
         }
     }
 
-    /// Somebody holds or empties the queue: what the program has in mind for it is not to undo that.
+    /// A caller stops or clears the queue: the program's own requests must not undo that.
     pub(super) fn steer_program(&mut self, request: &Frame<'_>) {
         if let (true, Some(program)) = (holds(request), &mut self.program) {
             program.stream.interrupt(Failure::Stopped);
@@ -181,7 +181,7 @@ impl Driver {
                     tracing::debug!(times, "{name}: the arm's queue ran dry");
                 }
                 StreamEvent::Places { counted, read } => {
-                    tracing::warn!(counted, read, "{name}: the queue has other places");
+                    tracing::warn!(counted, read, "{name}: the queue has another size");
                 }
                 StreamEvent::Recovered { again, window } => tracing::warn!(
                     again,
@@ -255,7 +255,7 @@ impl Driver {
         true
     }
 
-    /// Somebody's answer passes that the stream can use too.
+    /// A reply to another caller that the stream can use too.
     pub(super) fn overhear(&mut self, reply: &FrameBuf) {
         let now = self.now();
         if let Some(program) = &mut self.program {

@@ -87,7 +87,7 @@ impl Wire {
         self.transport.leap(most, ends)
     }
 
-    /// Writes what goes out without waiting, for want of anybody who would wait: the rest of the frame under way, then
+    /// Writes what goes out without waiting, because there is no caller to wait: the rest of the frame under way, then
     /// these.
     pub(super) fn blurt(&mut self, frames: impl IntoIterator<Item = FrameBuf>) {
         let mut cx = Context::from_waker(Waker::noop());

@@ -60,7 +60,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let place = timeout_at(arm.call_deadline(), arm.inner.messages.reserve()).await;
         let place = place.map_err(|_| Error::stuck())?;
         let place = place.map_err(|_| Error::closed())?;
-        // From here on nothing is waited for: whoever goes away has handed it over, or not.
+        // From here on there is no await: a dropped call has handed it over, or not.
         let clears = arm.inner.shared.clears();
         let cleared = std::mem::replace(&mut self.clears, clears) != clears;
         if self.leftover.is_some() {
@@ -259,7 +259,7 @@ async fn fed(
     let over = match sender.reserve_many(burst as usize).await {
         Ok(permits) => {
             let begun = Instant::now();
-            // Whoever takes time to say what comes next does not keep the thread from everything else.
+            // A slow source of commands must not block the thread.
             let mut in_time = permits.take_while(|_| begun.elapsed() < THINKS);
             loop {
                 let Some(permit) = in_time.next() else {

@@ -30,7 +30,7 @@ use plan::{Ahead, Light, Planned};
 /// on by itself.
 ///
 /// After anything else it is over, and `wait` fails: after a stop or a reset (also one that came while the line was gone),
-/// after an alarm, and when the future of `wait` was dropped before its end, for then nobody knows how far it came.
+/// after an alarm, and when the future of `wait` was dropped before its end, because its progress is then unknown.
 ///
 /// ```
 /// use magician::{Arm, ErrorKind, words};
@@ -45,13 +45,13 @@ use plan::{Ahead, Light, Planned};
 ///     if error.kind() != ErrorKind::Port || !run.is_interrupted() {
 ///         return Err(error);
 ///     }
-///     arm.reconnected().await?; // and ask whoever is there whether to go on
+///     arm.reconnected().await?; // and ask the user whether to go on
 /// }
 /// # Ok(())
 /// # }
 /// ```
 #[derive(Debug)]
-#[must_use = "it runs when it is waited for"]
+#[must_use = "it only runs while it is waited for"]
 pub struct Run<C> {
     arm: Arm,
     commands: C,
@@ -73,7 +73,7 @@ pub struct Run<C> {
     lasts: Micros,
     /// What was handed on since it was handed over.
     ahead: Ahead,
-    /// Stops of before, where whoever began it looked at the arm first.
+    /// The count of earlier stops, where the arm was read before the start.
     stops: Option<u64>,
     ran: Ran,
     total: Option<u64>,
@@ -141,7 +141,7 @@ impl Arm {
         Ok(())
     }
 
-    /// Commands that others put into the queue and nobody has run are not run by accident.
+    /// Commands that other programs left in the queue are not run by accident.
     fn refuse_foreign_commands(&self, look: &QueueLook) -> Result<()> {
         let waiting = self.foreign_commands(look);
         let (commands, them) = match waiting {
@@ -187,7 +187,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let stops = self.stops.take().unwrap_or_else(|| arm.stops());
         self.may_go_on()?;
         let mut flow = arm.take_turn(arm.call_deadline(), "a run").await?;
-        // Whoever goes away in the middle of a run leaves behind what has to be counted anew.
+        // A run that is dropped half-way leaves a queue that has to be counted again.
         flow.room = 0;
         arm.queue_fault(None)?;
         let begins = (self.leftover.as_ref()).is_none_or(|leftover| !leftover.has_begun());
@@ -261,7 +261,8 @@ impl<C: Iterator<Item = Set>> Run<C> {
         self.arm.queue_fault(self.begun)?;
         Err(Error::new(
             ErrorCode::RunOver,
-            "this run is over: a stop or an error ended it, or nobody waited for its end; begin a new one",
+            "this run is over: it ended by a stop or an error, or was not waited for; begin a new \
+                one",
         ))
     }
 

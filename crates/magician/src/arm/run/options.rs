@@ -10,7 +10,8 @@ pub struct RunOptions {
     /// What the check of [`Arm::run_with`](crate::Arm::run_with) refuses: all that guards can, at first. What is
     /// [started](crate::Arm::start) is not checked.
     pub guards: Guards,
-    /// Sends nothing when a stop came after there were so many ([`Arm::stops`](crate::Arm::stops)): whoever stopped the arm while
+    /// Sends nothing when a stop came after there were so many ([`Arm::stops`](crate::Arm::stops)): a caller that stopped
+    /// the arm while
     /// the commands were still being made or checked meant them too. At first those before the call.
     pub stops: Option<u64>,
     /// Runs commands of an earlier program that still wait in the queue, before these. Off at first.
@@ -20,7 +21,7 @@ pub struct RunOptions {
     pub horizon: Duration,
     /// The same while the laser may be lit. One second at first.
     pub laser_horizon: Duration,
-    /// Lets an interrupted run go on although nobody knows where its last finished command left the arm. Off at first.
+    /// Lets an interrupted run go on although the position after its last finished command is unknown. Off by default.
     pub trust_pose: bool,
     /// How long a run waits for an arm that does not answer on a line that is there, until it ends; never less than
     /// [`Options::timeout`](crate::Options::timeout), which is for single calls. Meanwhile

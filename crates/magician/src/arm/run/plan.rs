@@ -23,7 +23,7 @@ const ALWAYS: usize = 2;
 const AHEAD: usize = 32;
 /// So many are always handed on before the arm has taken them: a line carries several at a time.
 const A_FEW: usize = 4;
-/// What takes longer, or nobody knows how long, counts as an hour.
+/// A longer or unknown duration counts as an hour.
 const UNKNOWN: Micros = 3_600_000_000;
 
 /// What a run has done with the laser.
@@ -31,7 +31,7 @@ const UNKNOWN: Micros = 3_600_000_000;
 pub(super) struct Light {
     /// It has burnt.
     burnt: bool,
-    /// The laser was switched on last, and is to stay so: whoever leaves it on means it.
+    /// The laser was switched on last and stays on: the caller left it on deliberately.
     left_on: bool,
 }
 
@@ -163,7 +163,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
             if self.leftover.is_some() && self.begins_at != stands {
                 return Err(Error::new(
                     ErrorCode::RunOver,
-                    "the arm does not stand where this run was to begin; begin a new one",
+                    "the arm is not where this run should begin; begin a new one",
                 ));
             }
             if self.leftover.is_none() {

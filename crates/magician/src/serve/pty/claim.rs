@@ -1,4 +1,5 @@
-//! Who serves a path and its pseudo-terminal, for as long as the server lives and however it ends. Known on Linux only.
+//! Which process serves a path and its pseudo-terminal, as long as the server lives and however it ends. Known on Linux
+//! only.
 //!
 //! A link that is there says nothing: a server that was killed leaves it, and the number of its terminal is somebody else's
 //! soon. So a server holds a name that the system gives up with the process, an abstract socket's; and, to be found by
@@ -9,7 +10,7 @@ use std::path::Path;
 
 use rustix::fs::{FlockOperation, fcntl_lock};
 
-/// A path that nobody else serves meanwhile.
+/// A path that no other process serves meanwhile.
 #[derive(Debug)]
 pub(super) struct Claim {
     #[cfg(target_os = "linux")]
@@ -66,7 +67,8 @@ fn name_of(path: &Path) -> Option<String> {
     Some(format!("magician-pty/{device:x}/{number:x}/{sum:016x}"))
 }
 
-/// Has the terminal show who serves it. Closing any descriptor of it in this process ends that, so it is to be said again then.
+/// Marks the terminal with the process that serves it. Closing any descriptor of it in this process ends that, so it is
+/// to be said again then.
 pub(super) fn mark(slave: &OwnedFd) {
     // Where there are no such locks the server has no name.
     let _ = fcntl_lock(slave, FlockOperation::NonBlockingLockExclusive);
@@ -95,7 +97,7 @@ pub(super) fn server_of(_: &Path) -> Option<u32> {
     None
 }
 
-/// Reads lines as `3: POSIX  ADVISORY  WRITE 4159 00:1a:3 0 EOF`; those of who waits for a lock have an arrow before its kind.
+/// Reads lines as `3: POSIX  ADVISORY  WRITE 4159 00:1a:3 0 EOF`; those of waiting processes have an arrow before its kind.
 #[cfg(target_os = "linux")]
 fn holder(table: &str, file: &str) -> Option<u32> {
     table.lines().find_map(|line| {

@@ -70,7 +70,7 @@ impl PtyConnection {
         }
     }
 
-    /// Reads and writes, and sees who comes and goes.
+    /// Reads and writes, and sees which clients connect and disconnect.
     pub(super) fn turn(
         &mut self,
         cx: &mut Context<'_>,

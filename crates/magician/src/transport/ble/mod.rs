@@ -72,7 +72,7 @@ impl Opening<'_> {
             let mut result = device.connect().await;
             for _ in 1..ATTEMPTS {
                 if let Err(error) = &result {
-                    tracing::debug!(%error, "ble:{}: connected to once more", self.wanted);
+                    tracing::debug!(%error, "ble:{}: reconnected", self.wanted);
                     result = device.connect().await;
                 }
             }
@@ -80,14 +80,14 @@ impl Opening<'_> {
         };
         let connected = timeout(CONNECT, connecting).await;
         let connected = connected.unwrap_or(Err(btleplug::Error::TimedOut(CONNECT)));
-        connected.map_err(|error| trouble::of_device(self.wanted, "cannot be connected to", error))
+        connected.map_err(|error| trouble::of_device(self.wanted, "cannot be connected", error))
     }
 
     /// Looks at what it offers, and has it notify.
     async fn prepare(&self, adapter: &Adapter, device: &Peripheral) -> Result<Link> {
         let preparing = async {
             let failed =
-                |error| trouble::of_device(self.wanted, "does not tell its services", error);
+                |error| trouble::of_device(self.wanted, "does not list its services", error);
             device.discover_services().await.map_err(failed)?;
             let (writes, notifies) = roles::settle(self.wanted, &device.services())?;
             let port = Port {
@@ -104,7 +104,8 @@ impl Opening<'_> {
                 "ble:{}",
                 self.wanted
             );
-            let failed = |error| trouble::of_device(self.wanted, "does not notify", error);
+            let failed =
+                |error| trouble::of_device(self.wanted, "does not send notifications", error);
             Link::over(adapter, Arc::new(port), notifies, self.ours)
                 .await
                 .map_err(failed)

@@ -41,7 +41,7 @@ fn kept() -> MutexGuard<'static, Kept> {
     KEPT.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The first adapter that is switched on. None is ever switched on here: whoever switched it off knows why.
+/// The first adapter that is switched on. None is ever switched on here: it may be off for a reason.
 pub(super) async fn adapter() -> Result<Adapter> {
     match timeout(PATIENCE, choose()).await {
         Ok(chosen) => chosen,
@@ -101,7 +101,7 @@ pub(super) fn remembered(wanted: &str) -> Option<PeripheralId> {
     kept().devices.as_ref()?.get(wanted).cloned()
 }
 
-/// Has something last done for those who cannot wait: begun at once, carried through by the runtime if that goes on.
+/// Runs a last task for callers that cannot wait: begun at once, carried through by the runtime if that goes on.
 pub(super) fn see_off(runtime: &Handle, last: impl Future<Output = ()> + Send + 'static) {
     let begun = Handle::try_current().is_ok_and(|current| current.id() == runtime.id());
     let mut last = Box::pin(last);

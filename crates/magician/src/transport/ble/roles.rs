@@ -14,7 +14,8 @@ const WRITE: u128 = 0x0003_CDD2_0000_1000_8000_0080_5F9B_0131;
 const WRITABLE: CharPropFlags = CharPropFlags::WRITE.union(CharPropFlags::WRITE_WITHOUT_RESPONSE);
 const NOTIFIES: CharPropFlags = CharPropFlags::NOTIFY.union(CharPropFlags::INDICATE);
 
-/// Who writes and who notifies, in the order of preference among what the properties allow: as the document has it
+/// Which characteristic takes writes and which notifies, in the order of preference among what the properties allow: as
+/// the document has it
 /// from the host's side, the other way round, one for both.
 const WAYS: [(u128, u128); 4] = [(WRITE, READ), (READ, WRITE), (WRITE, WRITE), (READ, READ)];
 
@@ -28,7 +29,8 @@ pub(super) fn settle(
     let Some(service) = service else {
         let found = list(services.iter().map(|service| service.uuid.to_string()));
         return Err(wrong(format!(
-            "is no Magician: it has no service 0003cdd0-0000-1000-8000-00805f9b0131; what it has: {found}"
+            "is not a Magician: it has no service 0003cdd0-0000-1000-8000-00805f9b0131; its \
+                services: {found}"
         )));
     };
     let named = |uuid, able: CharPropFlags| {
@@ -48,8 +50,8 @@ pub(super) fn settle(
         format!("{} ({properties})", one.uuid)
     }));
     Err(wrong(format!(
-        "cannot be talked to: of its characteristics 0003cdd1 and 0003cdd2 one has to take writes and one to notify, and \
-         there is {found}"
+        "cannot be used: of its characteristics 0003cdd1 and 0003cdd2 one must accept writes and \
+            one must notify, and it has {found}"
     )))
 }
 

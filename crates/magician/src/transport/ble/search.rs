@@ -144,11 +144,12 @@ fn not_found(wanted: &str, seen: &[Seen]) -> Error {
     heard.sort_by_key(|one| (!one.arm, one.name.is_none(), one.describe()));
     let heard: Vec<String> = heard.into_iter().map(Seen::describe).collect();
     let heard = match heard.as_slice() {
-        [] => "nothing was heard at all".to_owned(),
-        heard => format!("heard: {}", heard.join(", ")),
+        [] => "no devices were found".to_owned(),
+        heard => format!("found: {}", heard.join(", ")),
     };
     let message = format!(
-        "no Bluetooth device is called {wanted} or has that address; {heard}. Is the arm switched on, its Bluetooth module \
+        "no Bluetooth device has the name or address {wanted}; {heard}. Is the arm switched on, \
+            its Bluetooth module \
          plugged in, and no phone or other computer connected to it?"
     );
     Error::new(ErrorCode::NoArm, message)
@@ -158,7 +159,8 @@ fn several(wanted: &str, seen: &[Seen], indices: &[usize]) -> Error {
     let all = indices.iter().filter_map(|&index| seen.get(index));
     let all: Vec<String> = all.map(Seen::describe).collect();
     let message = format!(
-        "several Bluetooth devices are called {wanted}: {}; write the address instead, as in ble:AA:BB:CC:DD:EE:FF",
+        "several Bluetooth devices have the name {wanted}: {}; use the address instead, as in \
+            ble:AA:BB:CC:DD:EE:FF",
         all.join(", ")
     );
     Error::new(ErrorCode::SeveralArms, message)

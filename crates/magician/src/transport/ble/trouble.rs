@@ -49,8 +49,8 @@ pub(super) fn of_system(error: btleplug::Error) -> Error {
     }
     if among(&["FileNotFound", "NoServer"]) || (cfg!(target_os = "linux") && among(&["socket"])) {
         return port(format!(
-            "the system's D-Bus, through which Bluetooth is reached, is not there ({error}); in a container, pass \
-             /run/dbus/system_bus_socket in"
+            "the system's D-Bus, which Bluetooth needs, is missing ({error}); in a container, \
+                mount /run/dbus/system_bus_socket"
         ));
     }
     if among(&["AccessDenied", "AuthFailed", "PermissionDenied"]) {
@@ -66,7 +66,8 @@ fn forbidden(error: &btleplug::Error) -> Error {
     let permit = if cfg!(target_os = "linux") {
         ""
     } else if cfg!(target_os = "macos") {
-        "; allow it for the program that this runs in: System Settings, Privacy & Security, Bluetooth"
+        "; allow it for the program that runs this one: System Settings, Privacy & Security, \
+            Bluetooth"
     } else {
         "; allow it in the privacy settings"
     };
@@ -86,7 +87,7 @@ pub(super) fn of_device(wanted: &str, what: &str, error: btleplug::Error) -> Err
     let known = format!("{error:?}");
     let guarded = ["Authenti", "NotAuthorized", "NotPermitted", "Insufficient"];
     if guarded.iter().any(|name| known.contains(name)) {
-        let message = format!("ble:{wanted} {what}: {error}; it may want to be paired first");
+        let message = format!("ble:{wanted} {what}: {error}; it may need to be paired first");
         return port(message).remedy(Act::System("bluetoothctl pair ADDRESS".into()), "pairs it");
     }
     port(format!(
