@@ -11,17 +11,17 @@ use magician_protocol::Alarm;
 const INTRODUCTION: &str = "\
 # The Magician's alarms on the virtual arm
 
-How each arises here, whether what is queued behind it waits, and how it goes. Each row is a case of the conformance suite, which
+How each arises here, whether the commands queued behind it wait, and how it is cleared. Each row is a case of the conformance suite, which
 `magician conform --only alarm --list -v` shows step by step. `cargo xtask alarms` writes this page.
 
-Of every alarm, however it arose (`alarm.injected-*`):
+For every alarm, however it arose (`alarm.injected-*`):
 
 * It can be injected: by a scenario, or by `Controller::inject(ExternalEvent::Alarm(code))`. An injected one has no cause
   that lasts, so the first ClearAllAlarmsState (id 20 or 21) drops it.
 * A motion under way goes on to its end.
-* Where the queue waits, it waits for ClearAllAlarmsState, even if the alarm has dropped by itself before. Homing runs
+* Where the queue waits, it waits for ClearAllAlarmsState, even if the alarm has already dropped by itself. Homing runs
   all the same when it is next, and clears nothing. Immediate commands are carried out.
-* None goes by waiting. A reset drops all and raises 0x00.
+* None clears by waiting. A reset drops all and raises 0x00.
 
 | alarm | how it arises here | queue | how it goes | case |
 |---|---|---|---|---|

@@ -13,9 +13,9 @@ const INTRODUCTION: &str = "\
 
 Facts about the real arm, and choices of ours where none is known. The letters are those of the firmware profile;
 sections are those of the [reference model of the arm](MODEL.md), E numbers those of the
-[errata to the protocol](ERRATA.md), and (none) is what neither has a word about.
+[errata to the protocol](ERRATA.md), and (none) means that neither mentions it.
 
-`magician sim --fidelity` tells at its end what the answers rested on. A strict arm (`magician sim --strict`, or
+`magician sim --fidelity` lists at its end what the replies relied on. A strict arm (`magician sim --strict`, or
 `strict = true` under `[fidelity]` in a profile) does the same as ever where it has a fact, and refuses where it has
 nothing but a choice. What is refused is answered as usual and not carried out: a queued command is consumed at its turn, a
 get is answered without parameters, and a command that finds the queue full is not answered at all, for every answer
@@ -88,7 +88,7 @@ fn title(confidence: Confidence) -> &'static str {
         Confidence::Vendor => "the vendor's document or code for this arm",
         Confidence::Sibling => "the vendor's code for the sibling arm",
         Confidence::ThirdParty => "third-party code or text",
-        Confidence::Choice => "choices, because nobody says",
+        Confidence::Choice => "choices, because no source says",
     }
 }
 

@@ -40,16 +40,16 @@ Usage: cargo xtask CHORE
   vendor-library [--target TRIPLE] [DIR]
              build the drop-in and lay it out as it is installed: target/vendor-library/TRIPLE
   licences [--check | PACKAGE [--features LIST] [--target TRIPLE]]
-             write whose work is in the Python wheel: crates/magician-py/THIRD-PARTY-LICENSES.txt; see whether it is right;
+             list the third-party work in the Python wheel: crates/magician-py/THIRD-PARTY-LICENSES.txt; check it;
              print the same of another package
   dist [--only TARGET].. [--skip TARGET].. [--profile NAME]
-             make a release and try it: archives for five systems, Debian packages, what Homebrew and winget are told: target/archive
+             make a release and try it: archives for five systems, Debian packages, manifests for Homebrew and winget: target/archive
   publish [--dry-run]
-             put the crates on the registry, if they say where their sources are
+             publish the crates, once they name their repository
   bench [WHAT...] [--json]
              measure what the virtual arm costs
   soak [NAME [--cases N] [--seed S]] [--json]
-             try the driver's promises for as long as you like; lists them without a name";
+             test the driver's promises for as long as you like; without a name list them";
 
 fn main() -> ExitCode {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

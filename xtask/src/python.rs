@@ -11,11 +11,11 @@ use magician_protocol::{Alarm, EnumInfo, Field, FieldType, LayoutInfo, Row, Scal
 use crate::fields::described;
 
 const HEAD: &str = r#"#
-# Made by `cargo xtask python` of the protocol's table, which the driver and the virtual arm are made of too.
+# Made by `cargo xtask python` from the protocol's table, which the driver and the virtual arm are made of too.
 """Every command of the protocol, as values.
 
-What is read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. What is asked for with a pin, a port or a
-target is a question: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. What is set is an object:
+A value to read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. What is asked for with a pin, a port or a
+target is a question: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. A value to set is an object:
 ``arm.set(commands.PtpCommonParams(velocity_ratio=50, acceleration_ratio=50))``, and what may be queued goes into
 ``arm.enqueue`` and ``arm.perform`` too.
 
@@ -48,8 +48,8 @@ const OUTPUT: &str = r#"class Output(NamedTuple):
 "#;
 
 const ALARMS_HEAD: &str = r#"#
-# Made by `cargo xtask python` of the protocol's table, which the driver and the virtual arm are made of too.
-"""The alarms of the controller, each with its cause and its cure."""
+# Made by `cargo xtask python` from the protocol's table, which the driver and the virtual arm are made of too.
+"""The alarms of the controller, each with its cause and its remedy."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ __all__ = ["Alarm"]
 class Alarm(OpenEnum):
     """An alarm. It is its code, 0x00 to 0xFF; one without a name passes through.
 
-    ``print(alarm)`` tells what has happened and what to do.
+    ``print(alarm)`` shows the cause and the remedy.
     """
 
 "#;

@@ -23,7 +23,7 @@ const CRATES: [&str; 9] = [
 /// What begins a line for the operating system's shell (`Act::System`): its flags are of other programs.
 const OF_THE_SYSTEM: [&str; 2] = ["sudo ", "printf "];
 
-/// Attributes whose texts nobody sees who runs the software.
+/// Attributes whose texts no user sees.
 const FOR_PROGRAMMERS: [&str; 7] = [
     "doc",
     "cfg_attr",

@@ -44,8 +44,8 @@ pub struct Alarm {
 const CLEAR: &str = "clear the alarms";
 const OTHER_TARGET: &str = "choose another target, then clear the alarms";
 const SLOWER: &str = "lower the speed ratio, then clear the alarms";
-const JOG_BACK: &str =
-    "jog the joint back; the alarm drops inside the range, the hold ends with a clear";
+const JOG_BACK: &str = "jog the joint back into its range, where the alarm drops; then clear the alarms to release \
+        the queue";
 const REHOME: &str = "remove the obstacle, home the arm, then clear the alarms";
 const POWER: &str = "switch the arm off and on";
 
@@ -92,7 +92,7 @@ alarms! {
     0x17 PlanLineOutSpace Plan "a straight line leaves the workspace" CLEAR, stays sibling;
     0x18 PlanArcOutSpace Plan "an arc leaves the workspace" CLEAR, stays sibling;
     0x19 PlanMotionType Plan "an unknown kind of motion" CLEAR, stays sibling;
-    0x1A PlanSpeedInputParam Plan "a speed or acceleration is zero, negative or no number" "set the speeds, then clear the alarms", stays sibling;
+    0x1A PlanSpeedInputParam Plan "a speed or acceleration is zero, negative or not a number" "set the speeds, then clear the alarms", stays sibling;
     0x1B PlanCpCalc Plan "the continuous path could not be calculated" CLEAR, stays sibling;
     0x20 MoveInvSingularity Move "the path ran into a singular pose" "jog away by joints, then clear the alarms", stays magician;
     0x21 MoveInvCalc Move "the path left the workspace" "move back inside, then clear the alarms", stays magician;
@@ -138,7 +138,8 @@ impl Alarm {
 
     /// What may be behind a [kinematic](Self::is_kinematic) alarm of an arm whose tool bias is 0.
     pub const TOOL_UNKNOWN: &str = "the tool is unknown to the arm: its bias is 0,0,0, so x, y and z are those of the \
-        wrist; if a tool is on it, set its bias (EndEffectorParams, 59.7,0,0 for the suction cup)";
+        wrist; if a tool is mounted, set its bias (EndEffectorParams, 59.7,0,0 for the suction \
+        cup)";
 
     /// Whether an alarm of this code says that a pose is out of reach or beyond a joint limit, which the tool bias
     /// decides: 0x10 to 0x12 before a motion, 0x20 to 0x22 on its way.

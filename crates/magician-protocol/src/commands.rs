@@ -34,7 +34,7 @@ commands! {
         major_version: u8, "count", [], "First number of the version.";
         minor_version: u8, "count", [], "Second number of the version.";
         revision: u8, "count", [], "Third number of the version.";
-        extra: Bytes, "bytes", [], "What newer firmware adds; a hardware version is among it.";
+        extra: Bytes, "bytes", [], "Bytes added by newer firmware, among them a hardware version.";
     }
 
     3 "DeviceWithL" "Whether the arm stands on a sliding rail." [Info "1.3.4" Document High, errata "E15"]
@@ -77,7 +77,7 @@ commands! {
         joint_angle: [f32; 4], "deg", [], "J1 base, J2 rear arm, J3 forearm, J4 end effector.";
     }
 
-    11 "ResetPose" "Sets the angles of rear arm and forearm anew." [Pose "1.4.2" Document High, errata "E23"]
+    11 "ResetPose" "Sets the angles of rear arm and forearm." [Pose "1.4.2" Document High, errata "E23"]
     [queue no, resend no, danger yes, effect Setting]
     action ResetPose named "ResetPose" {
         manual: Flag, "flag", [0..=1], "0 takes the angles from the sensors, 1 those given here.";
@@ -98,7 +98,8 @@ commands! {
         pose_l: f32, "mm", [], "Rail position.";
     }
 
-    20 "AlarmsState" "Alarms that stand, one bit each." [Alarm "1.5.1" Document High, errata "E18 to E20"]
+    20 "AlarmsState" "Active alarms, one bit each." [Alarm "1.5.1" Document High, errata "E18 to \
+        E20"]
     [queue no, resend yes, danger no, effect Queue]
     state AlarmsState {
         alarms_state: AlarmSet, "bitmap", [], "Alarm n is bit n % 8 of byte n / 8.";
@@ -155,7 +156,7 @@ commands! {
     42 "HHTTrigOutput" "Whether a point has been taught since the last look." [Teach "1.7.3" Document High]
     [queue no, resend yes, danger no, effect Consume]
     state HhtTrigOutput {
-        is_triggered: Flag, "flag", [0..=1], "Whether there is a new point; reading it clears it.";
+        is_triggered: Flag, "flag", [0..=1], "Whether there is a new point; reading clears it.";
     }
 
     50 "ArmOrientation" "Elbow side of a SCARA arm; this arm stores it." [Pose "none" Addition Medium]
@@ -444,8 +445,8 @@ commands! {
     }
     param IoPwm {
         address: u8, "EIO address", [1..=20], "Pin.";
-        frequency: f32, "Hz", [10..=1000000], "Pulses a second.";
-        duty_cycle: f32, "percent", [0..=100], "Share of the time that it is high.";
+        frequency: f32, "Hz", [10..=1000000], "Frequency.";
+        duty_cycle: f32, "percent", [0..=100], "Share of the time that it is high, the duty cycle.";
     }
 
     133 "IODI" "Level of a digital input." [Io "1.15.4" Document High, errata "E39"]
@@ -619,7 +620,7 @@ commands! {
         is_enabled: Flag, "flag", [0..=1], "Whether it works.";
     }
 
-    191 "PulseMode" "Counts of motor pulses; nothing is known of their use." [Calibration "none" Header Low]
+    191 "PulseMode" "Counts of motor pulses; their use is unknown." [Calibration "none" Header Low]
     [queue yes, resend no, danger no, effect Setting]
     param PulseMode {
         j1: f32, "pulses (unconfirmed)", [], "J1.";
@@ -630,7 +631,7 @@ commands! {
         e2: f32, "pulses (unconfirmed)", [], "Second external motor.";
     } forms [ 0 Zeros "empty payload" ]
 
-    220 "UserParams" "Eight numbers of the user's." [Info "none" Header Low]
+    220 "UserParams" "Eight numbers for the user." [Info "none" Header Low]
     [queue no, resend yes, danger no, effect Look]
     state UserParams {
         params: [f32; 8], "free", [], "The numbers.";
@@ -660,7 +661,7 @@ commands! {
         status: u8, "code (unknown)", [], "State.";
     }
 
-    240 "QueuedCmdStartExec" "Lets the queue run." [Queue "1.19.1" Document High]
+    240 "QueuedCmdStartExec" "Starts the queue." [Queue "1.19.1" Document High]
     [queue ignored, resend yes, danger no, effect Queue]
     action QueuedCmdStartExec {
     }
@@ -687,7 +688,7 @@ commands! {
     action QueuedCmdStopDownload {
     }
 
-    245 "QueuedCmdClear" "Drops what waits in the queue." [Queue "1.19.6" Document High, errata "E48"]
+    245 "QueuedCmdClear" "Drops the waiting commands of the queue." [Queue "1.19.6" Document High, errata "E48"]
     [queue ignored, resend yes, danger no, effect Queue]
     action QueuedCmdClear {
     }

@@ -3,7 +3,7 @@ use crate::message::QueuedCmdIndex;
 use crate::motor;
 use crate::{DecodeError, FieldValue, Frame, Layout, LayoutInfo, NoArgs, Row};
 
-/// Who sent a frame.
+/// The sender of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// The host, to the arm.
@@ -22,7 +22,7 @@ pub struct Description<'a> {
     pub row: &'static Row,
     /// Name of the form, as the vendor writes it (`GetPose`, `SetPTPCmd`).
     pub name: &'static str,
-    /// Who sent it.
+    /// The sender.
     pub direction: Direction,
     /// Whether the form is a set.
     pub write: bool,

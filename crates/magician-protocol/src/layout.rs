@@ -39,7 +39,7 @@ pub struct Form {
     pub len: usize,
     /// How the bytes map to the layout.
     pub kind: FormKind,
-    /// Who sends it, with the errata number.
+    /// The senders of this form, with the errata number.
     pub note: &'static str,
 }
 

@@ -68,7 +68,7 @@ pub enum Confidence {
     Low,
 }
 
-/// What a command does, as far as anybody who sends it has to care.
+/// What a command does, as far as it matters to the sender.
 ///
 /// ```
 /// use magician_protocol::{Effect, Row};

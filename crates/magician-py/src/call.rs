@@ -29,13 +29,13 @@ pub(crate) struct Call {
 struct Inner {
     shared: Arc<Shared>,
     work: Mutex<Work>,
-    /// Stops what nobody waits for any more, if it moves the arm.
+    /// Stops a call whose waiter has gone, if it moves the arm.
     stop: Option<Stop>,
 }
 
 /// What does it.
 enum Work {
-    /// Nothing yet: it begins when somebody waits for it. An interrupt that comes before finds an arm that stands.
+    /// Nothing yet: it begins when it is waited for. An interrupt before that finds the arm at rest.
     Waiting(Pin<Box<dyn Future<Output = ()> + Send>>),
     Going(AbortHandle),
     /// It ends by itself.
@@ -62,7 +62,7 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Tells whoever waits: here without the interpreter, and elsewhere soon.
+    /// Wakes the waiters: here without the interpreter, and elsewhere soon.
     fn change(&self, change: impl FnOnce(&mut State)) {
         let listener = {
             let mut state = self.state();
@@ -168,7 +168,7 @@ impl Call {
         Self::of(shared, Work::Waiting(Box::pin(task)), None)
     }
 
-    /// Starts something that comes to nothing and goes on when nobody waits for it any more: a stop.
+    /// Starts something without a result that goes on when its waiter has gone: a stop.
     pub(crate) fn lasting<F>(task: F) -> Self
     where
         F: Future<Output = magician::Result<()>> + Send + 'static,
@@ -196,7 +196,7 @@ impl Inner {
         self.work.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Somebody waits for it.
+    /// It has a waiter.
     fn begin(&self) {
         let mut work = self.work();
         *work = match std::mem::replace(&mut *work, Work::Lasting) {
@@ -205,7 +205,7 @@ impl Inner {
         };
     }
 
-    /// Nobody waits for it any more.
+    /// Its waiter has gone.
     fn abandon(&self) {
         let over = {
             let mut state = self.shared.state();
@@ -230,7 +230,7 @@ impl Drop for Inner {
     }
 }
 
-/// Does it, and tells whoever waits what came of it.
+/// Runs it, and gives the result to the waiter.
 fn told<T, E, F, M>(
     shared: &Arc<Shared>,
     task: F,
@@ -254,14 +254,14 @@ where
     }
 }
 
-/// The end of something, also of what was let go of or has failed badly: nobody waits for ever.
+/// The end of a call, also of one that was dropped or has panicked: no waiter waits for ever.
 struct Ending(Arc<Shared>);
 
 impl Drop for Ending {
     fn drop(&mut self) {
         if !self.0.state().over {
             self.0.change(|state| {
-                let message = "it was let go of before its end";
+                let message = "it was dropped before its end";
                 state.outcome = Some(Err(Error::new(ErrorCode::Closed, message).into()));
                 state.over = true;
             });
@@ -305,7 +305,7 @@ impl Call {
         Ok(())
     }
 
-    /// What it reported last and nobody has heard yet, or `None`.
+    /// Its last report that was not delivered yet, or `None`.
     fn report(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
         let report = self.shared(py)?.state().report.take();
         report.map(|report| report(py)).transpose()

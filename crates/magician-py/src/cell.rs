@@ -93,7 +93,7 @@ impl Cell {
             }
             Some(other) => {
                 let error = Error::invalid(format!(
-                    "a speed is a number above 0 (1 is real time), not {other}"
+                    "the speed must be a number above 0 (1 is real time), not {other}"
                 ));
                 return Err(errors::raise(py, &error));
             }

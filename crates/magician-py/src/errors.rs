@@ -7,7 +7,8 @@ use pyo3::types::PyDict;
 use crate::voice;
 
 /// What lets a laser burn.
-const LASER: &str = ": put on goggles for its wavelength, clear what must not burn, stay with it, and say allow_laser=True";
+const LASER: &str = ": wear goggles for its wavelength, clear away what must not burn, and stay \
+        with it; allow_laser=True allows it";
 
 /// The exception of an error: its class by the kind alone, its parts as attributes (`magician.errors`).
 pub(crate) fn raise(py: Python<'_>, error: &Error) -> PyErr {

@@ -61,7 +61,8 @@ impl Request {
         }
         let name = row.form_name(self.ctrl);
         let message = format!(
-            "it can brick, unlearn or unlock something and was not sent; MAGICIAN_ALLOW={name} in the environment allows it"
+            "it can brick, uncalibrate or unlock the arm and was not sent; MAGICIAN_ALLOW={name} \
+                in the environment allows it"
         );
         Err(Error::invalid(message).with_command(name))
     }

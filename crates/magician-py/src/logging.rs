@@ -81,7 +81,7 @@ impl Visit for Line {
     }
 }
 
-/// From now on. Whoever else in this process listens to `tracing` already goes on doing so alone.
+/// From now on. Another listener to `tracing` in this process keeps listening, alone.
 pub(crate) fn begin() {
     let _ = tracing::subscriber::set_global_default(Log);
 }

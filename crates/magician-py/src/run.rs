@@ -93,14 +93,15 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
             Arc::new(Error::new(ErrorCode::Stopped, message))
         }
         Fault::Journal(JournalError::Nothing) => invalid(
-            "there is nothing to resume: this plan, placed like this, was not interrupted at this arm; first_step=N begins \
+            "nothing to resume: no interrupted job of this plan, in this placement, on this arm; \
+                first_step=N begins \
              at any step"
                 .to_owned(),
         ),
         Fault::Doubt { span, .. } => {
             let message = format!(
-                "{} steps are done for certain, and {} at most: look at the work, then first_step={} does them again, \
-                 first_step={} leaves them out",
+                "{} steps are certainly done, and {} at most: look at the work, then \
+                    first_step={} repeats them, first_step={} skips them",
                 span.least,
                 span.most,
                 span.least + 1,
@@ -113,7 +114,7 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
                 "{waiting} commands of the last job wait in the arm's queue, and nothing moves"
             );
             let error = Error::new(ErrorCode::ForeignCommands, message);
-            let error = error.remedy(Action::ListAlarms, "tells what may hold it");
+            let error = error.remedy(Action::ListAlarms, "shows what may hold it");
             Arc::new(error.remedy(Action::Stop, "drops them"))
         }
         _ => invalid(error.to_string()),
@@ -124,11 +125,11 @@ fn why(error: &JobError, source: &Source) -> Arc<Error> {
 fn said(error: &JobError) -> Option<String> {
     let said = match (&error.lift, &error.unconfirmed) {
         (_, Some(doubt)) => {
-            format!("the arm was told to stop, and it is not certain that it does: {doubt}")
+            format!("the arm was told to stop, but has not confirmed it: {doubt}")
         }
         (PenLift::Lifted(lifted), _) => lifted.to_string(),
         (PenLift::Failed(error), _) => format!("the pen was not lifted: {error}"),
-        (PenLift::Late, _) => "the pen may not be up: that took too long".to_owned(),
+        (PenLift::Late, _) => "the pen may not be up: lifting it took too long".to_owned(),
         _ => return None,
     };
     Some(said)
@@ -145,7 +146,7 @@ fn resumed(outcome: Result<(), ResumeError>) -> Result<(), Arc<Error>> {
         error if error.wants_homing() => {
             let message = format!("{error}; the job stays paused");
             let error = Error::new(ErrorCode::PositionUnknown, message);
-            Arc::new(error.remedy(Action::Home, "makes its position true"))
+            Arc::new(error.remedy(Action::Home, "corrects its position"))
         }
         error => Arc::new(Error::invalid(error.to_string())),
     })
@@ -153,7 +154,7 @@ fn resumed(outcome: Result<(), ResumeError>) -> Result<(), Arc<Error>> {
 
 #[pymethods]
 impl Job {
-    /// Waits for its end, and tells how far it is. Who lets go of that stops the job.
+    /// Waits for its end, and reports its progress. Dropping this stops the job.
     fn outcome(&self, py: Python<'_>) -> PyResult<Call> {
         let inner = self.inner.get(py)?;
         let (source, of_report) = (inner.source.clone(), inner.source.clone());

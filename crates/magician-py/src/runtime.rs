@@ -23,7 +23,7 @@ use crate::{errors, logging};
 
 /// What Python is to hear.
 pub(crate) enum News {
-    /// Somebody waits for this.
+    /// This has a waiter.
     Call(Arc<Py<PyAny>>),
     /// A line for the log.
     Log(logging::Record),
@@ -46,7 +46,7 @@ static FIRST: OnceLock<Box<Process>> = OnceLock::new();
 impl Process {
     fn start(id: u32) -> Result<Self, Error> {
         let failed = |error| {
-            let message = format!("the system gives no timer, poller or thread: {error}");
+            let message = format!("the system cannot create a timer, poller or thread: {error}");
             Error::new(ErrorCode::PortFailed, message)
         };
         let runtime = Builder::new_current_thread().enable_all().build();
@@ -104,7 +104,7 @@ pub(crate) fn first_interpreter(py: Python<'_>) -> PyResult<()> {
     match modules.is(FIRST.get_or_init(py, || modules.clone().unbind())) {
         true => Ok(()),
         false => Err(PyImportError::new_err(
-            "magician works in one interpreter of a process, and another one has it",
+            "magician works in one interpreter of a process, and another one uses it",
         )),
     }
 }
@@ -186,8 +186,8 @@ impl<T> Local<T> {
     /// `magician.errors.ClosedError` after a fork.
     pub(crate) fn get(&self, py: Python<'_>) -> PyResult<&T> {
         self.here().ok_or_else(|| {
-            let message = "this arm was connected before the process was forked, and belongs to the other one: connect \
-                           anew here";
+            let message = "this arm was connected before the process was forked, and belongs to \
+                the parent: connect again here";
             errors::raise(py, &Error::new(ErrorCode::Closed, message))
         })
     }

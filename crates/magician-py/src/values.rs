@@ -45,7 +45,7 @@ pub(crate) fn kind(command: &Bound<'_, PyAny>) -> PyResult<Kind> {
         Ok(Some(kind)) => Ok(kind),
         Ok(None) | Err(_) => {
             let what = command.repr()?;
-            let message = format!("{what} is no command of magician.commands");
+            let message = format!("{what} is not a command of magician.commands");
             Err(PyTypeError::new_err(message))
         }
     }
@@ -217,7 +217,7 @@ fn float(value: &Bound<'_, PyAny>) -> PyResult<f32> {
     let narrow = number as f32;
     match narrow.is_infinite() && number.is_finite() {
         true => Err(PyValueError::new_err(format!(
-            "{number:e} is beyond the numbers of the arm, {:e}",
+            "{number:e} is beyond the arm's largest number, {:e}",
             f32::MAX
         ))),
         false => Ok(narrow),

@@ -1,4 +1,4 @@
-//! The controller as those who hold it see it.
+//! The controller as its owner sees it.
 
 use magician_motion::{ArmModel, JointAngles, ToolBias};
 use magician_protocol::{Event as Found, FrameBuf};
@@ -184,7 +184,7 @@ impl Controller {
         self.device.io.steppers.states(self.device.now)
     }
 
-    /// The state of the cable, for those who carry the bytes.
+    /// The state of the cable, for the code that carries the bytes.
     #[must_use]
     pub fn line(&self) -> LineState {
         self.device.line
@@ -355,7 +355,7 @@ impl Controller {
         while !observer::advance(self, observer, to, &mut SampleBudget::new(u32::MAX)) {}
     }
 
-    /// After a reset nobody is owed an answer.
+    /// After a reset no reply is due.
     fn forget_links(&mut self) {
         if self.device.take_restarted() {
             self.links.clear();

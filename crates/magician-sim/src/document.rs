@@ -8,11 +8,12 @@ pub const MOST_BYTES: usize = 16 << 20;
 #[non_exhaustive]
 pub enum DocumentError {
     /// It is a device that does not end, or something else than text.
-    #[error("it is larger than 16 MB: is it another file?")]
+    #[error("it is larger than 16 MB: is it the right file?")]
     TooLarge,
     /// It is not UTF-8.
     #[error(
-        "line {line}, column {column}: this is not UTF-8: save it as UTF-8, or is it no text at all?"
+        "line {line}, column {column}: this is not UTF-8: save it as UTF-8, unless it is not a \
+            text file"
     )]
     NotUtf8 {
         /// The line, from 1.

@@ -1,4 +1,4 @@
-//! What the controller has done, for those who watch it: a bounded log.
+//! Events of the controller: a bounded log.
 
 use std::collections::VecDeque;
 

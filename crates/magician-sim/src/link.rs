@@ -10,7 +10,7 @@ use crate::Micros;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct LinkId(pub u32);
 
-/// The cable between the arm and its host, for those who carry the bytes.
+/// The cable between the arm and its host, for the code that carries the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LineState {
     /// Whether it is plugged in.

@@ -1,4 +1,4 @@
-//! Those who look on as an arm's time passes, and change nothing.
+//! Observers of an arm as its time passes; they change nothing.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -6,7 +6,7 @@ use magician_protocol::FrameBuf;
 
 use crate::{Controller, LinkId, Micros};
 
-/// Somebody who looks on as an arm's time passes.
+/// An observer of an arm as its time passes.
 ///
 /// Time may pass in leaps: a second of motion is one call. An observer names the instants that it wants to see, and
 /// the arm stops there on its way, which changes nothing about what it does. It also sees the arm after every event,
@@ -44,7 +44,7 @@ pub trait Observer {
     }
 }
 
-/// The one who is there, if so.
+/// The observer, if there is one.
 impl<O: Observer> Observer for Option<O> {
     fn next_look(&self) -> Option<Micros> {
         self.as_ref()?.next_look()
@@ -98,7 +98,7 @@ impl<O: Observer + ?Sized> Observer for Box<O> {
     }
 }
 
-/// One that somebody else talks to as well.
+/// An observer that is shared with other code.
 impl<O: Observer> Observer for Arc<Mutex<O>> {
     fn next_look(&self) -> Option<Micros> {
         lock(self).next_look()
@@ -125,12 +125,12 @@ impl<O: Observer> Observer for Arc<Mutex<O>> {
     }
 }
 
-/// What it was when somebody panicked over it is still to be seen.
+/// Its state at a panic can still be read.
 fn lock<O>(observer: &Mutex<O>) -> MutexGuard<'_, O> {
     observer.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Instants that an observer may still be shown before somebody else gets a word in.
+/// Instants that an observer may be shown before others get a turn.
 pub(crate) struct SampleBudget(u32);
 
 impl SampleBudget {

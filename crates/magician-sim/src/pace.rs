@@ -57,7 +57,10 @@ pub struct SpeedError;
 
 impl fmt::Display for SpeedError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a speed is 'max' or a positive number (1 is real time, 10 ten times faster)")
+        f.write_str(
+            "a speed must be 'max' or a positive number (1 is real time, 10 ten times \
+            faster)",
+        )
     }
 }
 

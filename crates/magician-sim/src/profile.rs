@@ -67,7 +67,7 @@ pub enum ProfileError {
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Profile {
-    /// Who the arm says it is.
+    /// The identity that the arm reports.
     pub identity: Identity,
     /// How it wakes.
     pub power_up: PowerUp,

@@ -78,13 +78,13 @@ impl Runner {
         }
     }
 
-    /// Has somebody look on from now on, alone. Whoever talks to the observer as well keeps an `Arc<Mutex<_>>` of it.
+    /// Sets the only observer from now on. To use the observer elsewhere too, keep an `Arc<Mutex<_>>` of it.
     pub fn observe(&mut self, mut observer: impl Observer + Send + 'static) {
         observer.look(&self.controller);
         self.observer = Some(Box::new(observer));
     }
 
-    /// Has nobody look on any more.
+    /// Removes the observer.
     pub fn unobserve(&mut self) {
         self.observer = None;
     }
@@ -215,7 +215,7 @@ impl Runner {
         clock.pass(controller, observer, wall);
     }
 
-    /// What was on its way when the cable was pulled is lost, whoever pulled it.
+    /// Bytes on their way when the cable was pulled are lost, however it was pulled.
     fn follow_cable(&mut self) {
         if self.pulls != self.pulls() {
             self.pulls = self.pulls();

@@ -51,7 +51,7 @@ pub struct State {
     /// Commands since power-up that were answered but not acted on, or only in part; an
     /// [`Event::NotSimulated`](crate::Event::NotSimulated) tells the first of each row.
     pub not_simulated: u64,
-    /// Events that were dropped because nobody read them.
+    /// Events that were dropped unread.
     pub events_lost: u64,
 }
 

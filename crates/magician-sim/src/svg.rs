@@ -302,7 +302,7 @@ pub fn lines<'p>(
     pen.data
 }
 
-/// The data of a path through points to a micrometre, each in the picture's own coordinates: for who reads it again.
+/// The data of a path through points to a micrometre, each in the picture's own coordinates, so that it can be read again.
 pub fn fine_path(points: impl IntoIterator<Item = [f64; 2]>) -> String {
     let mut data = String::new();
     let mut count = 0;

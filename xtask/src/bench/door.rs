@@ -1,7 +1,7 @@
 //! Calls a second through the vendor's C interface beside the driver's own, which is behind it.
 //!
 //! A C program opens the built library and times its loops; the same calls of the driver are timed here. They take turns,
-//! lot by lot, at the same virtual arm: in the process of who calls, and at a pseudo-terminal without pacing and paced at
+//! lot by lot, at the same virtual arm: in the caller's process, and at a pseudo-terminal without pacing and paced at
 //! 115200 baud. The arm's clock makes motions take no time, so that the queue always has room.
 
 use std::error::Error;

@@ -16,7 +16,7 @@ const ARMS: usize = 1_000;
 /// What is resident, KiB.
 fn resident() -> Result<f64, Box<dyn Error>> {
     let status = std::fs::read_to_string("/proc/self/status")
-        .map_err(|error| format!("only Linux tells what is resident: {error}"))?;
+        .map_err(|error| format!("only Linux reports resident memory: {error}"))?;
     let line = (status.lines()).find_map(|line| line.strip_prefix("VmRSS:"));
     let number = line.and_then(|rest| rest.split_whitespace().next());
     Ok(number.ok_or("no VmRSS")?.parse()?)

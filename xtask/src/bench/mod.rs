@@ -64,7 +64,7 @@ pub(crate) fn run(words: &[String], docs: &Path) -> Result<(), Box<dyn Error>> {
     if let Some(unknown) =
         (wanted.iter()).find(|word| !PARTS.iter().any(|(name, ..)| name == **word))
     {
-        return Err(format!("`{unknown}` cannot be measured; there is\n{}", help()).into());
+        return Err(format!("`{unknown}` cannot be measured; known are\n{}", help()).into());
     }
     let report = Report::new(json);
     for (name, says, measure) in PARTS {

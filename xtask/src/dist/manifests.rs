@@ -85,7 +85,7 @@ end
     ))
 }
 
-/// The identifier of winget: who has the repository, and its name.
+/// The identifier of winget: owner and name of the repository.
 fn identifier(repository: &str) -> Result<(String, String), Box<dyn Error>> {
     let mut parts = repository.trim_end_matches('/').rsplit('/');
     match (parts.next(), parts.next()) {

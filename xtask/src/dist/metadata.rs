@@ -49,7 +49,7 @@ impl Metadata {
         })
     }
 
-    /// Whether nobody has said yet where this workspace is published: the name is one that no server has.
+    /// Whether the repository is still a placeholder: the name is one that no server has.
     pub(crate) fn unpublished(&self) -> bool {
         self.repository.contains(".invalid/")
     }

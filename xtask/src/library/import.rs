@@ -40,7 +40,7 @@ fn machine(target: &str) -> Result<(MachineTypes, &'static str), Box<dyn Error>>
         Some("x86_64") => Ok((MachineTypes::AMD64, "")),
         Some("aarch64") => Ok((MachineTypes::ARM64, "")),
         Some("i586" | "i686") => Ok((MachineTypes::I386, "_")),
-        _ => Err(format!("nothing is known of import libraries for {target}").into()),
+        _ => Err(format!("import libraries for {target} are not supported").into()),
     }
 }
 

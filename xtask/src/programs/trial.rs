@@ -151,7 +151,7 @@ fn played(plan: &Plan) -> Result<Trial> {
     let shown: Vec<Line> = preview.ways().map(<[_]>::to_vec).collect();
     let matched = compare(&shown, &[way], TOLERANCE).matched;
     let figures = format!(
-        "The way of the virtual arm's tool is nowhere farther than {:.2} mm from the one shown. {}",
+        "The path of the virtual arm's tool is within {:.2} mm of the one shown. {}",
         matched.worst(),
         took(&watched)
     );

@@ -1,4 +1,4 @@
-//! Who was told what, held against what the arm took.
+//! The reported results of commands, compared with what the arm took.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -28,7 +28,7 @@ pub(super) struct Tally {
     pub(super) once: u64,
     /// Told as accepted; the arm took another command than was sent, for the checksum did not show it.
     pub(super) altered: u64,
-    /// Nobody can tell, and that was said.
+    /// Reported as uncertain.
     pub(super) uncertain: u64,
     /// Of these, the ones that the arm took.
     pub(super) uncertain_taken: u64,
@@ -48,7 +48,7 @@ pub(super) struct Tally {
     pub(super) outside: u64,
     /// Lost, taken twice or disordered, and the host has said so.
     pub(super) reported: u64,
-    /// Commands that the arm took which nobody sent like this, beside those that were told as accepted.
+    /// Commands that the arm took but that were not sent like this, beside those that were told as accepted.
     pub(super) strays: u64,
 }
 
@@ -78,7 +78,7 @@ impl Tally {
 pub(super) struct CommandLog {
     entries: VecDeque<Entry>,
     numbers: HashMap<Vec<u8>, u64>,
-    /// What the arm took that nobody sent like this, by index.
+    /// What the arm took that was not sent like this, by index.
     strays: VecDeque<u64>,
     /// Intervals of indices that the host was told not to rely on.
     reports: VecDeque<(u64, u64)>,

@@ -140,7 +140,7 @@ impl Siege {
         }
     }
 
-    /// A frame that nobody asked for.
+    /// An unsolicited frame.
     fn rubbish(&mut self) {
         let mut params = [0; 64];
         params.fill_with(|| self.dice.byte());

@@ -55,7 +55,7 @@ def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], o
 
 def _plan(plan: Any) -> Plan:
     if not isinstance(plan, Plan):
-        raise TypeError(f"a Plan is checked and drawn, not {plan!r}: magician.load and Plan.of make them")
+        raise TypeError(f"expected a Plan, not {plan!r}: magician.load and Plan.of make one")
     return plan
 
 
@@ -993,7 +993,7 @@ class Jog(Bound):
         another jog came.
         """
         if self._jog is None:
-            raise ClosedError("the jog has not begun, or was ended: it goes on inside of `with arm.jog(...) as jog`")
+            raise ClosedError("the jog has not begun, or was ended: it runs inside `with arm.jog(...) as jog`")
         self._jog.keep()
 
 
@@ -1116,7 +1116,7 @@ class StateWatch(Bound):
         Raises :class:`~magician.errors.ClosedError` when the connection has ended, or the watch was closed.
         """
         if self._watch is None:
-            raise ClosedError("the watch was closed: arm.state() begins another one")
+            raise ClosedError("the watch was closed: arm.state() starts another one")
         return _told.status(wait(self._watch.changed()))
 
     def __iter__(self) -> StateWatch:

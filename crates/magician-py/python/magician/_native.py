@@ -139,7 +139,7 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
                 listener(report)
         except StopIteration as error:
             # As out of any coroutine: a future takes none.
-            failure = RuntimeError("what listens raised StopIteration")
+            failure = RuntimeError("a listener raised StopIteration")
             failure.__cause__ = error
             ended.set_exception(failure)
         except BaseException as error:
@@ -165,7 +165,7 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
 
 
 def _doubt(interruption: BaseException, failure: Error) -> None:
-    doubt = f"the arm was told to stop, and it is not certain that it does: {failure}"
+    doubt = f"the arm was told to stop, but has not confirmed it: {failure}"
     add_note: Callable[[str], None] | None = getattr(interruption, "add_note", None)
     if add_note is not None:
         add_note(doubt)

@@ -153,5 +153,5 @@ def _save(path: str | os.PathLike[str], svg: Callable[[], str], png: Callable[[]
     elif end == ".png":
         to.write_bytes(png())
     else:
-        raise InvalidInputError(f"{to}: a picture is a .svg or .png file")
+        raise InvalidInputError(f"{to}: a picture must be a .svg or .png file")
     return to

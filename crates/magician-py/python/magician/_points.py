@@ -81,7 +81,7 @@ def _permit(values: Any, what: str) -> None:
     """Refuses arrays whose numbers would not be what they are: masked, complex, texts, objects, truth values."""
     kind = getattr(getattr(values, "dtype", None), "kind", None)
     if isinstance(kind, str) and kind not in "fiu":
-        raise TypeError(f"{what} are real numbers; an array of {values.dtype} is none: astype(float) makes one of it")
+        raise TypeError(f"{what} must be real numbers, not an array of {values.dtype}: convert it by astype(float)")
     mask: Any = getattr(values, "mask", None)
     if kind is not None and mask is not None and hasattr(mask, "nonzero") and mask.any():
         where = mask.nonzero()[0]

@@ -1,5 +1,5 @@
-# Made by `cargo xtask python` of the protocol's table, which the driver and the virtual arm are made of too.
-"""The alarms of the controller, each with its cause and its cure."""
+# Made by `cargo xtask python` from the protocol's table, which the driver and the virtual arm are made of too.
+"""The alarms of the controller, each with its cause and its remedy."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Alarm"]
 class Alarm(OpenEnum):
     """An alarm. It is its code, 0x00 to 0xFF; one without a name passes through.
 
-    ``print(alarm)`` tells what has happened and what to do.
+    ``print(alarm)`` shows the cause and the remedy.
     """
 
     RESET_OCCURRED = 0x00
@@ -164,21 +164,21 @@ _TEXTS = {
     0x31: ("J2 too fast", "lower the speed ratio, then clear the alarms"),
     0x32: ("J3 too fast", "lower the speed ratio, then clear the alarms"),
     0x33: ("J4 too fast", "lower the speed ratio, then clear the alarms"),
-    0x40: ("J1 at its upper limit", "jog the joint back; the alarm drops inside the range, the hold ends with a clear"),
-    0x41: ("J1 at its lower limit", "jog the joint back; the alarm drops inside the range, the hold ends with a clear"),
-    0x42: ("J2 at its upper limit", "jog the joint back; the alarm drops inside the range, the hold ends with a clear"),
-    0x43: ("J2 at its lower limit", "jog the joint back; the alarm drops inside the range, the hold ends with a clear"),
-    0x44: ("J3 at its upper limit", "jog the joint back; the alarm drops inside the range, the hold ends with a clear"),
-    0x45: ("J3 at its lower limit", "jog the joint back; the alarm drops inside the range, the hold ends with a clear"),
-    0x46: ("J4 at its upper limit", "jog the joint back; the alarm drops inside the range, the hold ends with a clear"),
-    0x47: ("J4 at its lower limit", "jog the joint back; the alarm drops inside the range, the hold ends with a clear"),
+    0x40: ("J1 at its upper limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
+    0x41: ("J1 at its lower limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
+    0x42: ("J2 at its upper limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
+    0x43: ("J2 at its lower limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
+    0x44: ("J3 at its upper limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
+    0x45: ("J3 at its lower limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
+    0x46: ("J4 at its upper limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
+    0x47: ("J4 at its lower limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
     0x48: (
         "the parallelogram of J2 and J3 stretched to its limit",
-        "jog the joint back; the alarm drops inside the range, the hold ends with a clear",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
     ),
     0x49: (
         "the parallelogram of J2 and J3 folded to its limit",
-        "jog the joint back; the alarm drops inside the range, the hold ends with a clear",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
     ),
     0x50: ("J1 lost steps", "remove the obstacle, home the arm, then clear the alarms"),
     0x51: ("J2 lost steps", "remove the obstacle, home the arm, then clear the alarms"),

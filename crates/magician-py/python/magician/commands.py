@@ -1,8 +1,7 @@
-# Made by `cargo xtask python` of the protocol's table, which the driver and the virtual arm are made of too.
+# Made by `cargo xtask python` from the protocol's table, which the driver and the virtual arm are made of too.
 """Every command of the protocol, as values.
 
-What is read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. What is asked for with a pin, a port or a
-target is a question: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. What is set is an object:
+A value to read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. A value that is read with a pin, a port or a target is a query: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. A value to set is an object:
 ``arm.set(commands.PtpCommonParams(velocity_ratio=50, acceleration_ratio=50))``, and what may be queued goes into
 ``arm.enqueue`` and ``arm.perform`` too.
 
@@ -364,7 +363,7 @@ class DeviceVersion(Readable):
     revision: int
     """Third number of the version."""
     extra: bytes = b""
-    """What newer firmware adds; a hardware version is among it."""
+    """Bytes added by newer firmware, among them a hardware version."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -516,7 +515,7 @@ class PoseL(Readable):
 
 @dataclass(frozen=True, slots=True)
 class AlarmsState(Readable):
-    """Alarms that stand, one bit each.
+    """Active alarms, one bit each.
 
     GetAlarmsState; id 20, document V1.1.3 section 1.5.1, errata E18 to E20.
     """
@@ -530,7 +529,7 @@ class AlarmsState(Readable):
 
 @dataclass(frozen=True, slots=True)
 class ClearAlarmsState(Writable):
-    """Alarms that stand, one bit each.
+    """Active alarms, one bit each.
 
     ClearAllAlarmsState; id 20, document V1.1.3 section 1.5.1, errata E18 to E20.
     """
@@ -1800,7 +1799,7 @@ class Uart4PeripheralsEnabled(Readable, Writable):
 
 @dataclass(frozen=True, slots=True)
 class PulseMode(Readable, Queueable):
-    """Counts of motor pulses; nothing is known of their use.
+    """Counts of motor pulses; their use is unknown.
 
     GetPulseMode, SetPulseMode; id 191, vendor headers.
     """
@@ -1824,7 +1823,7 @@ class PulseMode(Readable, Queueable):
 
 @dataclass(frozen=True, slots=True)
 class UserParams(Readable):
-    """Eight numbers of the user's.
+    """Eight numbers for the user.
 
     GetUserParams; id 220, vendor headers.
     """

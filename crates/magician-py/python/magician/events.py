@@ -37,7 +37,7 @@ class AlarmCleared:
 
 @dataclass(frozen=True, slots=True)
 class CommandFinished:
-    """Queued commands have finished, whoever queued them: one, or all from first to last between two readings."""
+    """Queued commands have finished, from any program: one, or all from first to last between two readings."""
 
     first: int
     """Queue index of the first."""
@@ -83,7 +83,7 @@ class Unaccounted:
 
 @dataclass(frozen=True, slots=True)
 class Missed:
-    """Nobody took events for so long that the oldest were dropped."""
+    """Events were not read for so long that the oldest were dropped."""
 
     count: int
     """How many."""

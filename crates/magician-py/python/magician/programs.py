@@ -592,9 +592,9 @@ def load(
     :param start: Where the tool stands when G-code that is not placed begins, for what depends on it, mm.
     :param speed: Along lines that are drawn or burnt, mm/s.
     :param travel_speed: Between them, mm/s.
-    :param lift: How far the pen is lifted between lines, mm.
+    :param lift: Pen lift between lines, mm.
     :param order: Whether lines may be drawn in another order, to travel less.
-    :param tolerance: How far a line may be from the curve that it stands for, mm; 0.05 if left out.
+    :param tolerance: Largest distance of a line from its curve, mm; 0.05 if left out.
     :param dialect: What G-code is for; if left out, a laser where it switches one and nothing in it is a mill's.
         ``"servo"`` is a pen that M3, M280 or M300 lifts by angles.
     :param s_max: The S of G-code that is the laser's full power (``$30`` of its controller); if left out, what the file
@@ -605,12 +605,12 @@ def load(
     :param height: How high it becomes, mm, instead.
     :param threshold: With ``work="draw"`` or ``tone="threshold"``: what is darker is dark, 1 to 255.
     :param power: What full power is, percent, of whatever burns; or the least and the most of all that is above 0.
-    :param tone: How grey becomes power.
+    :param tone: How grey levels become power.
     :param invert: Whether white burns.
     :param both_directions: Whether every other line is burnt on the way back.
-    :param spacing: From one line of an image to the next, mm; 0.2 if left out.
-    :param overscan: How far the tool runs up and out at either end of a line, mm; as needed if left out.
-    :param gamma: Exponent of the darkness; above 1 spares the light parts.
+    :param spacing: Distance between the lines of an image, mm; 0.2 if left out.
+    :param overscan: Run-up and run-out of the tool at the ends of a line, mm; as needed if left out.
+    :param gamma: Exponent of the darkness; above 1 burns light parts less.
     :returns: The plan. :attr:`Plan.notes` tells what was left out or taken in a certain way.
     :raises InvalidInputError: It cannot be read (with line and column), cannot be placed so, or an argument makes no
         sense.

@@ -31,7 +31,7 @@ class PlanProgress:
     def __str__(self) -> str:
         left = "" if self.seconds_left is None else f", {clock(self.seconds_left)} left"
         if self.seconds_silent >= 1:
-            left = f", waiting for the arm's answer, {self.seconds_silent:.0f} s"
+            left = f", waiting for the arm's reply, {self.seconds_silent:.0f} s"
         return f"step {self.done} of {self.steps}, {100 * self.share:.0f} %{left}"
 
 

@@ -364,7 +364,7 @@ class VirtualArm(Bound):
             if each["name"] == name:
                 return each
         names = ", ".join(repr(each["name"]) for each in found) or "none"
-        raise KeyError(f"there is no object {name!r}; there are {names}")
+        raise KeyError(f"unknown object {name!r}; known are {names}")
 
     def __repr__(self) -> str:
         if not hasattr(self, "_native"):

@@ -169,7 +169,7 @@ def _four(name: str, values: Four) -> tuple[float, float, float, float]:
 
 def _move(move: object) -> None:
     if not isinstance(move, Move):
-        raise TypeError(f"{move!r} is no point-to-point move: move_to, jump_to and their like make them")
+        raise TypeError(f"{move!r} is not a point-to-point move: move_to, jump_to and the like make one")
 
 
 def _power(power: float) -> float:
@@ -324,7 +324,7 @@ def jog(direction: Direction) -> commands.JogCmd:
     It is for ``arm.jog``, which ends it; in a program it would go on until a limit ends it with an alarm.
     """
     if direction not in _AXES:
-        raise InvalidInputError(f"there is no direction {direction!r}; there are {', '.join(_AXES)}")
+        raise InvalidInputError(f"unknown direction {direction!r}; known are {', '.join(_AXES)}")
     is_joint, command = _AXES[direction]
     return commands.JogCmd(is_joint, command)
 
@@ -425,7 +425,7 @@ def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) 
     if name is None:
         return commands.EndEffectorParams(*checked(x=x, y=y, z=z))
     if name not in _TOOLS:
-        raise InvalidInputError(f"there is no tool {name!r}; there are {', '.join(_TOOLS)}")
+        raise InvalidInputError(f"unknown tool {name!r}; known are {', '.join(_TOOLS)}")
     if (x, y, z) != (0, 0, 0):
         raise InvalidInputError("a tool has a name, or x, y, z")
     return commands.EndEffectorParams(*_TOOLS[name])
@@ -546,7 +546,7 @@ def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | c
     po = tuple(outputs)
     most = 56 if isinstance(move, (commands.PtpWithLCmd, commands.PtpPoWithLCmd)) else 57
     if len(po) > most:
-        raise InvalidInputError(f"{len(po)} outputs on the way, at most {most} fit")
+        raise InvalidInputError(f"{len(po)} outputs on the way, limit {most}")
     if isinstance(move, (commands.PtpWithLCmd, commands.PtpPoWithLCmd)):
         return commands.PtpPoWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, move.l, po)
     return commands.PtpPoCmd(move.ptp_mode, move.x, move.y, move.z, move.r, po)
@@ -582,7 +582,7 @@ def with_rail(move: Move, rail: float) -> commands.PtpWithLCmd | commands.PtpPoW
     rail = number("rail", rail, unit="mm")
     if isinstance(move, (commands.PtpPoCmd, commands.PtpPoWithLCmd)):
         if len(move.po) > 56:
-            raise InvalidInputError("a move with the rail switches at most 56 outputs")
+            raise InvalidInputError("a move with the rail can switch at most 56 outputs")
         return commands.PtpPoWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, rail, move.po)
     return commands.PtpWithLCmd(move.ptp_mode, move.x, move.y, move.z, move.r, rail)
 

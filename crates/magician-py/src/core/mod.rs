@@ -23,7 +23,7 @@ pub(crate) use found::{discover, ports};
 pub(crate) use program::Program;
 pub(crate) use watches::{Events, Jog, StateWatch};
 
-/// Connections that nobody holds any more and that have not said farewell yet.
+/// Dropped connections that have not shut down yet.
 static LEAVING: AtomicUsize = AtomicUsize::new(0);
 /// The longest that a farewell takes.
 const FAREWELL: Duration = Duration::from_secs(1);
@@ -300,7 +300,7 @@ pub(crate) fn find(py: Python<'_>, name: &str, form: &str) -> PyResult<&'static 
         _ => return Err(PyTypeError::new_err("the form is \"get\" or \"set\"")),
     };
     found.map(|layout| layout.name).ok_or_else(|| {
-        let message = format!("there is no command `{name}` to {form}");
+        let message = format!("unknown command `{name}` to {form}");
         errors::raise(py, &Error::invalid(message))
     })
 }

@@ -23,7 +23,7 @@ fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> PyResult<Guar
             "alarms" => guards.alarms(false),
             other => {
                 let message = format!(
-                    "there is no check `{other}`; there are reach, unknown_start, jog, laser, alarms"
+                    "unknown check `{other}`; known are reach, unknown_start, jog, laser, alarms"
                 );
                 return Err(errors::raise(py, &Error::invalid(message)));
             }

@@ -16,7 +16,7 @@ fn meant(py: Python<'_>, row: &Row, allow_dangerous: bool) -> PyResult<()> {
     if !row.dangerous || allow_dangerous {
         return Ok(());
     }
-    let message = "it can brick, unlearn or unlock something; allow_dangerous=True sends it";
+    let message = "it can brick, uncalibrate or unlock the arm; allow_dangerous=True sends it";
     Err(errors::invalid(py, row.set_name, message))
 }
 
@@ -43,18 +43,18 @@ impl Core {
         let asks = row.query.unwrap_or(NoArgs::INFO);
         let (class, params) = if layout == answer && what.is_instance_of::<PyType>() {
             if !asks.fields.is_empty() {
-                let why = format!("it is asked for with {}(...)", asks.name);
+                let why = format!("read it with {}(...)", asks.name);
                 return Err(errors::invalid(py, layout.name, why));
             }
             (what.clone(), Vec::new())
         } else if layout == asks && what.is_instance_of::<PyType>() {
-            let why = format!("it is asked with values: {}(...)", asks.name);
+            let why = format!("it takes values: {}(...)", asks.name);
             return Err(errors::invalid(py, layout.name, why));
         } else if layout == asks {
             let class = py.import("magician.commands")?.getattr(answer.name)?;
             (class, values::encode(row, asks, what)?)
         } else {
-            let why = "it is no question; ask with a class, or with what its docstring names";
+            let why = "it is not a query; use a class, or the query that its docstring names";
             return Err(errors::invalid(py, layout.name, why));
         };
         let (arm, class) = (self.arm(py)?, class.unbind());

@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use super::{PyPlan, Source, surface, tool};
 use crate::errors;
 
-/// What is to be said where nobody has said how high the paper lies.
+/// The sentence for an unknown height of the paper.
 pub(crate) const SURFACE_ARGUMENT: &str = "work surface height unknown: give load() surface=Z, the z of the arm's pose when its tool \
      touches it; nothing was sent";
 
@@ -183,7 +183,7 @@ fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, Str
         None => Format::of(name, bytes).ok_or_else(|| {
             let names = Format::ALL.map(Format::name).join(", ");
             format!(
-                "neither its name nor its content tells what it is; give format=, one of {names}"
+                "unrecognised file type; give format=, one of {names}"
             )
         }),
     }

@@ -39,7 +39,7 @@ pub(crate) struct Source {
     placed: Option<(f64, f64, [f64; 2])>,
     /// Its lines are rows of an array, counted from 0.
     pub(crate) rows: bool,
-    /// The surface is that of a virtual arm's table: nobody has said where the paper really lies.
+    /// The surface is that of a virtual arm's table: the true height of the paper was not given.
     pub(crate) assumed: bool,
     /// It goes to a place on a sheet: a drawing, an image, G-code.
     pub(crate) needs_homed_arm: bool,

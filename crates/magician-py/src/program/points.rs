@@ -43,7 +43,7 @@ impl PyPlan {
         let tool = tool(py, way.tool.as_deref())?;
         let by = travel(&way.by).ok_or_else(|| {
             let text = format!(
-                "by `{}` goes nothing: it is path, line, joints or jump",
+                "unknown by `{}`: it is path, line, joints or jump",
                 way.by
             );
             errors::raise(py, &Error::invalid(text))
@@ -106,7 +106,7 @@ fn rows(
                 let name = ["x", "y", "z", "r"].get(at).copied().unwrap_or_default();
                 let found = row.get(at).copied().unwrap_or(f64::NAN);
                 Err(Diagnostic::of_file(format!(
-                    "row {nth}: {name} is {found}, which is no place"
+                    "row {nth}: {name} is {found}, which is not a position"
                 )))
             }
         }
@@ -183,7 +183,7 @@ fn paths(
                 if r != first {
                     let text = format!(
                         "row {nth}: r is {r}, and {first} where this path begins; a continuous path does not turn the tool: \
-                         keep r the same, or go by=\"line\""
+                         keep r the same, or use by=\"line\""
                     );
                     return Err(Diagnostic::of_file(text));
                 }

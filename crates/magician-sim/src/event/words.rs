@@ -61,7 +61,7 @@ impl fmt::Display for InWords<'_> {
                     _ => "a fact",
                 };
                 let (authority, says) = (assumption.authority(), assumption.says());
-                write!(f, "rests on {kind} ({authority}): {says}")
+                write!(f, "relies on {kind} ({authority}): {says}")
             }
             Event::AlarmRaised { code } => write!(f, "alarm {} raised", Code(code)),
             Event::ToolUnknown { code } => write!(f, "{}: {}", Code(code), Alarm::TOOL_UNKNOWN),
@@ -71,7 +71,7 @@ impl fmt::Display for InWords<'_> {
             Event::AlarmCleared { code } => write!(f, "alarm {} cleared", Code(code)),
             Event::World(event) => self.objects.event(f, event.kind),
             Event::Slipped { joint, degrees } => write!(f, "J{joint} slips by {degrees} deg"),
-            Event::Reset => f.write_str("the controller resets: what was queued and set is gone"),
+            Event::Reset => f.write_str("the controller resets: queue and settings are lost"),
             Event::Cable { plugged: true } => f.write_str("the cable is back"),
             Event::Cable { plugged: false } => f.write_str("the cable was pulled"),
             Event::Key { press } => f.write_str(match press {
@@ -97,15 +97,15 @@ impl fmt::Display for Refusal {
         f.write_str(match self {
             Self::OnlyAChoice(assumption) => {
                 let (authority, says) = (assumption.authority(), assumption.says());
-                return write!(f, "it rests on a choice ({authority}): {says}");
+                return write!(f, "it relies on a choice ({authority}): {says}");
             }
             Self::Parameters => "its parameter count fits no accepted form",
             Self::Unplannable => "its motion cannot be planned",
-            Self::UnknownMode => "its mode has no meaning",
-            Self::Pin => "there is no such pin, or it does not do that",
-            Self::Trigger => "there is no such input, or it cannot be compared like that",
-            Self::Busy => "a hand moves the arm, or its program runs",
-            Self::Pose => "the pose cannot be set now, or not to this",
+            Self::UnknownMode => "its mode is invalid",
+            Self::Pin => "no such pin, or not with this function",
+            Self::Trigger => "no such input, or not comparable like that",
+            Self::Busy => "the arm is moved by hand, or its program runs",
+            Self::Pose => "the pose cannot be set now, or not to these values",
         })
     }
 }

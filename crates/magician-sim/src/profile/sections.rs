@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{PINS, tool};
 
-/// What to do where nobody knows what the real arm does ([`fidelity`](crate::fidelity)).
+/// What to do where the real arm's behaviour is unknown ([`fidelity`](crate::fidelity)).
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FidelityRules {
@@ -14,7 +14,7 @@ pub struct FidelityRules {
     pub strict: bool,
 }
 
-/// Who the arm says it is (model section 15).
+/// The identity that the arm reports (model section 15).
 #[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Identity {

@@ -57,12 +57,15 @@ impl ScenarioError {
                 }
                 _ => value,
             };
-            let message = format!("there may be several of these: write [[{name}]], not [{name}]");
+            let message = format!("these form a list: write [[{name}]], not [{name}]");
             Some((wrong.span(), message))
         });
         let table = TABLES.iter().find_map(|name| {
             let value = file.get(*name)?;
-            let message = format!("there is one of these: write [{name}] and its values below it");
+            let message = format!(
+                "only one of these is allowed: write [{name}] and its values \
+                below it"
+            );
             (!matches!(value.get_ref(), DeValue::Table(_))).then(|| (value.span(), message))
         });
         let (span, message) = list.or(table)?;

@@ -218,7 +218,7 @@ pub(crate) fn footprint(size: &[f64; 3], place: Place) -> Footprint {
 pub enum SensorKind {
     /// The colour of what is before it.
     Color,
-    /// Whether something is before it.
+    /// Whether object detected.
     Infrared,
 }
 

@@ -1,4 +1,4 @@
-//! What has happened in the world, for those who watch it.
+//! Events in the world.
 
 use std::collections::VecDeque;
 

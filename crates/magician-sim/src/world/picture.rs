@@ -10,11 +10,12 @@ use super::svg::{BURN_WIDTH, INK_WIDTH, MARK, PictureOptions, seen};
 #[non_exhaustive]
 pub enum PictureError {
     /// The scale is no number above 0.
-    #[error("a picture needs more than 0 pixels a millimetre, not {0}")]
+    #[error("a picture needs more than 0 pixels per millimetre, not {0}")]
     Scale(f64),
     /// It would have too many pixels.
     #[error(
-        "the picture would be {width:.0} by {height:.0} pixels, at most {most} are made: take fewer pixels a millimetre"
+        "the picture would be {width:.0} by {height:.0} pixels, limit {most} pixels: use fewer \
+            pixels per millimetre"
     )]
     Size {
         /// Pixels across.

@@ -34,7 +34,7 @@ pub(super) struct Linked {
     pub(super) embedded: Vec<Embedded>,
 }
 
-/// A crate of somebody else.
+/// A third-party crate.
 #[derive(Debug)]
 pub(super) struct Package {
     pub(super) name: String,
@@ -46,7 +46,7 @@ pub(super) struct Package {
     pub(super) folder: PathBuf,
 }
 
-/// Data of somebody else in one of our crates, as its manifest tells in `package.metadata.third-party`.
+/// Third-party data in one of our crates, as listed in its manifest under `package.metadata.third-party`.
 #[derive(Debug)]
 pub(super) struct Embedded {
     pub(super) name: String,

@@ -15,7 +15,7 @@ use linked::{Embedded, Linked, Package};
 pub(crate) use linked::Build;
 pub(crate) use wheel::run;
 
-/// The page of a build: who is in it, and each licence text once.
+/// The page of a build: its crates, and each licence text once.
 pub(crate) fn page(build: &Build) -> Result<String, Box<dyn Error>> {
     let Linked {
         crates,

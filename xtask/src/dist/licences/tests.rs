@@ -87,7 +87,7 @@ fn every_crate_has_a_licence_text() {
     }
 }
 
-/// Whoever builds bytes in says in the crate's manifest whose they are. Texts that are built in are ours.
+/// Third-party bytes that are built in are named in the crate's manifest. Texts that are built in are ours.
 #[test]
 fn every_file_that_is_built_in_is_declared() {
     let declared = linked::read(&build("magician-cli")).unwrap().embedded;

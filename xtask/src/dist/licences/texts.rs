@@ -47,7 +47,7 @@ pub(super) fn of_crate(package: &Package) -> Result<Texts, Box<dyn Error>> {
 /// Packing turns a link into a file that holds the name of another.
 const SHORTEST: usize = 100;
 const LICENCES: [&str; 4] = ["LICENSE", "LICENCE", "COPYING", "UNLICENSE"];
-/// Who holds the rights, and what else has to be told.
+/// The holders of the rights, and other required notices.
 const NOTICES: [&str; 3] = ["COPYRIGHT", "NOTICE", "AUTHORS"];
 /// Folders of a crate that are not built into what depends on it.
 const ASIDE: [&str; 4] = ["tests", "examples", "benches", "target"];
@@ -114,7 +114,7 @@ pub(super) struct Part {
     pub(super) texts: Vec<String>,
 }
 
-/// Those who hold the rights of what of the standard library ends up in programs: of the library itself, and of the
+/// The holders of the rights in the parts of the standard library that end up in programs: of the library itself, and of the
 /// crates in it, `library/Cargo.lock` and `COPYRIGHT-library.html` of Rust 1.95 without what other systems need.
 const OF_THE_STANDARD_LIBRARY: [&str; 13] = [
     "Copyright (c) The Rust Project Developers (see https://thanks.rust-lang.org)",

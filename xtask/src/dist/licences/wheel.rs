@@ -1,4 +1,4 @@
-//! The chore: the page that goes into the Python wheel, and any other for who builds with other features.
+//! The chore: the page that goes into the Python wheel, and any other for a build with other features.
 
 use std::error::Error;
 use std::fs;

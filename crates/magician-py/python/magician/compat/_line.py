@@ -55,7 +55,7 @@ def find(port: str | None) -> str:
         for found in ports():
             if found.likely_arm:
                 return found.path
-        raise PortError("no arm was found: plug it in, or name its port; MAGICIAN_PORT=sim is a virtual one")
+        raise PortError("no arm found: plug it in, or name its port; MAGICIAN_PORT=sim is a virtual one")
     if other := os.environ.get("MAGICIAN_PORT_" + re.sub(r"[^A-Z0-9]", "_", port.upper())):
         return other
     device = f"/dev/{port}"

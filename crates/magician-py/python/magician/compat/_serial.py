@@ -190,7 +190,7 @@ class Serial:
     """Stands in for pyserial's port where that is not installed."""
 
     def __init__(self, *_: object, **__: object) -> None:
-        raise ImportError("this program opens a serial port by itself, which takes pyserial: pip install pyserial")
+        raise ImportError("this program opens a serial port itself, which needs pyserial: pip install pyserial")
 
 
 def install() -> None:

@@ -47,7 +47,7 @@ fn arm(arm: &file::Arm) -> Checked<Arm> {
     if homed && base_angle != 0.0 {
         return at.diagnostic(
             "base_angle",
-            "a homed arm knows where its base stands: leave out base_angle, or set homed = false",
+            "a homed arm knows its base angle: remove base_angle, or set homed = false",
         );
     }
     Ok(Arm { base_angle, homed })
@@ -70,7 +70,7 @@ fn tool(tool: &file::Tool) -> Checked<Tool> {
         if kind != ToolKind::Gripper {
             return at.diagnostic(
                 "opening",
-                "only a gripper opens: leave opening out, or set kind = \"gripper\"",
+                "only a gripper has an opening: remove it, or set kind = \"gripper\"",
             );
         }
         checked.opening = at.length("opening", opening, 200.0)?;
@@ -152,11 +152,11 @@ fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<
         (Some(from), None) => free_beam(at, sensor, from),
         (None, Some(along)) => belt_beam(at, sensor, along, conveyor),
         (Some(_), Some(_)) => {
-            at.diagnostic("belt_at", "a sensor has one place: give at or belt_at")
+            at.diagnostic("belt_at", "a sensor has one position: give at or belt_at")
         }
         (None, None) => at.diagnostic(
             "",
-            "where is the sensor? Give at = [x, y, z], or belt_at = mm along the belt",
+            "the sensor has no position: give at = [x, y, z], or belt_at = mm along the belt",
         ),
     }
 }
@@ -164,7 +164,7 @@ fn beam(at: &At, sensor: &file::Sensor, conveyor: Option<&Conveyor>) -> Checked<
 /// A sensor with a place of its own.
 fn free_beam(at: &At, sensor: &file::Sensor, from: [f64; 3]) -> Checked<Beam> {
     at.numbers("at", &from, -FAR..=FAR, "mm")?;
-    at.absent("above", sensor.above.is_some(), "above goes with belt_at")?;
+    at.absent("above", sensor.above.is_some(), "above is for belt_at")?;
     let range = at.length("range", sensor.range.unwrap_or(50.0), FAR)?;
     Ok(match sensor.facing.unwrap_or(Facing::Down) {
         Facing::Up => Beam::upright(from, range),
@@ -189,7 +189,7 @@ fn belt_beam(
             "there is no belt: add [conveyor], or give at = [x, y, z]",
         );
     };
-    at.absent("facing", sensor.facing.is_some(), "facing goes with at")?;
+    at.absent("facing", sensor.facing.is_some(), "facing is for at")?;
     at.number("belt_at", along, 0.0..=belt.length, "mm")?;
     let place = |across: f64, above: f64| {
         let inner = crate::world::Place {

@@ -21,7 +21,7 @@ pub(super) fn objects(
     for (nth, object) in objects.iter().enumerate() {
         let at = At::entry("object", nth);
         if nth >= MOST {
-            return at.diagnostic("", format!("more than {MOST} objects: take some away"));
+            return at.diagnostic("", format!("more than {MOST} objects: remove some"));
         }
         let stage = Stage {
             table,
@@ -91,7 +91,7 @@ impl Stage<'_> {
 
     fn on(&self, at: &At, object: &file::Object) -> Checked<On> {
         if object.z.is_some() {
-            at.absent("on", object.on.is_some(), "z says where the object is")?;
+            at.absent("on", object.on.is_some(), "z gives its height")?;
             return Ok(On::Shelf);
         }
         match object.on.as_deref() {
@@ -103,8 +103,8 @@ impl Stage<'_> {
                     Some(place) => Ok(On::Object(place)),
                     None => {
                         let message = format!(
-                            "there is no '{name}' above this object: on is \"table\", \"belt\" or the name of an object \
-                             that comes before"
+                            "there is no earlier object '{name}': on must be \"table\", \"belt\" \
+                                or the name of an earlier object"
                         );
                         at.diagnostic("on", message)
                     }
@@ -153,7 +153,7 @@ impl Stage<'_> {
         match self.others.iter().find(|other| intersect(object, other)) {
             None => Ok(()),
             Some(other) => {
-                let message = format!("object '{name}' stands in '{}': move it", other.name);
+                let message = format!("object '{name}' overlaps '{}': move it", other.name);
                 at.diagnostic("at", message)
             }
         }

@@ -32,7 +32,7 @@ pub(super) fn inputs(inputs: &[file::Input], script: &mut Script) -> Checked<()>
                 return at.diagnostic("value", "an input has a level or a value: give one of them");
             }
             (None, None) => {
-                let message = "what does the input read? Give level = 0 or 1, or value = 0 to 4095";
+                let message = "the input has no state: give level = 0 or 1, or value = 0 to 4095";
                 return at.diagnostic("", message);
             }
         };
@@ -69,7 +69,7 @@ pub(super) fn hands(hands: &[file::Hand], script: &mut Script) -> Checked<()> {
         let at = At::entry("hand", nth);
         let start = at.time("at", hand.at)?;
         if start < state.busy_until {
-            let message = "the hands are in order of time, each after the one before has ended";
+            let message = "hands must be in order of time, each after the end of the one before";
             return at.diagnostic("at", message);
         }
         state.busy_until = start;
@@ -77,9 +77,9 @@ pub(super) fn hands(hands: &[file::Hand], script: &mut Script) -> Checked<()> {
             at.absent(
                 "joints",
                 hand.joints.is_some(),
-                "they go with kind = \"guide\"",
+                "they are for kind = \"guide\"",
             )?;
-            at.absent("over", hand.over.is_some(), "it goes with kind = \"guide\"")?;
+            at.absent("over", hand.over.is_some(), "it is for kind = \"guide\"")?;
         }
         let action = match hand.kind {
             HandKind::Unlock | HandKind::Release => state.key(&at, hand.kind)?,
@@ -130,7 +130,8 @@ impl HandState {
         };
         let over = at.span("over", seconds)?;
         let Some(from) = from else {
-            let message = "from where? Before a guide that takes time comes one without over, where the hand takes hold";
+            let message = "the guide has no start: a guide with over needs one without over \
+                before it";
             return at.diagnostic("over", message);
         };
         self.busy_until = self.busy_until.saturating_add(over);
@@ -169,10 +170,11 @@ impl Moment {
                     format!("index is {index}, the queue counts from 1"),
                 ),
             },
-            (Some(_), Some(_)) => at.diagnostic("index", "a fault comes once: give at or index"),
+            (Some(_), Some(_)) => at.diagnostic("index", "a fault has one time: give at or index"),
             (None, None) => at.diagnostic(
                 "",
-                "when? Give at = seconds, or index = the queued command that meets it",
+                "the fault has no time: give at = seconds, or index = the queued command that it \
+                    hits",
             ),
         }
     }
@@ -224,31 +226,31 @@ fn strangers(at: &At, fault: &file::Fault) -> Checked<()> {
             "joint",
             fault.joint.is_some(),
             &[Slip],
-            "it goes with kind = \"slip\"",
+            "it is for kind = \"slip\"",
         ),
         (
             "degrees",
             fault.degrees.is_some(),
             &[Slip],
-            "they go with kind = \"slip\"",
+            "they are for kind = \"slip\"",
         ),
         (
             "for",
             fault.lasting.is_some(),
             &[Cable, Slow],
-            "it goes with kind = \"cable\" and \"slow\"",
+            "it is for kind = \"cable\" and \"slow\"",
         ),
         (
             "delay",
             fault.delay.is_some(),
             &[Slow],
-            "it goes with kind = \"slow\"",
+            "it is for kind = \"slow\"",
         ),
         (
             "alarm",
             fault.alarm.is_some(),
             &[Alarm],
-            "it goes with kind = \"alarm\"",
+            "it is for kind = \"alarm\"",
         ),
     ];
     owned.into_iter().try_for_each(|(name, there, kinds, why)| {
@@ -285,7 +287,7 @@ fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
             Ok(code) if Alarm::with_code(code).is_some() => Ok(code),
             _ => at.diagnostic(
                 "alarm",
-                format!("there is no alarm {code:#04x}; docs/ALARMS.md lists them"),
+                format!("unknown alarm {code:#04x}; docs/ALARMS.md lists them"),
             ),
         },
         file::Alarm::Name(name) => {
@@ -296,7 +298,7 @@ fn alarm(at: &At, fault: &file::Fault) -> Checked<u8> {
                 Some(alarm) => Ok(alarm.code),
                 None => at.diagnostic(
                     "alarm",
-                    format!("there is no alarm '{name}'; docs/ALARMS.md lists them"),
+                    format!("unknown alarm '{name}'; docs/ALARMS.md lists them"),
                 ),
             }
         }

@@ -112,7 +112,7 @@ class Door:
         """What this arm does not have is done, as far as the program can tell."""
         if name not in self._noted:
             self._noted.add(name)
-            print(f"magician: {name}: this arm has no such thing; nothing was done", file=sys.stderr)
+            print(f"magician: {name}: this arm does not support it; nothing was done", file=sys.stderr)
         for place in _places(given):
             ctypes.memset(ctypes.addressof(place), 0, ctypes.sizeof(place))
 
@@ -257,7 +257,7 @@ class Door:
     def _call_MagicianAllow(self, names: bytes) -> int:
         given = [name.strip() for name in names.decode("utf-8", "replace").split(",")]
         if unknown := [name for name in given if name != "all" and command_id(OTHERWISE.get(name, name)) is None]:
-            self._last.message = f"no command is called {', '.join(unknown)}"
+            self._last.message = f"unknown command {', '.join(unknown)}"
             return INVALID
         self._allowed += [OTHERWISE.get(name, name) for name in given]
         return NO_ERROR

@@ -2020,7 +2020,7 @@ def SetWAITCmdEx(api, waitTime, isQueued=0):
 
 
 def GetPoseEx(api, index):
-    """One number of the pose: 1 to 8 as in GetPose, 0 is the place on the rail."""
+    """One number of the pose: 1 to 8 as in GetPose, 0 is the position on the rail."""
     if index == 0:
         if not GetDeviceWithL(api):
             print("the arm is not on a rail")

@@ -1897,7 +1897,7 @@ def SetWAITCmdEx(api, dobotId, waitTime, isQueued=0):
 
 
 def GetPoseEx(api, dobotId, index):
-    """One number of the pose: 1 to 8 as in GetPose, 0 is the place on the rail."""
+    """One number of the pose: 1 to 8 as in GetPose, 0 is the position on the rail."""
     if index == 0:
         if not GetDeviceWithL(api, dobotId)[0]:
             print("the arm is not on a rail")
