@@ -13,6 +13,11 @@ use crate::event::{Event, Refusal};
 use crate::fidelity::Assumption;
 
 impl Device {
+    /// Counts what a command rests on; whether it is carried out.
+    pub(crate) fn allows(&mut self, set: &Set, mode: ExecMode) -> bool {
+        handlers::allows(&mut self.lend(), set, mode)
+    }
+
     pub(crate) fn carry_out(&mut self, set: &Set, mode: ExecMode) -> Completion {
         self.store.settings.told.add(set.row().id);
         let effects = handlers::apply(&mut self.lend(), set, mode);

@@ -1,6 +1,8 @@
 //! What a handler is lent: what it may change, and what it may only look at.
 
 use magician_motion::{ArmState, Geometry, JointAngles};
+use magician_protocol::Readable;
+use magician_protocol::commands::EndEffectorParams;
 
 use super::alarms::Alarms;
 use super::firmware::Firmware;
@@ -11,7 +13,7 @@ use super::queue::program::Queues;
 use super::record::Record;
 use super::store::Store;
 use super::teaching::Teaching;
-use crate::{Micros, World};
+use crate::{Flash, Micros, World};
 
 /// The parts of the device as a handler of a command sees them.
 pub(crate) struct Context<'a> {
@@ -66,6 +68,21 @@ impl Context<'_> {
     /// The queue that hosts fill.
     pub(crate) fn hosts(&self) -> &Queue {
         self.queues.hosts()
+    }
+
+    /// Whether a parameter set has been set since power-up.
+    pub(crate) fn was_set<T: Readable>(&self) -> bool {
+        self.store.settings.told.contains(T::ROW.id)
+    }
+
+    /// Whether nobody has set a tool since power-up.
+    pub(crate) fn has_tool_of_power_up(&self) -> bool {
+        !self.was_set::<EndEffectorParams>()
+    }
+
+    /// The flash before anything was set.
+    pub(crate) fn new_flash(&self) -> Flash {
+        Flash::new(&self.firmware.profile)
     }
 
     pub(crate) fn digital(&self, address: u8) -> bool {

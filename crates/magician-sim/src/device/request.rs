@@ -11,7 +11,7 @@ use super::queue::program::Placed;
 use super::queue::{QueuedCommand, moves};
 use crate::LinkId;
 use crate::event::{Event, Refusal};
-use crate::fidelity::Assumption;
+use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Device {
     /// Does what a frame asks and gives the reply: exactly one for a request that the controller knows, silence for
@@ -34,12 +34,9 @@ impl Device {
         let (id, ctrl) = (frame.id(), frame.ctrl());
         let nothing = || FrameBuf::new(id, ctrl, &[]);
         let request = Request::decode(frame);
-        let taken =
-            (request.as_ref()).is_ok_and(|request| self.lend().allows_frame(id, ctrl, request));
+        let taken = (request.as_ref()).is_ok_and(|request| self.takes(id, ctrl, request));
         match request {
-            Ok(Request::Get(get)) if taken && self.lend().allows_report(id, &get) => {
-                handlers::report(&mut self.lend(), &get, id, ctrl)
-            }
+            Ok(Request::Get(get)) if taken => handlers::report(&mut self.lend(), &get, ctrl),
             Ok(Request::Set(set)) if taken => {
                 self.act_at_once(&set);
                 nothing()
@@ -60,7 +57,7 @@ impl Device {
     }
 
     fn act_at_once(&mut self, set: &Set) {
-        if !self.lend().allows_apply(set, ExecMode::Immediate) {
+        if !self.allows(set, ExecMode::Immediate) {
             return;
         }
         if self.teaching.held() && (moves(set) || matches!(set, Set::JogCmd(_))) {
@@ -80,7 +77,10 @@ impl Device {
         ctrl: Ctrl,
         command: QueuedCommand,
     ) -> Result<FrameBuf, EncodeError> {
-        self.lend().count_index_assumptions();
+        self.record.assume(Assumption::Indices);
+        if self.queues.hosts().is_unused() {
+            self.record.assume(Assumption::FirstIndex);
+        }
         let index = match self.queues.place(id, command) {
             Placed::Full => {
                 self.record.event(Event::QueueFull { id });
@@ -101,6 +101,19 @@ impl Device {
             }
         };
         FrameBuf::encode(id, ctrl, &QueuedCmdIndex(index))
+    }
+
+    /// Whether a frame is taken for what it asks, whatever that is.
+    fn takes(&mut self, id: u8, ctrl: Ctrl, request: &Request) -> bool {
+        let elsewhere = ctrl.destination() != 0 || ctrl.slave() != 0;
+        let set = AssumptionSet::default().and_if(elsewhere, Assumption::DestinationBits);
+        let set = match request {
+            Request::Get(_) => set.and_if(ctrl.write(), Assumption::GetOnlyWritten),
+            Request::Set(_) => set.and_if(ctrl.queued(), Assumption::SteeringQueued),
+            Request::Queue(_) => set.and_if(!ctrl.write(), Assumption::QueuedBitAlone),
+            Request::Nothing => set.and(Assumption::SetOnlyRead),
+        };
+        self.record.allows_all(id, set)
     }
 
     /// Whether a frame is answered although it finds the queue full, if it does.

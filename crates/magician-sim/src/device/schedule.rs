@@ -127,7 +127,7 @@ impl Device {
             self.world.index_started(self.now, index);
         }
         let completion = match &command {
-            QueuedCommand::Set(set) if self.lend().allows_apply(set, ExecMode::Queued) => {
+            QueuedCommand::Set(set) if self.allows(set, ExecMode::Queued) => {
                 self.carry_out(set, ExecMode::Queued)
             }
             QueuedCommand::Set(_) | QueuedCommand::Nothing => Completion::Done,

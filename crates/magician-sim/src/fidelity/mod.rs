@@ -5,7 +5,6 @@
 //! nothing that rests on a choice alone.
 
 mod assumptions;
-mod rules;
 
 pub use assumptions::Assumption;
 
@@ -167,17 +166,30 @@ pub(crate) struct AssumptionSet([u64; Self::WORDS]);
 impl AssumptionSet {
     const WORDS: usize = Assumption::ALL.len().div_ceil(64);
 
-    fn add(&mut self, assumption: Assumption) {
+    /// These and another one.
+    pub(crate) fn and(mut self, assumption: Assumption) -> Self {
         let at = assumption as usize;
         if let Some(word) = self.0.get_mut(at / 64) {
             *word |= 1 << (at % 64);
         }
+        self
     }
 
-    fn add_if(&mut self, condition: bool, assumption: Assumption) {
+    /// These, and another one where a condition holds.
+    pub(crate) fn and_if(self, condition: bool, assumption: Assumption) -> Self {
         if condition {
-            self.add(assumption);
+            self.and(assumption)
+        } else {
+            self
         }
+    }
+
+    /// Those of both.
+    pub(crate) fn union(mut self, other: Self) -> Self {
+        for (word, more) in self.0.iter_mut().zip(other.0) {
+            *word |= more;
+        }
+        self
     }
 
     /// Takes the first one out, in the order of the list.
@@ -187,6 +199,12 @@ impl AssumptionSet {
         let bit = word.trailing_zeros() as usize;
         *word &= *word - 1;
         Assumption::ALL.get(at * 64 + bit).copied()
+    }
+}
+
+impl From<Assumption> for AssumptionSet {
+    fn from(assumption: Assumption) -> Self {
+        Self::default().and(assumption)
     }
 }
 

@@ -6,8 +6,11 @@ use magician_protocol::commands::*;
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::{Apply, Report};
+use crate::fidelity::Assumption;
 
 impl Report for AlarmsState {
+    const RESTS_ON: Assumption = Assumption::AlarmBits;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             alarms_state: cx.alarms.standing(),
@@ -16,12 +19,16 @@ impl Report for AlarmsState {
 }
 
 impl Apply for ClearAlarmsState {
+    const RESTS_ON: Assumption = Assumption::ClearAlarms;
+
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::ClearAlarms.into()
     }
 }
 
 impl Apply for ClearAllAlarmsState {
+    const RESTS_ON: Assumption = Assumption::ClearBy21;
+
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::ClearAlarms.into()
     }

@@ -6,11 +6,38 @@ use magician_protocol::commands::*;
 use crate::convert::from_wire;
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::motion::tool_beyond;
 use crate::device::handlers::{Apply, stored};
+use crate::fidelity::{Assumption, AssumptionSet};
 
-stored!(ArcParams in arc, ArcCommonParams in arc_common);
+stored! {
+    ArcParams in arc: Parameters, beyond |set, most| tool_beyond(
+        [set.xyz_velocity, set.r_velocity],
+        [set.xyz_acceleration, set.r_acceleration],
+        most,
+    );
+    ArcCommonParams in arc_common: ArcRatio;
+}
+
+/// What an arc through two points rests on, a whole circle or not.
+fn arc_assumptions(
+    cx: &Context<'_>,
+    basis: Assumption,
+    [via, to]: [[f32; 4]; 2],
+    mode: ExecMode,
+) -> AssumptionSet {
+    AssumptionSet::from(basis)
+        .and(Assumption::ArcSpeeds)
+        .union(cx.motion_assumptions(&[via, to].concat(), mode))
+}
 
 impl Apply for ArcCmd {
+    const RESTS_ON: Assumption = Assumption::ArcPath;
+
+    fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
+        arc_assumptions(cx, Self::RESTS_ON, [self.cir_point, self.to_point], mode)
+    }
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let [via, to] = [self.cir_point, self.to_point].map(|point| Pose::from(from_wire(point)));
         let view = cx.view();
@@ -20,6 +47,12 @@ impl Apply for ArcCmd {
 }
 
 impl Apply for CircleCmd {
+    const RESTS_ON: Assumption = Assumption::CircleTurns;
+
+    fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
+        arc_assumptions(cx, Self::RESTS_ON, [self.cir_point, self.to_point], mode)
+    }
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let [via, to] = [self.cir_point, self.to_point].map(|point| Pose::from(from_wire(point)));
         let view = cx.view();

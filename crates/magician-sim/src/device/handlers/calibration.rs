@@ -5,16 +5,19 @@ use magician_protocol::commands::*;
 
 use crate::device::context::Context;
 use crate::device::handlers::{Report, kept, not_simulated, stored};
+use crate::fidelity::Assumption;
 
-kept!(
-    AngleSensorStaticError in angle_error,
-    AngleSensorCoef in angle_coef,
-    BaseDecoderStaticError in base_error,
-);
-stored!(PulseMode in pulse_mode);
-not_simulated!(ZdfCalibRequest);
+kept! {
+    AngleSensorStaticError in angle_error: StoredWithoutEffect;
+    AngleSensorCoef in angle_coef: StoredWithoutEffect;
+    BaseDecoderStaticError in base_error: StoredWithoutEffect;
+}
+stored! { PulseMode in pulse_mode: OutsideTheDocument; }
+not_simulated! { ZdfCalibRequest: OutsideTheDocument; }
 
 impl Report for ZdfCalibStatus {
+    const RESTS_ON: Assumption = Assumption::Zeros;
+
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self { status: 0 }
     }

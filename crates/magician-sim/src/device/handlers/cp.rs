@@ -5,21 +5,34 @@ use magician_protocol::commands::*;
 
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::motion::beyond;
 use crate::device::handlers::{Apply, Report, stored};
 use crate::device::motion::PathPoint;
+use crate::fidelity::{Assumption, AssumptionSet};
 
-stored!(
-    CpCommonParams in cp_common,
-    CpRHeadHoldEnable in cp_hold_rotation,
-);
+stored! {
+    CpCommonParams in cp_common: StoredWithoutEffect;
+    CpRHeadHoldEnable in cp_hold_rotation: StoredWithoutEffect;
+}
 
 impl Report for CpParams {
+    const RESTS_ON: Assumption = Assumption::Parameters;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.cp
     }
 }
 
 impl Apply for CpParams {
+    const RESTS_ON: Assumption = Assumption::Parameters;
+
+    fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        let most = &cx.firmware.model.ceilings;
+        let ceilings = [most.linear_velocity, most.linear_acceleration];
+        let beyond = beyond([self.junction_vel, self.plan_acc], ceilings);
+        AssumptionSet::from(<Self as Apply>::RESTS_ON).and_if(beyond, Assumption::BeyondCeilings)
+    }
+
     /// For the segments that begin from now on; with a speed of 0 the path ends at rest.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.cp = *self;
@@ -27,7 +40,27 @@ impl Apply for CpParams {
     }
 }
 
+/// What a segment to a point rests on.
+fn segment_assumptions(
+    cx: &Context<'_>,
+    basis: Assumption,
+    point: [f32; 3],
+    mode: ExecMode,
+) -> AssumptionSet {
+    AssumptionSet::from(basis)
+        .and(Assumption::CpRotation)
+        .and(Assumption::CpTimes)
+        .and(Assumption::CpFollows)
+        .union(cx.motion_assumptions(&point, mode))
+}
+
 impl Apply for CpCmd {
+    const RESTS_ON: Assumption = Assumption::CpLaw;
+
+    fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
+        segment_assumptions(cx, Self::RESTS_ON, [self.x, self.y, self.z], mode)
+    }
+
     fn apply(&self, _: &mut Context<'_>, mode: ExecMode) -> Effects {
         let point = PathPoint {
             mode: self.cp_mode,
@@ -38,6 +71,12 @@ impl Apply for CpCmd {
 }
 
 impl Apply for CpLeCmd {
+    const RESTS_ON: Assumption = Assumption::CpLaser;
+
+    fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
+        segment_assumptions(cx, Self::RESTS_ON, [self.x, self.y, self.z], mode)
+    }
+
     fn apply(&self, _: &mut Context<'_>, mode: ExecMode) -> Effects {
         let point = PathPoint {
             mode: self.cp_mode,

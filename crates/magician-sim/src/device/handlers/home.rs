@@ -7,8 +7,19 @@ use crate::convert::to_wire;
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::{Apply, Report};
+use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Report for HomeParams {
+    const RESTS_ON: Assumption = Assumption::HomeUnchecked;
+
+    fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
+        match cx.store.settings.home {
+            Some(_) => <Self as Report>::RESTS_ON.into(),
+            None => AssumptionSet::from(Assumption::HomeUnset)
+                .and_if(cx.has_tool_of_power_up(), Assumption::PowerUpTool),
+        }
+    }
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.home.unwrap_or_else(|| {
             let joints = cx.firmware.model.homing.joints;
@@ -19,6 +30,8 @@ impl Report for HomeParams {
 }
 
 impl Apply for HomeParams {
+    const RESTS_ON: Assumption = Assumption::HomeUnchecked;
+
     /// Stored without a look: whether the arm can get there shows when it homes (model section 11).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.home = Some(*self);
@@ -27,12 +40,28 @@ impl Apply for HomeParams {
 }
 
 impl Apply for HomeCmd {
+    const RESTS_ON: Assumption = Assumption::HomingSequence;
+
+    fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
+        let set = AssumptionSet::from(Self::RESTS_ON)
+            .and(Assumption::HomePoint)
+            .and(Assumption::HomingFigures)
+            .and_if(cx.has_rail(), Assumption::RailHome)
+            .and_if(cx.alarms.hold_queue(), Assumption::HomeWhileHeld);
+        match mode {
+            ExecMode::Immediate => set.union(cx.replacing_assumptions()),
+            ExecMode::Queued => set,
+        }
+    }
+
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::Home.into()
     }
 }
 
 impl Report for AutoLeveling {
+    const RESTS_ON: Assumption = Assumption::StoredWithoutEffect;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             result: cx.store.settings.auto_leveling.accuracy,
@@ -41,6 +70,8 @@ impl Report for AutoLeveling {
 }
 
 impl Apply for SetAutoLeveling {
+    const RESTS_ON: Assumption = Assumption::StoredWithoutEffect;
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.auto_leveling = *self;
         Effect::NotSimulated.into()

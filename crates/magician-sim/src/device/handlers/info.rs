@@ -6,18 +6,26 @@ use magician_protocol::{Bytes, NoArgs};
 use crate::device::context::Context;
 use crate::device::effect::{Effects, ExecMode};
 use crate::device::handlers::{Apply, Report, not_simulated, stored};
+use crate::fidelity::Assumption;
 use crate::profile::{MAX_NAME, MAX_SERIAL};
 
-stored!(FirmwareMode in firmware_mode, Uart4PeripheralsEnabled in uart4);
-not_simulated!(FirmwareSwitch);
+stored! {
+    FirmwareMode in firmware_mode: OutsideTheDocument;
+    Uart4PeripheralsEnabled in uart4: OutsideTheDocument;
+}
+not_simulated! { FirmwareSwitch: OutsideTheDocument; }
 
 impl Report for DeviceSn {
+    const RESTS_ON: Assumption = Assumption::Identity;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.flash().serial
     }
 }
 
 impl Apply for DeviceSn {
+    const RESTS_ON: Assumption = Assumption::Identity;
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let device_sn = self.device_sn.truncated(MAX_SERIAL);
         cx.store
@@ -27,12 +35,16 @@ impl Apply for DeviceSn {
 }
 
 impl Report for DeviceName {
+    const RESTS_ON: Assumption = Assumption::Identity;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.flash().name
     }
 }
 
 impl Apply for DeviceName {
+    const RESTS_ON: Assumption = Assumption::Identity;
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let device_name = self.device_name.truncated(MAX_NAME);
         cx.store
@@ -42,6 +54,8 @@ impl Apply for DeviceName {
 }
 
 impl Report for DeviceVersion {
+    const RESTS_ON: Assumption = Assumption::Version;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let [major_version, minor_version, revision] = cx.firmware.profile.identity.version;
         Self {
@@ -54,6 +68,8 @@ impl Report for DeviceVersion {
 }
 
 impl Report for DeviceWithL {
+    const RESTS_ON: Assumption = Assumption::RailSwitch;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             with_l: cx.store.settings.with_rail.with_l,
@@ -62,6 +78,8 @@ impl Report for DeviceWithL {
 }
 
 impl Apply for SetDeviceWithL {
+    const RESTS_ON: Assumption = Assumption::RailSwitch;
+
     /// For the commands that begin from now on; a carriage on its way goes on. The rail's version changes nothing here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.with_rail = *self;
@@ -70,6 +88,8 @@ impl Apply for SetDeviceWithL {
 }
 
 impl Report for DeviceTime {
+    const RESTS_ON: Assumption = Assumption::Clock;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         // Wraps after 49.7 days, as the arm's does.
         let g_systick = (cx.now.saturating_sub(cx.booted) / 1000) as u32;
@@ -78,6 +98,8 @@ impl Report for DeviceTime {
 }
 
 impl Report for DeviceId {
+    const RESTS_ON: Assumption = Assumption::DeviceIdWords;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let seed = cx.firmware.profile.identity.device_id_seed;
         let device_id = [1, 2, 3].map(|word| (scrambled(seed, word) >> 32) as u32);
@@ -94,6 +116,8 @@ fn scrambled(seed: u64, word: u64) -> u64 {
 }
 
 impl Report for DeviceInfo {
+    const RESTS_ON: Assumption = Assumption::Zeros;
+
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             run_time: 0,
@@ -104,12 +128,16 @@ impl Report for DeviceInfo {
 }
 
 impl Report for Uart4PeripheralsModel {
+    const RESTS_ON: Assumption = Assumption::Zeros;
+
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self { type_: 0 }
     }
 }
 
 impl Report for UserParams {
+    const RESTS_ON: Assumption = Assumption::Zeros;
+
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self { params: [0.0; 8] }
     }

@@ -1,19 +1,50 @@
 //! Jogging (document 1.9, model section 10).
 
+use magician_protocol::JogCommand;
 use magician_protocol::commands::*;
 
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::motion::{beyond, joints_beyond, tool_beyond};
 use crate::device::handlers::{Apply, stored};
+use crate::fidelity::{Assumption, AssumptionSet};
 
-stored!(
-    JogJointParams in jog_joint,
-    JogCoordinateParams in jog_coordinate,
-    JogCommonParams in jog_common,
-    JogLParams in jog_rail,
-);
+stored! {
+    JogJointParams in jog_joint: Parameters,
+        beyond |set, most| joints_beyond(&set.velocity, &set.acceleration, most);
+    JogCoordinateParams in jog_coordinate: Parameters, beyond |set, most| {
+        let ([x, y, z, r], [ax, ay, az, ar]) = (set.velocity, set.acceleration);
+        tool_beyond([x.max(y).max(z), r], [ax.max(ay).max(az), ar], most)
+    };
+    JogCommonParams in jog_common: Parameters,
+        beyond |set, _most| beyond([set.velocity_ratio], [100.0]);
+    JogLParams in jog_rail: Parameters, at first RailDefaults;
+}
 
 impl Apply for JogCmd {
+    const RESTS_ON: Assumption = Assumption::Jog;
+
+    fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
+        let rail = matches!(self.cmd, JogCommand::RailPlus | JogCommand::RailMinus);
+        let ignored = rail && !cx.has_rail();
+        let set = AssumptionSet::from(Self::RESTS_ON)
+            .and_if(mode == ExecMode::Queued, Assumption::QueuedJog)
+            .and_if(cx.alarms.hold_queue(), Assumption::JogWhileHeld)
+            .and_if(ignored, Assumption::RailIgnored)
+            .and_if(rail && !ignored, Assumption::RailRamps);
+        match self.cmd {
+            JogCommand::Stop => set,
+            JogCommand::Unknown(_) => set.and(Assumption::UnknownJog),
+            _ if ignored => set,
+            _ if cx.motion.is_jogging() => {
+                let other = cx.view().jogs_another(self.is_joint.is_on(), self.cmd);
+                set.and_if(other, Assumption::JogAxisChange)
+            }
+            _ if mode == ExecMode::Immediate => set.union(cx.replacing_assumptions()),
+            _ => set,
+        }
+    }
+
     /// In the queue too it has finished at once, and the arm goes on (model section 10).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::Jog(cx.view().jog(self.is_joint.is_on(), self.cmd)).into()

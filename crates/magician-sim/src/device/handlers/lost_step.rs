@@ -12,6 +12,8 @@ use crate::fidelity::Assumption;
 const ROUNDING: f64 = 1e-6;
 
 impl Apply for LostStepParams {
+    const RESTS_ON: Assumption = Assumption::LostSteps;
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.lost_step = *self;
         Effects::none()
@@ -19,6 +21,8 @@ impl Apply for LostStepParams {
 }
 
 impl Apply for LostStepCmd {
+    const RESTS_ON: Assumption = Assumption::LostSteps;
+
     /// Compares the base encoder and the sensors of J2 and J3 with where the joints are commanded to be. J4 has no
     /// sensor, so 0x53 is never raised. The alarms hold the queue; homing is the remedy, and who clears them without it
     /// has them raised again by the next look.

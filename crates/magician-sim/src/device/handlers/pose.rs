@@ -9,20 +9,33 @@ use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::{Apply, Report, stored};
 use crate::event::Refusal;
-use crate::fidelity::Assumption;
+use crate::fidelity::{Assumption, AssumptionSet};
 
-stored!(ArmOrientation in orientation);
+stored! { ArmOrientation in orientation: StoredWithoutEffect; }
 
 /// Angles that ResetPose may give: a full turn either way.
 const SENSIBLE: std::ops::RangeInclusive<f64> = -360.0..=360.0;
 
 impl Report for Pose {
+    const RESTS_ON: Assumption = Assumption::CommandedPose;
+
+    fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
+        let homed = cx.motion.is_homed();
+        AssumptionSet::from(Self::RESTS_ON)
+            .and_if(!homed, Assumption::BaseUnknown)
+            .and_if(!homed, Assumption::PowerUpPose)
+            .and_if(!cx.store.settings.bias.is_zero(), Assumption::ToolBias)
+            .and_if(cx.has_tool_of_power_up(), Assumption::PowerUpTool)
+    }
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         pose_to_wire(&cx.arm())
     }
 }
 
 impl Report for PoseL {
+    const RESTS_ON: Assumption = Assumption::RailPose;
+
     /// Where the carriage is commanded to be; without a rail where it was last.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let [pose_l] = to_wire([cx.rail()]);
@@ -31,6 +44,8 @@ impl Report for PoseL {
 }
 
 impl Report for Kinematics {
+    const RESTS_ON: Assumption = Assumption::Zeros;
+
     fn report(_: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             velocity: 0.0,
@@ -40,6 +55,8 @@ impl Report for Kinematics {
 }
 
 impl Apply for ResetPose {
+    const RESTS_ON: Assumption = Assumption::ResetPose;
+
     /// What the controller believes of J2 and J3: with manual 0 what their sensors read. The arm does not move.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let read = cx.true_joints();

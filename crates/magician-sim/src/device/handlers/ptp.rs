@@ -10,16 +10,24 @@ use magician_protocol::{Alarm, NoArgs, PoList, PtpMode};
 use crate::convert::from_wire;
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
+use crate::device::handlers::motion::{beyond, joints_beyond, tool_beyond};
 use crate::device::handlers::{Apply, Report, stored};
 use crate::event::Refusal;
+use crate::fidelity::{Assumption, AssumptionSet};
 
-stored!(
-    PtpJointParams in ptp_joint,
-    PtpCoordinateParams in ptp_coordinate,
-    PtpJump2Params in ptp_jump2,
-    PtpCommonParams in ptp_common,
-    PtpLParams in ptp_rail,
-);
+stored! {
+    PtpJointParams in ptp_joint: Parameters,
+        beyond |set, most| joints_beyond(&set.velocity, &set.acceleration, most);
+    PtpCoordinateParams in ptp_coordinate: Parameters, beyond |set, most| tool_beyond(
+        [set.xyz_velocity, set.r_velocity],
+        [set.xyz_acceleration, set.r_acceleration],
+        most,
+    );
+    PtpJump2Params in ptp_jump2: Parameters;
+    PtpCommonParams in ptp_common: Parameters,
+        beyond |set, _most| beyond([set.velocity_ratio, set.acceleration_ratio], [100.0; 2]);
+    PtpLParams in ptp_rail: Parameters, at first RailDefaults;
+}
 
 /// What a mode and its four numbers ask for; `None` for a mode that there is not (errata E28, model section 7).
 fn request(cx: &Context<'_>, mode: PtpMode, numbers: [f32; 4]) -> Option<Move> {
@@ -42,18 +50,20 @@ fn request(cx: &Context<'_>, mode: PtpMode, numbers: [f32; 4]) -> Option<Move> {
     Some(Move { target, kind })
 }
 
-/// What a command asks for, apart from the outputs.
+/// What a command asks for.
 struct Destination {
     mode: PtpMode,
     numbers: [f32; 4],
     /// The rail's place or, in the incremental modes, its way, mm.
     rail: Option<f32>,
+    /// What is switched on the way, of the commands that can.
+    outputs: Option<PoList>,
 }
 
-fn move_to(cx: &mut Context<'_>, to: &Destination, outputs: PoList) -> Effects {
+fn move_to(cx: &mut Context<'_>, to: &Destination) -> Effects {
     match request(cx, to.mode, to.numbers) {
         Some(request) => {
-            let rail = rail_target(cx, to);
+            let (rail, outputs) = (rail_target(cx, to), to.outputs.unwrap_or_default());
             Effect::Move(cx.view().plan_move(&request, rail, outputs)).into()
         }
         None => {
@@ -72,38 +82,95 @@ fn rail_target(cx: &Context<'_>, to: &Destination) -> Option<f64> {
     })
 }
 
+/// What a move rests on that is asked for so.
+fn move_assumptions(cx: &Context<'_>, to: &Destination) -> AssumptionSet {
+    let set = AssumptionSet::default()
+        .and_if(to.outputs.is_some(), Assumption::OutputShare)
+        .and_if(to.mode == PtpMode::MovlXyzInc, Assumption::ModeSeven)
+        .and_if(to.mode == PtpMode::JumpMovlXyz, Assumption::ModeNine)
+        .union(rail_assumptions(cx, to));
+    match request(cx, to.mode, to.numbers) {
+        None => set.and(Assumption::UnknownMode),
+        Some(request) => set.union(jump_assumptions(cx, &request)),
+    }
+}
+
+fn jump_assumptions(cx: &Context<'_>, request: &Move) -> AssumptionSet {
+    let MoveKind::Jump(heights, _) = request.kind else {
+        return AssumptionSet::default();
+    };
+    let target = match request.target {
+        Target::Joints(joints) => cx.geometry().forward(&joints).z,
+        Target::Pose(pose) | Target::PoseIncrement(pose) => pose.z,
+        Target::JointIncrement(_) => f64::NAN,
+    };
+    let above = cx.arm().pose.z.max(target) > heights.z_limit;
+    AssumptionSet::from(Assumption::JumpPath)
+        .and_if(heights.start != heights.end, Assumption::UnequalJump)
+        .and_if(above, Assumption::JumpAboveLimit)
+}
+
+fn rail_assumptions(cx: &Context<'_>, to: &Destination) -> AssumptionSet {
+    let Some(place) = rail_target(cx, to) else {
+        return AssumptionSet::default().and_if(to.rail.is_some(), Assumption::RailIgnored);
+    };
+    let ends = 0.0..=cx.firmware.profile.rail.length;
+    AssumptionSet::from(Assumption::RailWithArm)
+        .and(Assumption::RailRamps)
+        .and_if(!ends.contains(&place), Assumption::RailEnds)
+}
+
 /// The commands that move to a point: where on the rail each leads, and what it switches on the way.
 macro_rules! moves {
     ($($command:ident, $extra:expr;)+) => {$(
-        impl Apply for $command {
-            fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
-                let extra: fn(&Self) -> (Option<f32>, PoList) = $extra;
-                let (rail, outputs) = extra(self);
-                let to = Destination {
-                    mode: self.ptp_mode,
-                    numbers: [self.x, self.y, self.z, self.r],
+        impl From<&$command> for Destination {
+            fn from(ptp: &$command) -> Self {
+                let extra: fn(&$command) -> (Option<f32>, Option<PoList>) = $extra;
+                let (rail, outputs) = extra(ptp);
+                Self {
+                    mode: ptp.ptp_mode,
+                    numbers: [ptp.x, ptp.y, ptp.z, ptp.r],
                     rail,
-                };
-                move_to(cx, &to, outputs)
+                    outputs,
+                }
+            }
+        }
+
+        impl Apply for $command {
+            const RESTS_ON: Assumption = Assumption::PtpLaw;
+
+            fn assumptions(&self, cx: &Context<'_>, mode: ExecMode) -> AssumptionSet {
+                let to = Destination::from(self);
+                AssumptionSet::from(Self::RESTS_ON)
+                    .union(move_assumptions(cx, &to))
+                    .union(cx.motion_assumptions(&to.numbers, mode))
+            }
+
+            fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
+                move_to(cx, &self.into())
             }
         }
     )+};
 }
 
 moves! {
-    PtpCmd, |_| (None, PoList::default());
-    PtpWithLCmd, |ptp| (Some(ptp.l), PoList::default());
-    PtpPoCmd, |ptp| (None, ptp.po);
-    PtpPoWithLCmd, |ptp| (Some(ptp.l), ptp.po);
+    PtpCmd, |_| (None, None);
+    PtpWithLCmd, |ptp| (Some(ptp.l), None);
+    PtpPoCmd, |ptp| (None, Some(ptp.po));
+    PtpPoWithLCmd, |ptp| (Some(ptp.l), Some(ptp.po));
 }
 
 impl Report for PtpJumpParams {
+    const RESTS_ON: Assumption = Assumption::Parameters;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.ptp_jump
     }
 }
 
 impl Apply for PtpJumpParams {
+    const RESTS_ON: Assumption = Assumption::JumpSetsBoth;
+
     /// One height is both heights of the second set (model section 7).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.ptp_jump = *self;
@@ -117,6 +184,8 @@ impl Apply for PtpJumpParams {
 }
 
 impl Report for PtpTime {
+    const RESTS_ON: Assumption = Assumption::PtpTime;
+
     /// Rounded up; 0 for a move that would be refused.
     fn report(cx: &mut Context<'_>, query: &GetPtpTime) -> Self {
         let GetPtpTime {

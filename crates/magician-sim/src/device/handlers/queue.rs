@@ -6,10 +6,13 @@ use magician_protocol::{Flag, NoArgs, Writable};
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::{Apply, Report};
+use crate::device::queue::Busy;
 use crate::event::Refusal;
-use crate::fidelity::Assumption;
+use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Apply for QueuedCmdStartDownload {
+    const RESTS_ON: Assumption = Assumption::OfflineProgram;
+
     /// What was said of the length binds nobody. While the program runs there is nothing to store it in (model
     /// section 12).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -27,6 +30,8 @@ impl Apply for QueuedCmdStartDownload {
 }
 
 impl Apply for QueuedCmdStopDownload {
+    const RESTS_ON: Assumption = Assumption::OfflineProgram;
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let keep = !cx.queues.is_mismatched()
             || cx.record.allows(Self::ROW.id, Assumption::OfflineMismatch);
@@ -35,30 +40,79 @@ impl Apply for QueuedCmdStopDownload {
 }
 
 impl Apply for QueuedCmdStartExec {
+    const RESTS_ON: Assumption = Assumption::Start;
+
+    fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        AssumptionSet::from(Self::RESTS_ON).and(match cx.hosts().is_started() {
+            true => Assumption::StartAgain,
+            false => Assumption::QueueStopped,
+        })
+    }
+
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::StartQueue.into()
     }
 }
 
+/// What a stop rests on, forced or not.
+fn stop_assumptions(cx: &Context<'_>) -> AssumptionSet {
+    let busy = cx.queues.active().busy();
+    let waits = busy.is_some_and(|busy| busy != Busy::Moving);
+    AssumptionSet::default()
+        .and_if(waits, Assumption::StopCutsWait)
+        .and_if(cx.motion.follows_path(), Assumption::CpStops)
+}
+
 impl Apply for QueuedCmdStopExec {
+    const RESTS_ON: Assumption = Assumption::StopFinishes;
+
+    fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        AssumptionSet::from(Self::RESTS_ON).union(stop_assumptions(cx))
+    }
+
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::StopQueue.into()
     }
 }
 
 impl Apply for QueuedCmdForceStopExec {
+    const RESTS_ON: Assumption = Assumption::ForceStop;
+
+    fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        AssumptionSet::from(Self::RESTS_ON)
+            .and(Assumption::ForceStopStops)
+            .union(stop_assumptions(cx))
+    }
+
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::ForceStop.into()
     }
 }
 
 impl Apply for QueuedCmdClear {
+    const RESTS_ON: Assumption = Assumption::Clear;
+
+    fn assumptions(&self, cx: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        let moves = cx.queues.active().busy() == Some(Busy::Moving);
+        AssumptionSet::from(Self::RESTS_ON)
+            .and(Assumption::IndexAfterClear)
+            .and_if(moves, Assumption::ClearWhileMoving)
+            .and_if(cx.motion.follows_path(), Assumption::CpStops)
+    }
+
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         Effect::ClearQueue.into()
     }
 }
 
 impl Report for QueuedCmdCurrentIndex {
+    const RESTS_ON: Assumption = Assumption::CurrentIndex;
+
+    fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
+        let unused = cx.hosts().current() == 0 && cx.hosts().running().is_none();
+        AssumptionSet::from(Self::RESTS_ON).and_if(unused, Assumption::CurrentAtFirst)
+    }
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             queued_cmd_current_index: cx.hosts().current(),
@@ -67,6 +121,13 @@ impl Report for QueuedCmdCurrentIndex {
 }
 
 impl Report for QueuedCmdLeftSpace {
+    const RESTS_ON: Assumption = Assumption::QueueDepth;
+
+    fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
+        let runs = cx.hosts().running().is_some();
+        AssumptionSet::from(Self::RESTS_ON).and_if(runs, Assumption::RunningPlace)
+    }
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let left_space = u32::try_from(cx.hosts().left()).unwrap_or(u32::MAX);
         Self { left_space }
@@ -74,6 +135,8 @@ impl Report for QueuedCmdLeftSpace {
 }
 
 impl Report for QueuedCmdMotionFinish {
+    const RESTS_ON: Assumption = Assumption::MotionFinish;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         Self {
             is_finish: Flag::from(!cx.motion.is_moving()),

@@ -9,7 +9,7 @@ use magician_protocol::{Flag, NoArgs};
 use crate::device::context::Context;
 use crate::device::effect::{Effects, ExecMode};
 use crate::device::handlers::{Apply, Report};
-use crate::fidelity::Assumption;
+use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Context<'_> {
     /// Finds out whether a point has become due by now.
@@ -27,12 +27,16 @@ impl Context<'_> {
 }
 
 impl Report for HhtTrigMode {
+    const RESTS_ON: Assumption = Assumption::TeachSettings;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.teach_mode
     }
 }
 
 impl Apply for HhtTrigMode {
+    const RESTS_ON: Assumption = Assumption::TeachSettings;
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.look_for_point();
         cx.store.settings.teach_mode = *self;
@@ -41,12 +45,16 @@ impl Apply for HhtTrigMode {
 }
 
 impl Report for HhtTrigOutputEnabled {
+    const RESTS_ON: Assumption = Assumption::TeachSettings;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.teach_enabled
     }
 }
 
 impl Apply for HhtTrigOutputEnabled {
+    const RESTS_ON: Assumption = Assumption::TeachSettings;
+
     /// Disabled, it forgets a point that nobody has asked for.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.look_for_point();
@@ -59,6 +67,12 @@ impl Apply for HhtTrigOutputEnabled {
 }
 
 impl Report for HhtTrigOutput {
+    const RESTS_ON: Assumption = Assumption::TeachSettings;
+
+    fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
+        AssumptionSet::from(Self::RESTS_ON).and_if(cx.has_new_point(), Assumption::PointCleared)
+    }
+
     /// Once for each point: reading it clears it.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.look_for_point();

@@ -7,14 +7,24 @@ use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::{Apply, Report};
 use crate::device::io::tools::{AirTool, Commanded};
+use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Report for EndEffectorParams {
+    const RESTS_ON: Assumption = Assumption::ToolBias;
+
+    fn assumptions(cx: &mut Context<'_>, _: &NoArgs) -> AssumptionSet {
+        AssumptionSet::from(<Self as Report>::RESTS_ON)
+            .and_if(cx.has_tool_of_power_up(), Assumption::PowerUpTool)
+    }
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.bias
     }
 }
 
 impl Apply for EndEffectorParams {
+    const RESTS_ON: Assumption = Assumption::ToolBias;
+
     /// The reported pose follows at once: it is computed from the joints when asked for. A motion under way goes where
     /// it was planned to go, a continuous path comes to rest at the end of its segment.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
@@ -24,6 +34,8 @@ impl Apply for EndEffectorParams {
 }
 
 impl Report for EndEffectorLaser {
+    const RESTS_ON: Assumption = Assumption::Tools;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let Commanded { control, on } = cx.io.tools.laser_set();
         Self {
@@ -34,6 +46,8 @@ impl Report for EndEffectorLaser {
 }
 
 impl Apply for SetEndEffectorLaser {
+    const RESTS_ON: Assumption = Assumption::Tools;
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let (control, on) = (self.enable_ctrl, self.on);
         cx.io.tools.set_laser(Commanded { control, on });
@@ -42,6 +56,8 @@ impl Apply for SetEndEffectorLaser {
 }
 
 impl Report for EndEffectorSuctionCup {
+    const RESTS_ON: Assumption = Assumption::Tools;
+
     /// As it was set, whichever tool has the air.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let Commanded { control, on } = cx.io.tools.air_set(AirTool::Suction);
@@ -53,6 +69,12 @@ impl Report for EndEffectorSuctionCup {
 }
 
 impl Apply for SetEndEffectorSuctionCup {
+    const RESTS_ON: Assumption = Assumption::Tools;
+
+    fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        AssumptionSet::from(Self::RESTS_ON).and(Assumption::VacuumDelay)
+    }
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let (control, on) = (self.enable_ctrl, self.suck);
         cx.io
@@ -63,6 +85,8 @@ impl Apply for SetEndEffectorSuctionCup {
 }
 
 impl Report for EndEffectorGripper {
+    const RESTS_ON: Assumption = Assumption::Tools;
+
     /// As it was set, whichever tool has the air.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let Commanded { control, on } = cx.io.tools.air_set(AirTool::Gripper);
@@ -74,6 +98,12 @@ impl Report for EndEffectorGripper {
 }
 
 impl Apply for SetEndEffectorGripper {
+    const RESTS_ON: Assumption = Assumption::Tools;
+
+    fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        AssumptionSet::from(Self::RESTS_ON).and(Assumption::GripperDelay)
+    }
+
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let (control, on) = (self.enable_ctrl, self.grip);
         cx.io

@@ -8,9 +8,16 @@ use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::Apply;
 use crate::device::io::trigger::Trigger;
 use crate::event::Refusal;
-use crate::fidelity::Assumption;
+use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Apply for TrigCmd {
+    const RESTS_ON: Assumption = Assumption::Trigger;
+
+    fn assumptions(&self, _: &Context<'_>, mode: ExecMode) -> AssumptionSet {
+        let at_once = mode == ExecMode::Immediate;
+        AssumptionSet::from(Self::RESTS_ON).and_if(at_once, Assumption::ImmediateWait)
+    }
+
     /// In the queue it blocks until it is met, however long that takes; at once it has nothing to hold back. One that
     /// makes no sense would block for ever and is refused.
     fn apply(&self, cx: &mut Context<'_>, mode: ExecMode) -> Effects {

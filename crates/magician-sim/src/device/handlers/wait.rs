@@ -6,8 +6,16 @@ use crate::Micros;
 use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::Apply;
+use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Apply for WaitCmd {
+    const RESTS_ON: Assumption = Assumption::Wait;
+
+    fn assumptions(&self, _: &Context<'_>, mode: ExecMode) -> AssumptionSet {
+        let at_once = mode == ExecMode::Immediate;
+        AssumptionSet::from(Self::RESTS_ON).and_if(at_once, Assumption::ImmediateWait)
+    }
+
     /// In the queue it counts from its start; at once it has nothing to hold back (errata E34).
     fn apply(&self, cx: &mut Context<'_>, mode: ExecMode) -> Effects {
         match mode {

@@ -8,14 +8,19 @@ use crate::convert::micros;
 use crate::device::context::Context;
 use crate::device::effect::{Effects, ExecMode};
 use crate::device::handlers::{Apply, Report, kept};
+use crate::fidelity::Assumption;
 
 impl Report for WifiConfigMode {
+    const RESTS_ON: Assumption = Assumption::WifiSettings;
+
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         cx.store.settings.wifi_config
     }
 }
 
 impl Apply for WifiConfigMode {
+    const RESTS_ON: Assumption = Assumption::WifiSettings;
+
     /// When the module leaves its command mode it looks for the network anew.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.store.settings.wifi_config = *self;
@@ -24,16 +29,18 @@ impl Apply for WifiConfigMode {
     }
 }
 
-kept!(
-    WifiSsid in wifi_ssid,
-    WifiPassword in wifi_password,
-    WifiIpAddress in wifi_address,
-    WifiNetmask in wifi_netmask,
-    WifiGateway in wifi_gateway,
-    WifiDns in wifi_dns,
-);
+kept! {
+    WifiSsid in wifi_ssid: WifiSettings, at first WifiDefaults;
+    WifiPassword in wifi_password: WifiSettings, at first WifiDefaults;
+    WifiIpAddress in wifi_address: WifiSettings, at first WifiDefaults;
+    WifiNetmask in wifi_netmask: WifiSettings, at first WifiDefaults;
+    WifiGateway in wifi_gateway: WifiSettings, at first WifiDefaults;
+    WifiDns in wifi_dns: WifiSettings, at first WifiDefaults;
+}
 
 impl Report for WifiConnectStatus {
+    const RESTS_ON: Assumption = Assumption::WifiStatus;
+
     /// Any network that has a name is there, and is joined after a while.
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         let named = !cx.store.flash().wifi_ssid.ssid.as_bytes().is_empty();

@@ -11,9 +11,35 @@ use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::{Apply, Report};
 use crate::device::io::pins::can_do;
 use crate::event::Refusal;
-use crate::fidelity::Assumption;
+use crate::fidelity::{Assumption, AssumptionSet};
+
+/// The pins of laser, valve and pump.
+const TOOL_PINS: [u8; 4] = [2, 4, 16, 17];
+
+/// What telling a pin something rests on.
+fn told(basis: Assumption, address: u8) -> AssumptionSet {
+    AssumptionSet::from(basis).and_if(TOOL_PINS.contains(&address), Assumption::ToolPins)
+}
+
+/// What asking a pin rests on.
+fn asked(basis: Assumption, address: Option<u8>) -> AssumptionSet {
+    AssumptionSet::from(basis).and_if(address.is_none(), Assumption::LastPin)
+}
+
+/// What reading an input rests on.
+fn read(cx: &Context<'_>, address: Option<u8>) -> AssumptionSet {
+    let (world, now) = (cx.world, cx.now);
+    let is_open = |pin| world.digital(now, pin).is_none() && world.analog(now, pin).is_none();
+    asked(Assumption::IoInputs, address).and_if(address.is_some_and(is_open), Assumption::OpenInput)
+}
 
 impl Report for IoMultiplexing {
+    const RESTS_ON: Assumption = Assumption::IoFunctions;
+
+    fn assumptions(_: &mut Context<'_>, query: &GetIoMultiplexing) -> AssumptionSet {
+        asked(<Self as Report>::RESTS_ON, query.address)
+    }
+
     fn report(cx: &mut Context<'_>, query: &GetIoMultiplexing) -> Self {
         let (address, pin) = cx.io.pins.asked(query.address);
         let multiplex = pin.function;
@@ -22,6 +48,12 @@ impl Report for IoMultiplexing {
 }
 
 impl Apply for IoMultiplexing {
+    const RESTS_ON: Assumption = Assumption::IoFunctions;
+
+    fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        told(<Self as Apply>::RESTS_ON, self.address)
+    }
+
     /// A function that the pin lacks is stored and read back and has no effect, unless the profile is strict.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let Self { address, multiplex } = *self;
@@ -46,6 +78,12 @@ impl Apply for IoMultiplexing {
 }
 
 impl Report for IoDo {
+    const RESTS_ON: Assumption = Assumption::IoOutputs;
+
+    fn assumptions(_: &mut Context<'_>, query: &GetIoDo) -> AssumptionSet {
+        asked(<Self as Report>::RESTS_ON, query.address)
+    }
+
     fn report(cx: &mut Context<'_>, query: &GetIoDo) -> Self {
         let (address, pin) = cx.io.pins.asked(query.address);
         let level = pin.level;
@@ -54,6 +92,12 @@ impl Report for IoDo {
 }
 
 impl Apply for IoDo {
+    const RESTS_ON: Assumption = Assumption::IoOutputs;
+
+    fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        told(<Self as Apply>::RESTS_ON, self.address)
+    }
+
     /// Stored for whatever the pin is; it shows while the pin is a digital output.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(pin) = cx.io.pins.addressed(self.address) else {
@@ -65,6 +109,12 @@ impl Apply for IoDo {
 }
 
 impl Report for IoPwm {
+    const RESTS_ON: Assumption = Assumption::IoOutputs;
+
+    fn assumptions(_: &mut Context<'_>, query: &GetIoPwm) -> AssumptionSet {
+        asked(<Self as Report>::RESTS_ON, query.address)
+    }
+
     fn report(cx: &mut Context<'_>, query: &GetIoPwm) -> Self {
         let (address, pin) = cx.io.pins.asked(query.address);
         Self {
@@ -76,6 +126,12 @@ impl Report for IoPwm {
 }
 
 impl Apply for IoPwm {
+    const RESTS_ON: Assumption = Assumption::IoOutputs;
+
+    fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        told(<Self as Apply>::RESTS_ON, self.address)
+    }
+
     /// Stored for whatever the pin is; it shows while the pin is a pulse-width output.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(pin) = cx.io.pins.addressed(self.address) else {
@@ -87,6 +143,12 @@ impl Apply for IoPwm {
 }
 
 impl Report for IoDi {
+    const RESTS_ON: Assumption = Assumption::IoInputs;
+
+    fn assumptions(cx: &mut Context<'_>, query: &GetIoDi) -> AssumptionSet {
+        read(cx, query.address)
+    }
+
     fn report(cx: &mut Context<'_>, query: &GetIoDi) -> Self {
         let (address, _) = cx.io.pins.asked(query.address);
         let level = Flag::from(cx.digital(address));
@@ -95,6 +157,12 @@ impl Report for IoDi {
 }
 
 impl Report for IoAdc {
+    const RESTS_ON: Assumption = Assumption::IoInputs;
+
+    fn assumptions(cx: &mut Context<'_>, query: &GetIoAdc) -> AssumptionSet {
+        read(cx, query.address)
+    }
+
     fn report(cx: &mut Context<'_>, query: &GetIoAdc) -> Self {
         let (address, _) = cx.io.pins.asked(query.address);
         let value = cx.analog(address);

@@ -7,6 +7,7 @@ use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::Apply;
 use crate::event::Refusal;
+use crate::fidelity::{Assumption, AssumptionSet};
 
 /// The place of an output among its kind.
 fn output(index: Stepper) -> Option<usize> {
@@ -27,6 +28,8 @@ fn rate(enabled: Flag, pulses_per_second: f64) -> f64 {
 }
 
 impl Apply for EMotor {
+    const RESTS_ON: Assumption = Assumption::Steppers;
+
     /// The motor runs on until it is told otherwise: the command has finished at once (model section 14).
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(output) = output(self.index) else {
@@ -42,6 +45,12 @@ impl Apply for EMotor {
 }
 
 impl Apply for EMotorS {
+    const RESTS_ON: Assumption = Assumption::Steppers;
+
+    fn assumptions(&self, _: &Context<'_>, _: ExecMode) -> AssumptionSet {
+        AssumptionSet::from(Self::RESTS_ON).and(Assumption::StepperDistance)
+    }
+
     /// In the queue it has finished when the motor has: hosts wait for its index and then take from the belt.
     fn apply(&self, _: &mut Context<'_>, _: ExecMode) -> Effects {
         let Some(output) = output(self.index) else {

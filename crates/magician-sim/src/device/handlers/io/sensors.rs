@@ -7,8 +7,11 @@ use crate::device::context::Context;
 use crate::device::effect::{Effect, Effects, ExecMode};
 use crate::device::handlers::{Apply, Report};
 use crate::event::Refusal;
+use crate::fidelity::{Assumption, AssumptionSet};
 
 impl Report for ColorSensor {
+    const RESTS_ON: Assumption = Assumption::Sensors;
+
     /// A sensor that is off sees nothing.
     fn report(cx: &mut Context<'_>, query: &GetColorSensor) -> Self {
         let port = cx.io.color_sensors.asked(query.port);
@@ -18,6 +21,8 @@ impl Report for ColorSensor {
 }
 
 impl Apply for SetColorSensor {
+    const RESTS_ON: Assumption = Assumption::Sensors;
+
     /// The sensor's version changes nothing here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         if cx.io.color_sensors.enable(self.port, self.is_enabled) {
@@ -29,6 +34,12 @@ impl Apply for SetColorSensor {
 }
 
 impl Report for IrSwitch {
+    const RESTS_ON: Assumption = Assumption::Sensors;
+
+    fn assumptions(_: &mut Context<'_>, query: &GetIrSwitch) -> AssumptionSet {
+        AssumptionSet::from(Self::RESTS_ON).and_if(query.port.is_none(), Assumption::InfraredPort)
+    }
+
     /// A sensor that is off sees nothing.
     fn report(cx: &mut Context<'_>, query: &GetIrSwitch) -> Self {
         let port = cx.io.infrared_sensors.asked(query.port);
@@ -40,6 +51,8 @@ impl Report for IrSwitch {
 }
 
 impl Apply for SetIrSwitch {
+    const RESTS_ON: Assumption = Assumption::Sensors;
+
     /// The sensor's version changes nothing here.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         if cx.io.infrared_sensors.enable(self.port, self.is_enabled) {
