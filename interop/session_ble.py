@@ -360,8 +360,10 @@ def refusals(checks, desk):
     checks.ok(f"but not for ever: {message}", status == PORT and "cannot be connected to" in message)
 
     air.do("set", forbidden=True, around=AROUND)
-    status, message, _ = desk.error("pose")
-    checks.ok(f"forbidden: {message}", status == PORT and "usermod -aG bluetooth" in message)
+    status, said, _ = desk.run("pose")
+    error = said[-1]["error"]
+    remedies = [remedy.get("system", "") for remedy in error.get("remedies", [])]
+    checks.ok(f"forbidden: {error['message']}", status == PORT and any("usermod -aG bluetooth" in remedy for remedy in remedies))
 
     air.do("set", powered=False, around=AROUND)
     status, message, seconds = desk.error("pose")
