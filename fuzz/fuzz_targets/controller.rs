@@ -4,7 +4,7 @@
 
 use libfuzzer_sys::fuzz_target;
 
-#[path = "../../crates/magician-sim/tests/host/mod.rs"]
+#[path = "../../crates/magician-sim/tests/virtual_arm/host/mod.rs"]
 mod host;
 
 fuzz_target!(|script: &[u8]| {

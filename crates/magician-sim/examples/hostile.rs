@@ -7,7 +7,7 @@
 
 use std::time::Instant;
 
-#[path = "../tests/host/mod.rs"]
+#[path = "../tests/virtual_arm/host/mod.rs"]
 mod host;
 
 /// Bytes that a life is made of.

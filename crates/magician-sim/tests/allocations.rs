@@ -4,6 +4,7 @@
     reason = "counting allocations takes an allocator, and an allocator is unsafe"
 )]
 
+#[path = "virtual_arm/arm/mod.rs"]
 mod arm;
 
 use std::alloc::{GlobalAlloc, Layout, System};

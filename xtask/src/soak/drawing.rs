@@ -11,19 +11,19 @@ use magician_program::Plan;
 use super::{Found, Scope};
 use crate::bench::figure::Figure;
 
-#[path = "../../../crates/magician-program/tests/lossy/datagrams.rs"]
+#[path = "../../../crates/magician-program/tests/program/lossy/datagrams.rs"]
 pub(super) mod datagrams;
-#[path = "../../../crates/magician-program/tests/lossy/ink.rs"]
+#[path = "../../../crates/magician-program/tests/program/lossy/ink.rs"]
 mod ink;
-#[path = "../../../crates/magician-program/tests/lossy/programs.rs"]
+#[path = "../../../crates/magician-program/tests/program/lossy/programs.rs"]
 pub(super) mod programs;
-#[path = "../../../crates/magician-program/tests/lossy/rig.rs"]
+#[path = "../../../crates/magician-program/tests/program/lossy/rig.rs"]
 pub(super) mod rig;
-#[path = "../../../crates/magician-program/tests/lossy/sheet.rs"]
+#[path = "../../../crates/magician-program/tests/program/lossy/sheet.rs"]
 pub(super) mod sheet;
-#[path = "../../../crates/magician-program/tests/lossy/troubles.rs"]
+#[path = "../../../crates/magician-program/tests/program/lossy/troubles.rs"]
 mod troubles;
-#[path = "../../../crates/magician-program/tests/lossy/verdict.rs"]
+#[path = "../../../crates/magician-program/tests/program/lossy/verdict.rs"]
 pub(super) mod verdict;
 
 use ink::{Ink, TRUE};

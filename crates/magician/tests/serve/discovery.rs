@@ -5,9 +5,7 @@ use std::net::{SocketAddr, UdpSocket};
 use magician::serve::{Discovery, Endpoint, ServeError};
 use magician_sim::Profile;
 
-mod served;
-
-use served::{DEADLINE, Served, get_pose, serve, serve_arm};
+use super::served::{DEADLINE, Served, get_pose, serve, serve_arm};
 
 const QUESTION: &[u8] = b"Who is Dobot?";
 
@@ -113,9 +111,9 @@ fn an_arm_on_another_port_is_not_announced() {
 /// The usual ports.
 #[cfg(target_os = "linux")]
 mod usual_ports {
+    use super::super::served::own_host;
     use super::*;
     use magician::serve::Notice;
-    use served::own_host;
 
     #[test]
     fn an_arm_on_the_usual_port_is_found() {

@@ -5,9 +5,7 @@ use std::net::{SocketAddr, TcpStream, UdpSocket};
 
 use magician::serve::{Endpoint, Notice, ServeError};
 
-mod served;
-
-use served::{DEADLINE, Served, ask, get, get_pose, name, serve, set_name};
+use super::served::{DEADLINE, Served, ask, get, get_pose, name, serve, set_name};
 
 fn udp(served: &Served) -> SocketAddr {
     let find = |endpoint: &Endpoint| match endpoint {

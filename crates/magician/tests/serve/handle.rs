@@ -6,9 +6,7 @@ use std::net::{SocketAddr, TcpStream, UdpSocket};
 use magician::serve::{Discovery, Ended, Endpoint, Notice, Server};
 use magician_sim::{Controller, Speed};
 
-mod served;
-
-use served::{DEADLINE, Served, ask, get, get_pose, name, serve, serve_arms, set_name};
+use super::served::{DEADLINE, Served, ask, get, get_pose, name, serve, serve_arms, set_name};
 
 fn address(served: &Served, of: impl Fn(&Endpoint) -> Option<SocketAddr>) -> SocketAddr {
     served.endpoints.iter().find_map(of).unwrap()

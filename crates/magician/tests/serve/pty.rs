@@ -1,5 +1,4 @@
 //! The pseudo-terminal, through real descriptors and with clients that behave badly.
-#![cfg(unix)]
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -15,9 +14,7 @@ use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
 use tempfile::TempDir;
 
-mod served;
-
-use served::{DEADLINE, Served, get, get_pose, name, serve, set_name};
+use super::served::{DEADLINE, Served, get, get_pose, name, serve, set_name};
 
 struct Arm {
     served: Served,

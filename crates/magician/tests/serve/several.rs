@@ -1,14 +1,13 @@
 //! Several arms in one server, each with its own endpoints.
 
+use super::served;
 use std::net::{SocketAddr, TcpStream};
 
 use magician::serve::{Endpoint, ServeError};
 use magician_protocol::Readable;
 use magician_protocol::commands::{DeviceId, DeviceName, DeviceSn};
 
-mod served;
-
-use served::{DEADLINE, Served, ask, get, name, serve_arms, set_name};
+use super::served::{DEADLINE, Served, ask, get, name, serve_arms, set_name};
 
 fn sockets(served: &Served) -> Vec<SocketAddr> {
     let find = |endpoint: &Endpoint| match endpoint {

@@ -150,16 +150,22 @@ pub(crate) fn name(reply: &[u8]) -> String {
     name.trim_end_matches('\0').to_owned()
 }
 
-/// A loopback address that no other test has, in this process or another. Other systems have only
-/// one loopback address.
+/// A loopback address that no other test has, in this process or another, held by a socket on a port that no test uses until the
+/// process ends. Other systems have only one loopback address.
 #[cfg(target_os = "linux")]
 pub(crate) fn own_host() -> String {
-    use std::sync::atomic::{AtomicU32, Ordering};
-    static NEXT: AtomicU32 = AtomicU32::new(1);
-    // A process id has 22 bits, the addresses of the loopback 24.
-    let process = std::process::id() & 0x3F_FFFF;
-    let [_, low, b, c] = process.to_be_bytes();
-    let own = NEXT.fetch_add(1, Ordering::Relaxed);
-    assert!(own < 4, "a process has three");
-    format!("127.{}.{b}.{c}", own << 6 | u32::from(low))
+    use std::net::UdpSocket;
+    use std::sync::Mutex;
+    static HELD: Mutex<Vec<UdpSocket>> = Mutex::new(Vec::new());
+    let first = std::process::id().wrapping_mul(8);
+    let (host, held) = (first..first + 1000)
+        .find_map(|number| {
+            let [_, a, b, c] = number.to_be_bytes();
+            let host = format!("127.{}.{b}.{c}", a | 1);
+            let held = UdpSocket::bind(format!("{host}:19999")).ok()?;
+            Some((host, held))
+        })
+        .expect("a loopback address that is free");
+    HELD.lock().expect("nobody panics with it").push(held);
+    host
 }

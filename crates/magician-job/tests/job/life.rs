@@ -1,0 +1,407 @@
+//! From the start of a job to its end: states, pauses and stops at every moment, and what outlives it.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use magician::commands::{EndEffectorLaser, Pose};
+use magician::{Alarm, Arm, ErrorKind, Options, VirtualArm};
+use magician_job::{
+    Fault, FileJournal, Job, JobError, JobEvent, JobHandle, JobSpec, JobState, Journal,
+    JournalError, JournalKey, Left, NoJournal, PauseError, PauseReason, PenLift, ResumeError,
+    Start,
+};
+use magician_program::resume::{Checkpoint, RunEnd};
+use magician_program::{Action, Origin, Plan, Program, Travel};
+use tokio::time::sleep;
+
+use super::place::{Kind, PAPER, ink, place, program};
+
+const PERSON: PauseReason = PauseReason::Person;
+
+fn start(arm: &Arm, program: &Program) -> JobHandle {
+    Job::start(arm, JobSpec::new(program.clone()), NoJournal)
+}
+
+fn secs(seconds: f64) -> Duration {
+    Duration::from_secs_f64(seconds)
+}
+
+async fn height(arm: &Arm) -> f64 {
+    arm.get::<Pose>().await.expect("a pose").z.into()
+}
+
+fn paused(job: &JobHandle) -> bool {
+    matches!(job.state(), JobState::Paused { .. })
+}
+
+/// A journal in memory.
+#[derive(Clone, Default)]
+struct Memory(Arc<Mutex<Vec<Option<Checkpoint>>>>);
+
+impl Memory {
+    fn last(&self) -> Option<Checkpoint> {
+        self.0.lock().unwrap().last().cloned().flatten()
+    }
+}
+
+impl Journal for Memory {
+    fn open(&mut self, key: &JournalKey) {
+        assert_eq!(key.arm, "virtual");
+    }
+
+    fn left(&self) -> Result<Checkpoint, JournalError> {
+        self.last().ok_or(JournalError::Nothing)
+    }
+
+    fn write(&mut self, checkpoint: &Checkpoint) {
+        self.0.lock().unwrap().push(Some(checkpoint.clone()));
+    }
+
+    fn remove(&mut self) {
+        self.0.lock().unwrap().push(None);
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_tells_what_it_does() {
+    let program = program(Kind::Arcs, 2);
+    let (_cell, arm) = place(&program).await;
+    let job = start(&arm, &program);
+    let mut events = job.events();
+    let (mut states, mut last, mut told) = (Vec::new(), 0, 0_u64);
+    while let Some(event) = events.next().await {
+        match event {
+            JobEvent::State(state) => states.push(state),
+            JobEvent::Progress(progress) => {
+                assert!(progress.step >= last && progress.steps == program.steps());
+                assert!((1..=2).contains(&progress.iteration));
+                (last, told) = (progress.step, told + 1);
+            }
+            _ => {}
+        }
+    }
+    use JobState::{Ended, Ending, Running};
+    assert_eq!(states, [Running, Ending, Ended]);
+    assert_eq!(Some(last), program.steps());
+    let done = job.outcome().await.expect("done");
+    assert!(
+        told > 3 && told as f64 <= 10.0 * done.seconds + 2.0,
+        "{told}"
+    );
+    assert!(done.end.is_some_and(|end| end.pen_is_up == Some(true)));
+    assert!(job.clone().outcome().await.is_ok(), "every clone may wait");
+    assert_eq!(job.events().next().await, None, "it is over");
+}
+
+/// Who wants it to go on, and then to pause again, gets both, in this order.
+#[tokio::test(start_paused = true)]
+async fn a_pause_that_is_asked_for_while_it_goes_on_is_not_lost() {
+    let program = program(Kind::Lines, 1);
+    for ahead in [true, false] {
+        let (cell, arm) = place(&program).await;
+        let job = start(&arm, &program);
+        if !ahead {
+            sleep(secs(4.0)).await;
+        }
+        job.pause(PERSON).await.expect("it runs");
+        let drawn = ink(&cell).1;
+        let (resumed, again) = (job.resume(), job.pause(PERSON));
+        resumed.await.expect("it goes on");
+        again.await.expect("it is paused");
+        assert!(paused(&job));
+        sleep(secs(5.0)).await;
+        assert_eq!(ink(&cell).1, drawn);
+        job.resume().await.expect("it goes on");
+        let done = job.outcome().await.expect("done");
+        assert_eq!(Some(done.steps), program.steps());
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn pauses_and_stops_are_defined_at_every_moment() {
+    let program = program(Kind::Lines, 1);
+    // While it checks: nothing is sent before it is resumed.
+    let (cell, arm) = place(&program).await;
+    let job = start(&arm, &program);
+    assert_eq!(job.state(), JobState::Checking);
+    assert!(matches!(job.resume().await, Err(ResumeError::NotPaused)));
+    job.pause(PERSON).await.expect("it checks, or runs");
+    assert!(paused(&job));
+    sleep(secs(5.0)).await;
+    if job.progress().step == 0 {
+        assert_eq!(ink(&cell).1, 0.0);
+    }
+    // Twice, also at once.
+    let (one, two) = (job.pause(PERSON), job.pause(PauseReason::Lease));
+    assert_eq!((one.await, two.await), (Ok(()), Ok(())));
+    job.resume().await.expect("it begins");
+    assert!(matches!(job.resume().await, Err(ResumeError::NotPaused)));
+    sleep(secs(4.0)).await;
+    let (one, two) = (job.pause(PERSON), job.pause(PauseReason::Lease));
+    assert_eq!((one.await, two.await), (Ok(()), Ok(())));
+    let reason = PERSON;
+    assert_eq!(job.state(), JobState::Paused { reason, part: None });
+    // Stopped while it is paused: nothing moves any more.
+    let stands = height(&arm).await;
+    assert!(stands > PAPER + 5.0);
+    job.stop();
+    let error = job.outcome().await.expect_err("stopped");
+    assert!(error.is_stop() && matches!(error.left, Some(Left::Known { .. })));
+    assert_eq!(height(&arm).await, stands);
+    assert_eq!(job.pause(PERSON).await, Err(PauseError::Ended));
+    assert!(matches!(job.resume().await, Err(ResumeError::NotPaused)));
+    job.stop();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_pause_on_the_way_to_the_end_says_so() {
+    let program = program(Kind::Jumps, 1);
+    let (_cell, arm) = place(&program).await;
+    let job = start(&arm, &program);
+    let mut events = job.events();
+    while let Some(event) = events.next().await {
+        if event == JobEvent::State(JobState::Ending) {
+            let late = job.pause(PERSON).await;
+            assert!(late.is_err(), "{late:?}");
+        }
+    }
+    job.outcome().await.expect("done all the same");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_keeps_what_is_known_before_the_pen_goes_up() {
+    let program = program(Kind::Paths, 1);
+    let (cell, arm) = place(&program).await;
+    let journal = Memory::default();
+    let job = Job::start(&arm, JobSpec::new(program.clone()), journal.clone());
+    sleep(secs(4.0)).await;
+    job.stop();
+    let error = job.outcome().await.expect_err("stopped");
+    let JobError {
+        stood, pose, lift, ..
+    } = &*error;
+    let (stood, pose) = (stood.expect("it stands"), pose.expect("told"));
+    assert!(f64::from(stood.pose.z) < PAPER + 0.5, "{stood:?}");
+    assert!(f64::from(pose.z) > PAPER + 5.0 && matches!(lift, PenLift::Lifted(_)));
+    let checkpoint = journal.last().expect("kept");
+    assert!(checkpoint.ended.is_some() && checkpoint.ended != Some(RunEnd::Doubt));
+    // Another job goes on, and what is drawn then is the drawing.
+    let spec = JobSpec::new(program.clone()).start(Start::Resume);
+    let job = Job::start(&arm, spec.clone(), journal.clone());
+    let done = job.outcome().await.expect("it goes on");
+    assert!(done.from > 0);
+    let (_, all) = ink(&cell);
+    let (other, arm_of_other) = place(&program).await;
+    start(&arm_of_other, &program)
+        .outcome()
+        .await
+        .expect("done");
+    assert!((ink(&other).1 - all).abs() < 0.2);
+    assert_eq!(journal.last(), None, "removed");
+    let again = Job::start(&arm, spec, journal).outcome().await;
+    let again = again.expect_err("nothing is left");
+    assert!(matches!(again.fault, Fault::Journal(JournalError::Nothing)));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_second_stop_moves_nothing() {
+    let program = program(Kind::Paths, 1);
+    let (_cell, arm) = place(&program).await;
+    let spec = JobSpec::new(program.clone());
+    let ending = magician_program::Ending {
+        lift: 60.0,
+        ..spec.ending
+    };
+    let job = Job::start(&arm, spec.ending(ending), NoJournal);
+    sleep(secs(4.0)).await;
+    job.stop();
+    while height(&arm).await < PAPER + 1.0 {
+        sleep(secs(0.01)).await;
+    }
+    job.stop();
+    let error = job.outcome().await.expect_err("stopped");
+    assert!(matches!(error.fault, Fault::Stopped { twice: true }));
+    assert!(height(&arm).await < PAPER + 55.0);
+    assert!(matches!(error.left, Some(Left::Known { .. })));
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_last_handle_stops_it_and_a_detached_one_does_not() {
+    for detached in [false, true] {
+        let program = program(Kind::Lines, 1);
+        let (cell, arm) = place(&program).await;
+        let job = start(&arm, &program);
+        let clone = job.clone();
+        drop(job);
+        sleep(secs(4.0)).await;
+        assert_eq!(clone.state(), JobState::Running);
+        if detached {
+            clone.detach();
+        }
+        let drawn = ink(&cell).1;
+        drop(clone);
+        sleep(secs(60.0)).await;
+        let more = ink(&cell).1 - drawn;
+        assert_eq!(more > 20.0, detached, "{more}");
+        assert!(height(&arm).await > PAPER + 5.0, "the pen is up");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_that_was_reset_is_homed_first() {
+    let program = program(Kind::Lines, 1);
+    let (cell, arm) = place(&program).await;
+    let job = start(&arm, &program);
+    sleep(secs(4.0)).await;
+    job.pause(PERSON).await.expect("it runs");
+    cell.with(|arm| arm.inject(magician::sim::ExternalEvent::Alarm(Alarm::ResetOccurred)));
+    let error = job.resume().await.expect_err("it has lost its place");
+    assert!(error.wants_homing(), "{error}");
+    assert!(paused(&job), "it stays so");
+    arm.clear_alarms().await.expect("cleared");
+    job.resume().await.expect("it goes on");
+    job.outcome().await.expect("done");
+}
+
+/// An arm that burns: dark at every pause, and lit by nobody but who resumes.
+#[tokio::test(start_paused = true)]
+async fn a_laser_is_off_while_its_job_is_paused() {
+    let mut plan = Plan::new("a burn");
+    plan.tool = Some(magician_program::Tool::Laser);
+    let line = |to: [f32; 4]| Action::Move {
+        to,
+        by: Travel::Line,
+    };
+    plan.push(line([210.0, -30.0, 0.0, 0.0]), Origin::NONE);
+    for (y, power) in [(30.0, 60.0), (-30.0, 40.0)] {
+        let to = [210.0, y, 0.0];
+        plan.push(Action::Burn { to, power }, Origin::NONE);
+    }
+    plan.push(Action::Laser(false), Origin::NONE);
+    plan.push(line([210.0, -30.0, 10.0, 0.0]), Origin::NONE);
+    let program = Program::new(plan, Some(1));
+    let (reference, arm) = place(&program).await;
+    start(&arm, &program).outcome().await.expect("done");
+    let whole = ink(&reference).1;
+    assert!(whole > 100.0, "{whole}");
+    for seconds in [0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.6] {
+        let (cell, arm) = place(&program).await;
+        let job = start(&arm, &program);
+        sleep(secs(seconds)).await;
+        job.pause(PERSON).await.expect("it runs");
+        let laser = arm.get::<EndEffectorLaser>().await.expect("read");
+        assert!(!laser.is_on.is_on());
+        let burnt = ink(&cell).1;
+        sleep(secs(60.0)).await;
+        assert_eq!(ink(&cell).1, burnt, "nothing burns");
+        job.resume().await.expect("it goes on");
+        job.outcome().await.expect("done");
+        let more = ink(&cell).1 - whole;
+        assert!(more.abs() < 0.2, "{seconds}: {more}");
+    }
+}
+
+/// Commands of others, a stop by others, an alarm: the job ends, and says how far it came.
+#[tokio::test(start_paused = true)]
+async fn what_others_do_to_the_arm_ends_a_job() {
+    let program = program(Kind::Lines, 1);
+    let (_cell, arm) = place(&program).await;
+    let job = start(&arm, &program);
+    sleep(secs(4.0)).await;
+    arm.stop().await.expect("it stops");
+    let error = job.outcome().await.expect_err("stopped by another");
+    let Fault::Arm(fault) = &error.fault else {
+        panic!("{error}");
+    };
+    assert_eq!(fault.kind(), ErrorKind::Closed);
+    assert!(matches!(error.lift, PenLift::None), "that is not the job's");
+    assert!(error.left.is_some());
+
+    let (cell, arm) = place(&program).await;
+    let other = Arm::simulated(cell.clone(), Options::default())
+        .await
+        .expect("a second line");
+    let wait = magician::commands::WaitCmd { timeout: 5000 };
+    other.enqueue(&wait).await.expect("taken");
+    let error = start(&arm, &program).outcome().await.expect_err("refused");
+    let Fault::Arm(fault) = &error.fault else {
+        panic!("{error}");
+    };
+    assert_eq!(fault.kind(), ErrorKind::InvalidInput);
+    assert!(error.left.is_none());
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_that_does_not_fit_sends_nothing() {
+    let mut plan = Plan::new("too far");
+    let to = [600.0, 0.0, 0.0, 0.0];
+    let by = Travel::Line;
+    plan.push(Action::Move { to, by }, Origin::NONE);
+    let program = Program::new(plan, Some(1));
+    let arm = VirtualArm::default();
+    let before = arm.state().pose;
+    let line = Arm::simulated(arm.clone(), Options::default())
+        .await
+        .expect("a line");
+    let error = start(&line, &program).outcome().await.expect_err("refused");
+    let Fault::Refused { report, .. } = &error.fault else {
+        panic!("{error}");
+    };
+    assert_eq!((report.refused, arm.state().pose), (1, before));
+}
+
+/// The journal that one engine leaves, another reads: the file has the same place and form as ever.
+#[tokio::test(start_paused = true)]
+async fn a_journal_is_a_file_that_another_process_reads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let program = program(Kind::Lines, 1);
+    let (_cell, arm) = place(&program).await;
+    let journal = || FileJournal::at(folder.path());
+    let spec = JobSpec::new(program.clone());
+    let job = Job::start(&arm, spec.clone(), journal());
+    sleep(secs(4.0)).await;
+    job.stop();
+    job.outcome().await.expect_err("stopped");
+    let path = folder
+        .path()
+        .join(format!("{}-virtual.json", program.key()));
+    let text = std::fs::read_to_string(&path).expect("kept");
+    let checkpoint: Checkpoint = serde_json::from_str(&text).expect("a mark");
+    assert_eq!(checkpoint.steps, program.steps());
+    std::fs::write(&path, "{}").expect("written");
+    let resume = || Job::start(&arm, spec.clone().start(Start::Resume), journal());
+    let error = resume().outcome().await.expect_err("damaged");
+    assert!(matches!(
+        error.fault,
+        Fault::Journal(JournalError::Unreadable { .. })
+    ));
+    std::fs::write(&path, text).expect("written");
+    resume().outcome().await.expect("it goes on");
+    assert!(!path.exists());
+}
+
+/// The handles of a job work from every thread, whatever runtime they are on.
+#[test]
+fn a_handle_is_for_every_thread() {
+    fn is<T: Clone + Send + Sync + 'static>() {}
+    is::<JobHandle>();
+    let runtime = tokio::runtime::Runtime::new().expect("a runtime");
+    let job = runtime.block_on(async {
+        let program = program(Kind::Lines, 200);
+        let (_cell, arm) = place(&program).await;
+        start(&arm, &program)
+    });
+    let clone = job.clone();
+    drop(job);
+    let other = std::thread::spawn(move || {
+        let runtime = tokio::runtime::Builder::new_current_thread().build();
+        runtime.expect("a runtime").block_on(async {
+            clone.pause(PERSON).await.expect("it runs");
+            assert!(paused(&clone));
+            clone.resume().await.expect("it goes on");
+            clone.stop();
+            clone.outcome().await.expect_err("stopped").is_stop()
+        })
+    });
+    assert!(other.join().expect("no panic"));
+}

@@ -1,0 +1,9 @@
+//! Jobs, teaching and moving by hand, one program: `cargo test --test job pauses::` does those of a file.
+
+mod place;
+
+mod life;
+mod pauses;
+mod pendant;
+mod speed;
+mod teach;

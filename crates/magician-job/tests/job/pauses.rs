@@ -1,0 +1,115 @@
+//! A drawing that is paused at any instant goes on where the pen stood: neither gap nor double stroke.
+
+use std::time::Duration;
+
+use magician::commands::{Pose, PtpCommonParams};
+use magician::{Arm, VirtualArm, words};
+use magician_job::{Job, JobHandle, JobSpec, JobState, NoJournal, PauseReason};
+use magician_program::Program;
+use magician_program::compare::{compare, lines_of};
+use tokio::time::sleep;
+
+use super::place::{KINDS, Kind, PAPER, ink, place, program};
+
+/// Neither gap nor double stroke is longer, mm.
+const MOST: f64 = 0.2;
+/// Each drawing is paused at so many instants.
+const COUNT: u32 = 13;
+
+fn start(arm: &Arm, program: &Program) -> JobHandle {
+    Job::start(arm, JobSpec::new(program.clone()), NoJournal)
+}
+
+/// Nothing of the job is in the arm, and its pen is up.
+async fn is_at_rest(cell: &VirtualArm, arm: &Arm, drawn: bool) {
+    let (_, places) = arm.stats().await.expect("read");
+    assert_eq!(arm.left_space().await.expect("read"), places);
+    assert!(!cell.with(|arm| arm.state().moving));
+    let pose = arm.get::<Pose>().await.expect("a pose");
+    assert!(!drawn || f64::from(pose.z) > PAPER + 5.0, "{pose:?}");
+}
+
+/// Somebody moves the arm away.
+async fn jog_away(arm: &Arm, nth: u32) {
+    let y = if nth.is_multiple_of(2) { 12.0 } else { -12.0 };
+    let away = [words::line_by(8.0, y, 6.0, 0.0)];
+    arm.run(&away).await.expect("it moves");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_drawing_that_is_paused_at_any_instant_has_neither_gap_nor_double_stroke() {
+    for (kind, iterations) in KINDS
+        .map(|kind| (kind, 1))
+        .into_iter()
+        .chain([(Kind::Arcs, 2), (Kind::Lines, 2)])
+    {
+        let program = program(kind, iterations);
+        let (cell, arm) = place(&program).await;
+        let began = cell.state().now;
+        let done = start(&arm, &program).outcome().await.expect("within reach");
+        assert_eq!(Some(done.steps), program.steps());
+        let whole = Duration::from_micros(cell.state().now - began);
+        let (drawing, length) = ink(&cell);
+        let lines = lines_of(&drawing);
+        for nth in 1..COUNT {
+            let (cell, arm) = place(&program).await;
+            let job = start(&arm, &program);
+            let mut pauses = 0;
+            let mut wait = whole.mul_f64(f64::from(nth) / f64::from(COUNT));
+            // What goes on can be paused as well.
+            for again in 0..2 {
+                sleep(wait).await;
+                if job.pause(PauseReason::Person).await.is_err() {
+                    break;
+                }
+                pauses += 1;
+                let reason = PauseReason::Person;
+                assert_eq!(job.state(), JobState::Paused { reason, part: None });
+                is_at_rest(&cell, &arm, ink(&cell).1 > 0.0).await;
+                if (nth + again).is_multiple_of(3) {
+                    jog_away(&arm, nth).await;
+                }
+                job.resume().await.expect("it goes on");
+                wait = whole.mul_f64(0.2);
+                if !nth.is_multiple_of(4) {
+                    break;
+                }
+            }
+            let done = job.outcome().await;
+            let done = done.unwrap_or_else(|error| panic!("{kind:?} {nth}: {error}"));
+            assert_eq!(Some(done.steps), program.steps(), "{kind:?} {nth}");
+            let (drawn, all) = ink(&cell);
+            let more = all - length;
+            let most = MOST * f64::from(pauses);
+            assert!(more.abs() <= most + 1e-6, "{kind:?} {nth}: {more} mm");
+            let close = compare(&lines, &lines_of(&drawn), MOST).matched;
+            assert!(close.is_good(), "{kind:?} {nth}: {close:?}");
+            let ratio = arm.get::<PtpCommonParams>().await.expect("read");
+            assert_eq!(ratio.velocity_ratio, 50.0, "settings are restored");
+        }
+    }
+}
+
+/// The part that goes on tells the arm the speeds that the steps before have set.
+#[tokio::test(start_paused = true)]
+async fn speeds_outlast_a_pause() {
+    let program = program(Kind::Lines, 1);
+    let (cell, arm) = place(&program).await;
+    let job = start(&arm, &program);
+    sleep(Duration::from_secs(4)).await;
+    job.pause(PauseReason::Person).await.expect("it runs");
+    assert!(ink(&cell).1 > 0.0);
+    // A pad sets its own.
+    let other = PtpCommonParams {
+        velocity_ratio: 90.0,
+        acceleration_ratio: 90.0,
+    };
+    arm.set(&other).await.expect("taken");
+    job.resume().await.expect("it goes on");
+    sleep(Duration::from_secs(2)).await;
+    let set = arm.get::<PtpCommonParams>().await.expect("read");
+    assert_eq!((set.velocity_ratio, set.acceleration_ratio), (35.0, 60.0));
+    job.outcome().await.expect("done");
+    let set = arm.get::<PtpCommonParams>().await.expect("read");
+    assert_eq!(set.velocity_ratio, 50.0);
+}

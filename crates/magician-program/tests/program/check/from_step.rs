@@ -1,0 +1,345 @@
+//! A plan from one of its steps on comes to the same end as the whole, with the same settings.
+
+use magician::protocol::{PtpMode, RailVersion};
+use magician::words::{self, Guards, Preflight};
+use magician::{JointAngles, Set, ToolBias, commands};
+use magician_program::{Action, Continuation, Origin, Plan, Tool, Travel, check};
+use proptest::prelude::*;
+
+use super::bench::Bench;
+use super::programs::{accepted, cases, plan};
+
+fn line([x, y, z]: [f32; 3]) -> Action {
+    Action::Move {
+        to: [x, y, z, 0.0],
+        by: Travel::Line,
+    }
+}
+
+fn of(actions: impl IntoIterator<Item = Action>) -> Plan {
+    let mut plan = Plan::new("p");
+    for (at, action) in actions.into_iter().enumerate() {
+        plan.push(
+            action,
+            Origin {
+                line: at as u32 + 1,
+                column: 1,
+                length: 5,
+                name: 0,
+            },
+        );
+    }
+    plan
+}
+
+fn at_home() -> Preflight {
+    Preflight::at(JointAngles::HOME, ToolBias::NONE)
+}
+
+fn targets(rest: &Continuation) -> Vec<[f32; 3]> {
+    rest.plan
+        .steps
+        .iter()
+        .filter_map(|step| step.action.target())
+        .collect()
+}
+
+proptest! {
+    #![proptest_config(cases(250))]
+
+    #[test]
+    fn it_ends_where_the_whole_ends_with_everything_set_alike(plan in plan(), step in any::<prop::sample::Index>()) {
+        let mut whole = Bench::new();
+        let start = Preflight::new(&whole.readings());
+        let plan = accepted(plan, &start);
+        let step = step.index(plan.steps.len());
+        let rest = match plan.from_step(step, &start) {
+            Ok(rest) => rest,
+            Err(diagnostic) => {
+                // A home or a place on the rail that does not show, or one that no detour leads to.
+                let known = ["is unknown when step", "the arm cannot get to"];
+                prop_assert!(known.iter().any(|part| diagnostic.message.contains(part)), "{diagnostic}");
+                return Ok(());
+            }
+        };
+        prop_assert_eq!(rest.steps.len(), rest.plan.steps.len());
+        let added = rest.plan.steps.len() - (plan.steps.len() - step);
+        prop_assert_eq!(&rest.plan.steps[added..], &plan.steps[step..]);
+        prop_assert!(rest.steps[..added].iter().all(|of| *of == step));
+        prop_assert!(rest.steps[added..].iter().copied().eq(step..plan.steps.len()));
+
+        // Paths round where they begin to 32 bits: what only just was within a limit may then not be.
+        let report = check(&rest.plan, &start);
+        prop_assert!(report.is_good(), "{:?}\n{:?}", report.refused_steps, rest);
+        let mut part = Bench::new();
+        prop_assert_eq!(whole.run(&plan).alarm, None);
+        prop_assert_eq!(part.run(&rest.plan).alarm, None);
+        let (mut whole_says, mut part_says) = (whole.readings(), part.readings());
+        let poses = [whole_says.pose.take().unwrap(), part_says.pose.take().unwrap()];
+        let [one, other] = poses.map(|pose| pose.joint_angle);
+        let off = one.iter().zip(other).map(|(one, other)| (one - other).abs()).fold(0.0, f32::max);
+        prop_assert!(off < 1e-2, "{:?} {:?}", one, other);
+        prop_assert_eq!(whole_says, part_says);
+        prop_assert_eq!(whole.tools(), part.tools());
+    }
+}
+
+#[test]
+fn it_goes_up_across_and_down_and_paths_begin_at_their_segment() {
+    let plan = of([
+        line([220.0, 0.0, 20.0]),
+        line([220.0, 0.0, -10.0]),
+        Action::Path {
+            to: [220.0, 10.0, -10.0],
+        },
+        Action::Path {
+            to: [230.0, 10.0, -10.0],
+        },
+        line([230.0, 10.0, 20.0]),
+    ]);
+    let mut arm = at_home();
+    arm.check(&words::line_to(200.0, -30.0, -20.0, 0.0))
+        .unwrap();
+    let rest = plan.from_step(3, &arm).unwrap();
+    let expected = [
+        [200.0, -30.0, 20.0],
+        [220.0, 10.0, 20.0],
+        [220.0, 10.0, -10.0],
+        [230.0, 10.0, -10.0],
+        [230.0, 10.0, 20.0],
+    ];
+    assert_eq!(targets(&rest), expected);
+    assert_eq!(rest.steps, [3, 3, 3, 3, 4]);
+    assert!(check(&rest.plan, &arm).is_good());
+    // From where it begins there is nothing to lead to it.
+    for command in plan.commands().take(3) {
+        arm.check(&command).unwrap();
+    }
+    assert_eq!(plan.from_step(3, &arm).unwrap().plan.steps, plan.steps[3..]);
+    assert_eq!(plan.from_step(0, &arm).unwrap().plan, plan);
+}
+
+#[test]
+fn jumps_count_by_how_high_they_are() {
+    let jump = |x: f32, y: f32| Action::Move {
+        to: [x, y, -20.0, 0.0],
+        by: Travel::Jump,
+    };
+    let plan = of([
+        Action::from(words::jump_height(60.0, 30.0)),
+        jump(220.0, 0.0),
+        jump(220.0, 50.0),
+        jump(220.0, 0.0),
+    ]);
+    let rest = plan.from_step(3, &at_home()).unwrap();
+    assert_eq!(
+        targets(&rest)[1],
+        [220.0, 50.0, 30.0],
+        "as high as the limit of the jumps"
+    );
+}
+
+#[test]
+fn the_laser_is_dark_on_the_way_and_lit_again_there() {
+    let plan = of([
+        line([220.0, 0.0, 0.0]),
+        Action::Laser(true),
+        line([240.0, 0.0, 0.0]),
+        line([240.0, 20.0, 0.0]),
+        Action::Laser(false),
+    ]);
+    let rest = plan.from_step(3, &at_home()).unwrap();
+    let kinds: Vec<_> = rest
+        .plan
+        .steps
+        .iter()
+        .map(|step| step.action.clone())
+        .collect();
+    assert_eq!(kinds[0], Action::Laser(false));
+    assert_eq!(
+        kinds[kinds.len() - 3..],
+        [
+            Action::Laser(true),
+            line([240.0, 20.0, 0.0]),
+            Action::Laser(false)
+        ]
+    );
+    assert!(check(&rest.plan, &at_home()).is_good());
+    let engraved = of([
+        line([220.0, 0.0, 0.0]),
+        Action::Burn {
+            to: [230.0, 0.0, 0.0],
+            power: 50.0,
+        },
+        Action::Burn {
+            to: [240.0, 0.0, 0.0],
+            power: 60.0,
+        },
+        Action::Laser(false),
+    ]);
+    let rest = engraved.from_step(2, &at_home()).unwrap();
+    assert_eq!(rest.plan.steps[0].action, Action::Laser(false));
+    assert!(check(&rest.plan, &at_home()).is_good());
+}
+
+#[test]
+fn only_the_last_of_each_setting_is_told_again() {
+    let output = words::Output {
+        percent: 90,
+        address: 17,
+        high: true,
+    };
+    let early = words::Output {
+        percent: 10,
+        address: 17,
+        high: false,
+    };
+    let switching =
+        words::with_outputs(words::line_to(220.0, 0.0, 0.0, 0.0), &[output, early]).unwrap();
+    let stepper = magician::protocol::Stepper::Stepper1;
+    let other = magician::protocol::Stepper::Stepper2;
+    let mut plan = of([
+        Action::from(words::speed(10.0, 10.0)),
+        Action::from(words::output(3, true)),
+        Action::from(words::output(4, true)),
+        Action::from(words::speed(50.0, 50.0)),
+        Action::Suction(true),
+        Action::from(words::output(3, false)),
+        Action::from(switching),
+        Action::Wait(1000),
+        Action::from(words::conveyor(stepper, 20.0)),
+        Action::from(words::conveyor_by(other, 20.0, 10.0)),
+        line([230.0, 0.0, 0.0]),
+    ]);
+    plan.tool = Some(Tool::Suction);
+    let rest = plan.from_step(10, &at_home()).unwrap();
+    let told: Vec<Set> = rest
+        .plan
+        .steps
+        .iter()
+        .map(|step| step.action.command())
+        .collect();
+    let expected = [
+        words::output(4, true),
+        words::speed(50.0, 50.0),
+        words::suction(true),
+        words::output(3, false),
+        words::output(17, true),
+        words::conveyor(stepper, 20.0),
+    ];
+    assert_eq!(told[..6], expected);
+    assert_eq!(rest.plan.tool, plan.tool);
+}
+
+#[test]
+fn the_rail_goes_to_its_place_or_nobody_knows_it() {
+    let on_rail =
+        |l: f32| Action::from(words::with_rail(words::line_to(220.0, 0.0, 20.0, 0.0), l).unwrap());
+    let plan = of([
+        Action::from(words::rail(true, RailVersion::V1)),
+        on_rail(300.0),
+        Action::from(words::rail_by(50.0)),
+        line([230.0, 0.0, 0.0]),
+    ]);
+    let mut readings = Bench::new().readings();
+    readings.rail = Some(0.0);
+    let arm = Preflight::new(&readings);
+    let rest = plan.from_step(3, &arm).unwrap();
+    let carried: Vec<f32> = rest
+        .plan
+        .commands()
+        .filter_map(|command| match command {
+            Set::PtpWithLCmd(ptp) => Some(ptp.l),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(carried, [350.0]);
+    let lost = of([
+        Action::from(words::rail(true, RailVersion::V1)),
+        Action::from(words::rail_by(50.0)),
+        line([230.0, 0.0, 0.0]),
+    ]);
+    let diagnostic = lost.from_step(2, &arm).unwrap_err();
+    assert!(
+        diagnostic.message.contains("position on the rail"),
+        "{diagnostic}"
+    );
+}
+
+#[test]
+fn what_nobody_knows_is_refused_with_what_to_do() {
+    let plan = of([
+        Action::Home,
+        Action::Shift {
+            by: [10.0, 0.0, 0.0, 0.0],
+            line: true,
+        },
+        Action::Move {
+            to: [220.0, 0.0, 0.0, 0.0],
+            by: Travel::Joints,
+        },
+        line([230.0, 0.0, 0.0]),
+        line([240.0, 0.0, 0.0]),
+    ]);
+    let arm = at_home().guards(Guards::NONE);
+    let diagnostic = plan.from_step(1, &arm).unwrap_err();
+    assert_eq!(
+        diagnostic.to_string(),
+        "line 2, column 1: the position of the arm is unknown when step 2 begins"
+    );
+    let help = diagnostic.help.unwrap();
+    assert!(help.contains("begin with step 4"), "{help}");
+    assert!(plan.from_step(3, &arm).is_ok());
+    let guarded = plan.from_step(3, &at_home()).unwrap_err();
+    assert!(
+        guarded
+            .to_string()
+            .starts_with("line 2, column 1: step 2 comes before, and cannot be done: "),
+        "{guarded}"
+    );
+    let beyond = plan.from_step(5, &arm).unwrap_err();
+    assert_eq!(beyond.to_string(), "there is no step 6: the plan has 5");
+    assert!(Plan::default().from_step(0, &arm).is_ok());
+}
+
+#[test]
+fn from_a_start_that_nobody_knows_it_comes_from_above() {
+    let plan = of([
+        Action::Move {
+            to: [220.0, 0.0, 30.0, 0.0],
+            by: Travel::Joints,
+        },
+        line([230.0, 0.0, 0.0]),
+        line([240.0, 0.0, 0.0]),
+    ]);
+    let rest = plan
+        .from_step(2, &Preflight::new(&words::Readings::default()))
+        .unwrap();
+    assert_eq!(
+        targets(&rest),
+        [[230.0, 0.0, 30.0], [230.0, 0.0, 0.0], [240.0, 0.0, 0.0]]
+    );
+    let by = match rest.plan.steps[0].action.command() {
+        Set::PtpCmd(commands::PtpCmd { ptp_mode, .. }) => ptp_mode,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(by, PtpMode::MovjXyz);
+}
+
+/// What no arm has: a tool longer than the world, and jumps as high.
+#[test]
+fn it_does_not_look_for_ever_for_a_way() {
+    let plan = of([
+        Action::from(words::jump_height(1e30, 1e30)),
+        Action::from(words::tool(ToolBias::new(1e34, 0.0, 1e33))),
+        Action::Shift {
+            by: [1.0, 0.0, 0.0, 0.0],
+            line: true,
+        },
+        Action::Wait(1),
+    ]);
+    let arm = at_home().guards(Guards::NONE);
+    for step in 0..4 {
+        let _ = plan.from_step(step, &arm);
+    }
+}

@@ -1,0 +1,25 @@
+//! Drawings and programs from their files to the arm, one program: `cargo test --test program gcode::` does those of a file.
+
+mod interrupted;
+
+mod accepted;
+mod check;
+mod compare;
+mod drawn;
+mod ending;
+mod fit;
+mod gcode;
+mod hpgl;
+mod lossy;
+mod order;
+mod placing;
+mod plan;
+mod points;
+mod preview;
+mod properties;
+mod rehearse;
+mod remedies;
+mod samples;
+mod stopped;
+mod studio;
+mod svg;

@@ -1,0 +1,205 @@
+//! What a strict controller makes of what is only assumed. That each assumption is counted and refused where a command rests on it is
+//! held by the conformance cases (`magician-conform/tests/assumptions`).
+
+use super::arm;
+use std::collections::BTreeSet;
+
+use super::arm::{Bench, arm, arm_with, home, joints_to, ptp, running_arm, suck, wait};
+use magician_protocol::commands::*;
+use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable, Writable};
+use magician_sim::fidelity::{Assumption, Confidence, Strictness};
+use magician_sim::world::ExternalEvent;
+use magician_sim::{Controller, Event, Profile, Refusal};
+
+/// Sends at once, whatever the answer.
+fn now<T: Writable>(bench: &mut Bench, value: &T) -> Vec<FrameBuf> {
+    let frame = FrameBuf::encode(T::ROW.id, Ctrl::SET, value).expect("fits");
+    bench.send(frame.bytes())
+}
+
+/// Queues, whatever the answer.
+fn queue<T: Writable>(bench: &mut Bench, value: &T) -> Vec<FrameBuf> {
+    let frame = FrameBuf::encode(T::ROW.id, Ctrl::QUEUED, value).expect("fits");
+    bench.send(frame.bytes())
+}
+
+/// Asks, whatever the answer.
+fn ask<T: Readable<Query = NoArgs>>(bench: &mut Bench) -> Vec<FrameBuf> {
+    let frame = FrameBuf::encode(T::ROW.id, Ctrl::GET, &NoArgs).expect("fits");
+    bench.send(frame.bytes())
+}
+
+fn raw(bench: &mut Bench, id: u8, ctrl: u8, params: &[u8]) -> Vec<FrameBuf> {
+    let frame = FrameBuf::new(id, Ctrl(ctrl), params).expect("fits");
+    bench.send(frame.bytes())
+}
+
+fn start(bench: &mut Bench) {
+    now(bench, &QueuedCmdStartExec {});
+}
+
+fn strict() -> Bench {
+    arm_with(|profile| profile.fidelity.strict = true)
+}
+
+/// Why a strict arm would not, in the order of the refusals.
+fn refusals(bench: &mut Bench) -> Vec<Assumption> {
+    let assumption = |event| match event {
+        Event::Refused {
+            reason: Refusal::OnlyAChoice(assumption),
+            ..
+        } => Some(assumption),
+        _ => None,
+    };
+    bench.events().into_iter().filter_map(assumption).collect()
+}
+
+/// What is refused leaves everything but the queue's numbers as it was.
+#[test]
+fn what_strict_refuses_is_not_carried_out() {
+    let mut bench = strict();
+    start(&mut bench);
+    let before = bench.state();
+    for set in [
+        ptp(1, [f32::NAN, 0.0, 0.0, 0.0]),
+        ptp(77, [200.0, 0.0, 0.0, 0.0]),
+    ] {
+        let replies = queue(&mut bench, &set);
+        let params = replies[0].frame();
+        assert_eq!(params.params().len(), 8, "answered as usual");
+    }
+    assert_eq!(bench.current_index(), 2, "and consumed");
+    assert!(bench.alarms().is_empty());
+    assert_eq!(bench.state().joints, before.joints);
+    assert!(!bench.state().moving);
+
+    let replies = ask::<HomeParams>(&mut bench);
+    let [reply] = &replies[..] else {
+        panic!("one reply")
+    };
+    assert_eq!(reply.frame().params(), [0u8; 0], "a get without an answer");
+    assert_eq!(Ctrl::GET, reply.frame().ctrl());
+    let joint = &PtpJointParams {
+        velocity: [1000.0; 4],
+        acceleration: [100.0; 4],
+    };
+    let [reply] = &now(&mut bench, joint)[..] else {
+        panic!("one reply")
+    };
+    assert_eq!(reply.frame().params(), [0u8; 0]);
+    assert_eq!(bench.get::<PtpJointParams>().velocity, [200.0; 4]);
+}
+
+#[test]
+fn strict_is_silent_when_the_queue_is_full() {
+    let mut bench = strict();
+    for _ in 0..32 {
+        assert_eq!(queue(&mut bench, &wait(0)).len(), 1);
+    }
+    assert!(queue(&mut bench, &wait(0)).is_empty());
+    assert!(
+        bench
+            .send(&[0xAA, 0xAA, 0x03, 0x54, 0x03, 0x01, 0xA8])
+            .is_empty()
+    );
+    assert_eq!(bench.left_space(), 0);
+}
+
+#[test]
+fn a_first_use_is_told_once_and_all_are_counted() {
+    let mut bench = arm();
+    bench.events();
+    let told = |bench: &mut Bench| {
+        std::iter::from_fn(|| bench.arm.poll_event())
+            .filter(|event| {
+                matches!(
+                    event,
+                    Event::Assumes {
+                        assumption: Assumption::Clock
+                    }
+                )
+            })
+            .count()
+    };
+    for told_now in [1, 0, 0] {
+        ask::<DeviceTime>(&mut bench);
+        assert_eq!(told(&mut bench), told_now);
+    }
+    assert_eq!(bench.arm.fidelity().uses(Assumption::Clock), 3);
+    bench.arm.inject(ExternalEvent::Reset);
+    assert_eq!(
+        bench.arm.fidelity().uses(Assumption::Clock),
+        3,
+        "through a reset"
+    );
+    let listed: Vec<_> = bench.arm.fidelity().iter().collect();
+    assert!(listed.contains(&(Assumption::Clock, 3)));
+    assert!(listed.iter().all(|(_, uses)| *uses > 0));
+}
+
+/// A strict arm still does what hosts do every day: connect, set, home, move, wait, read.
+#[test]
+fn a_day_s_work_needs_no_choice() {
+    let mut bench = Bench {
+        arm: Controller::new(Profile {
+            fidelity: magician_sim::FidelityRules { strict: true },
+            ..Profile::default()
+        }),
+    };
+    now(&mut bench, &ClearAlarmsState {});
+    ask::<DeviceVersion>(&mut bench);
+    bench.suction_bias();
+    bench.full_speed();
+    start(&mut bench);
+    queue(&mut bench, &home());
+    queue(&mut bench, &ptp(1, [200.0, 30.0, 20.0, 0.0]));
+    queue(&mut bench, &ptp(2, [220.0, -30.0, 0.0, 0.0]));
+    queue(&mut bench, &ptp(0, [200.0, 30.0, -30.0, 0.0]));
+    queue(&mut bench, &arm::suck(true));
+    queue(&mut bench, &wait(500));
+    ask::<QueuedCmdCurrentIndex>(&mut bench);
+    ask::<QueuedCmdLeftSpace>(&mut bench);
+    bench.rest();
+    assert_eq!(bench.current_index(), 6);
+    assert_eq!(bench.pose()[0], 200.0);
+    now(&mut bench, &QueuedCmdForceStopExec {});
+    now(&mut bench, &QueuedCmdClear {});
+    start(&mut bench);
+    assert_eq!(refusals(&mut bench), []);
+}
+
+/// A choice says why it is kept; a fact has nothing to say.
+#[test]
+fn the_list_is_of_one_mind() {
+    for assumption in Assumption::ALL {
+        let choice = assumption.confidence() == Confidence::Choice;
+        assert_eq!(
+            choice,
+            assumption.strictness() != Strictness::Fact,
+            "{assumption:?}"
+        );
+        assert!(!assumption.says().ends_with('.') && !assumption.says().is_empty());
+        assert!(!assumption.section().is_empty());
+    }
+    let says: BTreeSet<&str> = Assumption::ALL
+        .iter()
+        .map(|assumption| assumption.says())
+        .collect();
+    assert_eq!(says.len(), Assumption::ALL.len());
+}
+
+#[test]
+fn a_refused_reading_is_answered_without_parameters_and_with_its_ctrl() {
+    let reply = raw(&mut strict(), 10, 0x50, &[]);
+    assert_eq!(reply[0].bytes(), [0xAA, 0xAA, 0x02, 0x0A, 0x50, 0xA6]);
+}
+
+#[test]
+fn what_ends_where_it_should_rests_on_nothing_about_refusals() {
+    let mut bench = running_arm();
+    bench.enqueue(&joints_to([20.0, 45.0, 45.0, 0.0]));
+    bench.enqueue(&suck(true));
+    bench.rest();
+    assert_eq!(bench.current_index(), 2);
+    assert_eq!(bench.arm.fidelity().uses(Assumption::RefusedFinishes), 0);
+}
