@@ -14,6 +14,7 @@ use crate::{Error, Result};
 #[cfg(any(target_os = "macos", test))]
 mod macos;
 mod same;
+#[cfg(any(target_os = "linux", feature = "measure"))]
 pub(crate) mod sysfs;
 #[cfg(any(windows, test))]
 mod windows;
