@@ -24,7 +24,7 @@ pub const LASER_POWER: u8 = 4;
 pub fn burns(command: &Set, laser_pins: bool) -> bool {
     match command {
         Set::SetEndEffectorLaser(laser) => laser.enable_ctrl.is_on() && laser.on.is_on(),
-        // A power that is no number counts as one.
+        // A power that is not a number counts as one.
         Set::CpLeCmd(segment) => is_above_zero(segment.velocity_or_power),
         command => laser_pins && raises_laser_pin(command),
     }

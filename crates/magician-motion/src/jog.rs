@@ -305,7 +305,7 @@ impl Planner {
             JogAxis::X | JogAxis::Y | JogAxis::Z => return self.reach(&from.pose) + BEYOND,
         };
         let room = if sign > 0.0 { max - angle } else { angle - min };
-        // A limit or an angle that is no number leaves no room.
+        // A limit or an angle that is not a number leaves no room.
         let room = if room > 0.0 { room.min(UNLIMITED) } else { 0.0 };
         room + BEYOND
     }

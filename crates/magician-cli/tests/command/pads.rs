@@ -299,7 +299,7 @@ fn what_was_taught_with_another_tool_goes_on_with_that_one() {
     assert!(kill.expect("kill runs").success());
     let arguments = ["teach", file, "--tool", "pen"];
     let mut place = Place::at(&arguments, "left unsaved the last time");
-    place.shows("y", "the arm counts from the tool with which");
+    place.shows("y", "the arm uses the tool that");
     place.shows("", "x 259.10");
     place.terminal.types("qy");
     let bias = place.look(&["get", "EndEffectorParams"]);

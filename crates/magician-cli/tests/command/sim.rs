@@ -281,7 +281,7 @@ fn a_strict_arm_refuses_choices_and_tells_what_its_answers_rested_on() {
     let log = served.log();
     let told = |what: &str| log.iter().any(|line| line.contains(what));
     assert!(
-        told("HOMEParams not carried out: it rests on a choice (model 15a): "),
+        told("HOMEParams not carried out: it relies on a choice (model 15a): "),
         "{log:?}"
     );
     assert!(

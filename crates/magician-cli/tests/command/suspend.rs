@@ -121,7 +121,7 @@ fn what_cannot_go_on_stays_paused_and_says_why() {
     ];
     place.run(&far);
     terminal.tell(Signal::CONT);
-    terminal.until_seen("it stays paused: the arm is held by");
+    terminal.until_seen("still paused: the arm is held by");
     assert!(place.run(&["alarms", "--clear"]).status.success());
     terminal.types("p");
     terminal.until_seen("left");
@@ -140,7 +140,7 @@ fn a_job_that_burns_is_not_lit_again_by_itself() {
     terminal.until_seen("left");
     // Its power is right for its speed only.
     terminal.types("-");
-    terminal.until_seen("the speed stays as it is: the job burns");
+    terminal.until_seen("speed unchanged: the job burns");
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
     is_at_rest(&place);

@@ -42,7 +42,7 @@ pub fn motor_by(index: Stepper, speed: i32, distance: u32) -> Set {
 }
 
 /// Runs the conveyor belt on this motor output at so many mm/s (to about 6,600 either way, far beyond
-/// what it keeps up with); the sign is the direction, 0 stops it, and so does what is no number. It runs on until it
+/// what it keeps up with); the sign is the direction, 0 stops it, and so does what is not a number. It runs on until it
 /// is told otherwise, and the queue goes on at once.
 ///
 /// ```

@@ -233,7 +233,7 @@ fn what_is_no_fence_is_refused() {
     let error = none.with_box(upside_down).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "box: the first corner must be below the second one, and is not on z"
+        "box: the first corner must be below the second, and is not on z"
     );
     assert!(none.with_top_speed(0.0).is_err() && none.with_top_speed(f64::INFINITY).is_err());
     assert!(none.with_strongest_laser(101.0).is_err() && none.with_strongest_laser(0.0).is_ok());

@@ -144,7 +144,7 @@ impl Fence {
     /// Whether a straight line has a place that is deeper beyond a part than this.
     fn reaches(&self, part: FencePart, from: [f64; 3], to: [f64; 3], depth: f64) -> bool {
         let FencePart::KeepOut(nth) = part else {
-            // The depth beyond a plane is highest at an end. What is no number is not clear.
+            // The depth beyond a plane is highest at an end. What is not a number is not clear.
             let clear = self.depth(part, from) <= depth && self.depth(part, to) <= depth;
             return !clear;
         };

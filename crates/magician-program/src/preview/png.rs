@@ -17,7 +17,7 @@ const UNITS: f64 = 96.0 / 25.4;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum PictureError {
-    /// The scale is no number above 0.
+    /// The scale is not a number above 0.
     Scale(f64),
     /// It would have too many pixels: so many across and down.
     Size([f64; 2]),

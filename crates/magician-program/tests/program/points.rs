@@ -173,7 +173,7 @@ fn a_refusal_says_where_and_why() {
         ("X,Y,Z\n200,0,1e39\n", ["line 2, column 7", "number"]),
         ("X,Y,Z\n200,0\n", ["line 2", "has no z"]),
         ("X,Y,Z\n1,2,3,4\n", ["line 2, column 7", "more than the 3"]),
-        ("X,Y,R\n200,0,0\n", ["line 1", "no column is called Z"]),
+        ("X,Y,R\n200,0,0\n", ["line 1", "there is no column Z"]),
         ("X,Y,Z,X\n", ["line 1, column 7", "another column"]),
         ("X,Y,Z,Pause\n1,2,3,-1\n", ["line 2, column 7", "between 0"]),
         ("X,Y,Z,Mode\n1,2,3,FLY\n", ["line 2, column 7", "'FLY'"]),
@@ -294,7 +294,7 @@ fn resampling_leaves_out_what_is_near_the_line_and_keeps_the_times() {
     }
     let (plan, notes) = resampled(&rows, Some(0.3)).unwrap();
     assert!(
-        notes[1].ends_with("of 201 points are left out: they are nearer than 0.3 mm to the line"),
+        notes[1].ends_with("of 201 points are left out: they are closer than 0.3 mm to the line"),
         "{notes:?}"
     );
     let waits = plan.steps.iter().filter_map(|step| match step.action {

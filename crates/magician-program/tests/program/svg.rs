@@ -731,7 +731,7 @@ fn lines_beyond_the_page_are_cut_off_if_that_is_wanted() {
     let told: Vec<&str> = notes.iter().map(|note| note.message.as_str()).collect();
     assert_eq!(
         told,
-        ["what lies beyond the page (100.0 by 100.0 mm) is cut off: 2 lines"]
+        ["lines beyond the page (100.0 by 100.0 mm) are cut off: 2 lines"]
     );
     let (_, notes) = reading(&text);
     assert_eq!(notes[0].remedies[0].act.to_string(), "clip_page");
@@ -870,7 +870,7 @@ fn what_is_no_drawing_is_refused_with_its_place() {
     ));
     assert_eq!(
         beyond.to_string(),
-        "line 2, column 1 (arc): a number is beyond any drawing: 4e38"
+        "line 2, column 1 (arc): a number is out of range: 4e38"
     );
 }
 

@@ -80,7 +80,7 @@ def number(
 ) -> float | None:
     """A number, neither NaN nor infinite: greater than ``above``, or at least ``least``, and at most ``most``.
 
-    ``None`` is what is left out. Raises ``TypeError`` for what is no number, texts and truth values among it.
+    ``None`` is what is left out. Raises ``TypeError`` for what is not a number, texts and truth values among it.
     """
     if value is None:
         return None

@@ -9,7 +9,7 @@ use super::svg::{BURN_WIDTH, INK_WIDTH, MARK, PictureOptions, seen};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PictureError {
-    /// The scale is no number above 0.
+    /// The scale is not a number above 0.
     #[error("a picture needs more than 0 pixels per millimetre, not {0}")]
     Scale(f64),
     /// It would have too many pixels.

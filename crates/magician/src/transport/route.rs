@@ -61,7 +61,7 @@ impl Route {
         }
     }
 
-    /// The way to a virtual arm that is there already.
+    /// The way to a virtual arm that already exists.
     #[cfg(feature = "sim")]
     pub(crate) fn to_virtual(arm: VirtualArm) -> Self {
         let mut way = Self::to(&Target::Sim(crate::SimSpeed::Max));

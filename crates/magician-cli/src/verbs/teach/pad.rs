@@ -22,7 +22,7 @@ pub(super) enum Prompt {
     Pause(String),
     /// The file to save to.
     File(String),
-    /// Write over this file, which is there already?
+    /// Write over this file, which already exists?
     Replace(String),
     /// Leave with what is not saved?
     Leave,

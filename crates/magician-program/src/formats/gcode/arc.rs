@@ -319,7 +319,7 @@ mod tests {
         );
         assert_eq!(
             refused(ArcForm::Radius(3.0)),
-            "a radius of 3.000 mm is too small for ends that are 10.000 mm apart; it takes 5.000 mm"
+            "a radius of 3.000 mm is too small for ends that are 10.000 mm apart, it must be at least 5.000 mm"
         );
         let back = Ends {
             to: ends.from,

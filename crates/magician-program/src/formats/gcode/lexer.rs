@@ -311,7 +311,7 @@ mod tests {
         assert_eq!(error("X1.2e3").0, 0..6);
         assert_eq!(error("X1E-999 Y2").0, 0..7);
         assert_eq!(error("G1 #1").0, 3..5);
-        assert_eq!(error("G1 ü").1, "'ü' is no part of a G-code program");
+        assert_eq!(error("G1 ü").1, "'ü' is not valid in G-code");
         let forty = "1".repeat(40);
         let long = format!("G1 X{forty}");
         assert_eq!(error(&long).0, 3..44);

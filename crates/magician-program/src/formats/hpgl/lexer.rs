@@ -14,7 +14,7 @@ pub(super) struct Instruction {
     /// Its letters, in upper case.
     pub(super) name: [u8; 2],
     pub(super) numbers: Vec<f64>,
-    /// What is no number in it: a label, an encoded polyline, a comment.
+    /// What is not a number in it: a label, an encoded polyline, a comment.
     pub(super) text: String,
     /// Which bytes it takes.
     pub(super) range: Range<usize>,

@@ -178,7 +178,7 @@ fn images_of_any_size_are_made_smaller_while_they_are_read() {
         .collect();
     assert_eq!(
         told,
-        ["the image has 40000 by 500 pixels: it is scaled down to 20000 by 250 while it is read"]
+        ["the image has 40000 by 500 pixels: it is scaled down to 20000 by 250 on reading"]
     );
     let Content::Image(image) = reading.content else {
         panic!("no image");

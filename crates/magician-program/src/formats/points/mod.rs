@@ -57,7 +57,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     })
 }
 
-/// That something is no number.
+/// That something is not a number.
 fn no_number(origin: Origin, what: &str, found: &str) -> Diagnostic {
     let found: String = found.chars().take(30).collect();
     Diagnostic::new(

@@ -166,7 +166,7 @@ fn arcs_that_are_none_are_refused_with_what_is_wrong() {
         ),
         (
             "G2 X210 R10",
-            "line 2, column 1: a radius of 10.000 mm is too small for ends that are 40.000 mm apart; it takes 20.000 mm",
+            "line 2, column 1: a radius of 10.000 mm is too small for ends that are 40.000 mm apart, it must be at least 20.000 mm",
         ),
         (
             "G2 R10",
@@ -197,11 +197,11 @@ fn arcs_that_are_none_are_refused_with_what_is_wrong() {
         ),
         (
             "G2 I-20 P0.5",
-            "line 2, column 9: the arc makes 0.5 turns; 1 to 100 are possible",
+            "line 2, column 9: the arc makes 0.5 turns, it must be 1 to 100",
         ),
         (
             "M3 S1\nG2 I-900000",
-            "line 3, column 1: the arc has a radius of 900000 mm and takes 9425 lines; 2000 are the most",
+            "line 3, column 1: the arc has a radius of 900000 mm and takes 9425 lines, limit 2000",
         ),
     ] {
         assert_eq!(diagnostic(&format!("{start}{arc}\n")), message);

@@ -54,15 +54,15 @@ fn what_is_no_hole_is_refused() {
         ),
         (
             "G18\nG81 X210 Z1 R2",
-            "line 3, column 1: G81 drills, which is done with a pen and in the plane of G17",
+            "line 3, column 1: G81 drills, which needs a pen and the plane of G17",
         ),
         (
             "G91 G81 X1 Z-1 R0 L5000",
-            "line 2, column 1: G81 makes 5000 holes; 1000 are the most",
+            "line 2, column 1: G81 makes 5000 holes, limit 1000",
         ),
         (
             "G88 X210 Z1 R2",
-            "line 2, column 1: G88 may move the arm, and is not done here",
+            "line 2, column 1: G88 may move the arm, which is not supported",
         ),
         (
             "G80\nX2",

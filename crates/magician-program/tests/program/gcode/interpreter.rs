@@ -105,7 +105,7 @@ fn the_state_of_the_program_can_be_asked_for() {
     assert_eq!(after("G0 X254 Y10 Z5\nG20", "[#<_x>-1]"), 228.6);
     assert_eq!(
         notes("G0 X#100 Y0 Z0\n")[..1],
-        ["line 1, column 1: #100 is read before it is set: it is taken as 0"]
+        ["line 1, column 1: #100 is read before it is set: 0 is used"]
     );
 }
 
@@ -169,10 +169,10 @@ fn what_cannot_be_done_says_where_and_why() {
         ("G0 X[1+2", "line 1, column 5: this bracket is not closed"),
         ("G0 X[1 2]", "line 1, column 5: this bracket is not closed"),
         ("G0 X[1/0]", "line 1, column 6: this divides by 0"),
-        ("G0 XSQRT[-1]", "line 1, column 5: SQRT of -1 is no number"),
+        ("G0 XSQRT[-1]", "line 1, column 5: SQRT of -1 is not a number"),
         (
             "G0 X[-8**0.5]",
-            "line 1, column 6: this of -8 and 0.5 is no number (*..)",
+            "line 1, column 6: this of -8 and 0.5 is not a number (*..)",
         ),
         (
             "G0 XATAN[1]",
@@ -180,58 +180,57 @@ fn what_cannot_be_done_says_where_and_why() {
         ),
         (
             "#1",
-            "line 1, column 1: #1 stands without a letter before it or = behind it",
+            "line 1, column 1: #1 needs a letter before it or = after it",
         ),
-        ("#1=", "line 1, column 1: #1 is set to no value"),
+        ("#1=", "line 1, column 1: #1 is set without a value"),
         (
             "#0=1",
-            "line 1, column 1: there is no parameter #0; they are #1 to #5602",
+            "line 1, column 1: unknown parameter #0; they are #1 to #5602",
         ),
         (
             "#[1.5]=1",
-            "line 1, column 1: there is no parameter #1.5; they are #1 to #5602",
+            "line 1, column 1: unknown parameter #1.5; they are #1 to #5602",
         ),
         ("#<a=1", "line 1, column 2: a name ends with > on its line"),
         (
             "G0 X#<a>",
-            "line 1, column 5: #<a> is read, and nothing has set it",
+            "line 1, column 5: #<a> is read, but never set",
         ),
         (
             "\nG0 X#5061",
-            "line 2, column 5: #5061 is the result of a probe, which is not known here",
+            "line 2, column 5: #5061 is the result of a probe, which is unknown here",
         ),
         (
             "G0 X#5410",
-            "line 1, column 5: #5410 is of a machine's tool, which is not known here",
+            "line 1, column 5: #5410 is a property of a machine's tool, which is unknown here",
         ),
         (
             "#1=#5161",
-            "line 1, column 4: #5161 is a position stored in the controller (G28, G30), which is \
-                not known here",
+            "line 1, column 4: #5161 is a position stored in the controller (G28, G30), which is unknown here",
         ),
         (
             "#1=#5399",
-            "line 1, column 4: #5399 is an input of a machine (M66), which is not known here",
+            "line 1, column 4: #5399 is an input of a machine (M66), which is unknown here",
         ),
         (
             "#1=#5420",
-            "line 1, column 4: #5420 is where the tool is, which is not known here",
+            "line 1, column 4: #5420 is the tool's position, which is unknown here",
         ),
         (
             "#1=#<_current_tool>",
-            "line 1, column 4: #<_current_tool> is of a machine, and not known here",
+            "line 1, column 4: #<_current_tool> is a property of a machine, which is unknown here",
         ),
         (
             "#1=#<_ini[setup]xpos>",
-            "line 1, column 4: #<_ini[setup]xpos> is of a machine, and not known here",
+            "line 1, column 4: #<_ini[setup]xpos> is a property of a machine, which is unknown here",
         ),
         (
             "#5221=1",
-            "line 1, column 1: #5221 is of a machine, and cannot be set",
+            "line 1, column 1: #5221 is a property of a machine and cannot be set",
         ),
         (
             "#<_feed>=1",
-            "line 1, column 1: #<_feed> can be read, and not set",
+            "line 1, column 1: #<_feed> is read-only",
         ),
         (
             "o1 endif",
@@ -245,7 +244,7 @@ fn what_cannot_be_done_says_where_and_why() {
             "G0 X1 Y1\no1 if [1]\n",
             "line 2, column 1: o1 if is not ended",
         ),
-        ("o1 break", "line 1, column 1: break stands in no loop o1"),
+        ("o1 break", "line 1, column 1: break is not in a loop o1"),
         (
             "o1 sub\no2 sub\no2 endsub\no1 endsub",
             "line 2, column 1: a subroutine begins within another one",
@@ -256,16 +255,16 @@ fn what_cannot_be_done_says_where_and_why() {
         ),
         (
             "o<away> call",
-            "line 1, column 1: o<away> is called, and there is no such subroutine in this file",
+            "line 1, column 1: o<away> is called, but this file has no such subroutine",
         ),
         (
             "o[1+1] call",
-            "line 1, column 1: o2 is called, and there is no such subroutine in this file",
+            "line 1, column 1: o2 is called, but this file has no such subroutine",
         ),
         ("o#1 if [1]", "line 1, column 5: I has no number"),
         (
             "o1 return",
-            "line 1, column 1: o1 returns, and nothing has called it",
+            "line 1, column 1: o1 returns, but it was not called",
         ),
         (
             "o1 if\no1 endif",
@@ -281,7 +280,7 @@ fn what_cannot_be_done_says_where_and_why() {
         ),
         (
             "M98 P7",
-            "line 1, column 1: M98 calls the program O7, which is not in this file",
+            "line 1, column 1: M98 calls program O7, which is not in this file",
         ),
         (
             "o1 sub\no1 call\no1 endsub\no1 call",
@@ -299,16 +298,16 @@ fn what_cannot_be_done_says_where_and_why() {
         assert_eq!(diagnostic(text), message, "{text}");
     }
     let deep = format!("G0 X{}1{}", "[".repeat(2000), "]".repeat(2000));
-    assert!(diagnostic(&deep).contains("values stand more than 60 deep within each other"));
+    assert!(diagnostic(&deep).contains("values are nested more than 60 deep"));
     let deep = format!("G0 X{}1", "#".repeat(5000));
-    assert!(diagnostic(&deep).contains("values stand more than 60 deep within each other"));
+    assert!(diagnostic(&deep).contains("values are nested more than 60 deep"));
 }
 
 #[test]
 fn a_program_without_end_is_refused() {
     let text = "M98 P1 L999999999\nM2\nO1\nG4 P0\nM99\n";
     let found = diagnostic(text);
-    let endless = "the program repeats more than 300000 lines: it is taken to have no end";
+    let endless = "the program repeats more than 300000 lines: it seems endless";
     assert!(
         found.starts_with("line ") && found.contains(endless),
         "{found}"

@@ -21,9 +21,9 @@ fn what_is_wrong_says_where_and_why() {
         ),
         (
             "G91\nM72",
-            "line 2, column 1: M72 brings settings of before back, and is not done",
+            "line 2, column 1: M72 restores earlier settings, which is not supported",
         ),
-        ("G0 X1 X2", "line 1, column 7: X stands twice on one line"),
+        ("G0 X1 X2", "line 1, column 7: X appears twice on one line"),
         ("G0 G1 X2", "line 1, column 4: two motions on one line"),
         (
             "G80\nX2",
@@ -31,7 +31,7 @@ fn what_is_wrong_says_where_and_why() {
         ),
         (
             "G1 @5",
-            "line 1, column 4: '@' is no part of a G-code program",
+            "line 1, column 4: '@' is not valid in G-code",
         ),
         ("G1.55 X2", "line 1, column 1: there is no G1.55"),
         ("G-1", "line 1, column 1: there is no G-1"),
@@ -46,55 +46,55 @@ fn what_is_wrong_says_where_and_why() {
         ("G4", "line 1, column 1: G4 needs P (ms) or S (s)"),
         (
             "G4 P-1",
-            "line 1, column 1: a pause of -1 ms is not possible",
+            "line 1, column 1: the pause is -1 ms, which is out of range",
         ),
         (
             "G4 S9000000",
-            "line 1, column 1: a pause of 9000000000 ms is not possible",
+            "line 1, column 1: the pause is 9000000000 ms, which is out of range",
         ),
         (
             "G93 G1 X2 F1",
-            "line 1, column 1: G93 is not done: F is a speed in mm or inches a minute (G94)",
+            "line 1, column 1: G93 is not supported: F must be a speed in mm or inches a minute (G94)",
         ),
         (
             "G5 X1 Y1 I1 J1 P1 Q1",
-            "line 1, column 1: G5 may move the arm, and is not done here",
+            "line 1, column 1: G5 may move the arm, which is not supported",
         ),
         (
             "G84 X1 Y1 Z1 R1",
-            "line 1, column 1: G84 may move the arm, and is not done here",
+            "line 1, column 1: G84 may move the arm, which is not supported",
         ),
         (
             "G33 Z1 K1",
-            "line 1, column 1: G33 may move the arm, and is not done here",
+            "line 1, column 1: G33 may move the arm, which is not supported",
         ),
         (
             "G999 X5",
-            "line 1, column 1: G999 may move the arm, and is not done here",
+            "line 1, column 1: G999 may move the arm, which is not supported",
         ),
         (
             "G10 L3 P1 X5",
-            "line 1, column 1: G10 changes where things are, and is not done here",
+            "line 1, column 1: G10 changes the coordinate system, which is not supported",
         ),
         (
             "G10 L2 P10 X5",
-            "line 1, column 8: there is no coordinate system P10; P is 0 to 9",
+            "line 1, column 8: unknown coordinate system P10; P is 0 to 9",
         ),
         (
             "G10 L20 P1.5 X5",
-            "line 1, column 9: there is no coordinate system P1.5; P is 0 to 9",
+            "line 1, column 9: unknown coordinate system P1.5; P is 0 to 9",
         ),
         (
             "G10 L2 P1 X5 R45",
-            "line 1, column 14: a coordinate system that is turned (R45) is not done",
+            "line 1, column 14: rotated coordinate systems (R45) are not supported",
         ),
         (
             "G68 X0 Y0 R45",
-            "line 1, column 1: G68 changes where things are, and is not done here",
+            "line 1, column 1: G68 changes the coordinate system, which is not supported",
         ),
         (
             "G91\nG1 X2",
-            "line 2, column 4: X counts from where the arm stands, which is not known",
+            "line 2, column 4: X is relative to the arm's position, which is unknown",
         ),
         (
             "G0 X220",

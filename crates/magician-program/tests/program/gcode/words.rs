@@ -111,7 +111,7 @@ fn a_second_coordinate_system_that_the_file_does_not_set_is_told() {
     assert_eq!(
         notes("G54\nG0 X220 Y0 Z0\nG55\nG0 X230\nG10 L2 P3 X1\nG56\nG0 X231\n"),
         [
-            "line 3, column 1: the zero of G55 is kept by a controller and not known here: it is taken to be that of the machine"
+            "line 3, column 1: the zero of G55 is stored in a controller and unknown here: the machine's zero is used"
         ]
     );
     assert_eq!(notes("G58\nG0 X220 Y0 Z0\nG58\nG0 X230\n"), [""; 0]);

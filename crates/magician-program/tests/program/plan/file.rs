@@ -153,12 +153,12 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"path":[1,"two",3]}"#),
             (3, 14, 5),
-            "'path' takes a number, and this is \"two\"",
+            "'path' takes a number, not \"two\"",
         ),
         (
             step(r#"{"path":[1,1e39,3]}"#),
             (3, 14, 4),
-            "'path' takes a number, and this is 1e39",
+            "'path' takes a number, not 1e39",
         ),
         (
             step(r#"{"move":[1,2,3,4],"by":"foot"}"#),
@@ -173,12 +173,12 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"wait":-1}"#),
             (3, 11, 2),
-            "'wait' takes seconds, 0 to 4294967.295 in whole ms, and this is -1",
+            "'wait' takes seconds, 0 to 4294967.295 in whole ms, not -1",
         ),
         (
             step(r#"{"wait":0.0005}"#),
             (3, 11, 6),
-            "'wait' takes seconds, 0 to 4294967.295 in whole ms, and this is 0.0005",
+            "'wait' takes seconds, 0 to 4294967.295 in whole ms, not 0.0005",
         ),
         (
             step(r#"{"suction":1}"#),
@@ -198,7 +198,7 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"home":true,"home":true}"#),
             (3, 23, 4),
-            "'home' is here twice",
+            "'home' appears twice",
         ),
         (
             step(r#"{"home":true,"fast":true}"#),
@@ -263,7 +263,7 @@ fn problems_say_where_and_what_would_be_right() {
         (
             String::from(r#"{"format":"magician-plan","version":1,"tool":"spoon","steps":[]}"#),
             (1, 46, 7),
-            "there is no tool \"spoon\"",
+            "unknown tool \"spoon\"",
         ),
         (
             String::from(r#"{"format":"magician-plan","version":1}"#),

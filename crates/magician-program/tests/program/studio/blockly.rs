@@ -124,7 +124,7 @@ fn disabled_blocks_are_passed_over() {
     let (said, notes) = steps(&wait(&half));
     assert_eq!(said, "wait 500", "the studio's own number");
     assert!(
-        notes[0].ends_with("dobot_delaytime has no time: 0.5 is taken"),
+        notes[0].ends_with("dobot_delaytime has no time: 0.5 is used"),
         "{notes:?}"
     );
 }

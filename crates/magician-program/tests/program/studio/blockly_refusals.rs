@@ -50,10 +50,10 @@ fn programs_without_end_are_refused() {
         ];
         refusal(&block("controls_for", &body.concat()))
     };
-    assert!(counted(0.0, 1.0, 0.0).ends_with("its steps of 0 lead nowhere from 0: it has no end"));
+    assert!(counted(0.0, 1.0, 0.0).ends_with("with steps of 0 from 0 it never ends"));
     assert!(
         counted(1e20, 2e20, 1.0)
-            .ends_with("its steps of 1 lead nowhere from 100000000000000000000: it has no end")
+            .ends_with("with steps of 1 from 100000000000000000000 it never ends")
     );
 }
 
@@ -78,7 +78,7 @@ fn blocks_that_are_too_deep_are_refused() {
     for blocks in [wait(&sum), loops] {
         let said = refusal(&blocks);
         assert!(
-            said.ends_with("blocks are more than 100 deep in each other here"),
+            said.ends_with("blocks are nested more than 100 deep here"),
             "{said}"
         );
     }
@@ -94,12 +94,12 @@ fn numbers_that_are_none_are_refused() {
     assert!(sum("MULTIPLY", 1e300, 1e300).ends_with("its result is not a number"));
     assert!(sum("SHIFT", 1.0, 1.0).ends_with("math_arithmetic has an unknown operator: 'SHIFT'"));
     let number_of = |text: &str| refusal(&wait(&block("math_number", &field("NUM", text))));
-    assert!(number_of("NaN").ends_with("NUM of math_number is 'NaN', which is no number"));
-    assert!(number_of("").ends_with("NUM of math_number is '', which is no number"));
+    assert!(number_of("NaN").ends_with("NUM of math_number is 'NaN', which is not a number"));
+    assert!(number_of("").ends_with("NUM of math_number is '', which is not a number"));
     let words = block("text", &field("TEXT", "soon"));
     assert!(
         refusal(&wait(&words))
-            .ends_with("(dobot_delaytime): time of dobot_delaytime is 'soon', no number")
+            .ends_with("(dobot_delaytime): time of dobot_delaytime is 'soon', not a number")
     );
     let far = block("dobot_goto", &number("xBias", 1e200));
     assert!(
@@ -108,7 +108,7 @@ fn numbers_that_are_none_are_refused() {
         refusal(&far)
     );
     let back = block("math_number", &field("NUM", "-1"));
-    assert!(refusal(&wait(&back)).ends_with("it waits for -1 s; 0 to 4294967.295 s can be"));
+    assert!(refusal(&wait(&back)).ends_with("it waits for -1 s, it must be 0 to 4294967.295 s"));
 }
 
 #[test]
@@ -120,7 +120,7 @@ fn what_is_not_known_when_the_plan_is_made_is_refused() {
     let x = block("dobot_get_current_coordinate", &field("value", "1"));
     let home = block("dobot_home", "");
     let said = refusal(&chain(&[home.clone(), wait(&x)]));
-    assert!(said.ends_with("it asks for x, which is not known when the plan is made: no block before it says where the arm is"), "{said}");
+    assert!(said.ends_with("it needs x, which is unknown when the plan is made: no earlier block gives the arm's position"), "{said}");
     for kind in ["dobot_setr", "dobot_setl"] {
         let said = refusal(&chain(&[home.clone(), block(kind, "")]));
         assert!(
@@ -158,17 +158,17 @@ fn choices_that_the_studio_does_not_have_are_refused() {
     is(
         "dobot_setiomultiplexing",
         &[("value", "2"), ("io", "1")],
-        "there is no function 2 of a pin in the studio",
+        "unknown pin function 2",
     );
     is(
         "dobot_selectendtype",
         &[("type", "60")],
-        "there is no end effector of type 60; there are 59.7, 59.701, 61 and 70",
+        "unknown end effector type 60; known are 59.7, 59.701, 61 and 70",
     );
     is(
         "dobot_setemotor",
         &[("io", "0"), ("speed", "2e6")],
-        "a motor is to go at 2000000 pulses/s, at most 1000000 can be",
+        "a motor would run at 2000000 pulses/s, limit 1000000 pulses/s",
     );
     is("", &[], "'' has no type");
 }

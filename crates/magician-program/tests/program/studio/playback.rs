@@ -101,7 +101,7 @@ fn arcs_that_are_none_are_straight() {
         row12: arc 250 140 -60 0 to 220 140 -60 0
         Init: line 250 0 0 0";
     assert_eq!(told(&plan), expected);
-    let why = "two of its three points are the same, so that it is no arc: it is played as a straight line to its end";
+    let why = "two of its three points are the same, so it is not an arc: it is played as a straight line to its end";
     let rows = ["line 1, column 2288 (row10)", "line 1, column 2525 (row11)"];
     assert_eq!(notes, rows.map(|row| format!("{row}: {why}")));
     assert_eq!(plan.tool, None, "files of 1.4 do not say it");
@@ -215,8 +215,8 @@ fn order_space_and_strange_items_do_not_matter() {
     assert_eq!(
         notes,
         [
-            "line 12, column 3: 'Loops' is not known: it is kept and not played",
-            "rows have unknown items (item_13, joints): they are kept and not played",
+            "line 12, column 3: 'Loops' is unknown: it is kept but not played",
+            "rows have unknown items (item_13, joints): they are kept but not played",
         ]
     );
     let playback = Playback::read(file.as_bytes()).unwrap();

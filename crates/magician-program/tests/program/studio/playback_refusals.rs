@@ -51,7 +51,7 @@ fn another_file_is_told_from_a_playback_file() {
     let m1 = "<root><DobotType><item_0>M1</item_0></DobotType></root>";
     assert_eq!(
         whole(m1),
-        "line 1, column 26: this was taught on a M1, and its points mean other places here [teach the points again on a Magician]"
+        "line 1, column 26: this was taught on a M1, and its points are other positions here [teach the points again on a Magician]"
     );
 }
 
@@ -76,23 +76,23 @@ fn a_row_must_say_where_and_how() {
         ),
         (
             "<item_0>1</item_0><item_2>12,5</item_2>".to_owned(),
-            "line 2, column 33 (row0): item_2 (X) is '12,5', which is no number [numbers are written with a decimal point]",
+            "line 2, column 33 (row0): item_2 (X) is '12,5', which is not a number [numbers are written with a decimal point]",
         ),
         (
             "<item_0>1</item_0><item_2>NaN</item_2>".to_owned(),
-            "line 2, column 33 (row0): item_2 (X) is NaN, which is out of all range",
+            "line 2, column 33 (row0): item_2 (X) is NaN, which is out of range",
         ),
         (
             "<item_0>1</item_0><item_2>1e39</item_2>".to_owned(),
-            "line 2, column 33 (row0): item_2 (X) is 1e39, which is out of all range",
+            "line 2, column 33 (row0): item_2 (X) is 1e39, which is out of range",
         ),
         (
             format!("<item_0>1</item_0>{POSE}<item_10>-1</item_10>"),
-            "line 2, column 106 (row0): it pauses for -1 s; 0 to 4294967.295 s can be",
+            "line 2, column 106 (row0): it pauses for -1 s, it must be 0 to 4294967.295 s",
         ),
         (
             format!("<item_0>1</item_0>{POSE}<item_10>5e6</item_10>"),
-            "line 2, column 106 (row0): it pauses for 5000000 s; 0 to 4294967.295 s can be",
+            "line 2, column 106 (row0): it pauses for 5000000 s, it must be 0 to 4294967.295 s",
         ),
         (
             format!("<item_0>1</item_0>{POSE}<item_11>3</item_11>"),
@@ -104,7 +104,7 @@ fn a_row_must_say_where_and_how() {
         ),
         (
             format!("<item_0>1</item_0>{POSE}<item_2>1</item_2>"),
-            "line 2, column 105 (row0): item_2 is there twice",
+            "line 2, column 105 (row0): item_2 appears twice",
         ),
         (
             format!("<item_0>1</item_0>{POSE}<item_11>1</item_11><item_12>1</item_12>"),
@@ -155,7 +155,7 @@ fn what_is_left_out_is_noted() {
         [
             "line 1, column 7 (row1): it has no R: 0 is used",
             "line 1, column 92 (row0): it has no R: 0 is used",
-            "line 1, column 31: row1 stands where row0 is expected; rows are played in the order of the file",
+            "line 1, column 31: row1 found where row0 is expected; rows are played in the order of the file",
         ]
     );
     assert_eq!(playback.rows[0].number(), 1, "the order of the file");

@@ -109,7 +109,7 @@ fn what_a_file_has_no_place_for_is_noted_or_refused() {
     assert_eq!(
         notes,
         [
-            "the file cannot say that its points are for the tool 'pen'",
+            "the file cannot store that its points are for the tool 'pen'",
             "the speeds are left out: a playback file does not have them",
             "the heights of jumps are left out: a playback file does not have them",
         ]
@@ -118,11 +118,11 @@ fn what_a_file_has_no_place_for_is_noted_or_refused() {
     let refusals = [
         (
             of([HERE, Action::Home]),
-            "step 2 is a SetHOMECmd, and a playback file cannot say that",
+            "step 2 is a SetHOMECmd, which a playback file cannot store",
         ),
         (
             of([HERE, Action::Path { to: [1.0; 3] }]),
-            "step 2 is a SetCPCmd, and a playback file cannot say that",
+            "step 2 is a SetCPCmd, which a playback file cannot store",
         ),
         (
             of([
@@ -132,26 +132,26 @@ fn what_a_file_has_no_place_for_is_noted_or_refused() {
                     line: true,
                 },
             ]),
-            "step 2 is a SetPTPCmd, and a playback file cannot say that",
+            "step 2 is a SetPTPCmd, which a playback file cannot store",
         ),
         (
             of([Action::Suction(true), HERE]),
-            "step 1 comes before the first move, and a playback file cannot say that",
+            "step 1 comes before the first move, which a playback file cannot store",
         ),
         (
             of([HERE, Action::Suction(true), Action::Gripper(Grip::Open)]),
-            "step 3 uses the gripper, an earlier one the suction cup, and a playback file cannot say that",
+            "step 3 uses the gripper, an earlier one the suction cup, which a playback file cannot store",
         ),
         (
             of([HERE, Action::Wait(u32::MAX), Action::Wait(1)]),
-            "step 3 waits for more than 49 days, and a playback file cannot say that",
+            "step 3 waits for more than 49 days, which a playback file cannot store",
         ),
         (
             of([Action::Move {
                 to: [f32::NAN; 4],
                 by: Travel::Jump,
             }]),
-            "step 1 leads to a coordinate that is not a number, and a playback file cannot say that",
+            "step 1 leads to a coordinate that is not a number, which a playback file cannot store",
         ),
         (of([]), "there is no move to a pose to store"),
     ];
