@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician::Result;
 use magician_conform::{Case, LINE_LOOK, Outcome, Runner, Suite, Target};
-use magician_sim::{Controller, Line, LinkId, Micros, Profile, Speed};
+use magician_sim::{Controller, LineTiming, LinkId, Micros, Profile, Speed};
 
 const LINK: LinkId = LinkId(0);
 
@@ -16,7 +16,7 @@ struct PacedArm {
 }
 
 impl PacedArm {
-    fn new(speed: Speed, line: Line) -> Self {
+    fn new(speed: Speed, line: LineTiming) -> Self {
         let arm = Controller::new(Profile::default());
         Self {
             runner: magician_sim::Runner::new(arm, speed, line),
@@ -83,7 +83,7 @@ impl Target for PacedArm {
 }
 
 /// What fails of the cases that can be done on a line, and how many passed.
-fn failed(speed: Speed, line: Line, which: fn(&Case) -> bool) -> (Vec<String>, usize) {
+fn failed(speed: Speed, line: LineTiming, which: fn(&Case) -> bool) -> (Vec<String>, usize) {
     let suite = Suite::built_in().unwrap_or_else(|error| panic!("{error}"));
     let arm = PacedArm::new(speed, line);
     let mut runner = Runner::new(arm, Duration::from_secs(3)).expect("the beginnings are read");
@@ -106,7 +106,7 @@ fn failed(speed: Speed, line: Line, which: fn(&Case) -> bool) -> (Vec<String>, u
     })
 }
 
-const USB: Line = Line {
+const USB: LineTiming = LineTiming {
     baud: Some(115_200),
     turnaround: 1000,
 };

@@ -78,9 +78,9 @@ fn get_pose() -> Vec<u8> {
 fn recorded(programme: &[u8], end: Micros, cuts: &[Micros]) -> Vec<u8> {
     let mut arm = Controller::default();
     let mut recorder = Recorder::new(Vec::new(), EPOCH).unwrap();
-    recorder.look(&arm);
+    recorder.observe(&arm);
     arm.receive(USB, programme);
-    recorder.look(&arm);
+    recorder.observe(&arm);
     for cut in cuts {
         arm.advance_observed(*cut, &mut recorder);
     }
@@ -138,7 +138,7 @@ fn a_turn_of_more_than_half_is_kept() {
     let Pose { r, .. } = arm.state().pose;
     assert_eq!(r, 270.0);
     let mut recorder = Recorder::new(Vec::new(), EPOCH).unwrap();
-    recorder.look(&arm);
+    recorder.observe(&arm);
     let (all, _) = read(&recorder.finish().unwrap());
     let turn = &of(&all, "/pose")[0].value["pose"]["orientation"];
     let half = libm::atan2(turn["z"].as_f64().unwrap(), turn["w"].as_f64().unwrap());
@@ -243,7 +243,7 @@ fn what_happens_in_the_world_is_told_by_name() {
     let scenario = Scenario::from_toml(BRICK).unwrap();
     let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
     let mut recorder = Recorder::new(Vec::new(), EPOCH).unwrap();
-    recorder.look(&arm);
+    recorder.observe(&arm);
     let programme = [
         start(),
         request(
@@ -491,7 +491,7 @@ fn a_killed_recorder_leaves_all_up_to_the_last_second() {
     let shared = Shared::default();
     let mut arm = Controller::default();
     let mut recorder = Recorder::new(shared.clone(), EPOCH).unwrap();
-    recorder.look(&arm);
+    recorder.observe(&arm);
     arm.receive(USB, &programme());
     arm.advance_observed(3 * SECOND + 500_000, &mut recorder);
     std::mem::forget(recorder);
@@ -523,7 +523,7 @@ fn a_full_disk_ends_the_recording_and_not_the_arm() {
     let replies = drive(&mut runner, &visits(), &[], 3 * SECOND);
     assert_eq!(replies.len(), 12);
     let recorder = recorder.lock().unwrap();
-    assert_eq!(recorder.next_look(), None);
+    assert_eq!(recorder.next_sample(), None);
     let error = recorder.error().unwrap();
     assert_eq!(error.kind(), io::ErrorKind::StorageFull);
 }

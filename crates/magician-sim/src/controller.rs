@@ -10,7 +10,9 @@ use crate::link::{Link, Links};
 use crate::observer::{self, Observer, SampleBudget};
 use crate::profile::PINS;
 use crate::world::{Drawing, ExternalEvent, Press, WorldView};
-use crate::{Flash, LineState, LinkId, Micros, PinState, Profile, State, StepperState, World};
+use crate::{
+    ControllerState, Flash, LineState, LinkId, Micros, PinState, Profile, StepperState, World,
+};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
 ///
@@ -198,8 +200,8 @@ impl Controller {
 
     /// Everything about the arm at the present instant.
     #[must_use]
-    pub fn state(&self) -> State {
-        State::of(&self.device)
+    pub fn state(&self) -> ControllerState {
+        ControllerState::of(&self.device)
     }
 
     /// The index of the queued command that was finished last.
@@ -290,7 +292,7 @@ impl Controller {
         self.links.known(link)?.outbox.pop()
     }
 
-    /// The next event, oldest first. At most 256 are kept; [`State::events_lost`] counts those that were not read in
+    /// The next event, oldest first. At most 256 are kept; [`ControllerState::events_lost`] counts those that were not read in
     /// time.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.device.record.poll_event()

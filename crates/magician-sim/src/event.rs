@@ -120,7 +120,7 @@ pub enum Event {
         held: bool,
     },
     /// A command was accepted, stored and answered, but this simulation does not act on it, or only in part. Told once
-    /// a row and power-up: a drawing is a hundred thousand of them. [`State::not_simulated`](crate::State::not_simulated)
+    /// a row and power-up: a drawing is a hundred thousand of them. [`ControllerState::not_simulated`](crate::ControllerState::not_simulated)
     /// counts them all.
     NotSimulated {
         /// The command's row.

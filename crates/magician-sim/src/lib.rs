@@ -46,7 +46,7 @@ pub use device::store::flash::{Flash, FlashError};
 pub use event::{Event, Refusal};
 pub use link::{LineState, LinkId};
 pub use observer::Observer;
-pub use pace::{ArmClock, Line, Speed, SpeedError};
+pub use pace::{ArmClock, LineTiming, Speed, SpeedError};
 pub use profile::{
     ArcDefaults, Ceilings, CpDefaults, Defaults, FidelityRules, HandTeaching, Homing, Identity,
     JogDefaults, LimitChoice, LimitSet, LimitSets, LostStepDefaults, Offline, Paths, PinFunctions,
@@ -55,7 +55,7 @@ pub use profile::{
 };
 pub use runner::Runner;
 pub use scenario::{Scenario, ScenarioError};
-pub use state::{QueueState, State};
+pub use state::{ControllerState, QueueState};
 pub use world::{ExternalEvent, World};
 
 /// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.

@@ -14,12 +14,12 @@ use crate::{Controller, LinkId, Micros};
 pub trait Observer {
     /// The next instant of the arm's clock that is to be seen, later than the one that was seen last. `None`: nothing
     /// is.
-    fn next_look(&self) -> Option<Micros> {
+    fn next_sample(&self) -> Option<Micros> {
         None
     }
 
     /// The arm has come to an instant that was asked for, or something has happened there.
-    fn look(&mut self, arm: &Controller) {
+    fn observe(&mut self, arm: &Controller) {
         let _ = arm;
     }
 
@@ -46,12 +46,12 @@ pub trait Observer {
 
 /// The observer, if there is one.
 impl<O: Observer> Observer for Option<O> {
-    fn next_look(&self) -> Option<Micros> {
-        self.as_ref()?.next_look()
+    fn next_sample(&self) -> Option<Micros> {
+        self.as_ref()?.next_sample()
     }
 
-    fn look(&mut self, arm: &Controller) {
-        self.iter_mut().for_each(|it| it.look(arm));
+    fn observe(&mut self, arm: &Controller) {
+        self.iter_mut().for_each(|it| it.observe(arm));
     }
 
     fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
@@ -73,12 +73,12 @@ impl<O: Observer> Observer for Option<O> {
 }
 
 impl<O: Observer + ?Sized> Observer for Box<O> {
-    fn next_look(&self) -> Option<Micros> {
-        (**self).next_look()
+    fn next_sample(&self) -> Option<Micros> {
+        (**self).next_sample()
     }
 
-    fn look(&mut self, arm: &Controller) {
-        (**self).look(arm);
+    fn observe(&mut self, arm: &Controller) {
+        (**self).observe(arm);
     }
 
     fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
@@ -100,12 +100,12 @@ impl<O: Observer + ?Sized> Observer for Box<O> {
 
 /// An observer that is shared with other code.
 impl<O: Observer> Observer for Arc<Mutex<O>> {
-    fn next_look(&self) -> Option<Micros> {
-        lock(self).next_look()
+    fn next_sample(&self) -> Option<Micros> {
+        lock(self).next_sample()
     }
 
-    fn look(&mut self, arm: &Controller) {
-        lock(self).look(arm);
+    fn observe(&mut self, arm: &Controller) {
+        lock(self).observe(arm);
     }
 
     fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
@@ -154,7 +154,7 @@ pub(crate) fn advance<O: Observer>(
     to: Micros,
     budget: &mut SampleBudget,
 ) -> bool {
-    while let Some(look) = observer.next_look() {
+    while let Some(look) = observer.next_sample() {
         let event = arm.poll_timeout().unwrap_or(Micros::MAX);
         let at = look.min(event).max(arm.now());
         if at > to {
@@ -164,7 +164,7 @@ pub(crate) fn advance<O: Observer>(
             return false;
         }
         arm.advance(at);
-        observer.look(arm);
+        observer.observe(arm);
     }
     arm.advance(to);
     true

@@ -81,7 +81,7 @@ impl FromStr for Speed {
 
 /// The line between the host and the arm, in wall time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Line {
+pub struct LineTiming {
     /// Bits per second, 8N1, each direction on its own; `None` (or 0): bytes take no time.
     pub baud: Option<u32>,
     /// Microseconds from the last byte of a request to the first byte of its reply.
@@ -98,7 +98,7 @@ pub(crate) struct Wire {
 }
 
 impl Wire {
-    pub(crate) fn new(line: Line) -> Self {
+    pub(crate) fn new(line: LineTiming) -> Self {
         Self {
             baud: line.baud.and_then(NonZeroU32::new),
             busy: 0,
@@ -235,7 +235,7 @@ impl ArmClock {
 
     /// When an instant of the arm's clock is to be shown to an observer: when it has come by the wall clock, which shows
     /// `wall`, but not for each of many in a short time.
-    pub(crate) fn next_look(&self, look: Micros, wall: Micros) -> Option<Micros> {
+    pub(crate) fn next_sample(&self, look: Micros, wall: Micros) -> Option<Micros> {
         Some(self.wall_at(look)?.max(wall.saturating_add(LOOK_APART)))
     }
 
@@ -278,7 +278,7 @@ mod tests {
     #[test]
     fn a_second_of_bytes_takes_a_second() {
         for baud in [9_600, 57_600, 115_200, 230_400, 1_000_000] {
-            let line = Line {
+            let line = LineTiming {
                 baud: Some(baud),
                 turnaround: 0,
             };
@@ -291,7 +291,7 @@ mod tests {
 
     #[test]
     fn bytes_wait_for_the_line_and_the_line_for_bytes() {
-        let mut wire = Wire::new(Line {
+        let mut wire = Wire::new(LineTiming {
             baud: Some(115_200),
             turnaround: 0,
         });
@@ -303,7 +303,7 @@ mod tests {
     #[test]
     fn without_a_baud_rate_bytes_take_no_time() {
         for baud in [None, Some(0)] {
-            let mut wire = Wire::new(Line {
+            let mut wire = Wire::new(LineTiming {
                 baud,
                 turnaround: 9,
             });
@@ -328,7 +328,7 @@ mod tests {
             baud in 300u32..2_000_000,
             cuts in prop::collection::vec(1usize..300, 1..20),
         ) {
-            let line = Line { baud: Some(baud), turnaround: 0 };
+            let line = LineTiming { baud: Some(baud), turnaround: 0 };
             let (mut whole, mut cut) = (Wire::new(line), Wire::new(line));
             let total = cuts.iter().sum();
             let pieces = cuts.iter().fold(0, |_, count| cut.carry(10, *count));

@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use magician_protocol::{FrameBuf, INTER_BYTE_TIMEOUT_MS};
 
-use crate::pace::{ArmClock, Line, Speed};
+use crate::pace::{ArmClock, LineTiming, Speed};
 use crate::{Controller, ExternalEvent, LinkId, Micros, Observer};
 
 mod link;
@@ -35,9 +35,9 @@ const BACKLOG: usize = 4096;
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
-/// use magician_sim::{Controller, Line, LinkId, Profile, Runner, Speed};
+/// use magician_sim::{Controller, LineTiming, LinkId, Profile, Runner, Speed};
 ///
-/// let line = Line { baud: Some(115_200), turnaround: 0 };
+/// let line = LineTiming { baud: Some(115_200), turnaround: 0 };
 /// let mut runner = Runner::new(Controller::new(Profile::default()), Speed::Max, line);
 /// let request = FrameBuf::get(&NoArgs, Pose::ROW)?;
 /// runner.receive(0, LinkId(0), request.bytes());
@@ -56,7 +56,7 @@ pub struct Runner {
     controller: Controller,
     observer: Option<Box<dyn Observer + Send>>,
     clock: ArmClock,
-    line: Line,
+    line: LineTiming,
     wall: Micros,
     links: BTreeMap<LinkId, Link>,
     /// Pulls of the cable that the links know of.
@@ -66,7 +66,7 @@ pub struct Runner {
 impl Runner {
     /// Puts a controller on the wall clock, which shows 0.
     #[must_use]
-    pub fn new(controller: Controller, speed: Speed, line: Line) -> Self {
+    pub fn new(controller: Controller, speed: Speed, line: LineTiming) -> Self {
         Self {
             clock: ArmClock::new(speed, controller.now()),
             pulls: controller.line().pulls,
@@ -80,7 +80,7 @@ impl Runner {
 
     /// Sets the only observer from now on. To use the observer elsewhere too, keep an `Arc<Mutex<_>>` of it.
     pub fn observe(&mut self, mut observer: impl Observer + Send + 'static) {
-        observer.look(&self.controller);
+        observer.observe(&self.controller);
         self.observer = Some(Box::new(observer));
     }
 
@@ -246,8 +246,8 @@ impl Runner {
     fn next_step(&self) -> Option<Micros> {
         let input = self.next_input().map(|(at, _)| at);
         let event = self.clock.next(&self.controller, self.wall);
-        let look = self.observer.next_look();
-        let look = look.and_then(|look| self.clock.next_look(look, self.wall));
+        let look = self.observer.next_sample();
+        let look = look.and_then(|look| self.clock.next_sample(look, self.wall));
         [input, event, look].into_iter().flatten().min()
     }
 
@@ -299,7 +299,7 @@ impl Runner {
                     let handled = controller.receive_one(id, &mut input);
                     observer.request_bytes(now, id, &before[..before.len() - input.len()]);
                     link.replies.take_from(controller, observer, id, answered);
-                    observer.look(controller);
+                    observer.observe(controller);
                     if !handled {
                         break;
                     }
@@ -312,7 +312,7 @@ impl Runner {
                 observer.silence(controller.now(), id);
                 controller.expire(id);
                 link.replies.take_from(controller, observer, id, answered);
-                observer.look(controller);
+                observer.observe(controller);
                 clock.jump(controller, observer, at);
                 link.fall_silent();
             }

@@ -9,7 +9,7 @@ use crate::{LineState, Micros, Output};
 /// The arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
-pub struct State {
+pub struct ControllerState {
     /// The arm's clock.
     pub now: Micros,
     /// The commanded tool pose, for the tool bias that is set.
@@ -77,7 +77,7 @@ pub struct QueueState {
     pub overflows: u64,
 }
 
-impl State {
+impl ControllerState {
     pub(crate) fn of(device: &Device) -> Self {
         let Device {
             now,

@@ -13,7 +13,7 @@ use std::cell::Cell;
 use arm::{USB, home, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::{Pose, PtpCmd, QueuedCmdCurrentIndex, WaitCmd};
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable, Writable};
-use magician_sim::{Controller, Line, Runner, Speed};
+use magician_sim::{Controller, LineTiming, Runner, Speed};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
@@ -140,7 +140,7 @@ fn a_steady_state_allocates_nothing() {
 #[test]
 fn a_line_in_a_steady_state_allocates_nothing() {
     for baud in [None, Some(115_200)] {
-        let line = Line {
+        let line = LineTiming {
             baud,
             turnaround: 2_000,
         };

@@ -5,7 +5,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use magician_motion::ToolBias;
-use magician_sim::{Controller, Line, Micros, Profile, Runner, Scenario, Speed, State, World};
+use magician_sim::{
+    Controller, ControllerState, LineTiming, Micros, Profile, Runner, Scenario, Speed, World,
+};
 
 use crate::SimSpeed;
 
@@ -85,7 +87,7 @@ impl VirtualArm {
             SimSpeed::Max => Speed::Max,
             SimSpeed::Times(times) => Speed::Times(times),
         };
-        let line = Line {
+        let line = LineTiming {
             baud: None,
             turnaround: 0,
         };
@@ -165,7 +167,7 @@ impl VirtualArm {
 
     /// Everything about the arm at the present instant.
     #[must_use]
-    pub fn state(&self) -> State {
+    pub fn state(&self) -> ControllerState {
         self.with(|controller| controller.state())
     }
 

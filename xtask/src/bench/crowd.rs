@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use magician::serve::{Discovery, Endpoint, Server, serve_all};
 use magician_protocol::commands::{CpCmd, QueuedCmdStartExec};
 use magician_protocol::{CpMode, Ctrl, FrameBuf};
-use magician_sim::{Controller, Line, Micros, Runner, Speed};
+use magician_sim::{Controller, LineTiming, Micros, Runner, Speed};
 use tokio::net::UdpSocket;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
@@ -101,7 +101,11 @@ fn in_memory(arms: usize) -> Seen {
     let frames = Frames::new();
     let mut runners: Vec<Runner> = (0..arms)
         .map(|_| {
-            let mut runner = Runner::new(Controller::default(), Speed::default(), Line::default());
+            let mut runner = Runner::new(
+                Controller::default(),
+                Speed::default(),
+                LineTiming::default(),
+            );
             runner.receive(0, USB, frame(Ctrl::SET, &QueuedCmdStartExec {}).bytes());
             while runner.poll_transmit(0, USB).is_some() {}
             runner
@@ -144,7 +148,7 @@ fn runtime() -> Result<Runtime, std::io::Error> {
 /// Serves arms over UDP on a thread of its own while `talk` talks to them.
 pub(super) fn served<T>(
     arms: usize,
-    line: Line,
+    line: LineTiming,
     talk: impl FnOnce(&[SocketAddr]) -> Result<T, Box<dyn Error>>,
 ) -> Result<T, Box<dyn Error>> {
     let (ready, is_ready) = channel();
@@ -263,6 +267,6 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
         seen.push(thread.join().map_err(|_| "a thread has ended")?);
     }
     let memory = figure("S3 in memory", IN_MEMORY, seen);
-    let seen = served(OVER_SOCKETS, Line::default(), over_sockets)?;
+    let seen = served(OVER_SOCKETS, LineTiming::default(), over_sockets)?;
     Ok(vec![memory, figure("S3 over UDP", OVER_SOCKETS, seen)])
 }

@@ -17,17 +17,17 @@ use magician::blocking::Arm;
 use magician::commands::{Pose, PtpCmd, QueuedCmdStartExec};
 use magician::protocol::PtpMode;
 use magician::serve::Server;
-use magician_sim::{Controller, Line, Speed};
+use magician_sim::{Controller, LineTiming, Speed};
 use tokio::runtime::Builder;
 use tokio::sync::oneshot;
 
 use super::figure::Figure;
 
-const PACED: Line = Line {
+const PACED: LineTiming = LineTiming {
     baud: Some(115_200),
     turnaround: 0,
 };
-const UNPACED: Line = Line {
+const UNPACED: LineTiming = LineTiming {
     baud: None,
     turnaround: 0,
 };
@@ -35,7 +35,7 @@ const UNPACED: Line = Line {
 const TURNS: usize = 7;
 
 /// Calls of a lot at a line of each kind.
-const LOTS: [(&str, Option<Line>, usize); 3] = [
+const LOTS: [(&str, Option<LineTiming>, usize); 3] = [
     ("in the process", None, 20_000),
     ("at a pseudo-terminal", Some(UNPACED), 5_000),
     ("at 115200 baud", Some(PACED), 200),
@@ -177,7 +177,7 @@ fn median(mut rates: Vec<f64>) -> f64 {
 
 /// A virtual arm at a pseudo-terminal, while something is done with it.
 fn served<T>(
-    line: Line,
+    line: LineTiming,
     talk: impl FnOnce(&str) -> Result<T, Box<dyn Error>>,
 ) -> Result<T, Box<dyn Error>> {
     let folder = env::temp_dir().join(format!("magician-door-{}", process::id()));

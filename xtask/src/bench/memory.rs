@@ -5,7 +5,7 @@ use std::net::UdpSocket;
 use std::time::Duration;
 
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{Controller, Line};
+use magician_sim::{Controller, LineTiming};
 
 use super::crowd::served;
 use super::figure::Figure;
@@ -40,7 +40,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     );
     drop(std::hint::black_box((arms, USB)));
     let before = resident()?;
-    let with_socket = served(ARMS, Line::default(), |addresses| {
+    let with_socket = served(ARMS, LineTiming::default(), |addresses| {
         let host = UdpSocket::bind("127.0.0.1:0")?;
         host.set_read_timeout(Some(Duration::from_secs(5)))?;
         for arm in addresses {

@@ -5,13 +5,13 @@ use std::net::UdpSocket;
 use std::time::{Duration, Instant};
 
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{Controller, Line, Runner, Speed};
+use magician_sim::{Controller, LineTiming, Runner, Speed};
 
 use super::crowd::served;
 use super::figure::Figure;
 use super::program::USB;
 
-const LINE: Line = Line {
+const LINE: LineTiming = LineTiming {
     baud: Some(115_200),
     turnaround: 0,
 };

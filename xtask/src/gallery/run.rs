@@ -2,7 +2,7 @@
 
 use magician_motion::{JointAngles, Pose};
 use magician_protocol::{Ctrl, FrameBuf, Set};
-use magician_sim::{Controller, LinkId, Micros, State};
+use magician_sim::{Controller, ControllerState, LinkId, Micros};
 
 use super::modes::{Act, Mode};
 
@@ -94,7 +94,7 @@ fn watch(arm: &mut Controller, began: Micros, span: Option<Micros>, looks: &mut 
     }
 }
 
-fn look(state: &State, began: Micros) -> Look {
+fn look(state: &ControllerState, began: Micros) -> Look {
     Look {
         at: (state.now - began) as f64 / 1e6,
         pose: state.pose,

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use magician_protocol::{AlarmSet, FrameBuf};
-use magician_sim::{Controller, LinkId, Observer, QueueState, State};
+use magician_sim::{Controller, ControllerState, LinkId, Observer, QueueState};
 
 use super::file::{File, Topic};
 use super::message::{Alarms, Joints, Log, PoseInFrame};
@@ -30,7 +30,7 @@ const PERIOD: Micros = 20_000;
 ///
 /// let mut arm = Controller::default();
 /// let mut recorder = Recorder::new(Vec::new(), 0)?;
-/// recorder.look(&arm);
+/// recorder.observe(&arm);
 /// arm.advance_observed(1_000_000, &mut recorder);
 /// let file = recorder.finish()?;
 ///
@@ -130,7 +130,12 @@ impl<W: Write> Recorder<W> {
     }
 
     /// Writes what is not as it was; all of it if `again`.
-    fn see_changes(&mut self, arm: &Controller, state: &State, again: bool) -> io::Result<()> {
+    fn see_changes(
+        &mut self,
+        arm: &Controller,
+        state: &ControllerState,
+        again: bool,
+    ) -> io::Result<()> {
         let now = state.now;
         let seen = Last {
             queue: state.queue,
@@ -175,11 +180,11 @@ impl<W: Write> Recorder<W> {
 }
 
 impl<W: Write> Observer for Recorder<W> {
-    fn next_look(&self) -> Option<Micros> {
+    fn next_sample(&self) -> Option<Micros> {
         self.error.is_none().then_some(self.next)
     }
 
-    fn look(&mut self, arm: &Controller) {
+    fn observe(&mut self, arm: &Controller) {
         self.attempt(|recorder| recorder.see(arm));
     }
 

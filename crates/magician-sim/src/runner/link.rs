@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 
 use magician_protocol::{Deframer, Event, FrameBuf};
 
-use crate::pace::{Line, Wire};
+use crate::pace::{LineTiming, Wire};
 use crate::{Controller, LinkId, Micros, Observer};
 
 /// A peer's line: what is on its way to the arm, and the replies.
@@ -37,7 +37,7 @@ pub(super) struct Piece {
 }
 
 impl Link {
-    pub(super) fn new(line: Line) -> Self {
+    pub(super) fn new(line: LineTiming) -> Self {
         let paced = line.baud.is_some_and(|baud| baud > 0);
         Self {
             input: Wire::new(line),

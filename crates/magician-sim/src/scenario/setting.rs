@@ -4,7 +4,7 @@ use magician_motion::ToolBias;
 use magician_protocol::Port;
 
 use super::Color;
-use crate::world::{Footprint, Place, rotate};
+use crate::world::{Footprint, ObjectPose, rotate};
 
 /// How the arm stands at power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -106,7 +106,7 @@ impl Table {
     pub(crate) fn footprint(&self) -> Footprint {
         let ([x0, x1], [y0, y1]) = (self.x, self.y);
         Footprint {
-            place: Place {
+            place: ObjectPose {
                 x: f64::midpoint(x0, x1),
                 y: f64::midpoint(y0, y1),
                 z: self.height,
@@ -147,9 +147,9 @@ impl Conveyor {
     }
 
     /// The frame of the belt at displacement 0: X along it, from its start.
-    pub(crate) fn frame(&self) -> Place {
+    pub(crate) fn frame(&self) -> ObjectPose {
         let [x, y] = self.start;
-        Place {
+        ObjectPose {
             x,
             y,
             z: self.height,
@@ -159,9 +159,9 @@ impl Conveyor {
 
     pub(crate) fn footprint(&self) -> Footprint {
         let half = [self.length / 2.0, self.width / 2.0];
-        let middle = Place {
+        let middle = ObjectPose {
             x: half[0],
-            ..Place::default()
+            ..ObjectPose::default()
         };
         Footprint {
             place: self.frame().then(&middle),
@@ -194,7 +194,7 @@ pub struct Object {
     /// Its colour.
     pub color: Color,
     /// Where it stands.
-    pub place: Place,
+    pub place: ObjectPose,
     /// What it rests on.
     pub on: On,
 }
@@ -205,7 +205,7 @@ impl Object {
     }
 }
 
-pub(crate) fn footprint(size: &[f64; 3], place: Place) -> Footprint {
+pub(crate) fn footprint(size: &[f64; 3], place: ObjectPose) -> Footprint {
     let [length, width, _] = size;
     Footprint {
         place,

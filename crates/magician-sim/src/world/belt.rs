@@ -1,6 +1,6 @@
 //! The conveyor's belt: how far it has run, and when it will have run so far.
 
-use super::Place;
+use super::ObjectPose;
 use crate::Micros;
 use crate::scenario::Conveyor;
 
@@ -46,10 +46,10 @@ impl Belt {
 
 impl Conveyor {
     /// The frame that moves with the belt: X along it.
-    pub(super) fn frame_after(&self, travel: f64) -> Place {
-        let along = Place {
+    pub(super) fn frame_after(&self, travel: f64) -> ObjectPose {
+        let along = ObjectPose {
             x: travel,
-            ..Place::default()
+            ..ObjectPose::default()
         };
         self.frame().then(&along)
     }

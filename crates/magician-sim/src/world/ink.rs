@@ -2,7 +2,7 @@
 
 use super::drawing::{Drawing, StrokeKind};
 use super::samples::{SampleTimes, first};
-use super::{Place, TimedPath};
+use super::{ObjectPose, TimedPath};
 use crate::Micros;
 use crate::scenario::{Scenario, ToolKind};
 
@@ -61,7 +61,7 @@ impl Ink {
         &mut self,
         scenario: &Scenario,
         path: &TimedPath<'_>,
-        tip: impl Fn(Micros) -> Place,
+        tip: impl Fn(Micros) -> ObjectPose,
     ) {
         let from = path.from.max(self.until);
         if from > path.to {
@@ -80,7 +80,7 @@ impl Ink {
         scenario: &Scenario,
         from: Micros,
         to: Micros,
-        tip: &impl Fn(Micros) -> Place,
+        tip: &impl Fn(Micros) -> ObjectPose,
     ) {
         let Some(paper) = scenario.table() else {
             return;
@@ -118,7 +118,7 @@ impl Ink {
         }
     }
 
-    fn burn(&mut self, from: Micros, to: Micros, tip: &impl Fn(Micros) -> Place) {
+    fn burn(&mut self, from: Micros, to: Micros, tip: &impl Fn(Micros) -> ObjectPose) {
         let mut start = from;
         let mut later = std::mem::take(&mut self.powers);
         later.retain(|(at, power)| {
@@ -134,7 +134,7 @@ impl Ink {
         self.burn_stretch(start, to, tip);
     }
 
-    fn burn_stretch(&mut self, from: Micros, to: Micros, tip: &impl Fn(Micros) -> Place) {
+    fn burn_stretch(&mut self, from: Micros, to: Micros, tip: &impl Fn(Micros) -> ObjectPose) {
         if from >= to {
             return;
         }
@@ -152,7 +152,7 @@ impl Ink {
         power: f64,
         from: Micros,
         to: Micros,
-        tip: &impl Fn(Micros) -> Place,
+        tip: &impl Fn(Micros) -> ObjectPose,
     ) {
         let start = (from, tip(from).xy());
         self.start(kind, power, start.1);
@@ -178,7 +178,7 @@ impl Ink {
         &mut self,
         from: (Micros, [f64; 2]),
         to: (Micros, [f64; 2]),
-        tip: &impl Fn(Micros) -> Place,
+        tip: &impl Fn(Micros) -> ObjectPose,
         halvings: u32,
     ) {
         let span = to.0 - from.0;

@@ -37,7 +37,7 @@ pub use event::{WorldEvent, WorldEventKind};
 pub use external::{Body, ExternalEvent, Press};
 #[cfg(feature = "picture")]
 pub use picture::PictureError;
-pub use place::Place;
+pub use place::ObjectPose;
 pub(crate) use place::{Footprint, rotate};
 pub use scene::Rest;
 pub use svg::PictureOptions;

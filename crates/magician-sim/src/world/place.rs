@@ -2,7 +2,7 @@
 
 /// Where something stands in the frame of the arm's base: the middle of its underside, and how it is turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Place {
+pub struct ObjectPose {
     /// Forward, mm.
     pub x: f64,
     /// To the arm's left, mm.
@@ -13,7 +13,7 @@ pub struct Place {
     pub yaw: f64,
 }
 
-impl Place {
+impl ObjectPose {
     /// The place of something that stands at `inner` on something that stands here.
     pub(crate) fn then(&self, inner: &Self) -> Self {
         let [x, y] = rotate([inner.x, inner.y], self.yaw);
@@ -68,7 +68,7 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Footprint {
     /// Its middle and how it is turned; the height has no part in it.
-    pub(crate) place: Place,
+    pub(crate) place: ObjectPose,
     /// Half its length and width.
     pub(crate) half: [f64; 2],
 }

@@ -3,7 +3,7 @@
 //! A path is looked at often enough that the tool goes about a millimetre between two looks, and every change
 //! between two looks is narrowed down to its microsecond. What begins and ends between two looks is missed.
 
-use super::Place;
+use super::ObjectPose;
 use crate::Micros;
 
 /// The most looks at a path.
@@ -33,7 +33,7 @@ impl SampleTimes {
     }
 
     /// As many as the length of the tool's way asks for.
-    pub(super) fn along(from: Micros, to: Micros, tip: impl Fn(Micros) -> Place) -> Self {
+    pub(super) fn along(from: Micros, to: Micros, tip: impl Fn(Micros) -> ObjectPose) -> Self {
         let span = to.saturating_sub(from);
         let coarse = Self {
             from,

@@ -1,7 +1,7 @@
 //! Where the objects are: each is carried by something, and carries what stands on it.
 
 use super::solid::Solid;
-use super::{Footprint, Place};
+use super::{Footprint, ObjectPose};
 use crate::scenario::{Object, On, Scenario, footprint};
 
 /// Where objects end up that fall off everything: a floor far below, mm.
@@ -40,16 +40,16 @@ impl From<On> for Rest {
 #[derive(Clone, Copy, Debug)]
 struct Body {
     rest: Rest,
-    inner: Place,
+    inner: ObjectPose,
 }
 
 /// The frames that move by themselves, at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frames {
     /// Moves with the belt.
-    pub(super) belt: Place,
+    pub(super) belt: ObjectPose,
     /// The tool's tip, turned as the tool is; nothing is known of it where nothing depends on it.
-    pub(super) tool: Place,
+    pub(super) tool: ObjectPose,
 }
 
 /// The objects.
@@ -60,7 +60,7 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    pub(super) fn new(scenario: &Scenario, belt: &Place) -> Self {
+    pub(super) fn new(scenario: &Scenario, belt: &ObjectPose) -> Self {
         let objects = scenario.objects();
         let body = |object: &Object| {
             let rest = Rest::from(object.on);
@@ -108,9 +108,9 @@ impl Scene {
         self.held.is_some() && self.root(object) == Rest::Tool
     }
 
-    pub(super) fn place(&self, object: u16, frames: &Frames) -> Place {
+    pub(super) fn place(&self, object: u16, frames: &Frames) -> ObjectPose {
         let Some(body) = self.bodies.get(usize::from(object)) else {
-            return Place::default();
+            return ObjectPose::default();
         };
         let (mut place, mut rest) = (body.inner, body.rest);
         for _ in &self.bodies {
@@ -165,7 +165,7 @@ impl Scene {
     pub(super) fn fall(
         &mut self,
         object: u16,
-        from: Place,
+        from: ObjectPose,
         slack: f64,
         scenario: &Scenario,
         frames: &Frames,
@@ -178,7 +178,7 @@ impl Scene {
         let (rest, z) = highest.map_or((Rest::Floor, FLOOR), |(rest, ground)| {
             (rest, ground.place.z)
         });
-        let place = Place { z, ..from };
+        let place = ObjectPose { z, ..from };
         let inner = match rest {
             Rest::Belt => frames.belt.to(&place),
             Rest::Object(below) => self.place(below, frames).to(&place),
@@ -228,7 +228,7 @@ impl Scene {
         false
     }
 
-    fn put(&mut self, object: u16, rest: Rest, inner: Place) {
+    fn put(&mut self, object: u16, rest: Rest, inner: ObjectPose) {
         if let Some(body) = self.bodies.get_mut(usize::from(object)) {
             *body = Body { rest, inner };
         }
@@ -247,7 +247,7 @@ impl Solid {
 
     /// Its upper side.
     pub(super) fn top(&self) -> Footprint {
-        let place = Place {
+        let place = ObjectPose {
             z: self.height(),
             ..self.place
         };

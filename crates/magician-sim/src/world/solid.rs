@@ -1,6 +1,6 @@
 //! What a sensor's beam meets.
 
-use super::{Place, rotate};
+use super::{ObjectPose, rotate};
 use crate::scenario::Beam;
 
 /// Moving farther than this along a belt, nothing is looked for, mm.
@@ -9,7 +9,7 @@ const FAR: f64 = 1e5;
 /// A box and where it stands.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Solid {
-    pub(super) place: Place,
+    pub(super) place: ObjectPose,
     /// Length, width, height, mm.
     pub(super) size: [f64; 3],
 }

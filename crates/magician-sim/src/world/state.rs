@@ -13,7 +13,7 @@ use super::scene::{Frames, Rest, Scene};
 use super::script::ScriptPlayer;
 use super::touch::{Contact, Reach};
 use super::traffic::{self, Traffic};
-use super::{Body, ExternalEvent, JointState, Place, ToolState};
+use super::{Body, ExternalEvent, JointState, ObjectPose, ToolState};
 use crate::Micros;
 use crate::scenario::{Action, Scenario, SensorKind};
 
@@ -101,10 +101,10 @@ impl WorldState {
 /// Frames.
 impl WorldState {
     /// The tool's tip on an arm that stands so.
-    fn tip(&self, joint_state: &JointState) -> Place {
+    fn tip(&self, joint_state: &JointState) -> ObjectPose {
         let geometry = Geometry::magician(self.scenario.tool().bias());
         let pose = geometry.forward(&joint_state.joints);
-        Place {
+        ObjectPose {
             x: pose.x,
             y: pose.y + joint_state.rail,
             z: pose.z,
@@ -123,7 +123,7 @@ impl WorldState {
     fn frames_of_ground(&self, now: Micros) -> Frames {
         Frames {
             belt: frame_of_belt(&self.scenario, &self.belt, now),
-            tool: Place::default(),
+            tool: ObjectPose::default(),
         }
     }
 
@@ -137,10 +137,12 @@ impl WorldState {
     }
 }
 
-fn frame_of_belt(scenario: &Scenario, belt: &Belt, now: Micros) -> Place {
-    scenario.conveyor().map_or_else(Place::default, |conveyor| {
-        conveyor.frame_after(belt.travel(now))
-    })
+fn frame_of_belt(scenario: &Scenario, belt: &Belt, now: Micros) -> ObjectPose {
+    scenario
+        .conveyor()
+        .map_or_else(ObjectPose::default, |conveyor| {
+            conveyor.frame_after(belt.travel(now))
+        })
 }
 
 /// Inputs and sensors.

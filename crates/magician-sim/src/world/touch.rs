@@ -2,7 +2,7 @@
 
 use super::scene::{Frames, Scene};
 use super::solid::Solid;
-use super::{Body, Footprint, Place, ToolState};
+use super::{Body, Footprint, ObjectPose, ToolState};
 use crate::scenario::{Scenario, Tool, ToolKind};
 
 /// Less than this is a rounding error and no touch, mm.
@@ -43,13 +43,13 @@ impl Reach<'_> {
     }
 
     /// The points of the tool that touch bodies, in the base frame.
-    fn points(&self) -> [Option<Place>; 3] {
+    fn points(&self) -> [Option<ObjectPose>; 3] {
         let tip = &self.frames.tool;
         let at = |y: f64, z: f64| {
-            Some(tip.then(&Place {
+            Some(tip.then(&ObjectPose {
                 y,
                 z,
-                ..Place::default()
+                ..ObjectPose::default()
             }))
         };
         match self.tool().kind {

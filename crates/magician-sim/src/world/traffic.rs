@@ -1,6 +1,6 @@
 //! What the belt does by itself: it carries objects before the sensors, past them, and off its end.
 
-use super::Place;
+use super::ObjectPose;
 use super::belt::Belt;
 use super::scene::{Frames, Rest, Scene};
 use crate::Micros;
@@ -88,7 +88,7 @@ pub(super) fn run_off(
     } else {
         -clear
     };
-    let from = belt.then(&Place { x, ..along });
+    let from = belt.then(&ObjectPose { x, ..along });
     scene.fall(object, from, 0.0, scenario, frames)
 }
 
@@ -103,10 +103,10 @@ impl Watch<'_> {
     fn frames(&self, at: Micros) -> Frames {
         let belt = self.scenario.conveyor();
         Frames {
-            belt: belt.map_or_else(Place::default, |belt| {
+            belt: belt.map_or_else(ObjectPose::default, |belt| {
                 belt.frame_after(self.belt.travel(at))
             }),
-            tool: Place::default(),
+            tool: ObjectPose::default(),
         }
     }
 

@@ -4,7 +4,7 @@ use magician_protocol::Port;
 
 use super::scene::Frames;
 use super::state::WorldState;
-use super::{Place, Rest};
+use super::{ObjectPose, Rest};
 use crate::Micros;
 use crate::scenario::{Color, Object};
 
@@ -39,7 +39,7 @@ impl<'a> WorldView<'a> {
 
     /// Where the tool's tip really is, and how it is turned.
     #[must_use]
-    pub fn tip(&self) -> Option<Place> {
+    pub fn tip(&self) -> Option<ObjectPose> {
         self.state.map(|(_, frames)| frames.tool)
     }
 
@@ -57,7 +57,7 @@ pub struct ObjectView<'a> {
     state: &'a WorldState,
     id: u16,
     object: &'a Object,
-    place: Place,
+    place: ObjectPose,
 }
 
 impl<'a> ObjectView<'a> {
@@ -92,7 +92,7 @@ impl<'a> ObjectView<'a> {
 
     /// Where it is.
     #[must_use]
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> ObjectPose {
         self.place
     }
 

@@ -4,7 +4,7 @@ use super::host;
 use magician_motion::{Geometry, ToolBias};
 use magician_protocol::{Ctrl, FrameBuf, TABLE};
 use magician_sim::world::{Body, Press};
-use magician_sim::{Controller, ExternalEvent, Flash, LinkId, Micros, Profile, State};
+use magician_sim::{Controller, ControllerState, ExternalEvent, Flash, LinkId, Micros, Profile};
 use proptest::prelude::*;
 
 /// A number as a host, a bad host or chance sends it. Boxed: strategies lie on the stack with all that they may become.
@@ -156,7 +156,7 @@ fn interfered() -> impl Strategy<Value = Vec<u8>> {
 }
 
 /// Whether the joints are within the controller's limits (model section 4).
-fn within_limits(state: &State) -> bool {
+fn within_limits(state: &ControllerState) -> bool {
     let [j1, j2, j3, j4] = state.joints.to_array();
     let within = |angle: f64, least: f64, most: f64| angle > least - 1e-6 && angle < most + 1e-6;
     within(j1, -135.0, 135.0)

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use magician_protocol::{Ctrl, FrameBuf};
 use magician_sim::{
-    Controller, Line, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
+    Controller, LineTiming, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
 };
 use proptest::prelude::*;
 
@@ -36,12 +36,12 @@ fn start() -> Vec<u8> {
     [frame(20, Ctrl::SET, &[]), frame(240, Ctrl::SET, &[])].concat()
 }
 
-fn runner(speed: Speed, line: Line) -> Runner {
+fn runner(speed: Speed, line: LineTiming) -> Runner {
     Runner::new(Controller::new(Profile::default()), speed, line)
 }
 
-fn paced(turnaround: Micros) -> Line {
-    Line {
+fn paced(turnaround: Micros) -> LineTiming {
+    LineTiming {
         baud: Some(115_200),
         turnaround,
     }
@@ -169,7 +169,7 @@ fn links_do_not_share_a_line() {
 fn turnaround_counts_without_a_baud_rate_too() {
     let mut runner = runner(
         Speed::Max,
-        Line {
+        LineTiming {
             baud: None,
             turnaround: 700,
         },
@@ -185,7 +185,7 @@ fn turnaround_counts_without_a_baud_rate_too() {
 #[test]
 fn the_arms_clock_is_the_walls_times_the_speed() {
     for (speed, wall) in [(1.0, 3_000_000), (10.0, 300_000), (0.5, 6_000_000)] {
-        let mut runner = runner(Speed::Times(speed), Line::default());
+        let mut runner = runner(Speed::Times(speed), LineTiming::default());
         let mut now = 0;
         runner.receive(0, USB, &[start(), wait(3_000)].concat());
         replies(&mut runner, 0, USB);
@@ -214,7 +214,7 @@ fn a_stopped_clock_still_answers() {
 
 #[test]
 fn at_full_speed_a_command_has_finished_before_the_next_request_is_read() {
-    let mut runner = runner(Speed::Max, Line::default());
+    let mut runner = runner(Speed::Max, LineTiming::default());
     let mut now = 0;
     let requests = [
         start(),
@@ -234,7 +234,7 @@ fn at_full_speed_a_command_has_finished_before_the_next_request_is_read() {
 
 #[test]
 fn at_full_speed_the_arm_is_there_when_it_is_asked() {
-    let mut runner = runner(Speed::Max, Line::default());
+    let mut runner = runner(Speed::Max, LineTiming::default());
     let target: [f32; 4] = [220.0, 30.0, 40.0, 15.0];
     let mode = [1]; // MOVJ to Cartesian coordinates
     let move_to = [&mode[..], target.map(f32::to_le_bytes).as_flattened()].concat();
@@ -250,7 +250,7 @@ fn at_full_speed_the_arm_is_there_when_it_is_asked() {
 
 #[test]
 fn at_full_speed_nothing_scheduled_runs_at_wall_speed() {
-    let mut runner = runner(Speed::Max, Line::default());
+    let mut runner = runner(Speed::Max, LineTiming::default());
     let mut now = 2_000_000;
     runner.receive(now, USB, &[start(), wait(60_000)].concat());
     now += 1_500_000;
@@ -273,7 +273,7 @@ const CELL: &str = r#"
 fn runner_in(scenario: &str) -> Runner {
     let world = World::from_scenario(&Scenario::from_toml(scenario).unwrap());
     let controller = Controller::in_world(Profile::default(), world);
-    Runner::new(controller, Speed::Max, Line::default())
+    Runner::new(controller, Speed::Max, LineTiming::default())
 }
 
 #[test]
@@ -336,7 +336,7 @@ fn at_full_speed_what_the_line_brings_later_is_read_later() {
 
 #[test]
 fn at_full_speed_a_move_that_never_ends_does_not_use_up_the_clock() {
-    let mut runner = runner(Speed::Max, Line::default());
+    let mut runner = runner(Speed::Max, LineTiming::default());
     let speeds = [f32::MIN_POSITIVE; 8].map(f32::to_le_bytes).concat();
     let slow = frame(80, Ctrl::SET, &speeds);
     let target = [10.0f32, 45.0, 45.0, 0.0].map(f32::to_le_bytes).concat();
@@ -352,7 +352,7 @@ fn at_full_speed_a_move_that_never_ends_does_not_use_up_the_clock() {
 
 #[test]
 fn a_silence_of_50_ms_ends_a_frame() {
-    for line in [Line::default(), paced(0)] {
+    for line in [LineTiming::default(), paced(0)] {
         for (pause, answers) in [(49_000, 1), (51_500, 0)] {
             let mut runner = runner(Speed::default(), line);
             let request = get_pose();
@@ -418,7 +418,7 @@ fn room_shrinks_by_what_is_under_way() {
 
 #[test]
 fn what_is_on_its_way_when_the_cable_is_pulled_is_lost() {
-    for line in [Line::default(), paced(2_000)] {
+    for line in [LineTiming::default(), paced(2_000)] {
         let mut runner = runner(Speed::default(), line);
         // Two replies that nobody took, a request and a half on the line.
         runner.receive(0, USB, &[get_pose(), get_pose()].concat());
@@ -440,7 +440,7 @@ fn what_is_on_its_way_when_the_cable_is_pulled_is_lost() {
 
 #[test]
 fn without_the_cable_the_arm_goes_on_and_hears_nothing() {
-    let mut runner = runner(Speed::default(), Line::default());
+    let mut runner = runner(Speed::default(), LineTiming::default());
     runner.receive(0, USB, &[start(), wait(3_000)].concat());
     runner.unplug();
     runner.receive(1_000, USB, &[wait(1), get_pose()].concat());
@@ -457,7 +457,7 @@ fn without_the_cable_the_arm_goes_on_and_hears_nothing() {
 
 #[test]
 fn every_pull_is_counted_once() {
-    let mut runner = runner(Speed::default(), Line::default());
+    let mut runner = runner(Speed::default(), LineTiming::default());
     assert_eq!((runner.plugged(), runner.pulls()), (true, 0));
     for pulls in [1, 2] {
         runner.unplug();
@@ -471,7 +471,7 @@ fn every_pull_is_counted_once() {
 
 #[test]
 fn a_slow_arm_answers_later_and_in_order() {
-    for (line, quick) in [(Line::default(), 0), (paced(2_000), 5_820)] {
+    for (line, quick) in [(LineTiming::default(), 0), (paced(2_000), 5_820)] {
         let mut runner = runner(Speed::Max, line);
         let mut now = 0;
         runner.set_delay(300_000);
@@ -499,7 +499,7 @@ fn a_slow_arm_answers_later_and_in_order() {
 
 #[test]
 fn the_wall_clock_does_not_run_back() {
-    let mut runner = runner(Speed::default(), Line::default());
+    let mut runner = runner(Speed::default(), LineTiming::default());
     runner.handle_timeout(5_000_000);
     runner.receive(1_000, USB, &device_time());
     assert_eq!(
@@ -512,9 +512,9 @@ fn speeds() -> impl Strategy<Value = Speed> {
     prop_oneof![Just(Speed::Max), (0.01f64..100.0).prop_map(Speed::Times)]
 }
 
-fn lines() -> impl Strategy<Value = Line> {
+fn lines() -> impl Strategy<Value = LineTiming> {
     let baud = prop_oneof![Just(None), (9_600u32..1_000_000).prop_map(Some)];
-    (baud, 0u64..5_000).prop_map(|(baud, turnaround)| Line { baud, turnaround })
+    (baud, 0u64..5_000).prop_map(|(baud, turnaround)| LineTiming { baud, turnaround })
 }
 
 /// Bytes that hosts send, and some that they do not.
@@ -533,7 +533,7 @@ fn requests() -> impl Strategy<Value = Vec<u8>> {
 /// Runs a script of (pause, link, bytes); all replies with the time at which they were due.
 fn transcript(
     speed: Speed,
-    line: Line,
+    line: LineTiming,
     script: &[(Micros, LinkId, Vec<u8>)],
     cut: usize,
     looks: &[Micros],
@@ -619,11 +619,11 @@ struct Counting {
 }
 
 impl Observer for Counting {
-    fn next_look(&self) -> Option<Micros> {
+    fn next_sample(&self) -> Option<Micros> {
         Some(self.next)
     }
 
-    fn look(&mut self, arm: &Controller) {
+    fn observe(&mut self, arm: &Controller) {
         if arm.now() == self.next {
             self.seen += 1;
             self.next += 20_000;
@@ -632,7 +632,7 @@ impl Observer for Counting {
 }
 
 fn watched(speed: Speed) -> (Runner, Arc<Mutex<Counting>>) {
-    let mut runner = Runner::new(Controller::default(), speed, Line::default());
+    let mut runner = Runner::new(Controller::default(), speed, LineTiming::default());
     let counting = Arc::new(Mutex::new(Counting::default()));
     runner.observe(Arc::clone(&counting));
     (runner, counting)
@@ -687,7 +687,7 @@ fn an_observer_is_shown_the_arm_in_good_time() {
 /// The arm's clock goes on from where it is, at either speed, and what an arm is busy with waits for its time or does not.
 #[test]
 fn the_speed_may_change_on_the_way() {
-    let mut runner = runner(Speed::Times(1.0), Line::default());
+    let mut runner = runner(Speed::Times(1.0), LineTiming::default());
     runner.receive(0, USB, &[start(), wait(1000), wait(2000)].concat());
     runner.handle_timeout(400_000);
     let at = |runner: &Runner| {
@@ -715,7 +715,7 @@ fn the_speed_may_change_on_the_way() {
 /// Replies that a peer does not take are there for him, and nothing that is still to happen.
 #[test]
 fn what_has_come_and_is_not_taken_is_no_change() {
-    let line = Line {
+    let line = LineTiming {
         baud: None,
         turnaround: 500,
     };

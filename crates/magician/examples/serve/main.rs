@@ -6,7 +6,7 @@ use std::io::Write;
 use std::process::ExitCode;
 
 use magician::serve::Server;
-use magician_sim::{Controller, Line, Profile, Speed};
+use magician_sim::{Controller, LineTiming, Profile, Speed};
 
 fn main() -> ExitCode {
     match run() {
@@ -20,7 +20,7 @@ fn main() -> ExitCode {
 
 fn run() -> Result<(), Box<dyn std::error::Error>> {
     let mut server = Server::new(Controller::new(Profile::default()));
-    let (mut speed, mut line) = (Speed::default(), Line::default());
+    let (mut speed, mut line) = (Speed::default(), LineTiming::default());
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         let value = words

@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use magician_protocol::commands::{CpParams, Pose, QueuedCmdCurrentIndex};
-use magician_sim::{Controller, Line, Profile, Runner, Speed};
+use magician_sim::{Controller, LineTiming, Profile, Runner, Speed};
 
 use super::*;
 use crate::{Arm, Options};
 
 /// An arm behind 115200 baud and a turnaround.
 async fn paced(turnaround: Duration) -> Arm {
-    let line = Line {
+    let line = LineTiming {
         baud: Some(115_200),
         turnaround: turnaround.as_micros() as u64,
     };

@@ -19,7 +19,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::task::Context;
 
-use magician_sim::{Controller, Event, Line, Speed};
+use magician_sim::{Controller, Event, LineTiming, Speed};
 
 mod address;
 mod arm;
@@ -75,7 +75,7 @@ const READS_PER_TURN: u32 = 16;
 pub struct Server {
     controller: Controller,
     speed: Speed,
-    line: Line,
+    line: LineTiming,
     specs: Vec<EndpointSpec>,
     discovery: Discovery,
     number: Number,
@@ -235,7 +235,7 @@ impl Server {
         Self {
             controller,
             speed: Speed::default(),
-            line: Line::default(),
+            line: LineTiming::default(),
             specs: Vec::new(),
             discovery: Discovery::default(),
             number: None,
@@ -259,7 +259,7 @@ impl Server {
 
     /// Baud rate and turnaround, for every client's line on its own.
     #[must_use]
-    pub fn line(mut self, line: Line) -> Self {
+    pub fn line(mut self, line: LineTiming) -> Self {
         self.line = line;
         self
     }

@@ -225,7 +225,7 @@ mod tests {
         let mut cell = Cell::new(Runner::new(
             Controller::default(),
             Speed::Max,
-            magician_sim::Line::default(),
+            magician_sim::LineTiming::default(),
         ));
         cell.stand();
         let (leader, other) = (cell.open(), cell.open());

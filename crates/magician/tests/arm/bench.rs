@@ -2,13 +2,13 @@
 
 use magician::commands::Pose;
 use magician::protocol::FrameBuf;
-use magician::sim::{Controller, Line, Profile, Runner, Speed};
+use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
 use magician::{Arm, Ctrl, Options};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 use tokio::time::Instant;
 
 pub(crate) fn runner(speed: Speed) -> Runner {
-    let line = Line {
+    let line = LineTiming {
         baud: Some(115_200),
         turnaround: 2_000,
     };

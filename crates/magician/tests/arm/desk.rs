@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use magician::commands::DeviceSn;
 use magician::protocol::{FrameBuf, Text};
-use magician::sim::{Controller, LinkId, Profile, State};
+use magician::sim::{Controller, ControllerState, LinkId, Profile};
 use magician::{Arm, Ctrl, Options};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::task::JoinHandle;
@@ -28,7 +28,7 @@ struct Inner {
 }
 
 /// Looks at the arm every few milliseconds of its clock.
-type Watcher = Box<dyn FnMut(&State) + Send>;
+type Watcher = Box<dyn FnMut(&ControllerState) + Send>;
 
 /// How often it does, us.
 const WATCHED: u64 = 4_000;
@@ -140,7 +140,7 @@ impl Desk {
     }
 
     /// Has the arm looked at every few milliseconds that it is busy.
-    pub(crate) fn watched_by(&self, watcher: impl FnMut(&State) + Send + 'static) {
+    pub(crate) fn watched_by(&self, watcher: impl FnMut(&ControllerState) + Send + 'static) {
         self.lock().watcher = Some(Box::new(watcher));
     }
 

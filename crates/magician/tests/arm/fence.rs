@@ -8,7 +8,7 @@ use magician::commands::{
     PtpCoordinateParams, PtpJointParams, QueuedCmdStartDownload, QueuedCmdStartExec,
 };
 use magician::protocol::{Flag, FrameBuf, PtpMode};
-use magician::sim::State;
+use magician::sim::ControllerState;
 use magician::words::{self, Axis, Guards, JogDirection};
 use magician::{
     Act, Action, Arm, Ctrl, Cuboid, ErrorKind, Fence, FencePart, Options, RunOptions, Set,
@@ -430,7 +430,7 @@ struct Seen {
 }
 
 impl Seen {
-    fn look(&mut self, fence: &Fence, state: &State) {
+    fn look(&mut self, fence: &Fence, state: &ControllerState) {
         let tip = [state.pose.x, state.pose.y, state.pose.z];
         self.beyond = self.beyond.max(beyond(fence, tip));
         let tool = state.tool.x + 1000.0 * state.tool.z;

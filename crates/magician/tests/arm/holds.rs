@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::{Pose, PtpCmd, WaitCmd};
 use magician::protocol::FrameBuf;
-use magician::sim::{Controller, Line, Profile, Runner, Speed};
+use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
 use magician::{Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, words};
 use tokio::io::{AsyncWriteExt, duplex};
 use tokio::time::Instant;
@@ -129,7 +129,7 @@ async fn a_wait_of_another_program_before_ours_is_no_hold() {
     let mut controller = Controller::new(Profile::default());
     let left = FrameBuf::encode(110, Ctrl::QUEUED, &WaitCmd { timeout: 20_000 }).unwrap();
     controller.receive(magician::sim::LinkId(7), left.bytes());
-    let line = Line {
+    let line = LineTiming {
         baud: None,
         turnaround: 0,
     };

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::{Pose, WaitCmd};
 use magician::protocol::FrameBuf;
-use magician::sim::{Controller, Line, Profile, Runner, Speed};
+use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
 use magician::{
     Action, Arm, Ctrl, ErrorCode, ErrorKind, Given, Options, Remedy, RunOptions, Setting, words,
 };
@@ -96,7 +96,7 @@ async fn will_not_start_what_others_left_behind() {
     let mut controller = Controller::new(Profile::default());
     let left = FrameBuf::encode(110, Ctrl::QUEUED, &WaitCmd { timeout: 10 }).unwrap();
     controller.receive(magician::sim::LinkId(7), left.bytes());
-    let line = Line {
+    let line = LineTiming {
         baud: None,
         turnaround: 0,
     };

@@ -7,7 +7,7 @@ use std::time::Duration;
 use magician::faults::Faults;
 use magician::protocol::Set;
 use magician::protocol::commands::{DeviceTime, Pose};
-use magician::sim::{ExternalEvent, Scenario, State};
+use magician::sim::{ControllerState, ExternalEvent, Scenario};
 use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, words};
 use tokio::task::yield_now;
 use tokio::time::Instant;
@@ -46,7 +46,7 @@ fn clock(cell: &VirtualArm) -> Duration {
 }
 
 /// The arm at the first of the moments at which this is so, in a run that goes on meanwhile.
-async fn once(cell: &VirtualArm, so: impl Fn(&State) -> bool) -> State {
+async fn once(cell: &VirtualArm, so: impl Fn(&ControllerState) -> bool) -> ControllerState {
     loop {
         let state = cell.state();
         if so(&state) {

@@ -14,7 +14,7 @@ use magician::serve::files::{FlashFileError, load_flash, read_text, save_flash};
 use magician::serve::{self, Discovery, Handle, Server, serve_all};
 use magician_motion::ToolBias;
 use magician_sim::world::PictureOptions;
-use magician_sim::{Controller, Flash, Identity, Line, Profile, Scenario, Speed, World};
+use magician_sim::{Controller, Flash, Identity, LineTiming, Profile, Scenario, Speed, World};
 
 use crate::context::Context;
 use crate::failure::Failure;
@@ -275,7 +275,7 @@ impl Sim {
         scenario: &Scenario,
         own: impl Fn(&Path) -> PathBuf,
     ) -> Result<Server, Failure> {
-        let line = Line {
+        let line = LineTiming {
             baud: self.baud,
             turnaround: (self.turnaround * 1000.0) as u64,
         };

@@ -5,7 +5,7 @@ use magician_protocol::commands::{
     QueuedCmdStartExec, WaitCmd,
 };
 use magician_protocol::{CpMode, NoArgs, Writable};
-use magician_sim::{Controller, Line, LinkId, Profile, Runner, Speed};
+use magician_sim::{Controller, LineTiming, LinkId, Profile, Runner, Speed};
 
 use super::SECOND;
 use crate::connection::{
@@ -39,7 +39,7 @@ impl Paced {
             baud,
             ..Settings::ORDERED
         };
-        let line = Line {
+        let line = LineTiming {
             baud: Some(BAUD),
             turnaround,
         };

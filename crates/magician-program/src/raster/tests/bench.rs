@@ -5,7 +5,7 @@ use magician_host::words::Preflight;
 use magician_protocol::commands::{ClearAllAlarmsState, QueuedCmdStartExec};
 use magician_protocol::{Ctrl, FrameBuf, Set};
 use magician_sim::world::{Stroke, StrokeKind};
-use magician_sim::{Controller, LinkId, Profile, Scenario, State, World};
+use magician_sim::{Controller, ControllerState, LinkId, Profile, Scenario, World};
 
 use crate::raster::{Grid, Raster, Size};
 use crate::{Content, Format, Plan, ReadOptions, Surface, Tool, check, read};
@@ -61,7 +61,7 @@ impl Bench {
     }
 
     /// Does all of a plan that the checks let pass; `look` is called again and again while the arm is at it.
-    pub(super) fn perform(&mut self, plan: &Plan, mut look: impl FnMut(&State)) {
+    pub(super) fn perform(&mut self, plan: &Plan, mut look: impl FnMut(&ControllerState)) {
         let start = Preflight::at(JointAngles::HOME, Tool::None.bias());
         let report = check(plan, &start);
         assert!(report.is_good(), "{:?}", report.refused_steps);
@@ -77,7 +77,7 @@ impl Bench {
         assert!(self.0.state().alarms.is_empty());
     }
 
-    fn go_on(&mut self, look: &mut impl FnMut(&State)) {
+    fn go_on(&mut self, look: &mut impl FnMut(&ControllerState)) {
         let next = self.0.poll_timeout().unwrap();
         let soon = self.0.now() + LOOK;
         self.0.advance(next.min(soon));

@@ -2,7 +2,7 @@
 
 use magician_host::JointAngles;
 use magician_host::words::Preflight;
-use magician_sim::State;
+use magician_sim::ControllerState;
 
 use super::bench::{Bench, SURFACE, burnt, centred, difference, gradient, image, picture, wanted};
 use crate::raster::{Engrave, Grid, Size, Tone};
@@ -44,7 +44,7 @@ fn the_tool_passes_the_image_at_one_speed() {
     let white = burnt.take_while(|burnt| !burnt).count();
     let [left, _] = grid.at([white as f64 / 64.0, 0.0]);
     let plan = image.plan(&grid, SURFACE, &engrave).unwrap();
-    let (mut before, mut looks) = (None::<State>, 0);
+    let (mut before, mut looks) = (None::<ControllerState>, 0);
     let mut farthest = left;
     let mut off = 0.0_f64;
     Bench::new().perform(&plan, |now| {

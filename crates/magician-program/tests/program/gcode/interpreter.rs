@@ -169,7 +169,10 @@ fn what_cannot_be_done_says_where_and_why() {
         ("G0 X[1+2", "line 1, column 5: this bracket is not closed"),
         ("G0 X[1 2]", "line 1, column 5: this bracket is not closed"),
         ("G0 X[1/0]", "line 1, column 6: this divides by 0"),
-        ("G0 XSQRT[-1]", "line 1, column 5: SQRT of -1 is not a number"),
+        (
+            "G0 XSQRT[-1]",
+            "line 1, column 5: SQRT of -1 is not a number",
+        ),
         (
             "G0 X[-8**0.5]",
             "line 1, column 6: this of -8 and 0.5 is not a number (*..)",
@@ -192,10 +195,7 @@ fn what_cannot_be_done_says_where_and_why() {
             "line 1, column 1: unknown parameter #1.5; they are #1 to #5602",
         ),
         ("#<a=1", "line 1, column 2: a name ends with > on its line"),
-        (
-            "G0 X#<a>",
-            "line 1, column 5: #<a> is read, but never set",
-        ),
+        ("G0 X#<a>", "line 1, column 5: #<a> is read, but never set"),
         (
             "\nG0 X#5061",
             "line 2, column 5: #5061 is the result of a probe, which is unknown here",
@@ -228,10 +228,7 @@ fn what_cannot_be_done_says_where_and_why() {
             "#5221=1",
             "line 1, column 1: #5221 is a property of a machine and cannot be set",
         ),
-        (
-            "#<_feed>=1",
-            "line 1, column 1: #<_feed> is read-only",
-        ),
+        ("#<_feed>=1", "line 1, column 1: #<_feed> is read-only"),
         (
             "o1 endif",
             "line 1, column 1: o1 endif does not match: nothing is open here",

@@ -29,10 +29,7 @@ fn what_is_wrong_says_where_and_why() {
             "G80\nX2",
             "line 2, column 1: the line has coordinates but no motion: G80 has ended the last one",
         ),
-        (
-            "G1 @5",
-            "line 1, column 4: '@' is not valid in G-code",
-        ),
+        ("G1 @5", "line 1, column 4: '@' is not valid in G-code"),
         ("G1.55 X2", "line 1, column 1: there is no G1.55"),
         ("G-1", "line 1, column 1: there is no G-1"),
         (

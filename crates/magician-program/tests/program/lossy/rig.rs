@@ -9,7 +9,7 @@ use std::time::Duration;
 use magician::commands::DeviceTime;
 use magician::faults::Faults;
 use magician::sim::world::Drawing;
-use magician::sim::{Line, Runner, Speed};
+use magician::sim::{LineTiming, Runner, Speed};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, ErrorKind, Options, Ran, Run, Set, VirtualArm};
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
@@ -18,7 +18,7 @@ use magician_program::{Action, Plan, Step};
 use tokio::time::{Instant, sleep};
 
 /// What a serial line is like: its speed, and how long the arm takes to answer, us.
-const SERIAL: Line = Line {
+const SERIAL: LineTiming = LineTiming {
     baud: Some(115_200),
     turnaround: 1_000,
 };

@@ -4,7 +4,9 @@ use std::fmt;
 
 use magician_motion::ToolBias;
 use magician_protocol::IoFunction;
-use magician_sim::{Controller, Event, Output, PinState, QueueState, State, StepperState};
+use magician_sim::{
+    Controller, ControllerState, Event, Output, PinState, QueueState, StepperState,
+};
 use serde::Serialize;
 
 use crate::mcap::message::{Log, Time, Vector3};
@@ -121,7 +123,7 @@ impl From<Output> for Switch {
 }
 
 impl Io {
-    pub(super) fn of(arm: &Controller, state: &State) -> Self {
+    pub(super) fn of(arm: &Controller, state: &ControllerState) -> Self {
         let rate = |stepper: StepperState| stepper.pulses_per_second;
         Self {
             suction: state.suction.into(),
@@ -157,7 +159,7 @@ pub(super) struct Status {
 }
 
 impl Status {
-    pub(super) fn of(state: &State) -> Self {
+    pub(super) fn of(state: &ControllerState) -> Self {
         Self {
             moving: state.moving,
             homed: state.homed,

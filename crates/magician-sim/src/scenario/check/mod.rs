@@ -192,7 +192,7 @@ fn belt_beam(
     at.absent("facing", sensor.facing.is_some(), "facing is for at")?;
     at.number("belt_at", along, 0.0..=belt.length, "mm")?;
     let place = |across: f64, above: f64| {
-        let inner = crate::world::Place {
+        let inner = crate::world::ObjectPose {
             x: along,
             y: across,
             z: above,

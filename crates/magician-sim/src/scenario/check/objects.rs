@@ -3,7 +3,7 @@
 use super::rules::{At, Checked};
 use super::{FAR, file};
 use crate::scenario::{Color, Conveyor, Object, On, Table};
-use crate::world::{Footprint, Place};
+use crate::world::{Footprint, ObjectPose};
 
 /// Longest side of an object, mm.
 const LONGEST: f64 = 1000.0;
@@ -62,7 +62,7 @@ impl Stage<'_> {
             name: name.to_owned(),
             size: object.size,
             color: object.color.unwrap_or(Color::GREY),
-            place: Place {
+            place: ObjectPose {
                 x,
                 y,
                 z: self.height(at, object, on)?,

@@ -3,10 +3,10 @@
 use proptest::prelude::*;
 
 use super::near;
-use crate::world::{Footprint, Place, rotate};
+use crate::world::{Footprint, ObjectPose, rotate};
 
 fn footprint(x: f64, y: f64, yaw: f64, half: [f64; 2]) -> Footprint {
-    let place = Place { x, y, z: 0.0, yaw };
+    let place = ObjectPose { x, y, z: 0.0, yaw };
     Footprint { place, half }
 }
 
@@ -51,7 +51,7 @@ proptest! {
         x in -300.0..300.0_f64, y in -300.0..300.0_f64, z in -100.0..100.0_f64, yaw in -360.0..360.0_f64,
         dx in -300.0..300.0_f64, dy in -300.0..300.0_f64, turn in -360.0..360.0_f64,
     ) {
-        let (here, there) = (Place { x, y, z, yaw }, Place { x: dx, y: dy, z: 5.0, yaw: turn });
+        let (here, there) = (ObjectPose { x, y, z, yaw }, ObjectPose { x: dx, y: dy, z: 5.0, yaw: turn });
         let again = here.then(&here.to(&there));
         prop_assert!(near(again.x, dx) && near(again.y, dy) && near(again.z, 5.0) && near(again.yaw, turn));
     }

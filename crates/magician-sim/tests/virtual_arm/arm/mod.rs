@@ -6,7 +6,7 @@ use magician_protocol::{
     Ctrl, Flag, FrameBuf, IoFunction, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
 };
 use magician_sim::scenario::Scenario;
-use magician_sim::{Controller, Event, LinkId, Micros, Profile, State, World};
+use magician_sim::{Controller, ControllerState, Event, LinkId, Micros, Profile, World};
 
 /// The link that most tests talk over.
 pub const USB: LinkId = LinkId(0);
@@ -144,7 +144,7 @@ impl Bench {
         self.arm.now() - from
     }
 
-    pub fn state(&self) -> State {
+    pub fn state(&self) -> ControllerState {
         self.arm.state()
     }
 

@@ -2,15 +2,15 @@
 
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
 use magician_sim::scenario::{Color, ToolKind};
-use magician_sim::world::{Drawing, Place, Rest};
-use magician_sim::{Controller, Micros, PinState, State};
+use magician_sim::world::{Drawing, ObjectPose, Rest};
+use magician_sim::{Controller, ControllerState, Micros, PinState};
 
 /// The arm and its world at an instant.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Look {
     /// The arm; its clock in whole seconds, because more is not readable, and an arm at rest then stays the same for as
     /// long.
-    pub(super) state: State,
+    pub(super) state: ControllerState,
     /// The tool that is really on the arm, if the scenario says so; else what the controller was told.
     pub(super) tool: ToolBias,
     /// The pins of the connectors, address 1 first.
@@ -30,7 +30,7 @@ pub(super) struct Item {
     /// Length, width and height, mm.
     pub(super) size: [f64; 3],
     pub(super) color: Color,
-    pub(super) place: Place,
+    pub(super) place: ObjectPose,
     pub(super) rest: Rest,
 }
 
@@ -200,7 +200,7 @@ impl Figure {
 
 /// The joints after a small push by hand, or why the arm does not give way.
 pub(super) fn pushed(
-    state: &State,
+    state: &ControllerState,
     limits: &magician_motion::Limits,
     by: Push,
 ) -> Result<JointAngles, String> {
