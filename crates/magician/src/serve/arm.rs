@@ -3,7 +3,7 @@ use std::task::{Context, Waker};
 
 use super::handle::Orders;
 use super::shared_arm::SharedArm;
-use super::spec::{self, Ports};
+use super::spec::{self, Listeners};
 use super::timer::Timer;
 use super::wake::{WakeFlag, WakeSet};
 use super::{Endpoint, Notice, OnReady, ServeError, Server, Service};
@@ -12,7 +12,7 @@ use magician_sim::Runner;
 /// An arm that is being served: all its endpoints are open.
 pub(super) struct Arm {
     // Dropped first: what leads to the arm is gone before the arm.
-    ports: Ports,
+    listeners: Listeners,
     hub: SharedArm,
     timer: Timer,
     bell: Arc<WakeFlag>,
@@ -61,12 +61,12 @@ impl Arm {
     }
 
     fn endpoints(&self) -> Vec<Endpoint> {
-        self.ports.iter().map(|port| port.endpoint()).collect()
+        self.listeners.iter().map(|listener| listener.endpoint()).collect()
     }
 
     /// No more clients: closes the endpoints and completes what is being written.
     pub(super) fn end(self) -> Result<(), ServeError> {
-        drop(self.ports);
+        drop(self.listeners);
         self.hub.end()
     }
 
@@ -76,17 +76,17 @@ impl Arm {
             return Ok(());
         }
         let waker = self.waker.clone();
-        self.turn(&mut Context::from_waker(&waker))
+        self.poll(&mut Context::from_waker(&waker))
     }
 
     /// Does all that can be done now and sees to being woken for the rest.
-    fn turn(&mut self, cx: &mut Context<'_>) -> Result<(), ServeError> {
+    fn poll(&mut self, cx: &mut Context<'_>) -> Result<(), ServeError> {
         self.hub.tick();
         let done = self.orders.carry_out_one(cx, self.hub.runner_mut());
         self.follow_cable()?;
-        for port in &mut self.ports {
-            if let Err(source) = port.turn(cx, &mut self.hub) {
-                return Err(ServeError::at(port.endpoint(), "go on", source));
+        for listener in &mut self.listeners {
+            if let Err(source) = listener.poll(cx, &mut self.hub) {
+                return Err(ServeError::at(listener.endpoint(), "go on", source));
             }
         }
         self.hub.report();
@@ -110,15 +110,15 @@ impl Arm {
         let (pulls, plugged) = (self.hub.runner().pulls(), self.hub.runner().plugged());
         if pulls != self.pulls {
             (self.pulls, self.plugged) = (pulls, false);
-            for port in &mut self.ports {
-                port.unplug(&mut self.hub);
+            for listener in &mut self.listeners {
+                listener.unplug(&mut self.hub);
             }
             self.hub.notice(Notice::Unplugged);
         }
         if plugged && !self.plugged {
             self.plugged = true;
-            for port in &mut self.ports {
-                port.plug(&mut self.hub)?;
+            for listener in &mut self.listeners {
+                listener.plug(&mut self.hub)?;
             }
             let endpoints = self.endpoints();
             self.hub.notice(Notice::Plugged(endpoints));

@@ -7,7 +7,7 @@ use tokio::io::ReadBuf;
 use tokio::net::UdpSocket;
 
 use super::udp::{DATAGRAM, bound, refused};
-use super::{Endpoint, Port, READS_PER_TURN, Service};
+use super::{Endpoint, Listener, READS_PER_POLL, Service};
 
 /// Where a Wi-Fi module listens for hosts that look for one (model section 15).
 pub(super) const PORT: u16 = 48_899;
@@ -82,15 +82,15 @@ impl Answerer {
     }
 }
 
-impl Port for Answerer {
+impl Listener for Answerer {
     fn endpoint(&self) -> Endpoint {
         Endpoint::Discovery(self.address)
     }
 
-    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
+    fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         // The module has its power from the arm's connector.
         let plugged = service.plugged();
-        for _ in 0..READS_PER_TURN {
+        for _ in 0..READS_PER_POLL {
             let mut buffer = ReadBuf::new(&mut self.question);
             match self.socket.poll_recv_from(cx, &mut buffer) {
                 Poll::Pending => return Ok(()),

@@ -3,7 +3,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::task::Context;
 
-use super::spec::{self, EndpointSpec, Ports};
+use super::spec::{self, EndpointSpec, Listeners};
 use super::{Discovery, Endpoint, ServeError, Service};
 
 /// Endpoints that lead to a [`Service`] of your own: a bridge, a proxy. They are what
@@ -62,7 +62,7 @@ impl fmt::Debug for Endpoints {
 
 /// Endpoints that accept. What they made (symlinks, sockets) is gone when this is dropped.
 pub struct BoundEndpoints {
-    ports: Ports,
+    listeners: Listeners,
 }
 
 impl fmt::Debug for BoundEndpoints {
@@ -75,7 +75,7 @@ impl BoundEndpoints {
     /// What they are called outside, in their order.
     #[must_use]
     pub fn endpoints(&self) -> Vec<Endpoint> {
-        self.ports.iter().map(|port| port.endpoint()).collect()
+        self.listeners.iter().map(|listener| listener.endpoint()).collect()
     }
 
     /// Reads what is there, writes what is due, and registers to be woken for more. Turns are
@@ -84,14 +84,14 @@ impl BoundEndpoints {
     ///
     /// # Errors
     /// [`ServeError`] when an endpoint breaks down.
-    pub fn turn(
+    pub fn poll(
         &mut self,
         cx: &mut Context<'_>,
         service: &mut dyn Service,
     ) -> Result<(), ServeError> {
-        for port in &mut self.ports {
-            let turned = port.turn(cx, service);
-            turned.map_err(|source| ServeError::at(port.endpoint(), "go on", source))?;
+        for listener in &mut self.listeners {
+            let turned = listener.poll(cx, service);
+            turned.map_err(|source| ServeError::at(listener.endpoint(), "go on", source))?;
         }
         Ok(())
     }

@@ -56,7 +56,7 @@ use handle::Orders;
 use spec::{EndpointSpec, Number};
 
 /// Reads on one endpoint before the others get their turn.
-const READS_PER_TURN: u32 = 16;
+const READS_PER_POLL: u32 = 16;
 
 /// Serves one virtual arm. What is not set is real time, no pacing, no endpoint.
 ///
@@ -380,12 +380,12 @@ impl Server {
 }
 
 /// An open endpoint.
-trait Port {
+trait Listener {
     /// What it is called outside.
     fn endpoint(&self) -> Endpoint;
     /// Reads what is there, writes what is due, and registers to be woken for more. While the arm
     /// is unplugged, what is read goes nowhere.
-    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()>;
+    fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()>;
     /// The arm's cable was pulled, perhaps once more: no client is a client any longer.
     fn unplug(&mut self, service: &mut dyn Service);
     /// The cable is back.

@@ -12,7 +12,7 @@ use super::pty::{self, Pty};
 use super::several::numbered;
 use super::tcp::Tcp;
 use super::udp::Udp;
-use super::{Notice, Port, ServeError, Service};
+use super::{Listener, Notice, ServeError, Service};
 
 /// An endpoint that was asked for.
 pub(super) enum EndpointSpec {
@@ -22,7 +22,7 @@ pub(super) enum EndpointSpec {
     Tcp(String),
 }
 
-pub(super) type Ports = Vec<Box<dyn Port + Send>>;
+pub(super) type Listeners = Vec<Box<dyn Listener + Send>>;
 
 /// Which arm of several, counted from 1; `None` if it is the only one.
 pub(super) type Number = Option<u32>;
@@ -53,8 +53,8 @@ pub(super) fn open_all(
     discovery: &Discovery,
     number: Number,
     service: &mut dyn Service,
-) -> Result<Ports, ServeError> {
-    let mut ports = Ports::new();
+) -> Result<Listeners, ServeError> {
+    let mut ports = Listeners::new();
     for spec in specs {
         match spec {
             #[cfg(unix)]
@@ -91,7 +91,7 @@ pub(super) fn open_all(
 }
 
 /// Discovery that was not requested explicitly: served where it can be.
-fn beside(mut address: SocketAddr, service: &mut dyn Service) -> Option<Box<dyn Port + Send>> {
+fn beside(mut address: SocketAddr, service: &mut dyn Service) -> Option<Box<dyn Listener + Send>> {
     address.set_port(discovery::PORT);
     match Answerer::bind(address, service) {
         Ok(port) => Some(Box::new(port)),

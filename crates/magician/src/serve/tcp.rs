@@ -11,7 +11,7 @@ use tokio::time::Instant;
 
 use super::outbox::Outbox;
 use super::service::{Peer, Service};
-use super::{Endpoint, Notice, Port, READS_PER_TURN};
+use super::{Endpoint, Listener, Notice, READS_PER_POLL};
 
 /// Connections that are kept open at a time.
 const CONNECTIONS: usize = 16;
@@ -49,7 +49,7 @@ impl Tcp {
     }
 
     fn accept(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) {
-        for _ in 0..READS_PER_TURN {
+        for _ in 0..READS_PER_POLL {
             match self.listener.poll_accept(cx) {
                 Poll::Pending => return,
                 // The connection was gone before it was taken, or the system is short of
@@ -101,14 +101,14 @@ fn keep_alive(stream: &TcpStream) {
     let _ = SockRef::from(stream).set_tcp_keepalive(&settings);
 }
 
-impl Port for Tcp {
+impl Listener for Tcp {
     fn endpoint(&self) -> Endpoint {
         Endpoint::Tcp(self.address)
     }
 
-    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
+    fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         self.accept(cx, service);
-        let turn = |connection: &mut Connection| !connection.turn(cx, service).unwrap_or(false);
+        let turn = |connection: &mut Connection| !connection.poll(cx, service).unwrap_or(false);
         let gone: Vec<Connection> = self.connections.extract_if(.., turn).collect();
         for connection in gone {
             connection.peer.leave(service);
@@ -125,9 +125,9 @@ impl Port for Tcp {
 
 impl Connection {
     /// Reads and writes; false when the client has closed the connection.
-    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<bool> {
+    fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<bool> {
         self.send(cx, service)?;
-        for _ in 0..READS_PER_TURN {
+        for _ in 0..READS_PER_POLL {
             let mut bytes = [0; BUFFER];
             let room = service.room(self.peer.link()).min(BUFFER);
             if room == 0 {
@@ -212,7 +212,7 @@ mod tests {
 
     async fn turns(tcp: &mut Tcp, service: &mut Nobody, enough: impl Fn(&Nobody) -> bool) {
         poll_fn(|cx| {
-            tcp.turn(cx, service).unwrap();
+            tcp.poll(cx, service).unwrap();
             match enough(service) {
                 true => Poll::Ready(()),
                 false => Poll::Pending,

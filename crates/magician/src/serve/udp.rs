@@ -7,7 +7,7 @@ use tokio::io::ReadBuf;
 use tokio::net::UdpSocket;
 
 use super::service::{Peer, Service};
-use super::{Endpoint, Notice, Port, READS_PER_TURN};
+use super::{Endpoint, Listener, Notice, READS_PER_POLL};
 
 /// Senders that are remembered.
 const PEERS: usize = 32;
@@ -63,14 +63,14 @@ impl Udp {
     }
 }
 
-impl Port for Udp {
+impl Listener for Udp {
     fn endpoint(&self) -> Endpoint {
         Endpoint::Udp(self.address)
     }
 
-    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
+    fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         self.send(cx, service);
-        for _ in 0..READS_PER_TURN {
+        for _ in 0..READS_PER_POLL {
             let mut buffer = ReadBuf::new(&mut self.buffer);
             let from = match self.socket.poll_recv_from(cx, &mut buffer) {
                 Poll::Pending => return Ok(()),

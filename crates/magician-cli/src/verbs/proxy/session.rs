@@ -69,7 +69,7 @@ impl Session {
             // What has come comes first: it may be what a timeout is about to give up.
             let came = self.wire.read(cx, &mut self.service);
             if let Some(endpoints) = &mut self.endpoints {
-                endpoints.turn(cx, &mut self.service)?;
+                endpoints.poll(cx, &mut self.service)?;
             }
             self.service.tick();
             let went = self.wire.write(cx, &mut self.service);

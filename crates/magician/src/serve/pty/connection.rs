@@ -9,7 +9,7 @@ use tokio::time::{Sleep, sleep};
 
 use super::super::outbox::Outbox;
 use super::super::service::{Peer, Service};
-use super::super::{Notice, READS_PER_TURN, ServeError};
+use super::super::{Notice, READS_PER_POLL, ServeError};
 use super::symlink::{Symlink, Way};
 use super::terminal::Terminal;
 use super::watch::{self, Seen, Watch};
@@ -71,7 +71,7 @@ impl PtyConnection {
     }
 
     /// Reads and writes, and sees which clients connect and disconnect.
-    pub(super) fn turn(
+    pub(super) fn poll(
         &mut self,
         cx: &mut Context<'_>,
         service: &mut dyn Service,
@@ -96,7 +96,7 @@ impl PtyConnection {
                 _ => break,
             }
             turns += 1;
-            if turns == READS_PER_TURN {
+            if turns == READS_PER_POLL {
                 cx.waker().wake_by_ref();
                 break;
             }
@@ -124,7 +124,7 @@ impl PtyConnection {
     /// Reads all that clients wrote, whether the line has room for it or not.
     fn read_all(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         let mut bytes = [0; BUFFER];
-        for _ in 0..READS_PER_TURN {
+        for _ in 0..READS_PER_POLL {
             match self.terminal.read_now(&mut bytes) {
                 Ok(count) => service.receive(self.peer.link(), &bytes[..count]),
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,

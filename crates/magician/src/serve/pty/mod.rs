@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::task::Context;
 
-use super::{Endpoint, Port, ServeError, Service};
+use super::{Endpoint, Listener, ServeError, Service};
 
 mod claim;
 mod connection;
@@ -48,7 +48,7 @@ impl Pty {
     }
 }
 
-impl Port for Pty {
+impl Listener for Pty {
     fn endpoint(&self) -> Endpoint {
         Endpoint::Pty {
             path: self.way.given().to_owned(),
@@ -56,9 +56,9 @@ impl Port for Pty {
         }
     }
 
-    fn turn(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
+    fn poll(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
         match &mut self.jack {
-            Some(jack) => jack.turn(cx, service),
+            Some(jack) => jack.poll(cx, service),
             None => Ok(()),
         }
     }
