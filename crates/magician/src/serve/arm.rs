@@ -41,7 +41,7 @@ impl Arm {
         }
         let bell = WakeFlag::new(house);
         Ok(Self {
-            ports: spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?,
+            listeners: spec::open_all(&server.specs, &server.discovery, server.number, &mut hub)?,
             hub,
             timer: Timer::new().map_err(ServeError::Timer)?,
             waker: Waker::from(Arc::clone(&bell)),
@@ -61,7 +61,10 @@ impl Arm {
     }
 
     fn endpoints(&self) -> Vec<Endpoint> {
-        self.listeners.iter().map(|listener| listener.endpoint()).collect()
+        self.listeners
+            .iter()
+            .map(|listener| listener.endpoint())
+            .collect()
     }
 
     /// No more clients: closes the endpoints and completes what is being written.

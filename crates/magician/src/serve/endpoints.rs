@@ -49,8 +49,8 @@ impl Endpoints {
     /// touched.
     pub fn open(&self, service: &mut dyn Service) -> Result<BoundEndpoints, ServeError> {
         self.specs.iter().try_for_each(|spec| spec.check(None))?;
-        let ports = spec::open_all(&self.specs, &Discovery::Off, None, service)?;
-        Ok(BoundEndpoints { ports })
+        let listeners = spec::open_all(&self.specs, &Discovery::Off, None, service)?;
+        Ok(BoundEndpoints { listeners })
     }
 }
 
@@ -75,7 +75,10 @@ impl BoundEndpoints {
     /// What they are called outside, in their order.
     #[must_use]
     pub fn endpoints(&self) -> Vec<Endpoint> {
-        self.listeners.iter().map(|listener| listener.endpoint()).collect()
+        self.listeners
+            .iter()
+            .map(|listener| listener.endpoint())
+            .collect()
     }
 
     /// Reads what is there, writes what is due, and registers to be woken for more. Turns are
