@@ -28,15 +28,15 @@ pub(crate) fn begin(global: &Global) {
         .with_writer(|| LogWriter)
         // The colours are ours.
         .with_ansi(false)
-        .event_format(Line(Paint::for_stderr()));
+        .event_format(LineFormat(Paint::for_stderr()));
     // Only a second start could fail, and there is none.
     let _ = lines.try_init();
 }
 
 /// `warning: what happened name=value`.
-struct Line(Paint);
+struct LineFormat(Paint);
 
-impl<S, N> FormatEvent<S, N> for Line
+impl<S, N> FormatEvent<S, N> for LineFormat
 where
     S: Subscriber + for<'a> LookupSpan<'a>,
     N: for<'a> FormatFields<'a> + 'static,

@@ -37,25 +37,25 @@ impl Keyboard {
     pub(crate) fn wait(&self, patience: Duration) -> io::Result<Waited> {
         // The library may have read more events than it has given; but asked about a terminal that is gone, it would look
         // for its next byte for ever.
-        if self.line(Duration::ZERO)? == Line::Gone {
+        if self.line(Duration::ZERO)? == TerminalInput::Gone {
             return Ok(Waited::Gone);
         }
         if event::poll(Duration::ZERO)? {
             return event::read().map(Waited::Came);
         }
         match self.line(patience)? {
-            Line::Gone => Ok(Waited::Gone),
-            Line::Silent => Ok(Waited::Nothing),
-            Line::Ready if event::poll(Duration::ZERO)? => event::read().map(Waited::Came),
-            Line::Ready => Ok(Waited::Nothing),
-            Line::Untold if event::poll(patience)? => event::read().map(Waited::Came),
-            Line::Untold => Ok(Waited::Nothing),
+            TerminalInput::Gone => Ok(Waited::Gone),
+            TerminalInput::Silent => Ok(Waited::Nothing),
+            TerminalInput::Ready if event::poll(Duration::ZERO)? => event::read().map(Waited::Came),
+            TerminalInput::Ready => Ok(Waited::Nothing),
+            TerminalInput::Untold if event::poll(patience)? => event::read().map(Waited::Came),
+            TerminalInput::Untold => Ok(Waited::Nothing),
         }
     }
 
     /// What there is on the line, now or within some time.
     #[cfg(unix)]
-    fn line(&self, patience: Duration) -> io::Result<Line> {
+    fn line(&self, patience: Duration) -> io::Result<TerminalInput> {
         use rustix::event::{PollFd, PollFlags, Timespec, poll};
         use rustix::io::Errno;
         use std::os::fd::AsFd;
@@ -65,32 +65,32 @@ impl Keyboard {
         let mut lines = [PollFd::new(&line, PollFlags::IN)];
         let patience = Timespec::try_from(patience).map_err(io::Error::other)?;
         match poll(&mut lines, Some(&patience)) {
-            Ok(0) => return Ok(Line::Silent),
+            Ok(0) => return Ok(TerminalInput::Silent),
             // A signal, such as the one for another size.
-            Err(Errno::INTR) => return Ok(Line::Silent),
+            Err(Errno::INTR) => return Ok(TerminalInput::Silent),
             told => told?,
         };
         let [line] = lines;
         let told = line.revents();
         Ok(if told.contains(PollFlags::NVAL) {
-            Line::Untold
+            TerminalInput::Untold
         } else if told.intersects(PollFlags::HUP | PollFlags::ERR) {
-            Line::Gone
+            TerminalInput::Gone
         } else {
-            Line::Ready
+            TerminalInput::Ready
         })
     }
 
     #[cfg(not(unix))]
-    fn line(&self, _: Duration) -> io::Result<Line> {
-        Ok(Line::Untold)
+    fn line(&self, _: Duration) -> io::Result<TerminalInput> {
+        Ok(TerminalInput::Untold)
     }
 }
 
 /// What a line tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(not(unix), expect(dead_code, reason = "nothing tells there"))]
-enum Line {
+enum TerminalInput {
     Ready,
     Silent,
     Gone,

@@ -67,7 +67,7 @@ struct All {
 }
 
 #[derive(Serialize)]
-struct Place {
+struct ConfigPath {
     path: String,
 }
 
@@ -102,7 +102,7 @@ impl Show {
             Some(Deed::Path) => {
                 let path = path_of(&Config::load()?)
                     .ok_or_else(|| Failure::invalid("this system has no directory for settings"))?;
-                context.show(&Place { path: path.clone() }, |out| out.line(&path))
+                context.show(&ConfigPath { path: path.clone() }, |out| out.line(&path))
             }
         }
     }

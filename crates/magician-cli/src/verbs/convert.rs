@@ -11,7 +11,7 @@ use magician_program::{Action, Diagnostic, DiagnosticCode, Plan, Travel, Work};
 use magician_sim::world::PictureOptions;
 use serde::Serialize;
 
-use super::job::options::{Beam, File, Look, Pen, Place, Way};
+use super::job::options::{Beam, File, Look, Pen, PlacementOptions, Way};
 use super::job::{Job, notes};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -39,7 +39,7 @@ pub(crate) struct Convert {
     #[arg(long)]
     laser: bool,
     #[command(flatten)]
-    place: Place,
+    place: PlacementOptions,
     #[command(flatten)]
     pen: Pen,
 }
@@ -54,7 +54,7 @@ enum Kind {
 }
 
 #[derive(Serialize)]
-struct Answer {
+struct ConversionReport {
     from: String,
     to: String,
     steps: usize,
@@ -87,7 +87,7 @@ impl Convert {
         let (source, plan, read) = job.plan(context)?;
         let lost = write(kind, &plan, &self.to, &source)?;
         notes(&source, &lost, context);
-        let answer = Answer {
+        let answer = ConversionReport {
             from: source.name.clone(),
             to: self.to.display().to_string(),
             steps: plan.steps.len(),

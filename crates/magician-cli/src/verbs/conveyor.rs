@@ -49,7 +49,7 @@ enum Action {
 }
 
 #[derive(Serialize)]
-struct Answer {
+struct BeltReport {
     motor: u8,
     #[serde(skip_serializing_if = "Option::is_none")]
     speed: Option<f32>,
@@ -78,7 +78,7 @@ impl Conveyor {
                     words::conveyor_by(output, within(distance, CONVEYOR_FARTHEST, "mm")?, speed);
                 let quiet = context.global.json;
                 context.moving(None, async |arm, _| advance(arm, command, quiet).await)?;
-                Answer {
+                BeltReport {
                     motor,
                     speed: None,
                     distance: Some(distance),
@@ -107,12 +107,17 @@ fn within(value: f32, most: f64, unit: &'static str) -> Result<f32, Failure> {
     }
 }
 
-fn turn(context: &mut Context, motor: u8, output: Stepper, speed: f32) -> Result<Answer, Failure> {
+fn turn(
+    context: &mut Context,
+    motor: u8,
+    output: Stepper,
+    speed: f32,
+) -> Result<BeltReport, Failure> {
     let command = words::conveyor(output, speed);
     context.with_arm(Access::Sets, async |arm, _| {
         Ok(arm.set_any(&command).await?)
     })?;
-    Ok(Answer {
+    Ok(BeltReport {
         motor,
         speed: Some(speed),
         distance: None,

@@ -4,7 +4,7 @@ use clap::Args;
 use magician_program::Work;
 
 use super::job::Job;
-use super::job::options::{Beam, File, Look, Pen, Place, Way};
+use super::job::options::{Beam, File, Look, Pen, PlacementOptions, Way};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -26,7 +26,7 @@ pub(crate) struct Draw {
     #[command(flatten)]
     pen: Pen,
     #[command(flatten)]
-    place: Place,
+    place: PlacementOptions,
     #[command(flatten)]
     way: Way,
 }

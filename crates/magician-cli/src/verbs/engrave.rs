@@ -5,7 +5,7 @@ use magician_program::Work;
 use magician_program::raster::{Engrave, Size, Tone};
 
 use super::job::Job;
-use super::job::options::{Beam, File, Look, Pen, Place, Way, positive};
+use super::job::options::{Beam, File, Look, Pen, PlacementOptions, Way, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -31,7 +31,7 @@ pub(crate) struct Verb {
     #[command(flatten)]
     laser: Laser,
     #[command(flatten)]
-    place: Place,
+    place: PlacementOptions,
     #[command(flatten)]
     way: Way,
 }

@@ -29,7 +29,7 @@ pub(crate) struct Enqueue {
 }
 
 #[derive(Serialize)]
-struct Answer {
+struct QueuedIndex {
     index: u64,
 }
 
@@ -62,7 +62,7 @@ impl Enqueue {
             }
             Ok(index.0)
         })?;
-        context.show(&Answer { index }, |out| {
+        context.show(&QueuedIndex { index }, |out| {
             out.line(format_args!("index {index}"))
         })
     }

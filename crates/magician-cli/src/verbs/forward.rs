@@ -27,7 +27,7 @@ pub(crate) struct Forward {
 }
 
 #[derive(Serialize)]
-struct Answer {
+struct TipPose {
     x: f64,
     y: f64,
     z: f64,
@@ -42,7 +42,7 @@ impl Forward {
         }
         let pose = Geometry::magician(self.of.tool).forward(&joints);
         let [x, y, z, r] = pose.to_array().map(|value| value + 0.0);
-        context.show(&Answer { x, y, z, r }, |out| {
+        context.show(&TipPose { x, y, z, r }, |out| {
             let mut columns = Columns::default();
             for (name, value, unit) in [
                 ("x", x, "mm"),

@@ -1,7 +1,7 @@
 use clap::Args;
 use magician::{RunOptions, commands};
 
-use super::pose::Answer;
+use super::pose::PoseReport;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::progress::attended;
@@ -25,7 +25,7 @@ impl Home {
             attended(quiet, "homing", home).await?;
             Ok(arm.get::<commands::Pose>().await?)
         })?;
-        let answer = Answer::from(pose);
+        let answer = PoseReport::from(pose);
         context.show(&answer, |out| {
             out.line(format_args!("home: {}", answer.line()))
         })

@@ -15,7 +15,7 @@ use crate::saved::Access;
 pub(crate) struct Info {}
 
 #[derive(Serialize)]
-struct Answer {
+struct ArmInfo {
     port: String,
     device_name: String,
     device_sn: String,
@@ -68,14 +68,14 @@ impl Info {
     }
 }
 
-async fn read(arm: &Arm) -> Result<Answer, Failure> {
+async fn read(arm: &Arm) -> Result<ArmInfo, Failure> {
     let version = arm.get::<DeviceVersion>().await?;
     let numbers = [
         version.major_version,
         version.minor_version,
         version.revision,
     ];
-    Ok(Answer {
+    Ok(ArmInfo {
         port: arm.name().to_owned(),
         device_name: arm
             .get::<DeviceName>()

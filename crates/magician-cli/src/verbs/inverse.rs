@@ -27,7 +27,7 @@ pub(crate) struct Inverse {
 }
 
 #[derive(Serialize)]
-struct Answer {
+struct JointSolution {
     j1: f64,
     j2: f64,
     j3: f64,
@@ -40,7 +40,7 @@ impl Inverse {
         let joints =
             Geometry::magician(self.of.tool).inverse_within(&pose, &ArmModel::MAGICIAN.limits)?;
         let [j1, j2, j3, j4] = joints.to_array().map(|value| value + 0.0);
-        context.show(&Answer { j1, j2, j3, j4 }, |out| {
+        context.show(&JointSolution { j1, j2, j3, j4 }, |out| {
             let mut columns = Columns::default();
             for (name, value) in [("j1", j1), ("j2", j2), ("j3", j3), ("j4", j4)] {
                 columns.row([name, &format!("{value:10.4}"), "deg"]);

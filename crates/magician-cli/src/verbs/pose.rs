@@ -26,7 +26,7 @@ pub(crate) struct Pose {
 
 /// A pose as JSON has it.
 #[derive(Serialize)]
-pub(crate) struct Answer {
+pub(crate) struct PoseReport {
     x: f32,
     y: f32,
     z: f32,
@@ -37,7 +37,7 @@ pub(crate) struct Answer {
     j4: f32,
 }
 
-impl From<commands::Pose> for Answer {
+impl From<commands::Pose> for PoseReport {
     fn from(pose: commands::Pose) -> Self {
         let [j1, j2, j3, j4] = pose.joint_angle;
         let commands::Pose { x, y, z, r, .. } = pose;
@@ -67,7 +67,7 @@ impl Pose {
             if self.watch {
                 return self.go_on(arm, json, out).await;
             }
-            let answer = Answer::from(arm.get::<commands::Pose>().await?);
+            let answer = PoseReport::from(arm.get::<commands::Pose>().await?);
             if json {
                 out.json(&answer)
             } else {
@@ -82,7 +82,7 @@ impl Pose {
         let mut next = async || {
             ticks.tick().await;
             let pose = arm.get::<commands::Pose>().await?;
-            Ok::<_, Failure>(Answer::from(pose))
+            Ok::<_, Failure>(PoseReport::from(pose))
         };
         if !json && obeys(&std::io::stdout()) {
             let mut live = Live(out);
@@ -101,7 +101,7 @@ impl Pose {
     }
 }
 
-impl Answer {
+impl PoseReport {
     /// Aligned lines.
     pub(crate) fn write(&self, out: &mut Output) -> Result<(), Failure> {
         let mut columns = Columns::default();

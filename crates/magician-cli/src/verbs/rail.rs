@@ -63,7 +63,7 @@ struct How {
 }
 
 #[derive(Serialize)]
-struct Answer {
+struct RailReport {
     rail: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     l: Option<f32>,
@@ -91,7 +91,7 @@ impl Rail {
     }
 }
 
-fn tell(context: &mut Context, on: bool, version: u8) -> Result<Answer, Failure> {
+fn tell(context: &mut Context, on: bool, version: u8) -> Result<RailReport, Failure> {
     let command = words::rail(on, RailVersion::from(version.saturating_sub(1)));
     context.with_arm(Access::Sets, async |arm, _| {
         arm.set_any(&command).await?;
@@ -99,13 +99,13 @@ fn tell(context: &mut Context, on: bool, version: u8) -> Result<Answer, Failure>
     })
 }
 
-async fn look(arm: &Arm) -> Result<Answer, Failure> {
+async fn look(arm: &Arm) -> Result<RailReport, Failure> {
     let rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
     let l = match rail {
         true => Some(arm.get::<PoseL>().await?.pose_l),
         false => None,
     };
-    Ok(Answer { rail, l })
+    Ok(RailReport { rail, l })
 }
 
 /// Refuses to move along a rail that the arm knows nothing of.
@@ -124,7 +124,7 @@ async fn go(
     how: How,
     quiet: bool,
     saved: &SavedSettings,
-) -> Result<Answer, Failure> {
+) -> Result<RailReport, Failure> {
     arm.check_dark().await?;
     needs_rail(arm).await?;
     let mut commands = vec![travel];

@@ -5,7 +5,7 @@ use magician_program::Work;
 use magician_program::raster::Size;
 
 use super::job::Job;
-use super::job::options::{Beam, File, Look, Pen, Place, Way, positive};
+use super::job::options::{Beam, File, Look, Pen, PlacementOptions, Way, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -30,7 +30,7 @@ pub(crate) struct Run {
     #[command(flatten)]
     beam: Beam,
     #[command(flatten)]
-    place: Place,
+    place: PlacementOptions,
     #[command(flatten)]
     way: Way,
     /// Pen lift at the end, and between the lines of a drawing, mm

@@ -1,7 +1,7 @@
 use clap::Args;
 use magician::commands;
 
-use super::pose::Answer;
+use super::pose::PoseReport;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::saved::Access;
@@ -29,7 +29,7 @@ impl Stop {
         if !self.gentle {
             context.stands();
         }
-        let answer = Answer::from(pose);
+        let answer = PoseReport::from(pose);
         let what = match self.gentle {
             true => "stopping",
             false => "stopped",

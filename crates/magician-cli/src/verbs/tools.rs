@@ -41,7 +41,7 @@ enum Grip {
 }
 
 #[derive(Serialize)]
-struct Answer<T> {
+struct SwitchReport<T> {
     state: T,
 }
 
@@ -80,7 +80,7 @@ where
 {
     let word = state.to_possible_value();
     let word = word.as_ref().map_or("", |value| value.get_name());
-    context.show(&Answer { state }, |out| {
+    context.show(&SwitchReport { state }, |out| {
         out.line(format_args!("{name}: {word}"))
     })
 }

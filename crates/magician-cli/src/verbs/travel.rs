@@ -7,7 +7,7 @@ use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, commands, words};
 use serde::Serialize;
 use tokio::sync::Notify;
 
-use super::pose::Answer;
+use super::pose::PoseReport;
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::options::number;
@@ -101,7 +101,7 @@ impl Move {
             });
         }
         let pose = context.moving(None, async |arm, _| self.go(arm, quiet, &saved).await)?;
-        let answer = Answer::from(pose);
+        let answer = PoseReport::from(pose);
         context.show(&answer, |out| {
             out.line(format_args!("there: {}", answer.line()))
         })

@@ -12,7 +12,7 @@ use crate::output::Output;
 
 /// As JSON has it. What was not looked for is absent.
 #[derive(Debug, Serialize)]
-pub(super) struct Answer {
+pub(super) struct CalibrationReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     sheet: Option<Sheet>,
     /// How steep it is, deg.
@@ -42,7 +42,7 @@ pub(super) struct Answer {
     lines: Vec<[String; 2]>,
 }
 
-impl Answer {
+impl CalibrationReport {
     pub(super) fn new(found: &Found, tool: Tool) -> Self {
         let mut answer = Self {
             sheet: None,

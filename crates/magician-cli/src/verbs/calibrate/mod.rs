@@ -16,7 +16,7 @@ use magician::{Arm, words};
 use magician_program::{Diagnostic, Tool};
 use serde::Serialize;
 
-use self::answer::Answer;
+use self::answer::CalibrationReport;
 use self::known::Part;
 use self::session::Outcome;
 use self::subject::{Found, Subject, Touch};
@@ -148,7 +148,7 @@ fn find(
             (found, tool, if saves { Saves::Yes } else { Saves::No })
         }
     };
-    let mut answer = Answer::new(&found, tool);
+    let mut answer = CalibrationReport::new(&found, tool);
     if !context.global.json {
         answer.write(&mut context.out)?;
         context.out.flush()?;

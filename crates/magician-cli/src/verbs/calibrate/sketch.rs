@@ -41,12 +41,12 @@ const CORNERS: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0]];
 
 /// A box by its first and its last column, and its first and its last row.
 #[derive(Clone, Copy)]
-struct Place {
+struct CellBox {
     columns: [usize; 2],
     rows: [usize; 2],
 }
 
-impl Place {
+impl CellBox {
     /// The cell so far to the right of the middle and above it; 1 is at the edge.
     fn at(self, [right, up]: [f64; 2]) -> [usize; 2] {
         let along = |[first, last]: [usize; 2], share: f64| {
@@ -70,7 +70,7 @@ impl Canvas {
         }
     }
 
-    fn frame(&mut self, place: Place, style: Style) {
+    fn frame(&mut self, place: CellBox, style: Style) {
         let ([left, right], [top, bottom]) = (place.columns, place.rows);
         let edge = "─".repeat(right - left - 1);
         self.write([left, top], &format!("┌{edge}┐"), style);
@@ -128,8 +128,8 @@ fn paper(touched: &Touched, view: TopView, theme: Theme) -> Vec<Line<'static>> {
 }
 
 /// Where paper and arm are, if what is ahead of the arm is there.
-fn places([right, up]: [f64; 2]) -> (Place, Place) {
-    let place = |columns, rows| Place { columns, rows };
+fn places([right, up]: [f64; 2]) -> (CellBox, CellBox) {
+    let place = |columns, rows| CellBox { columns, rows };
     if up > 0.5 {
         (place([3, 19], [0, 3]), place([8, 14], [4, 5]))
     } else if up < -0.5 {

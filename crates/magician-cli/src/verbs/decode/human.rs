@@ -2,7 +2,7 @@
 
 use magician_protocol::{DecodeError, Description, Frame, Rejection};
 
-use super::{Place, Printer, word};
+use super::{Printer, StreamPosition, word};
 use crate::columns::wrap;
 use crate::failure::Failure;
 use crate::output::Output;
@@ -42,7 +42,7 @@ impl<'o> Lines<'o> {
 
     fn title(
         &mut self,
-        place: Place<'_>,
+        place: StreamPosition<'_>,
         direction: &str,
         name: &str,
         about: &str,
@@ -57,7 +57,7 @@ impl<'o> Lines<'o> {
         self.out.line(line.trim_end())
     }
 
-    fn bad(&mut self, place: Place<'_>, what: &str, about: &str) -> Result<(), Failure> {
+    fn bad(&mut self, place: StreamPosition<'_>, what: &str, about: &str) -> Result<(), Failure> {
         let position = self.position(place);
         self.bad_at(&position, what, about)
     }
@@ -70,7 +70,7 @@ impl<'o> Lines<'o> {
     }
 
     /// The offset; in a capture the time since its first packet, and the link.
-    fn position(&mut self, place: Place<'_>) -> String {
+    fn position(&mut self, place: StreamPosition<'_>) -> String {
         let Some((_, link)) = place.origin.link else {
             return format!("{:<OFFSET$}", place.offset);
         };
@@ -103,7 +103,7 @@ fn spaced(bytes: &[u8]) -> String {
 impl Printer for Lines<'_> {
     fn frame(
         &mut self,
-        place: Place<'_>,
+        place: StreamPosition<'_>,
         frame: &Frame<'_>,
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Failure> {
@@ -138,7 +138,7 @@ impl Printer for Lines<'_> {
 
     fn rejected(
         &mut self,
-        place: Place<'_>,
+        place: StreamPosition<'_>,
         bytes: &[u8],
         reason: Rejection,
     ) -> Result<(), Failure> {
@@ -154,7 +154,7 @@ impl Printer for Lines<'_> {
         self.bytes(bytes)
     }
 
-    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
+    fn noise_begins(&mut self, place: StreamPosition<'_>) -> Result<(), Failure> {
         self.noise = Noise {
             position: self.position(place),
             ..Noise::default()

@@ -82,7 +82,7 @@ pub(crate) fn word(direction: Direction) -> &'static str {
 /// Where a piece begins: its position in the bytes of its direction and link, and what is known of
 /// those.
 #[derive(Clone, Copy, Debug)]
-struct Place<'a> {
+struct StreamPosition<'a> {
     offset: u64,
     origin: Origin<'a>,
 }
@@ -91,17 +91,17 @@ struct Place<'a> {
 trait Printer {
     fn frame(
         &mut self,
-        place: Place<'_>,
+        place: StreamPosition<'_>,
         frame: &Frame<'_>,
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Failure>;
     fn rejected(
         &mut self,
-        place: Place<'_>,
+        place: StreamPosition<'_>,
         bytes: &[u8],
         reason: Rejection,
     ) -> Result<(), Failure>;
-    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure>;
+    fn noise_begins(&mut self, place: StreamPosition<'_>) -> Result<(), Failure>;
     fn noise(&mut self, bytes: &[u8]) -> Result<(), Failure>;
     fn noise_ends(&mut self) -> Result<(), Failure>;
     fn flush(&mut self) -> Result<(), Failure>;
@@ -110,7 +110,7 @@ trait Printer {
 impl<P: Printer + ?Sized> Printer for Box<P> {
     fn frame(
         &mut self,
-        place: Place<'_>,
+        place: StreamPosition<'_>,
         frame: &Frame<'_>,
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Failure> {
@@ -119,14 +119,14 @@ impl<P: Printer + ?Sized> Printer for Box<P> {
 
     fn rejected(
         &mut self,
-        place: Place<'_>,
+        place: StreamPosition<'_>,
         bytes: &[u8],
         reason: Rejection,
     ) -> Result<(), Failure> {
         (**self).rejected(place, bytes, reason)
     }
 
-    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
+    fn noise_begins(&mut self, place: StreamPosition<'_>) -> Result<(), Failure> {
         (**self).noise_begins(place)
     }
 

@@ -7,7 +7,7 @@ use magician_protocol::{DecodeError, Description, Frame, Rejection, Row};
 use serde::Serialize;
 
 use super::stream::Origin;
-use super::{Place, Printer, word};
+use super::{Printer, StreamPosition, word};
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -91,7 +91,7 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
 impl Printer for Records<'_> {
     fn frame(
         &mut self,
-        place: Place<'_>,
+        place: StreamPosition<'_>,
         frame: &Frame<'_>,
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Failure> {
@@ -116,7 +116,7 @@ impl Printer for Records<'_> {
 
     fn rejected(
         &mut self,
-        place: Place<'_>,
+        place: StreamPosition<'_>,
         bytes: &[u8],
         reason: Rejection,
     ) -> Result<(), Failure> {
@@ -133,7 +133,7 @@ impl Printer for Records<'_> {
         })
     }
 
-    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
+    fn noise_begins(&mut self, place: StreamPosition<'_>) -> Result<(), Failure> {
         Ok(write!(self.out, r#"{{"offset":{},"hex":""#, place.offset)?)
     }
 
@@ -151,7 +151,7 @@ impl Printer for Records<'_> {
 }
 
 /// A whole frame that cannot be decoded: an unknown id, or parameters that fit no form.
-fn misfit<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit<'a> {
+fn misfit<'a>(place: StreamPosition<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit<'a> {
     let ctrl = frame.ctrl();
     Misfit {
         offset: place.offset,

@@ -3,7 +3,7 @@
 use magician_protocol::{Deframer, Direction, Event};
 use magician_record::trace::Packet;
 
-use super::{From, Place, Printer};
+use super::{From, Printer, StreamPosition};
 use crate::failure::Failure;
 
 /// How many pieces were understood and how many not.
@@ -119,7 +119,7 @@ impl<P: Printer> Decoder<P> {
 
 impl<P: Printer> Teller<P> {
     fn tell(&mut self, origin: Origin<'_>, event: Event<'_>) -> Result<(), Failure> {
-        let place = |offset| Place { offset, origin };
+        let place = |offset| StreamPosition { offset, origin };
         match event {
             Event::Noise { offset, bytes } => self.noise(place(offset), bytes),
             Event::Rejected {
@@ -144,7 +144,7 @@ impl<P: Printer> Teller<P> {
         }
     }
 
-    fn noise(&mut self, place: Place<'_>, bytes: &[u8]) -> Result<(), Failure> {
+    fn noise(&mut self, place: StreamPosition<'_>, bytes: &[u8]) -> Result<(), Failure> {
         let stream = place.origin.stream();
         if self.noise != Some((stream, place.offset)) {
             self.end_noise()?;

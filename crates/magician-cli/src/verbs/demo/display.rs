@@ -16,7 +16,7 @@ const FRAME: Duration = Duration::from_millis(60);
 const WIDE: usize = 100;
 
 /// How far the arm is.
-pub(super) struct State {
+pub(super) struct DisplayState {
     /// Cubes that are where they should be.
     pub(super) placed: usize,
     pub(super) pose: Pose,
@@ -78,8 +78,8 @@ impl<'o> Display<'o> {
     }
 
     /// Shows how far it is.
-    pub(super) fn show(&mut self, state: &State) -> Result<(), Failure> {
-        let State { pose, index, .. } = state;
+    pub(super) fn show(&mut self, state: &DisplayState) -> Result<(), Failure> {
+        let DisplayState { pose, index, .. } = state;
         let place = format!("{:6.1} {:6.1} {:6.1}", pose.x, pose.y, pose.z);
         let taken = self.places.saturating_sub(state.left);
         let queue = format!("queue {taken:>2}/{}", self.places);

@@ -24,7 +24,7 @@ use crate::failure::Failure;
 use crate::output::Output;
 use crate::saved::SavedSettings;
 use display::Display;
-use place::Place;
+use place::PictureFile;
 use recorder::{ARM_PAUSE, PAUSE, Recorder};
 use scene::CUBES;
 
@@ -87,7 +87,7 @@ impl Demo {
             let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
             context.put_up_in_arm_time(arm);
         }
-        let place = Place::open(&self.out)?;
+        let place = PictureFile::open(&self.out)?;
         let quiet = context.global.json;
         let saved = context.saved.clone();
         let (summary, drawing) = context.moving(Some(sim), async |arm, out| {

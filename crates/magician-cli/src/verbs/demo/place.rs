@@ -6,12 +6,12 @@ use crate::failure::Failure;
 
 /// Where the picture goes: known to be writable before the arm moves, and left as it was if there
 /// is nothing to draw.
-pub(super) struct Place<'p> {
+pub(super) struct PictureFile<'p> {
     path: &'p Path,
     fresh: bool,
 }
 
-impl<'p> Place<'p> {
+impl<'p> PictureFile<'p> {
     pub(super) fn open(path: &'p Path) -> Result<Self, Failure> {
         let fresh = !path.exists();
         let opened = OpenOptions::new().create(true).append(true).open(path);
@@ -25,7 +25,7 @@ impl<'p> Place<'p> {
     }
 }
 
-impl Drop for Place<'_> {
+impl Drop for PictureFile<'_> {
     fn drop(&mut self) {
         if self.fresh {
             // An empty file that stays is a nuisance, not a failure.

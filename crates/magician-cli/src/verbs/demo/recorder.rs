@@ -7,7 +7,7 @@ use magician::commands::Pose;
 use magician::{Arm, Set};
 use magician_job::{Done, Fault, JobError, JobHandle};
 
-use super::display::{Display, State};
+use super::display::{Display, DisplayState};
 use super::picture::Sample;
 use crate::failure::Failure;
 
@@ -81,7 +81,7 @@ impl Recorder {
         let done = job.progress().step;
         let placed = self.placed(usize::try_from(done).unwrap_or(usize::MAX));
         let left = arm.left_space().await?;
-        display.show(&State {
+        display.show(&DisplayState {
             placed,
             pose,
             index,

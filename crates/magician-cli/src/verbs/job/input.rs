@@ -53,7 +53,7 @@ pub(super) struct Input {
 /// A line of JSON that is obeyed.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Line {
+struct ControlLine {
     #[serde(rename = "do")]
     order: Order,
 }
@@ -169,8 +169,8 @@ fn lines(from: impl Read, to: &mpsc::UnboundedSender<Typed>) {
 }
 
 fn meaning(text: String) -> Typed {
-    match serde_json::from_str::<Line>(&text) {
-        Ok(Line { order }) => match order {
+    match serde_json::from_str::<ControlLine>(&text) {
+        Ok(ControlLine { order }) => match order {
             Order::Pause => Typed::Pause,
             Order::Resume => Typed::Resume,
             Order::Stop => Typed::Stop,

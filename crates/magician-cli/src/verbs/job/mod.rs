@@ -31,7 +31,7 @@ use magician_program::{
 use magician_protocol::visible_lines;
 
 use self::drive::{Done, Drive};
-use self::options::{Beam, File, Look, Pen, Place, Way};
+use self::options::{Beam, File, Look, Pen, PlacementOptions, Way};
 use self::reading::Read;
 use crate::context::Context;
 use crate::diagnostics::Severity;
@@ -55,7 +55,7 @@ const NOTES: usize = 10;
 pub(crate) struct Job {
     pub(crate) file: File,
     pub(crate) look: Look,
-    pub(crate) place: Place,
+    pub(crate) place: PlacementOptions,
     pub(crate) way: Way,
     pub(crate) beam: Beam,
     pub(crate) pen: Pen,

@@ -70,7 +70,7 @@ pub(crate) struct Look {
 /// Where it goes.
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Tool and place")]
-pub(crate) struct Place {
+pub(crate) struct PlacementOptions {
     /// Tool on the arm: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
     pub(super) tool: Option<Tool>,

@@ -37,7 +37,7 @@ pub(super) struct Shown<'a> {
 
 /// A look as JSON has it.
 #[derive(Serialize)]
-struct Answer {
+struct JobReport {
     #[serde(skip_serializing_if = "Option::is_none")]
     ok: Option<bool>,
     #[serde(flatten)]
@@ -93,7 +93,7 @@ impl Shown<'_> {
             true => WayOut::default(),
             false => self.made.way_out(&rest),
         };
-        let answer = Answer {
+        let answer = JobReport {
             ok: self.look.check.then_some(is_good && parks.is_ok()),
             refused: self.look.check.then_some(report.refused),
             would_fit: (self.look.check && !is_good).then_some(way_out.would_fit()),
@@ -112,11 +112,11 @@ impl Shown<'_> {
         }
     }
 
-    fn answer(&self, report: &Report, warnings: &[Diagnostic]) -> Answer {
+    fn answer(&self, report: &Report, warnings: &[Diagnostic]) -> JobReport {
         let refusals = report.refused_steps.iter().take(SHOWN);
         let refusals = refusals.map(|refused_step| Refusal::of(report, refused_step));
         let steps = self.made.program.steps();
-        Answer {
+        JobReport {
             ok: None,
             estimate: Estimate::new(report, steps.map(|steps| steps.saturating_sub(self.from))),
             refused: None,
@@ -133,7 +133,7 @@ impl Shown<'_> {
         }
     }
 
-    fn lines(&self, answer: &Answer, out: &mut Output) -> Result<(), Failure> {
+    fn lines(&self, answer: &JobReport, out: &mut Output) -> Result<(), Failure> {
         out.line(format_args!(
             "{}: {}",
             self.made.source.name,

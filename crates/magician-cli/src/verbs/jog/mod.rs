@@ -14,7 +14,7 @@ use clap::Args;
 use magician::{Arm, SimSpeed, commands};
 use magician_job::jog::Axis;
 
-use super::pose::Answer;
+use super::pose::PoseReport;
 use super::rail::needs_rail;
 use crate::context::{Context, Sim};
 use crate::failure::Failure;
@@ -76,7 +76,7 @@ fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
         attended(quiet, "moving", arm.run(&command)).await?;
         Ok(arm.get::<commands::Pose>().await?)
     })?;
-    let answer = Answer::from(pose);
+    let answer = PoseReport::from(pose);
     context.show(&answer, |out| {
         out.line(format_args!("there: {}", answer.line()))
     })
@@ -87,7 +87,7 @@ fn at_the_pad(context: &mut Context) -> Result<(), Failure> {
     context.lasts = true;
     let saved = context.saved.clone();
     let pose = context.moving(Some(AT_SIGHT), async |arm, _| session(arm, &saved).await)?;
-    let answer = Answer::from(pose);
+    let answer = PoseReport::from(pose);
     context.show(&answer, |out| {
         out.line(format_args!("left at: {}", answer.line()))
     })

@@ -14,12 +14,12 @@ const BUFFER: usize = 4096;
 
 /// The line to the arm, which may be lost and found.
 pub(super) struct Wire {
-    state: State,
+    state: WireState,
     /// On its way out, and how much of it has gone.
     out: Option<(Chunk, usize)>,
 }
 
-enum State {
+enum WireState {
     Open(Box<RawLine>),
     Lost(Pin<Box<dyn Future<Output = RawLine>>>),
     /// Only between the two.
@@ -29,7 +29,7 @@ enum State {
 impl Wire {
     pub(super) fn new(line: RawLine) -> Self {
         Self {
-            state: State::Open(Box::new(line)),
+            state: WireState::Open(Box::new(line)),
             out: None,
         }
     }
@@ -38,16 +38,16 @@ impl Wire {
     pub(super) fn read(&mut self, cx: &mut Context<'_>, service: &mut ProxyService) -> bool {
         let mut bytes = [0; BUFFER];
         let came = match &mut self.state {
-            State::Open(line) => line.poll_receive(cx, &mut bytes),
-            State::Lost(search) => {
+            WireState::Open(line) => line.poll_receive(cx, &mut bytes),
+            WireState::Lost(search) => {
                 let Poll::Ready(line) = search.as_mut().poll(cx) else {
                     return false;
                 };
-                self.state = State::Open(Box::new(line));
+                self.state = WireState::Open(Box::new(line));
                 service.find_line();
                 return true;
             }
-            State::Changing => return false,
+            WireState::Changing => return false,
         };
         match came {
             Poll::Pending => false,
@@ -65,7 +65,7 @@ impl Wire {
     /// Says to the arm what there is to say; whether anything went out.
     pub(super) fn write(&mut self, cx: &mut Context<'_>, service: &mut ProxyService) -> bool {
         let mut went = false;
-        while let State::Open(line) = &mut self.state {
+        while let WireState::Open(line) = &mut self.state {
             let (chunk, sent) = match self.out.take() {
                 Some(under_way) => under_way,
                 None => match service.transmit_to_arm() {
@@ -94,8 +94,8 @@ impl Wire {
 
     fn lose(&mut self, service: &mut ProxyService, error: &Error) {
         self.out = None;
-        if let State::Open(line) = std::mem::replace(&mut self.state, State::Changing) {
-            self.state = State::Lost(Box::pin(find_again(*line)));
+        if let WireState::Open(line) = std::mem::replace(&mut self.state, WireState::Changing) {
+            self.state = WireState::Lost(Box::pin(find_again(*line)));
         }
         service.lose_line(error);
     }

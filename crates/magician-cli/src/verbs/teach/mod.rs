@@ -47,7 +47,7 @@ pub(crate) struct Teach {
 }
 
 #[derive(Serialize)]
-struct Answer {
+struct TeachReport {
     file: Option<String>,
     rows: usize,
     saved: bool,
@@ -284,7 +284,7 @@ impl Session {
         }
     }
 
-    async fn leave(self, outcome: Result<End, Failure>) -> Result<Answer, Failure> {
+    async fn leave(self, outcome: Result<End, Failure>) -> Result<TeachReport, Failure> {
         let lesson = self.teach.editor.program;
         let rescue = self.rescue.path().display().to_string();
         let lost = !lesson.is_saved() && self.rescue.find().is_some();
@@ -298,7 +298,7 @@ impl Session {
         let end = outcome.map_err(told)?;
         closed.map_err(told)?;
         self.console.leave(end).await.map_err(told)?;
-        Ok(Answer {
+        Ok(TeachReport {
             file: self.path.map(|path| path.display().to_string()),
             rows: lesson.steps().len(),
             saved: lesson.is_saved() && !lesson.steps().is_empty(),

@@ -3,13 +3,13 @@
 use magician::{Link, Status};
 use serde::Serialize;
 
-use crate::verbs::pose::Answer;
+use crate::verbs::pose::PoseReport;
 
 /// A state as JSON has it: the pose under the names of `pose --json`, and what else was read.
 #[derive(Serialize)]
-pub(super) struct State {
+pub(super) struct WatchReport {
     #[serde(flatten)]
-    pose: Answer,
+    pose: PoseReport,
     current_index: u64,
     left_space: u32,
     alarms: Vec<u8>,
@@ -18,10 +18,10 @@ pub(super) struct State {
     laser: Option<bool>,
 }
 
-impl State {
+impl WatchReport {
     pub(super) fn new(status: &Status, laser: Option<bool>) -> Self {
         Self {
-            pose: Answer::from(status.pose),
+            pose: PoseReport::from(status.pose),
             current_index: status.current.0,
             left_space: status.left_space,
             alarms: status.alarms.codes().collect(),
@@ -37,7 +37,7 @@ impl State {
 
 /// A state in words.
 pub(super) fn plain(status: &Status, laser: Option<bool>) -> String {
-    let pose = Answer::from(status.pose).line();
+    let pose = PoseReport::from(status.pose).line();
     let (done, free) = (status.current.0, status.left_space);
     let mut line = format!("{pose}  done {done} free {free}");
     for (nth, code) in status.alarms.codes().enumerate() {

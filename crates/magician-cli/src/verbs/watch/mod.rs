@@ -19,7 +19,7 @@ use crate::output::Output;
 use crate::terminal::{self, Help, Seen, Stage, Told, event_text, take_log};
 use crate::verbs::jog::{AT_SIGHT, next_of, title};
 use crate::verbs::pose::rate;
-use line::State;
+use line::WatchReport;
 use view::Model;
 
 pub(super) use look::{Around, around};
@@ -69,7 +69,7 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
         };
         let known = lit.filter(|_| status.link == Link::Up);
         match json {
-            true => out.json(&State::new(&status, known))?,
+            true => out.json(&WatchReport::new(&status, known))?,
             false => out.line(line::plain(&status, known))?,
         }
         out.flush()?;
