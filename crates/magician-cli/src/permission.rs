@@ -4,9 +4,8 @@ use std::io::{self, IsTerminal, Write};
 
 use magician::{ErrorCode, Set, Target, burns};
 
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::{Failure, GOGGLES};
-use crate::saved::Access;
 
 /// Whether a person at the terminal may be asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +55,7 @@ impl Context {
         if self.laser_is_allowed() || self.is_virtual()? {
             return Ok(());
         }
-        let refused = self.with_arm(Access::Reads, async |arm, _| {
+        let refused = self.arm(StopPolicy::Look, async |arm, _| {
             match arm.permit_queue().await {
                 Err(error) if error.code() == ErrorCode::LaserNotAllowed => Ok(true),
                 other => Ok(other.map(|()| false)?),

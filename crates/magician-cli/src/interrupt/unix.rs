@@ -43,7 +43,7 @@ fn ignores(status: &str, signal: i32) -> Option<bool> {
 }
 
 /// The signals, caught from the moment of [`listen`](Self::listen).
-pub(crate) struct Signals {
+pub(super) struct Signals {
     interrupt: unix::Signal,
     terminate: unix::Signal,
     /// Not in a program that is to outlive its terminal: `nohup` has it ignored.
@@ -52,7 +52,7 @@ pub(crate) struct Signals {
 
 impl Signals {
     /// Begins to catch them. Must be called within a runtime.
-    pub(crate) fn listen() -> io::Result<Self> {
+    pub(super) fn listen() -> io::Result<Self> {
         let ignored = *IGNORED.get_or_init(hangup_is_ignored);
         let hangup = (!ignored).then(|| signal(SignalKind::hangup()));
         Ok(Self {
@@ -63,7 +63,7 @@ impl Signals {
     }
 
     /// Waits for the next.
-    pub(crate) async fn next(&mut self) -> Signal {
+    pub(super) async fn next(&mut self) -> Signal {
         let hung_up = async {
             match &mut self.hangup {
                 Some(hangup) => hangup.recv().await,

@@ -6,7 +6,7 @@ use tokio::signal::windows::{ctrl_break, ctrl_c, ctrl_close, ctrl_shutdown};
 use super::Signal;
 
 /// The console's events, caught from the moment of [`listen`](Self::listen).
-pub(crate) struct Signals {
+pub(super) struct Signals {
     interrupt: CtrlC,
     /// What one program can send another; it cannot send Ctrl-C.
     brake: CtrlBreak,
@@ -17,7 +17,7 @@ pub(crate) struct Signals {
 
 impl Signals {
     /// Begins to catch them. Must be called within a runtime.
-    pub(crate) fn listen() -> io::Result<Self> {
+    pub(super) fn listen() -> io::Result<Self> {
         Ok(Self {
             interrupt: ctrl_c()?,
             brake: ctrl_break()?,
@@ -27,7 +27,7 @@ impl Signals {
     }
 
     /// Waits for the next.
-    pub(crate) async fn next(&mut self) -> Signal {
+    pub(super) async fn next(&mut self) -> Signal {
         tokio::select! {
             _ = self.interrupt.recv() => Signal::Interrupt,
             _ = self.brake.recv() => Signal::Terminate,

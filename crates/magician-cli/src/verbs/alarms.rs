@@ -3,10 +3,9 @@ use magician_protocol::{Alarm, AlarmSet};
 use serde::Serialize;
 
 use crate::columns::note;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::saved::Access;
 
 /// Show the alarms with cause and remedy, or clear them
 #[derive(Args, Debug)]
@@ -39,7 +38,7 @@ impl Alarms {
             context.permit_queue()?;
         }
         let (alarms, tool_unknown) =
-            context.with_arm(Access::sets_if(self.clear), async |arm, _| {
+            context.arm(StopPolicy::order_if(self.clear), async |arm, _| {
                 if self.clear {
                     arm.clear_alarms().await?;
                 }

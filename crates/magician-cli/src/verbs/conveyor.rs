@@ -6,11 +6,10 @@ use magician::{Set, words};
 use magician_protocol::Stepper;
 use serde::Serialize;
 
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::options::number;
 use crate::progress::attended;
-use crate::saved::Access;
 
 /// Run the conveyor belt on a motor output
 #[derive(Args, Debug)]
@@ -77,7 +76,9 @@ impl Conveyor {
                 let command =
                     words::conveyor_by(output, within(distance, CONVEYOR_FARTHEST, "mm")?, speed);
                 let quiet = context.global.json;
-                context.moving(None, async |arm, _| advance(arm, command, quiet).await)?;
+                context.arm(StopPolicy::Move, async |arm, _| {
+                    advance(arm, command, quiet).await
+                })?;
                 BeltReport {
                     motor,
                     speed: None,
@@ -114,7 +115,7 @@ fn turn(
     speed: f32,
 ) -> Result<BeltReport, Failure> {
     let command = words::conveyor(output, speed);
-    context.with_arm(Access::Sets, async |arm, _| {
+    context.arm(StopPolicy::Order, async |arm, _| {
         Ok(arm.set_any(&command).await?)
     })?;
     Ok(BeltReport {

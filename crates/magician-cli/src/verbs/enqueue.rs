@@ -3,9 +3,8 @@ use serde::Serialize;
 
 use super::set::{refuse_danger, writable};
 use crate::catalogue::Wanted;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::saved::Access;
 use crate::values;
 
 /// Queue any command of the protocol
@@ -52,7 +51,7 @@ impl Enqueue {
         if self.start {
             context.permit_queue()?;
         }
-        let index = context.with_arm(Access::Sets, async |arm, _| {
+        let index = context.arm(StopPolicy::Order, async |arm, _| {
             if self.start {
                 arm.check_dark().await?;
             }

@@ -2,9 +2,8 @@ use clap::Args;
 use magician_protocol::{Ctrl, Direction, Row, describe};
 
 use crate::catalogue::{self, Wanted};
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::saved::Access;
 use crate::values;
 
 /// Read any value of the protocol
@@ -34,7 +33,7 @@ impl Get {
             None => Vec::new(),
         };
         let json = context.global.json;
-        context.with_arm(Access::Reads, async |arm, out| {
+        context.arm(StopPolicy::Look, async |arm, out| {
             let reply = arm.raw(row.id, Ctrl::GET, &params).await?;
             let frame = reply.frame();
             let answer = describe(&frame, Direction::Reply);

@@ -2,7 +2,7 @@ use clap::Args;
 use magician::{RunOptions, commands};
 
 use super::pose::PoseReport;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::progress::attended;
 
@@ -20,7 +20,7 @@ impl Home {
         if self.keep {
             context.permit_queue()?;
         }
-        let pose = context.moving(None, async |arm, _| {
+        let pose = context.arm(StopPolicy::Move, async |arm, _| {
             let home = arm.home_with(RunOptions::default().keep(self.keep));
             attended(quiet, "homing", home).await?;
             Ok(arm.get::<commands::Pose>().await?)

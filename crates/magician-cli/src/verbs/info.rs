@@ -5,10 +5,9 @@ use serde::Serialize;
 
 use super::queue::finished;
 use crate::columns::Columns;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::fence::Bounds;
-use crate::saved::Access;
 
 /// Show the arm's identity and state
 #[derive(Args, Debug)]
@@ -34,7 +33,7 @@ struct ArmInfo {
 
 impl Info {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let answer = context.with_arm(Access::Reads, async |arm, _| {
+        let answer = context.arm(StopPolicy::Look, async |arm, _| {
             let fence = arm.fence().map(ToString::to_string);
             Ok((read(arm).await?, fence))
         })?;

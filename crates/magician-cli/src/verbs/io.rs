@@ -9,11 +9,10 @@ use serde::Serialize;
 
 use crate::catalogue::kebab;
 use crate::columns::{Columns, note};
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::options::number;
 use crate::output::Output;
-use crate::saved::Access;
 
 /// Highest address of a pin (document 1.15.1).
 pub(super) const PINS: u8 = 20;
@@ -183,12 +182,15 @@ impl Pin {
 impl Io {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let action = self.action.unwrap_or(Action::List { all: self.all });
-        if let Some(command) = action.command()
-            && context.permit([&command])?
-        {
-            context.leaves_lit();
-        }
-        let pins = context.with_arm(action.access(), async |arm, _| act(arm, action).await)?;
+        let burns = match action.command() {
+            Some(command) => context.permit([&command])?,
+            None => false,
+        };
+        let policy = match burns {
+            true => StopPolicy::lights(context),
+            false => StopPolicy::order_if(action.changes()),
+        };
+        let pins = context.arm(policy, async |arm, _| act(arm, action).await)?;
         match (pins.as_slice(), action) {
             (_, Action::List { all }) => {
                 let list = List { pins };
@@ -201,10 +203,10 @@ impl Io {
 }
 
 impl Action {
-    fn access(self) -> Access {
+    fn changes(self) -> bool {
         match self {
-            Self::List { .. } | Self::Get { .. } | Self::Adc { .. } => Access::Reads,
-            Self::Set { .. } | Self::Mux { .. } | Self::Pwm { .. } => Access::Sets,
+            Self::List { .. } | Self::Get { .. } | Self::Adc { .. } => false,
+            Self::Set { .. } | Self::Mux { .. } | Self::Pwm { .. } => true,
         }
     }
 

@@ -12,13 +12,12 @@ use tokio::time::{sleep, timeout};
 
 use super::jog::AT_SIGHT;
 use super::tools::{Switch, show};
-use crate::context::Context;
+use crate::context::{Burns, Context, StopPolicy, ToldPolicy};
 use crate::failure::{Failure, Kind};
 use crate::options::seconds;
 use crate::output::Output;
 use crate::permission::Asks;
 use crate::progress::attended;
-use crate::saved::Access;
 
 /// How long a line that broke is waited for, to put the laser out.
 const BACK: Duration = Duration::from_secs(10);
@@ -51,7 +50,7 @@ impl Laser {
         if self.state == Switch::Off {
             return self.off(context);
         }
-        let lasts = self.time.is_some() || !(self.keep_on || context.in_shell);
+        let lasts = self.time.is_some() || !(self.keep_on || context.in_shell());
         if lasts && self.time.is_none() && !io::stdin().is_terminal() {
             let message = "`laser on` burns until Ctrl-C or the end of its input, and stdin is not a \
                     terminal";
@@ -61,13 +60,13 @@ impl Laser {
         if lasts {
             return self.burn(context);
         }
-        context.with_arm(Access::Sets, async |arm, _| {
+        let burns = match self.keep_on {
+            true => Burns::ForGood,
+            false => Burns::WhileConnected,
+        };
+        context.arm(StopPolicy::Light(burns), async |arm, _| {
             Ok(arm.set_any(&words::laser(true)).await?)
         })?;
-        match self.keep_on {
-            true => context.keeps_laser = true,
-            false => context.lights(true),
-        }
         show(context, "laser", Switch::On)
     }
 
@@ -75,19 +74,14 @@ impl Laser {
         if self.time.is_some() || self.keep_on {
             return Err(Failure::usage("--for and --keep-on are for `laser on`"));
         }
-        context.with_arm(Access::Stops, async |arm, _| Ok(arm.darken().await?))?;
-        context.lights(false);
-        context.keeps_laser = false;
+        context.arm(StopPolicy::Darken, async |arm, _| Ok(arm.darken().await?))?;
         show(context, "laser", Switch::Off)
     }
 
     /// Until the person, the clock or the system ends it.
     fn burn(self, context: &mut Context) -> Result<(), Failure> {
         let quiet = context.global.json;
-        // A line that breaks is found again, to put the laser out.
-        context.lasts = true;
-        context.sets_going(true);
-        context.until_told(AT_SIGHT, async |arm, out, told| {
+        context.until_told(AT_SIGHT, ToldPolicy::Burn, async |arm, out, told| {
             arm.set_any(&words::laser(true)).await?;
             said(quiet, out, "on")?;
             let end = self.end(arm, quiet, told).await;
@@ -95,9 +89,7 @@ impl Laser {
             end?;
             dark?;
             said(quiet, out, "off")
-        })?;
-        context.stands();
-        Ok(())
+        })
     }
 
     /// Waits for the end.

@@ -7,11 +7,10 @@ use serde::Serialize;
 use tokio::time::MissedTickBehavior;
 
 use crate::columns::Columns;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::paint::obeys;
-use crate::saved::Access;
 
 /// Show the pose: tool position and joint angles
 #[derive(Args, Debug)]
@@ -63,7 +62,7 @@ pub(super) fn rate(text: &str) -> Result<f64, String> {
 impl Pose {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let json = context.global.json;
-        context.with_arm(Access::Reads, async |arm, out| {
+        context.arm(StopPolicy::Look, async |arm, out| {
             if self.watch {
                 return self.go_on(arm, json, out).await;
             }

@@ -2,9 +2,8 @@ use clap::{Args, Subcommand};
 use serde::Serialize;
 
 use crate::columns::Columns;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::saved::Access;
 
 /// Show, start, stop or clear the command queue
 #[derive(Args, Debug)]
@@ -34,31 +33,31 @@ struct Status {
 impl Queue {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let action = self.action.unwrap_or(Action::Status);
-        let starts = matches!(action, Action::Start);
-        if starts {
+        let policy = match action {
+            Action::Status => StopPolicy::Look,
+            Action::Start => StopPolicy::HandOver,
+            Action::Stop | Action::Clear => StopPolicy::Order,
+        };
+        if let Action::Start = action {
             context.permit_queue()?;
         }
-        context.sets_going(starts);
-        let (status, capacity) = context.with_arm(
-            Access::sets_if(!matches!(action, Action::Status)),
-            async |arm, _| {
-                match action {
-                    Action::Status => (),
-                    Action::Start => {
-                        arm.check_dark().await?;
-                        arm.start_queue().await?;
-                    }
-                    Action::Stop => arm.stop_gentle().await?,
-                    Action::Clear => arm.clear_queue().await?,
+        let (status, capacity) = context.arm(policy, async |arm, _| {
+            match action {
+                Action::Status => (),
+                Action::Start => {
+                    arm.check_dark().await?;
+                    arm.start_queue().await?;
                 }
-                let status = Status {
-                    current_index: arm.current_index().await?.0,
-                    left_space: arm.left_space().await?,
-                };
-                let (_, capacity) = arm.stats().await?;
-                Ok((status, capacity))
-            },
-        )?;
+                Action::Stop => arm.stop_gentle().await?,
+                Action::Clear => arm.clear_queue().await?,
+            }
+            let status = Status {
+                current_index: arm.current_index().await?.0,
+                left_space: arm.left_space().await?,
+            };
+            let (_, capacity) = arm.stats().await?;
+            Ok((status, capacity))
+        })?;
         context.show(&status, |out| {
             let taken = capacity.saturating_sub(status.left_space);
             let mut columns = Columns::default();

@@ -6,11 +6,11 @@ use magician::{Arm, Set, words};
 use magician_protocol::RailVersion;
 use serde::Serialize;
 
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::options::number;
 use crate::progress::attended;
-use crate::saved::{Access, SavedSettings};
+use crate::saved::SavedSettings;
 
 /// Use the sliding rail: set it up, read it, move along it
 #[derive(Args, Debug)]
@@ -73,16 +73,17 @@ impl Rail {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let (quiet, saved) = (context.global.json, context.saved.clone());
         let answer = match self.action {
-            None => context.with_arm(Access::Reads, async |arm, _| look(arm).await)?,
+            None => context.arm(StopPolicy::Look, async |arm, _| look(arm).await)?,
             Some(Action::On { version }) => tell(context, true, version)?,
             Some(Action::Off) => tell(context, false, 2)?,
-            Some(Action::To { place, how }) => context.moving(None, async |arm, _| {
+            Some(Action::To { place, how }) => context.arm(StopPolicy::Move, async |arm, _| {
                 let pose = arm.get::<Pose>().await?;
                 go(arm, words::rail_to(place, &pose), how, quiet, &saved).await
             })?,
-            Some(Action::By { distance, how }) => context.moving(None, async |arm, _| {
-                go(arm, words::rail_by(distance), how, quiet, &saved).await
-            })?,
+            Some(Action::By { distance, how }) => context
+                .arm(StopPolicy::Move, async |arm, _| {
+                    go(arm, words::rail_by(distance), how, quiet, &saved).await
+                })?,
         };
         context.show(&answer, |out| match answer.l {
             Some(l) => out.line(format_args!("rail: at {l:.2} mm")),
@@ -93,7 +94,7 @@ impl Rail {
 
 fn tell(context: &mut Context, on: bool, version: u8) -> Result<RailReport, Failure> {
     let command = words::rail(on, RailVersion::from(version.saturating_sub(1)));
-    context.with_arm(Access::Sets, async |arm, _| {
+    context.arm(StopPolicy::Order, async |arm, _| {
         arm.set_any(&command).await?;
         look(arm).await
     })

@@ -11,7 +11,7 @@ use tokio::time::{MissedTickBehavior, interval, sleep};
 
 use super::jog::AT_SIGHT;
 use super::pose::rate;
-use crate::context::Context;
+use crate::context::{Context, ToldPolicy};
 use crate::failure::Failure;
 use crate::options::{number, seconds};
 use crate::paint::{obeys, tell, width_of_stderr};
@@ -66,7 +66,7 @@ impl Record {
             return Err(Failure::usage(message).hint("--yes replaces it"));
         }
         let json = context.global.json;
-        let summary = context.until_told(AT_SIGHT, async |arm, _, over| {
+        let summary = context.until_told(AT_SIGHT, ToldPolicy::Record, async |arm, _, over| {
             self.record(arm, json, over).await
         })?;
         context.show(&summary, |out| {

@@ -11,9 +11,8 @@ use serde::Serialize;
 use tokio::time::{MissedTickBehavior, interval};
 
 use super::pose::rate;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::saved::Access;
 
 /// Read a sensor, switching it on first
 #[derive(Args, Debug)]
@@ -99,7 +98,7 @@ enum Seen {
 impl Sensor {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let json = context.global.json;
-        context.with_arm(Access::Sets, async |arm, out| {
+        context.arm(StopPolicy::Order, async |arm, out| {
             self.switch(arm).await?;
             let mut ticks = interval(Duration::from_secs_f64(1.0 / self.rate));
             ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);

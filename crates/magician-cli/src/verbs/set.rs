@@ -4,9 +4,8 @@ use magician_protocol::{LayoutInfo, Row};
 use serde_json::json;
 
 use crate::catalogue::{self, Wanted};
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::saved::Access;
 use crate::values;
 
 /// Set any value of the protocol, or do any of its commands, at once
@@ -35,14 +34,15 @@ impl Set {
         refuse_danger(row, context)?;
         let command = Command::decode(row.id, &params);
         let command = command.map_err(|error| Failure::usage(format!("{}: {error}", row.name)))?;
-        if context.permit([&command])? {
-            context.leaves_lit();
-        }
+        let policy = match context.permit([&command])? {
+            true => StopPolicy::lights(context),
+            false => StopPolicy::Order,
+        };
         if let Command::QueuedCmdStartExec(_) | Command::ClearAlarmsState(_) = command {
             context.permit_queue()?;
         }
         let begins = sets_in_motion(&command);
-        context.with_arm(Access::Sets, async |arm, _| {
+        context.arm(policy, async |arm, _| {
             if begins {
                 arm.check_dark().await?;
             }

@@ -2,9 +2,8 @@ use clap::Args;
 use magician::commands;
 
 use super::pose::PoseReport;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::saved::Access;
 
 /// Stop the arm: motion, queue and laser
 #[derive(Args, Debug)]
@@ -19,16 +18,17 @@ pub(crate) struct Stop {
 
 impl Stop {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let pose = context.with_arm(Access::Stops, async |arm, _| {
+        let policy = match self.gentle {
+            true => StopPolicy::Hold,
+            false => StopPolicy::Stop,
+        };
+        let pose = context.arm(policy, async |arm, _| {
             match self.gentle {
                 true => arm.stop_gentle().await?,
                 false => arm.stop().await?,
             }
             Ok(arm.get::<commands::Pose>().await?)
         })?;
-        if !self.gentle {
-            context.stands();
-        }
         let answer = PoseReport::from(pose);
         let what = match self.gentle {
             true => "stopping",

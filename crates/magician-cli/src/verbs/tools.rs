@@ -4,9 +4,8 @@ use clap::{Args, ValueEnum};
 use magician::{Set, words};
 use serde::Serialize;
 
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::saved::Access;
 
 /// Switch the suction cup
 #[derive(Args, Debug)]
@@ -67,7 +66,7 @@ fn switch<T>(context: &mut Context, name: &str, state: T, command: Set) -> Resul
 where
     T: Copy + Serialize + ValueEnum,
 {
-    context.with_arm(Access::Sets, async |arm, _| {
+    context.arm(StopPolicy::Order, async |arm, _| {
         Ok(arm.set_any(&command).await?)
     })?;
     show(context, name, state)

@@ -8,11 +8,11 @@ use serde::Serialize;
 use tokio::sync::Notify;
 
 use super::pose::PoseReport;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::options::number;
 use crate::progress::attended;
-use crate::saved::{Access, SavedSettings};
+use crate::saved::SavedSettings;
 
 /// How far from its target an arm may stand that has reached it, mm and degrees.
 const REACHED: f64 = 0.1;
@@ -90,9 +90,8 @@ impl Move {
         let quiet = context.global.json;
         let saved = context.saved.clone();
         if self.no_wait {
-            context.sets_going(true);
             let index = context
-                .with_arm(Access::Sets, async |arm, _| {
+                .arm(StopPolicy::HandOver, async |arm, _| {
                     self.hand_over(arm, &saved).await
                 })?
                 .0;
@@ -100,7 +99,9 @@ impl Move {
                 out.line(format_args!("index {index}"))
             });
         }
-        let pose = context.moving(None, async |arm, _| self.go(arm, quiet, &saved).await)?;
+        let pose = context.arm(StopPolicy::Move, async |arm, _| {
+            self.go(arm, quiet, &saved).await
+        })?;
         let answer = PoseReport::from(pose);
         context.show(&answer, |out| {
             out.line(format_args!("there: {}", answer.line()))

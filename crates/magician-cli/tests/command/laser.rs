@@ -1,8 +1,11 @@
 //! The laser of a real arm, which is any arm but one in the command itself: who may light it, and how it goes out.
 #![cfg(target_os = "linux")]
 
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use crate::magician::served::Served;
@@ -114,6 +117,50 @@ fn signal(signal: &str, process: u32) {
     let mut kill = Command::new("kill");
     let sent = kill.args([signal, &process.to_string()]).status();
     assert!(sent.is_ok_and(|status| status.success()));
+}
+
+/// A line to the arm that can be broken.
+struct Relay {
+    port: String,
+    lines: Arc<Mutex<Vec<TcpStream>>>,
+}
+
+impl Relay {
+    fn to(place: &Place) -> Self {
+        let door = place.served.door("tcp");
+        let arm = door.strip_prefix("tcp:").expect("a TCP port").to_owned();
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let port = format!("tcp:{}", listener.local_addr().expect("an address"));
+        let lines = Arc::new(Mutex::new(Vec::new()));
+        let opened = Arc::clone(&lines);
+        std::thread::spawn(move || {
+            for host in listener.incoming() {
+                let host = host.expect("a connection");
+                let arm = TcpStream::connect(&arm).expect("the arm");
+                for (mut from, mut to) in [(&host, &arm), (&arm, &host)].map(clones) {
+                    std::thread::spawn(move || std::io::copy(&mut from, &mut to));
+                }
+                opened.lock().expect("lines").push(host);
+            }
+        });
+        Self { port, lines }
+    }
+
+    /// How often it was connected to.
+    fn count(&self) -> usize {
+        self.lines.lock().expect("lines").len()
+    }
+
+    fn breaks(&self) {
+        for line in &*self.lines.lock().expect("lines") {
+            let _ = line.shutdown(Shutdown::Both);
+        }
+    }
+}
+
+fn clones((from, to): (&TcpStream, &TcpStream)) -> (TcpStream, TcpStream) {
+    let clone = |line: &TcpStream| line.try_clone().expect("a clone");
+    (clone(from), clone(to))
 }
 
 /// A plan that burns for a long time.
@@ -465,4 +512,52 @@ fn every_signal_leaves_a_burning_job_dark() {
         assert!(!place.burns(), "{name}");
         assert_eq!(place.look(&["queue"])["left_space"], 32, "{name}");
     }
+}
+
+#[test]
+fn a_burning_job_finds_a_broken_line_again_also_where_it_first_looks_how_the_arm_stands() {
+    let place = Place::new();
+    let file = place.file("relative.gcode");
+    let text = "$30=1000\nG21 G91\nM3 S200 F180\nG1 X0 Y60\nM5\nM2\n";
+    std::fs::write(&file, text).expect("written");
+    let relay = Relay::to(&place);
+    let mut job = command()
+        .args(["--port", &relay.port, "run", &file, "--yes", "--unhomed"])
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the command starts");
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while place.look(&["pose"])["y"].as_f64().expect("a number") < 2.0 {
+        assert!(Instant::now() < deadline, "it does not begin");
+    }
+    let before = relay.count();
+    relay.breaks();
+    while relay.count() == before {
+        assert!(
+            job.try_wait().expect("a child").is_none(),
+            "it gives the line up"
+        );
+    }
+    signal("-INT", job.id());
+    job.wait().expect("it ends");
+    assert!(!place.burns());
+}
+
+#[test]
+fn a_shell_that_is_to_end_does_no_more_lines_though_the_one_under_way_ends_well() {
+    let place = Place::new();
+    let mut shell = place.start(&["--yes", "shell"], Stdio::piped());
+    let mut lines = shell.stdin.take().expect("stdin");
+    let script = b"laser on --for 600\npose\n";
+    lines.write_all(script).expect("written");
+    drop(lines);
+    place.waits_until(true);
+    signal("-TERM", shell.id());
+    assert_eq!(shell.wait().expect("it ends").code(), Some(130));
+    let mut said = String::new();
+    let mut out = shell.stdout.take().expect("stdout");
+    out.read_to_string(&mut said).expect("text");
+    assert_eq!(said, "laser: on\nlaser: off\n");
 }

@@ -10,10 +10,9 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use magician::{SimSpeed, Target};
 
-use crate::context::{Context, Sim};
+use crate::context::{Context, Sim, StopPolicy};
 use crate::failure::Failure;
 use crate::options::seconds;
-use crate::saved::Access;
 use figures::Figures;
 
 /// Measure the line and the driver, and compare with the computed rates
@@ -91,7 +90,7 @@ impl Bench {
         let options = context.options()?;
         let mut figures = Figures::new(&target, options.window, self.seconds);
         let saved = context.saved.clone();
-        let ring = context.moving(Some(sim), async |arm, _| {
+        let ring = context.arm_or(sim, StopPolicy::Move, async |arm, _| {
             reads::measure(arm, &self, quiet, &mut figures).await?;
             Ok(match draws {
                 true => Some(paths::measure(arm, &self, quiet, &saved, &mut figures).await?),
@@ -105,7 +104,9 @@ impl Bench {
             });
             if stops.is_err() {
                 // What it changes it gives back itself, but not when it is interrupted.
-                let _ = context.with_arm(Access::Sets, async |arm, _| Ok(arm.set(&speeds).await?));
+                let _ = context.arm(StopPolicy::Order, async |arm, _| {
+                    Ok(arm.set(&speeds).await?)
+                });
             }
             figures.stops(&stops?);
         }

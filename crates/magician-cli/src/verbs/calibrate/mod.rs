@@ -23,11 +23,10 @@ use self::subject::{Found, Subject, Touch};
 use super::job::options::numbers;
 use super::jog::{AT_SIGHT, for_a_person};
 use crate::config::Config;
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::mounted::{tool_of, usual_tool};
 use crate::options::number;
-use crate::saved::Access;
 use crate::voice::Command;
 
 #[cfg(test)]
@@ -171,7 +170,7 @@ fn find(
     }
     if let (Found::Tip(tip), true) = (&found, tell) {
         let command = words::tool(tip.bias);
-        context.with_arm(Access::Sets, async |arm, _| {
+        context.arm(StopPolicy::Order, async |arm, _| {
             Ok(arm.set_any(&command).await?)
         })?;
         answer.told = Some(true);
@@ -229,7 +228,7 @@ fn tool_of_points(
 ) -> Result<Tool, Failure> {
     match (mounted.tool, subject) {
         (Some(tool), _) => Ok(tool),
-        (None, Subject::Tool) => context.with_arm(Access::Reads, async |arm, _| {
+        (None, Subject::Tool) => context.arm(StopPolicy::Look, async |arm, _| {
             Ok(tool_of(&arm.get::<EndEffectorParams>().await?))
         }),
         (None, _) => Ok(usual.unwrap_or(Tool::Pen)),
@@ -243,10 +242,9 @@ fn at_the_pad(
     usual: Option<Tool>,
     context: &mut Context,
 ) -> Result<(Option<Outcome>, Tool), Failure> {
-    context.lasts = true;
     let saved = context.saved.clone();
     let asks = !context.global.yes;
-    context.moving(Some(AT_SIGHT), async |arm, _| {
+    context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, _| {
         let tool = tool_in_force(arm, subject, mounted, usual).await?;
         let outcome = session::run(arm, &saved, subject, tool, asks).await?;
         Ok((outcome, tool))

@@ -13,7 +13,6 @@ use magician_conform::{Case, LineTarget, Outcome, Runner, SimTarget, Suite};
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
-use crate::interrupt::{Signal, Signals};
 use crate::output::Output;
 use crate::progress::attended;
 
@@ -91,10 +90,9 @@ impl Conform {
             return run_on(SimTarget::default(), &cases, context);
         };
         permit(&target, &cases, context)?;
-        context.let_go()?;
         let options = context.line_options()?;
-        let line = RawLine::open_with(&target, options);
-        let line = context.runtime()?.block_on(line)?;
+        let open = async |_: &mut Output| Ok(RawLine::open_with(&target, options).await?);
+        let line = context.attending(open)?;
         run_on(LineTarget::new(line), &cases, context)
     }
 }
@@ -149,12 +147,9 @@ fn run_on<T: magician_conform::Target>(
     let quiet = context.global.json;
     let patience = context.global.timeout.unwrap_or(PATIENCE);
     let details = context.global.verbose > 0;
-    let runtime = context.runtime()?;
     let mut runner =
         Runner::new(arm, patience).map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
-    let out = &mut context.out;
-    let (tally, terminated) = runtime.block_on(async {
-        let mut signals = Signals::listen()?;
+    let tally = context.alone(async |out, signals| {
         let work = async {
             match quiet {
                 true => run_all(&mut runner, cases, quiet, record::Records { out }).await,
@@ -163,7 +158,7 @@ fn run_on<T: magician_conform::Target>(
         };
         let outcome = tokio::select! {
             outcome = work => Ok(outcome),
-            signal = signals.next() => Err(signal),
+            _ = signals.next() => Err(()),
         };
         // However it ended, the arm is left as it was.
         let ended = tokio::time::timeout(LEAVING, runner.end()).await;
@@ -171,12 +166,11 @@ fn run_on<T: magician_conform::Target>(
             Ok(outcome) => {
                 let tally = outcome?;
                 ended.map_err(|_| not_left())??;
-                Ok::<_, Failure>((Some(tally), false))
+                Ok(Some(tally))
             }
-            Err(signal) => Ok((None, signal == Signal::Terminate)),
+            Err(()) => Ok(None),
         }
     })?;
-    context.terminated |= terminated;
     match tally {
         None => Err(Failure::interrupted()),
         Some(Tally { failed: 0, .. }) => Ok(()),

@@ -19,7 +19,7 @@ use magician_job::{Job, JobSpec, NoJournal};
 use serde::Serialize;
 
 use crate::columns::wrap;
-use crate::context::{Context, Sim};
+use crate::context::{Context, Sim, StopPolicy};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::saved::SavedSettings;
@@ -90,7 +90,7 @@ impl Demo {
         let place = PictureFile::open(&self.out)?;
         let quiet = context.global.json;
         let saved = context.saved.clone();
-        let (summary, drawing) = context.moving(Some(sim), async |arm, out| {
+        let (summary, drawing) = context.arm_or(sim, StopPolicy::Move, async |arm, out| {
             self.perform(arm, &target, out, quiet, &saved).await
         })?;
         place.fill(&drawing)?;

@@ -12,10 +12,9 @@ use clap::Args;
 use magician::{RawLine, Target};
 use tokio::time::timeout;
 
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::{Failure, Kind};
 use crate::progress::attended;
-use crate::saved::Access;
 use report::{Finding, Report};
 
 /// How long the trial of the queue may take to end once it is interrupted.
@@ -74,7 +73,7 @@ impl Doctor {
             target,
             Target::Serial(_) | Target::Usb { .. } | Target::Arm(_)
         );
-        context.with_arm(Access::Reads, async |arm, out| {
+        context.arm(StopPolicy::Look, async |arm, out| {
             arm::examine(arm, self.count, serial, report, out).await
         })
     }
@@ -97,7 +96,7 @@ fn try_queue(
         Ok(trial) => line::queue(trial, target, report, &mut context.out),
         Err(failure) => {
             let rest = async { timeout(LEAVING, trial).await.is_ok() };
-            match context.runtime()?.block_on(rest) {
+            match context.alone(async |_, _| Ok(rest.await))? {
                 true => Err(failure),
                 false => Err(failure
                     .hint("waits of 0 ms may be left in the queue: `magician stop` drops them")),

@@ -176,17 +176,12 @@ impl Drive<'_> {
             Some(Ok(job)) => Ok(Done { job, unrecorded }),
             Some(Err(error)) if error.is_stop() => {
                 let (failure, stands) = self.wording().stopped(&error);
-                Err(Ended::Interrupted {
-                    failure,
-                    stands,
-                    terminates: run.stops.terminates,
-                })
+                Err(Ended::Interrupted { failure, stands })
             }
             Some(Err(error)) => Err(self.wording().failure(&error).into()),
             None => Err(Ended::Interrupted {
                 failure: Failure::new(Kind::Interrupted, super::wording::UNKNOWN),
                 stands: false,
-                terminates: run.stops.terminates,
             }),
         }
     }
@@ -212,8 +207,8 @@ impl Drive<'_> {
                     JobEvent::State(JobState::Ended) => return None,
                     other => run.hears(&other),
                 },
-                Next::Signal(signal) => {
-                    if run.stop(signal) {
+                Next::Stop => {
+                    if run.stop() {
                         return None;
                     }
                 }
@@ -314,8 +309,8 @@ impl Drive<'_> {
                     }
                 }
                 Next::Event(event) => run.hears(&event),
-                Next::Signal(signal) => {
-                    if run.stop(signal) {
+                Next::Stop => {
+                    if run.stop() {
                         return Attended {
                             outcome: run.stopped_again().await,
                             unrecorded,

@@ -73,7 +73,7 @@ impl Job {
             Source::Nowhere
         } else if !context.global.json {
             Source::Keys
-        } else if context.in_shell {
+        } else if context.in_shell() {
             Source::Nowhere
         } else {
             Source::Lines

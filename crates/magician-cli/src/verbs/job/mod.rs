@@ -33,12 +33,11 @@ use magician_protocol::visible_lines;
 use self::drive::{Done, Drive};
 use self::options::{Beam, File, Look, Pen, PlacementOptions, Way};
 use self::reading::Read;
-use crate::context::Context;
+use crate::context::{Context, JobPolicy, StopPolicy};
 use crate::diagnostics::Severity;
 use crate::failure::{Failure, Kind, incomplete};
 use crate::paint::Paint;
 use crate::permission::Asks;
-use crate::saved::Access;
 use crate::source::Source;
 use crate::terminal;
 use crate::verbs::sim::picture::Picture;
@@ -154,7 +153,7 @@ impl Job {
             Some("--tui needs a run")
         } else if context.global.json {
             Some("--tui cannot be used with --json")
-        } else if context.in_shell {
+        } else if context.in_shell() {
             Some("--tui needs the whole terminal, which the shell uses")
         } else if self.file.file == Path::new("-") {
             Some("--tui needs the keyboard, and stdin is the file")
@@ -204,7 +203,11 @@ impl Job {
                 (arm, f64::INFINITY)
             }
         };
-        let outcome = self.go(&self.drive(made, Some(pace), false, context), context);
+        let outcome = self.go(
+            &self.drive(made, Some(pace), false, context),
+            JobPolicy::Dark,
+            context,
+        );
         // What was drawn is there however it ended.
         let mut options = PictureOptions::default().whole(self.way.whole);
         options.sheet = made.setup.sheet.and_then(|sheet| show::corners(&sheet));
@@ -232,13 +235,14 @@ impl Job {
             .plan()
             .commands()
             .any(|command| burns(&command, pins));
-        if burns {
+        let policy = if burns {
             context.permit_laser(asks)?;
-            // A line that breaks is found again, to put the laser out.
-            context.lasts = true;
-        }
+            JobPolicy::Burning
+        } else {
+            JobPolicy::Dark
+        };
         let real = !context.is_virtual()?;
-        let done = self.go(&self.drive(made, None, real, context), context)?;
+        let done = self.go(&self.drive(made, None, real, context), policy, context)?;
         self.tell(&done, made, context)
     }
 
@@ -391,10 +395,15 @@ impl Job {
     }
 
     /// Runs it.
-    fn go(&self, drive: &Drive<'_>, context: &mut Context) -> Result<Done, Failure> {
+    fn go(
+        &self,
+        drive: &Drive<'_>,
+        policy: JobPolicy,
+        context: &mut Context,
+    ) -> Result<Done, Failure> {
         let saved = context.saved.clone();
         let input = self.input(context);
-        context.job(None, async |arm, out, signals| {
+        context.job(policy, async |arm, out, signals| {
             drive.run(arm, out, &saved, signals, input).await
         })
     }
@@ -431,7 +440,7 @@ impl Made {
     /// What the arm at the port says of itself.
     fn start_here(&self, context: &mut Context) -> Result<Preflight, Failure> {
         let kinds = self.program.kinds();
-        context.with_arm(Access::Reads, async |arm, _| {
+        context.arm(StopPolicy::Look, async |arm, _| {
             Ok(arm.preflight_for(&kinds).await?)
         })
     }

@@ -9,9 +9,8 @@ use magician_program::{
 };
 
 use super::{Job, Where, notes};
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::saved::Access;
 use crate::source::Source;
 
 /// A file that is there, and understood as far as that does not depend on where it is to run.
@@ -137,7 +136,7 @@ impl Job {
         }
         let (begins, virtually) = match place {
             Where::Arm => {
-                let begins = context.with_arm(Access::Reads, async |arm, _| {
+                let begins = context.arm(StopPolicy::Look, async |arm, _| {
                     Ok(arm.preflight_for(&[]).await?)
                 })?;
                 (begins, false)

@@ -14,22 +14,14 @@ use super::tell::ProgressReporter;
 use super::tui::{Screen, Wants};
 use crate::context::FAREWELL;
 use crate::failure::Failure;
-use crate::interrupt::{Control, JobControl, Signal, Signals};
+use crate::interrupt::{Control, JobControl, Signals};
 use crate::progress::attended;
 use crate::recording::Recorder;
 
-/// What a person has asked for.
-#[derive(Debug, Default)]
-pub(super) struct Stops {
-    /// Whether a first stop was said.
-    pub(super) asked: bool,
-    /// Whether the system wants this program to end.
-    pub(super) terminates: bool,
-}
-
 /// What comes next.
 pub(super) enum Next {
-    Signal(Signal),
+    /// A signal, or what a key means that stands for one.
+    Stop,
     Control(Control),
     Typed(Typed),
     /// What came of the pause that a suspension begins with.
@@ -64,7 +56,8 @@ pub(super) struct UnderWay<'a> {
     pub(super) pausing: Option<Pausing>,
     /// What becomes of the wish to go on.
     pub(super) resuming: Option<Resuming>,
-    pub(super) stops: Stops,
+    /// Whether a first stop was said.
+    pub(super) stops: bool,
     /// The whole terminal, if it has it.
     pub(super) screen: Option<Screen>,
     /// What is waited for, if that may take a while.
@@ -89,7 +82,7 @@ impl<'a> UnderWay<'a> {
             suspends: false,
             pausing: None,
             resuming: None,
-            stops: Stops::default(),
+            stops: false,
             screen: None,
             waits: None,
             json,
@@ -138,12 +131,12 @@ impl UnderWay<'_> {
         let next = async {
             tokio::select! {
                 biased;
-                signal = signals.next() => Next::Signal(signal),
+                _ = signals.next() => Next::Stop,
                 control = control.next() => Next::Control(control),
                 typed = input.next() => Next::Typed(typed),
                 wants = wants => match wants {
                     Wants::Typed(typed) => Next::Typed(typed),
-                    Wants::Signal(signal) => Next::Signal(signal),
+                    Wants::Stop => Next::Stop,
                     Wants::Control(control) => Next::Control(control),
                 },
                 resumed = resumed => Next::Resumed(resumed),
@@ -172,9 +165,9 @@ impl UnderWay<'_> {
             Typed::Pause => self.pauses(),
             Typed::Toggle | Typed::Resume => self.resumes(),
             // Keys repeat themselves: only a signal stops what a stop has begun to do.
-            Typed::Stop if self.stops.asked => {}
+            Typed::Stop if self.stops => {}
             Typed::Stop => {
-                self.stop(Signal::Interrupt);
+                self.stop();
             }
             Typed::Faster | Typed::Slower => {
                 let now = self.job.speed();
@@ -288,11 +281,10 @@ impl UnderWay<'_> {
     }
 
     /// Stops it; whether that was asked for before.
-    pub(super) fn stop(&mut self, signal: Signal) -> bool {
-        self.stops.terminates |= signal == Signal::Terminate;
+    pub(super) fn stop(&mut self) -> bool {
         self.waits = Some("stopping");
         self.job.stop();
-        std::mem::replace(&mut self.stops.asked, true)
+        std::mem::replace(&mut self.stops, true)
     }
 
     /// After the second stop nothing more is moved. A further signal does not wait for that.

@@ -16,7 +16,7 @@ use magician_job::jog::Axis;
 
 use super::pose::PoseReport;
 use super::rail::needs_rail;
-use crate::context::{Context, Sim};
+use crate::context::{Context, Sim, StopPolicy};
 use crate::failure::Failure;
 use crate::options::number;
 use crate::progress::attended;
@@ -67,7 +67,7 @@ impl Jog {
 /// One step, checked before anything is sent.
 fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
     let quiet = context.global.json;
-    let pose = context.moving(None, async |arm, _| {
+    let pose = context.arm(StopPolicy::Move, async |arm, _| {
         arm.check_dark().await?;
         if axis == Axis::L {
             needs_rail(arm).await?;
@@ -84,9 +84,10 @@ fn step(axis: Axis, by: f32, context: &mut Context) -> Result<(), Failure> {
 
 fn at_the_pad(context: &mut Context) -> Result<(), Failure> {
     for_a_person("jog", "`magician jog x 10` makes one step")?;
-    context.lasts = true;
     let saved = context.saved.clone();
-    let pose = context.moving(Some(AT_SIGHT), async |arm, _| session(arm, &saved).await)?;
+    let pose = context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, _| {
+        session(arm, &saved).await
+    })?;
     let answer = PoseReport::from(pose);
     context.show(&answer, |out| {
         out.line(format_args!("left at: {}", answer.line()))

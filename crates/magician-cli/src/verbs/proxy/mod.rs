@@ -19,7 +19,7 @@ use magician_protocol::Row;
 
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::interrupt::{Signal, Signals};
+use crate::interrupt::Signal;
 use crate::serving::{DOORS, create, pty, say_ready};
 
 use log::{Log, Style};
@@ -113,9 +113,7 @@ impl Proxy {
             only: self.only.clone(),
             verbose: context.global.verbose,
         };
-        let runtime = context.runtime()?;
-        let signal = runtime.block_on(async {
-            let mut signals = Signals::listen()?;
+        let signal = context.alone(async |_, signals| {
             let options = LineOptions::default().faults(self.faults.unwrap_or_default());
             let line = RawLine::open_with(&target, options).await?;
             let settings = Settings {
@@ -142,7 +140,7 @@ impl Proxy {
                 failure = session.serve() => return Err(failure),
             };
             session.end().await;
-            Ok::<_, Failure>(signal)
+            Ok(signal)
         })?;
         match signal {
             Signal::Interrupt => Err(Failure::interrupted()),

@@ -129,32 +129,33 @@ impl Replay {
         let mut arm = Controller::in_world(profile, world);
         let mut saved = self.save(session)?;
         let quiet = context.global.json;
-        let runtime = context.runtime()?;
-        let mut teller = ReplayReporter::new(&mut context.out, quiet);
-        let mut play = session.play(&mut arm);
-        let mut pace = Pace::new(self.speed, session);
-        let work = async {
-            loop {
-                if let Some(packet) = session.packets().get(play.done()) {
-                    if pace.is_slow() {
-                        teller.flush()?;
-                    }
-                    pace.wait(packet.time).await;
-                }
-                let Some(moment) = play.step() else {
-                    return Ok(());
-                };
-                if let Some(saved) = &mut saved {
-                    saved.moment(&moment)?;
-                }
-                for difference in &moment.differences {
-                    teller.difference(difference)?;
-                }
-            }
-        };
         let what = format!("replaying {} packets", session.packets().len());
-        runtime.block_on(attend(&mut context.terminated, quiet, &what, work))?;
-        teller.end(&play.finish())
+        context.alone(async |out, signals| {
+            let mut teller = ReplayReporter::new(out, quiet);
+            let mut play = session.play(&mut arm);
+            let mut pace = Pace::new(self.speed, session);
+            let work = async {
+                loop {
+                    if let Some(packet) = session.packets().get(play.done()) {
+                        if pace.is_slow() {
+                            teller.flush()?;
+                        }
+                        pace.wait(packet.time).await;
+                    }
+                    let Some(moment) = play.step() else {
+                        return Ok(());
+                    };
+                    if let Some(saved) = &mut saved {
+                        saved.moment(&moment)?;
+                    }
+                    for difference in &moment.differences {
+                        teller.difference(difference)?;
+                    }
+                }
+            };
+            attend(signals, quiet, &what, work).await?;
+            teller.end(&play.finish())
+        })
     }
 
     fn save(&self, session: &Session<'_>) -> Result<Option<session::Saved>, Failure> {
@@ -178,22 +179,23 @@ impl Replay {
             return Err(Failure::usage(format!("{option} needs --to sim")));
         }
         let quiet = context.global.json;
-        let runtime = context.runtime()?;
-        let mut packets = decode::Packets::new(&mut context.out, quiet);
-        let mut pace = Pace::new(self.speed, session);
-        let work = async {
-            for packet in session.packets() {
-                if pace.is_slow() {
-                    packets.flush()?;
+        context.alone(async |out, signals| {
+            let mut packets = decode::Packets::new(out, quiet);
+            let mut pace = Pace::new(self.speed, session);
+            let work = async {
+                for packet in session.packets() {
+                    if pace.is_slow() {
+                        packets.flush()?;
+                    }
+                    pace.wait(packet.time).await;
+                    packets.packet(packet)?;
                 }
-                pace.wait(packet.time).await;
-                packets.packet(packet)?;
-            }
-            Ok(())
-        };
-        // What is shown tells how far it is.
-        runtime.block_on(attend(&mut context.terminated, true, "", work))?;
-        packets.finish()
+                Ok(())
+            };
+            // What is shown tells how far it is.
+            attend(signals, true, "", work).await?;
+            packets.finish()
+        })
     }
 }
 

@@ -13,7 +13,7 @@ use magician_sim::Speed;
 use tokio::time::{Instant, sleep_until};
 
 use crate::failure::Failure;
-use crate::interrupt::{Signal, Signals};
+use crate::interrupt::Signals;
 use crate::progress::attended;
 
 /// Packets between two looks at signals and the clock.
@@ -64,20 +64,16 @@ impl Pace {
     }
 }
 
-/// Does the work unless a signal comes; notes whether the system wants an end.
+/// Does the work unless a signal comes.
 pub(super) async fn attend(
-    terminated: &mut bool,
+    signals: &mut Signals,
     quiet: bool,
     what: &str,
     work: impl Future<Output = Result<(), Failure>>,
 ) -> Result<(), Failure> {
-    let mut signals = Signals::listen()?;
     tokio::select! {
         biased;
-        signal = signals.next() => {
-            *terminated |= signal == Signal::Terminate;
-            Err(Failure::interrupted())
-        }
+        _ = signals.next() => Err(Failure::interrupted()),
         done = attended(quiet, what, work) => done,
     }
 }

@@ -8,7 +8,7 @@ use tokio::sync::mpsc as channel;
 use super::editor::Typing;
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::interrupt::{Signal, Signals};
+use crate::interrupt::Signal;
 
 /// What came from the input.
 pub(super) enum Input {
@@ -54,16 +54,14 @@ impl Lines {
 
     /// The next line.
     pub(super) fn next(&mut self, context: &mut Context) -> Result<Input, Failure> {
-        let runtime = context.runtime()?;
         if !self.asked {
             self.asked = self.wanted.send(()).is_ok();
         }
-        let read = runtime.block_on(async {
-            let mut signals = Signals::listen()?;
-            tokio::select! {
-                read = self.lines.recv() => Ok::<_, io::Error>(read),
-                signal = signals.next() => Ok(Some(Ok(Input::Signal(signal)))),
-            }
+        let read = context.alone(async |_, signals| {
+            Ok(tokio::select! {
+                read = self.lines.recv() => read,
+                signal = signals.next() => Some(Ok(Input::Signal(signal))),
+            })
         })?;
         match read {
             Some(Ok(Input::Signal(signal))) => Ok(Input::Signal(signal)),

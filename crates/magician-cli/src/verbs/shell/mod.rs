@@ -37,7 +37,7 @@ pub(crate) struct Shell {
 
 impl Shell {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        context.in_shell = true;
+        context.enter_shell();
         let session = context.global.clone();
         match io::stdin().is_terminal() {
             true => converse(&session, context),
@@ -55,7 +55,11 @@ impl Shell {
                 Input::Signal(_) => return Err(context.interrupt()?),
                 _ => break,
             };
-            let Err(mut failure) = one(&line, session, context) else {
+            let outcome = one(&line, session, context);
+            if outcome.is_ok() && context.is_terminated() {
+                return Err(context.interrupt()?);
+            }
+            let Err(mut failure) = outcome else {
                 continue;
             };
             failure.message = format!("line {number}: {}", failure.message);
@@ -88,8 +92,9 @@ fn converse(session: &Global, context: &mut Context) -> Result<(), Failure> {
         let outcome = one(&line, session, context);
         context.out.flush()?;
         match outcome {
-            Err(failure) if context.terminated => return Err(failure),
+            Err(failure) if context.is_terminated() => return Err(failure),
             Err(failure) => failure.report(session.json),
+            Ok(()) if context.is_terminated() => return Err(context.interrupt()?),
             Ok(()) => (),
         }
     }

@@ -18,7 +18,7 @@ use magician_sim::{Controller, Flash, Identity, LineTiming, Profile, Scenario, S
 
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::interrupt::{self, Signal};
+use crate::interrupt::Signal;
 use crate::output::Text;
 use crate::serving::{DOORS, create, pty, say_ready};
 
@@ -164,12 +164,11 @@ impl Sim {
         let feeds = self.feeds();
         let servers = self.servers(&profile, &scenario, verbose, &feeds)?;
         let handles: Vec<_> = servers.iter().map(Server::handle).collect();
-        let runtime = context.runtime()?;
         let subjects = self.subjects(&profile, &scenario, feeds, &handles);
         let mut dashboard = Dashboard::begin(subjects)?;
         let mut rested_on = String::new();
-        let outcome = runtime.block_on(async {
-            let mut signals = interrupt::Signals::listen()?;
+        let json = context.global.json;
+        let outcome = context.alone(async |_, signals| {
             let mut seen = None;
             let mut drawn = Ok(());
             let end = async {
@@ -178,7 +177,6 @@ impl Sim {
                     signal = dashboard.ended() => signal,
                 });
                 if self.fidelity {
-                    let json = context.global.json;
                     rested_on = fidelity::report(&handles, self.arms.is_some(), json).await;
                 }
                 if let Some(picture) = &self.picture {
@@ -188,7 +186,7 @@ impl Sim {
             };
             serve_all(servers, end).await.map_err(Failure::from)?;
             drawn?;
-            Ok::<_, Failure>(seen)
+            Ok(seen)
         });
         // Whatever there is to say now is said on the terminal as it was.
         let finished = dashboard.finish();

@@ -17,7 +17,7 @@ use magician_job::teach::{ProgramModel, TeachStep, guided_points};
 use magician_program::{Plan, Tool};
 use serde::Serialize;
 
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::mounted::tool_of;
 use crate::saved::SavedSettings;
@@ -63,9 +63,8 @@ impl Teach {
             None => None,
         };
         for_a_person("teach", "`magician run FILE` plays what was taught")?;
-        context.lasts = true;
         let saved = context.saved.clone();
-        let answer = context.moving(Some(AT_SIGHT), async |arm, _| {
+        let answer = context.arm_or(AT_SIGHT, StopPolicy::Pad, async |arm, _| {
             let mut session = Session::open(arm, &saved, self.file, self.tool, known).await?;
             let outcome = session.go_on().await;
             session.leave(outcome).await

@@ -13,7 +13,7 @@ use magician::{Arm, Link};
 use magician_job::jog::rail_position;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use crate::context::Context;
+use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::terminal::{self, Help, Seen, Stage, Told, event_text, take_log};
@@ -45,8 +45,7 @@ impl Watch {
         if drawn {
             terminal::check("watch", "`magician watch | cat` gives lines")?;
         }
-        context.lasts = true;
-        context.watching(AT_SIGHT, async |arm, out| match drawn {
+        context.arm_or(AT_SIGHT, StopPolicy::Watch, async |arm, out| match drawn {
             true => draw(arm, self.rate.unwrap_or(20.0)).await,
             false => lines(arm, self.rate.unwrap_or(10.0), json, out).await,
         })

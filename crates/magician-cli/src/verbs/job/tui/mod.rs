@@ -21,7 +21,7 @@ use super::input::Typed;
 use super::keys::{self, is_in_front};
 use super::show;
 use crate::failure::Failure;
-use crate::interrupt::{Control, Signal};
+use crate::interrupt::Control;
 use crate::terminal::{FRAME, Seen, Stage, Told, event_text, take_log};
 use crate::verbs::jog::title;
 use crate::verbs::watch::{Around, around};
@@ -50,7 +50,7 @@ pub(super) struct Screen {
 /// What a person wants.
 pub(super) enum Wants {
     Typed(Typed),
-    Signal(Signal),
+    Stop,
     Control(Control),
 }
 
@@ -147,7 +147,7 @@ impl Screen {
                     // The keyboard is gone.
                     Told::Gone => {
                         self.release();
-                        return Wants::Signal(Signal::Terminate);
+                        return Wants::Stop;
                     }
                     Told::Event(_) | Told::Beat => {}
                 },
@@ -172,7 +172,7 @@ fn press(key: KeyEvent, model: &mut Model) -> Option<Wants> {
     }
     if key.modifiers.contains(KeyModifiers::CONTROL) {
         return match key.code {
-            KeyCode::Char('c') => Some(Wants::Signal(Signal::Interrupt)),
+            KeyCode::Char('c') => Some(Wants::Stop),
             KeyCode::Char('z') if cfg!(unix) => Some(Wants::Control(Control::Suspend)),
             _ => None,
         };

@@ -1,0 +1,227 @@
+//! The connection to the arm that is meant, and how it is to behave.
+
+use std::path::PathBuf;
+
+use magician::sim::Controller;
+use magician::{Arm, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
+
+use super::Context;
+use super::policy::{Rules, UnderWay};
+use crate::failure::Failure;
+use crate::serving::create;
+
+/// How a verb treats the virtual arm in this process.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sim {
+    /// Speed of its clock where the port does not say.
+    pub(crate) speed: SimSpeed,
+    /// Whether it is taken without being asked for.
+    pub(crate) unasked: bool,
+}
+
+/// An open connection, and what it was opened for.
+pub(super) struct Connected {
+    pub(super) arm: Arm,
+    /// The `--port`.
+    port: Option<String>,
+    /// Whether it waits for a line that breaks.
+    reconnects: bool,
+    /// What was set going over it that it cannot know of.
+    pub(super) under_way: UnderWay,
+}
+
+/// A virtual arm of a verb's own making.
+pub(super) struct Stage {
+    arm: VirtualArm,
+    /// Whether time is the arm's: it passes as fast as there is nothing to do, and nothing runs dry for want of it.
+    in_arm_time: bool,
+}
+
+/// While it lasts, time passes as fast as there is nothing left to do.
+pub(super) struct ArmTime;
+
+impl ArmTime {
+    fn begin() -> Self {
+        tokio::time::pause();
+        Self
+    }
+}
+
+impl Drop for ArmTime {
+    fn drop(&mut self) {
+        tokio::time::resume();
+    }
+}
+
+impl Context {
+    /// Puts up a virtual arm that is to be connected to where the arm is one in this process.
+    pub(crate) fn put_up(&mut self, arm: VirtualArm) {
+        let in_arm_time = false;
+        self.stage = Some(Stage { arm, in_arm_time });
+    }
+
+    /// As [`put_up`](Self::put_up), an arm at its own speed, whose time is everybody's while the verb works with it: what it
+    /// does takes as long by its clock as on a real one, and next to nothing by ours.
+    pub(crate) fn put_up_in_arm_time(&mut self, arm: VirtualArm) {
+        let in_arm_time = true;
+        self.stage = Some(Stage { arm, in_arm_time });
+    }
+
+    /// Begins the time of the arm that was put up, if that is everybody's. Must be called within a runtime.
+    pub(super) fn arm_time(&self) -> Option<ArmTime> {
+        let stage = self.stage.as_ref().filter(|stage| stage.in_arm_time);
+        stage.map(|_| ArmTime::begin())
+    }
+
+    /// Whether a connection is open already: a shell's.
+    pub(crate) fn is_connected(&self) -> bool {
+        self.connected.is_some()
+    }
+
+    /// The arm that this is connected to, if it is the one that is meant now.
+    pub(crate) fn connected(&self) -> Option<&Arm> {
+        let open = self.connected.as_ref();
+        let open = open.filter(|open| open.port == self.global.port);
+        open.map(|open| &open.arm)
+    }
+
+    /// The arm that is meant now, connected to if need be, for work under these rules. `sim` is what stands in for a port that is `sim`
+    /// without a speed, or none.
+    pub(super) async fn connect(
+        &mut self,
+        sim: Option<Sim>,
+        rules: &Rules,
+    ) -> Result<Arm, Failure> {
+        // What a look opened waits for no line, and a job that burns must.
+        let fits = |open: &Connected| {
+            open.port == self.global.port && (open.reconnects || !rules.reconnects)
+        };
+        if !self.connected.as_ref().is_some_and(fits) {
+            self.disconnect().await;
+        }
+        let mut connected = match self.connected.take() {
+            Some(connected) => connected,
+            None => self.open(sim, rules).await?,
+        };
+        connected.under_way.begins(rules);
+        let arm = self.connected.insert(connected).arm.clone();
+        let timeout = self.global.timeout;
+        arm.set_timeout(timeout.unwrap_or(Options::default().timeout));
+        Ok(arm)
+    }
+
+    async fn open(&mut self, sim: Option<Sim>, rules: &Rules) -> Result<Connected, Failure> {
+        let port = self.global.port.clone();
+        let target = self.target(sim)?;
+        let config = self.config()?;
+        let mut options = self.options()?;
+        options.reconnect |= rules.reconnects;
+        let reconnects = options.reconnect;
+        let options = options.for_arm(config.arm_at(&target));
+        let tool = self.global.virtual_tool;
+        if tool.is_some() && !matches!(target, Target::Sim(_)) {
+            let hint =
+                "`magician set EndEffectorParams x_bias=X y_bias=Y z_bias=Z` sets it on the arm";
+            let message =
+                format!("--tool sets the tool of a virtual arm, and {target} is a real one");
+            return Err(Failure::usage(message).hint(hint));
+        }
+        let stage = self.stage.take().map(|stage| stage.arm);
+        let arm = match (target, stage, tool) {
+            (Target::Sim(_), Some(stage), tool) => {
+                let stage = match tool {
+                    Some(tool) => stage.tool(tool),
+                    None => stage,
+                };
+                Arm::simulated(stage, options).await?
+            }
+            (Target::Sim(speed), None, Some(tool)) => {
+                let arm = VirtualArm::new(Controller::default().with_tool(tool), speed);
+                Arm::simulated(arm, options).await?
+            }
+            (target, _, _) => Arm::connect_with(&target, options).await?,
+        };
+        Ok(Connected {
+            arm,
+            port,
+            reconnects,
+            under_way: UnderWay::default(),
+        })
+    }
+
+    /// Ends the connection; the arm stops what was set going over it.
+    pub(super) async fn disconnect(&mut self) {
+        if let Some(connected) = self.connected.take() {
+            connected.arm.close().await;
+        }
+    }
+
+    /// How a connection is to behave.
+    pub(crate) fn options(&mut self) -> Result<Options, Failure> {
+        self.settle()?;
+        let mut options = Options::default();
+        options.timeout = self.global.timeout.unwrap_or(options.timeout);
+        options.window = self.global.window.map_or(options.window, usize::from);
+        // Between two lines of a shell a cable may come back.
+        options.reconnect = self.in_shell;
+        options.laser_pins = self.laser_pins()?;
+        options.faults = self.global.faults.unwrap_or_default();
+        options.trace = self.tracer()?;
+        Ok(options)
+    }
+
+    /// What is put between a bare line and its port.
+    pub(crate) fn line_options(&mut self) -> Result<LineOptions, Failure> {
+        let mut options = LineOptions::default();
+        options.faults = self.global.faults.unwrap_or_default();
+        options.trace = self.tracer()?;
+        Ok(options)
+    }
+
+    /// The trace that is asked for. All lines of this program go into the same one.
+    fn tracer(&mut self) -> Result<Option<Tracer>, Failure> {
+        let Some(path) = &self.global.trace else {
+            return Ok(None);
+        };
+        if let Some((_, tracer)) = self.trace.as_ref().filter(|(known, _)| known == path) {
+            return Ok(tracer.clone().ok());
+        }
+        // A full disk costs the trace, not what is traced.
+        let tracer = Tracer::new(create(path)?).map_err(|error| {
+            tracing::warn!(%error, "the trace cannot be written and stops here");
+            error.to_string()
+        });
+        self.trace = Some((path.clone(), tracer.clone()));
+        Ok(tracer.ok())
+    }
+
+    /// Why the trace is not whole, if it is not.
+    pub(super) fn untraced(&self) -> Option<String> {
+        let failed = self.trace.as_ref().map(|(_, trace)| trace);
+        match failed? {
+            Ok(tracer) => tracer.failed(),
+            Err(why) => Some(why.clone()),
+        }
+    }
+
+    /// Where the arm is, if anything says so.
+    pub(crate) fn port(&mut self) -> Result<Option<String>, Failure> {
+        self.settle()?;
+        Ok(self.global.port.clone())
+    }
+
+    /// Where the arm is.
+    pub(crate) fn target(&mut self, sim: Option<Sim>) -> Result<Target, Failure> {
+        self.settle()?;
+        let given = self.global.port.as_deref().filter(|port| !port.is_empty());
+        let speed = sim.map_or(SimSpeed::Max, |sim| sim.speed);
+        Ok(match (given, sim) {
+            (Some(port), _) => Target::parse(port, speed)?,
+            (None, Some(sim)) if sim.unasked => Target::Sim(speed),
+            (None, _) => Target::discover()?,
+        })
+    }
+}
+
+/// The trace file under way, or why there is none, and where it is.
+pub(super) type Trace = (PathBuf, Result<Tracer, String>);

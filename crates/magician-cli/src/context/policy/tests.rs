@@ -1,0 +1,224 @@
+//! Which verb has which policy, and what each comes to.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::*;
+use crate::args::COMMAND_LINE;
+
+/// The files of each verb below `verbs`, and all that it chooses there. `attending` and `alone` are of verbs that have no arm of
+/// the context, or not for all they do.
+const VERBS: &[(&str, &[&str], &[&str])] = &[
+    ("ports", &["ports.rs"], &[]),
+    ("info", &["info.rs"], &["StopPolicy::Look"]),
+    ("pose", &["pose.rs"], &["StopPolicy::Look"]),
+    ("home", &["home.rs"], &["StopPolicy::Move"]),
+    (
+        "move",
+        &["travel.rs"],
+        &["StopPolicy::HandOver", "StopPolicy::Move"],
+    ),
+    ("jog", &["jog"], &["StopPolicy::Move", "StopPolicy::Pad"]),
+    ("record", &["record.rs"], &["ToldPolicy::Record"]),
+    (
+        "calibrate",
+        &["calibrate"],
+        &["StopPolicy::Look", "StopPolicy::Order", "StopPolicy::Pad"],
+    ),
+    ("teach", &["teach"], &["StopPolicy::Pad"]),
+    ("run", &["run.rs", "job"], JOB),
+    ("draw", &["draw.rs", "job"], JOB),
+    ("engrave", &["engrave.rs", "job"], JOB),
+    ("play", &["play.rs", "job"], JOB),
+    ("convert", &["convert.rs"], &[]),
+    ("watch", &["watch"], &["StopPolicy::Watch"]),
+    (
+        "stop",
+        &["stop.rs"],
+        &["StopPolicy::Hold", "StopPolicy::Stop"],
+    ),
+    ("suction", &["tools.rs"], &["StopPolicy::Order"]),
+    ("gripper", &["tools.rs"], &["StopPolicy::Order"]),
+    (
+        "laser",
+        &["laser.rs"],
+        &[
+            "StopPolicy::Darken",
+            "StopPolicy::Light",
+            "ToldPolicy::Burn",
+        ],
+    ),
+    (
+        "io",
+        &["io.rs"],
+        &["StopPolicy::lights", "StopPolicy::order_if"],
+    ),
+    ("sensor", &["sensor.rs"], &["StopPolicy::Order"]),
+    (
+        "rail",
+        &["rail.rs"],
+        &["StopPolicy::Look", "StopPolicy::Move", "StopPolicy::Order"],
+    ),
+    (
+        "conveyor",
+        &["conveyor.rs"],
+        &["StopPolicy::Move", "StopPolicy::Order"],
+    ),
+    ("alarms", &["alarms.rs"], &["StopPolicy::order_if"]),
+    (
+        "queue",
+        &["queue.rs"],
+        &[
+            "StopPolicy::HandOver",
+            "StopPolicy::Look",
+            "StopPolicy::Order",
+        ],
+    ),
+    ("get", &["get.rs"], &["StopPolicy::Look"]),
+    (
+        "set",
+        &["set.rs"],
+        &["StopPolicy::Order", "StopPolicy::lights"],
+    ),
+    ("enqueue", &["enqueue.rs"], &["StopPolicy::Order"]),
+    ("shell", &["shell"], &["alone"]),
+    ("demo", &["demo"], &["StopPolicy::Move"]),
+    ("sim", &["sim"], &["alone"]),
+    ("proxy", &["proxy"], &["alone"]),
+    ("conform", &["conform"], &["alone", "attending"]),
+    (
+        "doctor",
+        &["doctor"],
+        &["StopPolicy::Look", "alone", "attending"],
+    ),
+    (
+        "bench",
+        &["bench"],
+        &["StopPolicy::Move", "StopPolicy::Order", "attending"],
+    ),
+    ("commands", &["commands.rs"], &[]),
+    ("decode", &["decode"], &[]),
+    ("replay", &["replay"], &["alone"]),
+    ("forward", &["forward.rs"], &[]),
+    ("inverse", &["inverse.rs"], &[]),
+    ("config", &["config.rs"], &[]),
+    ("completions", &["completions.rs"], &[]),
+    ("man", &["man.rs"], &[]),
+    ("help", &["help"], &[]),
+];
+
+const JOB: &[&str] = &["JobPolicy::Burning", "JobPolicy::Dark", "StopPolicy::Look"];
+
+/// What a file, or all files of a directory, choose.
+fn chosen(path: &Path, found: &mut BTreeSet<String>) {
+    if path.is_dir() {
+        let files = fs::read_dir(path).unwrap();
+        files.for_each(|file| chosen(&file.unwrap().path(), found));
+        return;
+    }
+    let text = fs::read_to_string(path).unwrap();
+    for policy in ["StopPolicy::", "ToldPolicy::", "JobPolicy::"] {
+        for (at, _) in text.match_indices(policy) {
+            let rest = &text[at + policy.len()..];
+            let end = rest.find(|letter: char| !letter.is_alphanumeric() && letter != '_');
+            found.insert(format!("{policy}{}", &rest[..end.unwrap_or(rest.len())]));
+        }
+    }
+    for method in ["attending", "alone"] {
+        if text.contains(&format!("context.{method}(")) {
+            found.insert(method.to_owned());
+        }
+    }
+}
+
+#[test]
+fn each_verb_has_the_policies_of_the_list() {
+    let verbs = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("src/verbs");
+    let listed: BTreeSet<_> = VERBS.iter().map(|(verb, ..)| *verb).collect();
+    let all = (COMMAND_LINE.description)();
+    let all: BTreeSet<_> = all.get_subcommands().map(clap::Command::get_name).collect();
+    assert_eq!(listed, all);
+    for (verb, files, policies) in VERBS {
+        let mut found = BTreeSet::new();
+        files
+            .iter()
+            .for_each(|file| chosen(&verbs.join(file), &mut found));
+        let policies: BTreeSet<_> = policies.iter().map(ToString::to_string).collect();
+        assert_eq!(found, policies, "{verb}");
+    }
+}
+
+/// Whether a signal stops an arm of which the connection knows nothing: during the work, and after its good end. Whether a line
+/// that breaks is waited for. How long the laser burns after the good end.
+fn comes_to(rules: Rules) -> (bool, bool, bool, Option<Burns>) {
+    let mut under_way = UnderWay::default();
+    under_way.begins(&rules);
+    let during = under_way.needs_stop();
+    under_way.ends(rules.end);
+    (
+        during,
+        under_way.needs_stop(),
+        rules.reconnects,
+        under_way.laser,
+    )
+}
+
+#[test]
+fn what_each_policy_comes_to() {
+    use StopPolicy::{Darken, HandOver, Hold, Light, Look, Move, Order, Pad, Stop, Watch};
+    let connected = Some(Burns::WhileConnected);
+    for (rules, expected) in [
+        (Look.rules(), (false, false, false, None)),
+        (Watch.rules(), (false, false, true, None)),
+        (Order.rules(), (false, false, false, None)),
+        (HandOver.rules(), (true, true, false, None)),
+        (Move.rules(), (true, false, false, None)),
+        (Pad.rules(), (true, false, true, None)),
+        (
+            Light(Burns::WhileConnected).rules(),
+            (true, true, false, connected),
+        ),
+        (
+            Light(Burns::ForGood).rules(),
+            (true, false, false, Some(Burns::ForGood)),
+        ),
+        (Darken.rules(), (false, false, false, None)),
+        (Stop.rules(), (false, false, false, None)),
+        (Hold.rules(), (false, false, false, None)),
+        (ToldPolicy::Record.rules(), (false, false, false, None)),
+        (ToldPolicy::Burn.rules(), (true, false, true, None)),
+        (JobPolicy::Dark.rules(), (true, false, false, None)),
+        (JobPolicy::Burning.rules(), (true, false, true, None)),
+    ] {
+        assert_eq!(comes_to(rules), expected, "{rules:?}");
+    }
+}
+
+#[test]
+fn what_lines_of_a_shell_set_going_goes_until_one_of_them_ends_it() {
+    let lit = StopPolicy::Light(Burns::WhileConnected);
+    for (lines, needs_stop, laser) in [
+        (&[StopPolicy::HandOver, StopPolicy::Look][..], true, None),
+        (&[StopPolicy::HandOver, StopPolicy::Hold], true, None),
+        (&[StopPolicy::HandOver, StopPolicy::Stop], false, None),
+        (&[StopPolicy::HandOver, StopPolicy::Move], false, None),
+        (&[StopPolicy::HandOver, StopPolicy::Darken], true, None),
+        (&[lit, StopPolicy::Darken], false, None),
+        (&[lit, StopPolicy::Stop], false, None),
+        (&[lit, StopPolicy::Move], true, Some(Burns::WhileConnected)),
+        (
+            &[StopPolicy::Light(Burns::ForGood), lit],
+            true,
+            Some(Burns::WhileConnected),
+        ),
+    ] {
+        let mut under_way = UnderWay::default();
+        for line in lines {
+            under_way.begins(&line.rules());
+            under_way.ends(line.rules().end);
+        }
+        assert_eq!(under_way.needs_stop(), needs_stop, "{lines:?}");
+        assert_eq!(under_way.laser, laser, "{lines:?}");
+    }
+}

@@ -1,0 +1,237 @@
+//! Working with the arm under a policy, and what a signal does meanwhile.
+
+use std::future::Future;
+use std::pin::{Pin, pin};
+
+use magician::Arm;
+
+use super::connect::Sim;
+use super::policy::{Burns, End, Rules, StopPolicy, ToldPolicy};
+use super::stop::{stop, stop_again};
+use super::{Context, FAREWELL};
+use crate::failure::{Failure, Kind, incomplete};
+use crate::interrupt::Signals;
+use crate::output::Output;
+use crate::progress::attended;
+use crate::saved::{Access, SavedSettings, Settled};
+
+impl Context {
+    /// Works with the arm, connecting first if need be.
+    pub(crate) fn arm<T>(
+        &mut self,
+        policy: StopPolicy,
+        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.work(None, policy.rules(), policy.access(), work)
+    }
+
+    /// As [`arm`](Self::arm), with what stands in for a port that is `sim` without a speed, or none.
+    pub(crate) fn arm_or<T>(
+        &mut self,
+        sim: Sim,
+        policy: StopPolicy,
+        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.work(Some(sim), policy.rules(), policy.access(), work)
+    }
+
+    /// Works with the arm until a signal comes, also the wish of the system to end: `work` is told, and comes to its end.
+    pub(crate) fn until_told<T>(
+        &mut self,
+        sim: Sim,
+        policy: ToldPolicy,
+        work: impl AsyncFnOnce(
+            &Arm,
+            &mut Output,
+            Pin<&mut dyn Future<Output = ()>>,
+        ) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let rules = policy.rules();
+        let begin = rules.ending(End::AsBegun);
+        let clone = async |arm: &Arm, _: &mut Output| Ok(arm.clone());
+        let arm = self.work(Some(sim), begin, Access::Reads, clone)?;
+        let done = self.alone(async |out, signals| {
+            let told = async {
+                signals.next().await;
+            };
+            work(&arm, out, pin!(told)).await
+        })?;
+        self.ends(rules.end);
+        Ok(done)
+    }
+
+    /// Does what opens its lines itself. A signal drops it, and what it has open stops what it set going.
+    pub(crate) fn attending<T>(
+        &mut self,
+        work: impl AsyncFnOnce(&mut Output) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.let_go()?;
+        self.alone(async |out, signals| {
+            tokio::select! {
+                outcome = work(out) => return outcome,
+                _ = signals.next() => {}
+            }
+            tokio::time::sleep(FAREWELL).await;
+            Err(Failure::interrupted())
+        })
+    }
+
+    /// Does what has no arm of this context and attends to signals itself: what serves others, what steps a clock of its own, what
+    /// looks at a file.
+    pub(crate) fn alone<T>(
+        &mut self,
+        work: impl AsyncFnOnce(&mut Output, &mut Signals) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let runtime = self.runtime()?;
+        runtime.block_on(async {
+            let mut signals = Signals::listen()?;
+            let outcome = work(&mut self.out, &mut signals).await;
+            self.terminated |= signals.terminates();
+            outcome
+        })
+    }
+
+    /// A signal while nothing is done: what was set going before is stopped.
+    pub(crate) fn interrupt(&mut self) -> Result<Failure, Failure> {
+        let runtime = self.runtime()?;
+        runtime.block_on(async {
+            let mut signals = Signals::listen()?;
+            Ok(self.halt(&mut signals).await)
+        })
+    }
+
+    /// Gives up the line to the arm, for a verb that opens it in its own way.
+    pub(crate) fn let_go(&mut self) -> Result<(), Failure> {
+        let runtime = self.runtime()?;
+        runtime.block_on(self.disconnect());
+        Ok(())
+    }
+
+    /// Ends the connection, if there is one: what was set going over it goes on if all ended well, and is stopped if not.
+    pub(crate) fn leave(&mut self, outcome: Result<(), Failure>) -> Result<(), Failure> {
+        self.disconnect_after(outcome.is_ok());
+        outcome.and_then(|()| match self.untraced() {
+            Some(why) => Err(incomplete("trace", &why)),
+            None => Ok(()),
+        })
+    }
+
+    fn disconnect_after(&mut self, well: bool) {
+        let (Some(connected), Some(runtime)) = (self.connected.take(), &self.runtime) else {
+            return;
+        };
+        let (arm, laser) = (connected.arm, connected.under_way.laser);
+        runtime.block_on(async {
+            let dark = match laser {
+                _ if !well => None,
+                Some(Burns::ForGood) => Some(Ok(())),
+                Some(Burns::WhileConnected) => Some(arm.darken().await),
+                None => Some(arm.darken_after().await),
+            };
+            // What is not answered is said once more at the end of a connection that is not let go of.
+            if let Some(Ok(())) = dark {
+                arm.detach();
+            }
+            arm.close().await;
+        });
+    }
+
+    /// The work has come to its good end.
+    pub(super) fn ends(&mut self, end: End) {
+        if let Some(connected) = &mut self.connected {
+            connected.under_way.ends(end);
+        }
+    }
+
+    fn work<T>(
+        &mut self,
+        sim: Option<Sim>,
+        rules: Rules,
+        access: Access,
+        work: impl AsyncFnOnce(&Arm, &mut Output) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        self.settle()?;
+        let runtime = self.runtime()?;
+        runtime.block_on(async {
+            let mut signals = Signals::listen()?;
+            let _time = self.arm_time();
+            let work = async {
+                let arm = &self.connect(sim, &rules).await?;
+                let settled = SavedSettings::settle(arm, access).await;
+                self.out.settled(&settled, self.global.json);
+                let done = match self.laser_allowed {
+                    true => work(&arm.allowing_laser(), &mut self.out).await,
+                    false => work(arm, &mut self.out).await,
+                }?;
+                if let Settled::Later(_) = settled {
+                    let settled = SavedSettings::settle(arm, Access::Sets).await;
+                    self.out.settled(&settled, self.global.json);
+                }
+                Ok(done)
+            };
+            let outcome = tokio::select! {
+                outcome = work => match outcome {
+                    Ok(done) => {
+                        self.ends(rules.end);
+                        Ok(done)
+                    }
+                    Err(failure) => Err(self.make_good(failure, &mut signals).await),
+                },
+                _ = signals.next() => Err(self.halt(&mut signals).await),
+            };
+            self.terminated |= signals.terminates();
+            outcome
+        })
+    }
+
+    /// After a failure settings are given back, unless a signal comes first.
+    async fn make_good(&mut self, failure: Failure, signals: &mut Signals) -> Failure {
+        let Some(connected) = &self.connected else {
+            return failure;
+        };
+        tokio::select! {
+            () = self.saved.restore_after_failure(&connected.arm) => failure,
+            _ = signals.next() => {
+                self.connected = None;
+                Failure::interrupted()
+            }
+        }
+    }
+
+    /// Stops what was set going, and waits until the arm stands. A second signal stops the arm at once.
+    pub(super) async fn halt(&mut self, signals: &mut Signals) -> Failure {
+        let failure = match &self.connected {
+            Some(open) if open.under_way.needs_stop() || open.arm.moving() => {
+                let arm = &open.arm;
+                let ended = attended(self.global.json, "stopping", stop(arm, &self.saved));
+                let ended = tokio::select! {
+                    biased;
+                    _ = signals.next() => None,
+                    ended = ended => Some(ended),
+                };
+                let ended = match ended {
+                    Some(ended) => ended,
+                    None => stop_again(arm, signals).await,
+                };
+                self.ends(End::Stopped);
+                ended
+            }
+            _ => Ok("interrupted".to_owned()),
+        };
+        self.saved.leave();
+        let stands = failure.is_ok();
+        let message = failure.unwrap_or_else(|message| message);
+        self.interrupted(stands).await;
+        Failure::new(Kind::Interrupted, message)
+    }
+
+    /// What becomes of the connection after an interrupt.
+    pub(super) async fn interrupted(&mut self, stands: bool) {
+        if !stands {
+            // Dropped, the connection says once more what it can and waits for nothing.
+            self.connected = None;
+        } else if !self.in_shell {
+            self.disconnect().await;
+        }
+    }
+}
