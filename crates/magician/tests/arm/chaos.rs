@@ -1,164 +1,14 @@
 //! The whole handle over a line that loses, spoils and breaks: what the arm carried out, command by command.
 
-use std::io;
-use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use magician::commands::{CpCmd, WaitCmd};
 use magician::protocol::{CpMode, FrameBuf};
-use magician::sim::{Controller, Event, LinkId, Profile};
 use magician::stream::STRAIGHT;
 use magician::{Arm, Ctrl, ErrorKind, Options, Ran, Run, RunOptions, Set};
-use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
-use tokio::task::JoinHandle;
-use tokio::time::{Instant, sleep, timeout};
+use tokio::time::{sleep, timeout};
 
-/// Dice of its own, so that a seed says everything.
-struct Dice(u64);
-
-impl Dice {
-    fn below(&mut self, bound: u64) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) % bound
-    }
-}
-
-#[derive(Clone)]
-struct Bench(Arc<Mutex<Inner>>);
-
-struct Inner {
-    controller: Controller,
-    begun: Instant,
-    dice: Dice,
-    /// Of a thousand frames.
-    lost: u64,
-    plugged: bool,
-    cable: Option<JoinHandle<()>>,
-    /// Parameters of what was taken, by index.
-    taken: Vec<(u64, Vec<u8>)>,
-    started: Vec<u64>,
-}
-
-impl Bench {
-    fn new(seed: u64, lost: u64) -> Self {
-        Self(Arc::new(Mutex::new(Inner {
-            controller: Controller::new(Profile::default()),
-            begun: Instant::now(),
-            dice: Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1),
-            lost: 0,
-            plugged: true,
-            cable: None,
-            taken: Vec::new(),
-            started: Vec::new(),
-        })))
-        .spoilt(lost)
-    }
-
-    fn spoilt(self, lost: u64) -> Self {
-        self.0.lock().unwrap().lost = lost;
-        self
-    }
-
-    fn open(&self) -> io::Result<DuplexStream> {
-        let mut inner = self.0.lock().unwrap();
-        if !inner.plugged {
-            return Err(io::ErrorKind::NotFound.into());
-        }
-        let (near, far) = duplex(1 << 16);
-        inner.cable = Some(tokio::spawn(self.clone().serve(far)));
-        Ok(near)
-    }
-
-    async fn connect(&self, window: usize) -> Arm {
-        let bench = self.clone();
-        let options = Options::default().window(window);
-        let opener = move || std::future::ready(bench.open());
-        let lost = std::mem::take(&mut self.0.lock().unwrap().lost);
-        let arm = Arm::over_with(opener, options).await.unwrap();
-        self.0.lock().unwrap().lost = lost;
-        arm
-    }
-
-    fn pull(&self) {
-        let mut inner = self.0.lock().unwrap();
-        inner.plugged = false;
-        if let Some(cable) = inner.cable.take() {
-            cable.abort();
-        }
-    }
-
-    fn plug(&self) {
-        self.0.lock().unwrap().plugged = true;
-    }
-
-    async fn serve(self, mut far: DuplexStream) {
-        let mut head = [0; 3];
-        while far.read_exact(&mut head).await.is_ok() {
-            let mut rest = vec![0; usize::from(head[2]) + 1];
-            if far.read_exact(&mut rest).await.is_err() {
-                return;
-            }
-            let request = FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap();
-            sleep(Duration::from_millis(1)).await;
-            let mut replies = Vec::new();
-            {
-                let mut inner = self.0.lock().unwrap();
-                inner.advance();
-                if !inner.spoils() {
-                    inner.controller.receive(LinkId(0), request.bytes());
-                }
-                while let Some(reply) = inner.controller.poll_transmit(LinkId(0)) {
-                    inner.note(&request, reply.bytes());
-                    if !inner.spoils() {
-                        replies.extend_from_slice(reply.bytes());
-                    }
-                }
-            }
-            let _ = far.write_all(&replies).await;
-        }
-    }
-
-    fn look(&self) -> (Vec<Vec<u8>>, u32, bool) {
-        let mut inner = self.0.lock().unwrap();
-        inner.advance();
-        let inner = &*inner;
-        let find = |index: &u64| {
-            let found = inner.taken.iter().find(|(taken, _)| taken == index);
-            found.map(|(_, params)| params.clone())
-        };
-        let done = inner.started.iter().filter_map(find).collect();
-        let state = inner.controller.state();
-        (done, state.queue.waiting as u32, state.moving)
-    }
-}
-
-impl Inner {
-    fn advance(&mut self) {
-        let now = self.begun.elapsed().as_micros() as u64;
-        self.controller.advance(now);
-        while let Some(event) = self.controller.poll_event() {
-            if let Event::Started { index, .. } = event {
-                self.started.push(index);
-            }
-        }
-    }
-
-    fn spoils(&mut self) -> bool {
-        self.lost > 0 && self.dice.below(1000) < self.lost
-    }
-
-    fn note(&mut self, request: &FrameBuf, reply: &[u8]) {
-        let (id, params) = (request.frame().id(), request.frame().params());
-        if request.frame().ctrl().queued() && id < 240 && reply.len() >= 14 {
-            let index = u64::from_le_bytes(reply[5..13].try_into().unwrap());
-            if index > 0 {
-                self.taken.push((index, params.to_vec()));
-            }
-        }
-    }
-}
+use crate::desk::{Desk, Dice};
 
 /// Segments, each to another place, with a wait of its own length here and there.
 fn program(count: usize) -> Vec<Set> {
@@ -236,12 +86,12 @@ async fn on_a_bad_line_everything_is_done_once_or_told() {
     for seed in 1..=20 {
         for window in [1, 4] {
             let name = format!("seed {seed}, window {window}");
-            let bench = Bench::new(seed, 20);
-            let arm = bench.connect(window).await;
+            let desk = Desk::lossy(seed, 20);
+            let arm = desk.connect(Options::default().window(window)).await;
             let program = program(120);
             let mut run = arm.start_with(program.clone(), RunOptions::default().trust_pose(true));
             let ended = to_its_end(&arm, &mut run).await;
-            let (done, ..) = bench.look();
+            let done = desk.begun();
             let count = in_order(&program, &done, window, &name);
             match ended {
                 Ok(ran) => {
@@ -262,14 +112,14 @@ async fn a_cable_that_is_pulled_again_and_again() {
     for seed in (1..=20).chain([1016, 2425, 2434]) {
         for window in [1, 4] {
             let name = format!("seed {seed}, window {window}");
-            let bench = Bench::new(seed, seed % 40);
-            let arm = bench.connect(window).await;
-            let other = bench.clone();
+            let desk = Desk::lossy(seed, seed % 40);
+            let arm = desk.connect(Options::default().window(window)).await;
+            let other = desk.clone();
             let mut dice = Dice(seed * 77 + 1);
             let puller = tokio::spawn(async move {
                 for _ in 0..6 {
                     sleep(Duration::from_millis(50 + dice.below(900))).await;
-                    other.pull();
+                    other.unplug();
                     sleep(Duration::from_millis(dice.below(400))).await;
                     other.plug();
                 }
@@ -277,7 +127,7 @@ async fn a_cable_that_is_pulled_again_and_again() {
             let program = program(120);
             let mut run = arm.start_with(program.clone(), RunOptions::default().trust_pose(true));
             let ended = to_its_end(&arm, &mut run).await;
-            let (done, ..) = bench.look();
+            let done = desk.begun();
             let count = in_order(&program, &done, window, &name);
             match ended {
                 Ok(ran) => {
@@ -298,8 +148,8 @@ async fn a_stop_at_any_time_is_the_last_word() {
     for seed in (1..=40_u64).chain([7129]) {
         for window in [1, 4] {
             let name = format!("seed {seed}, window {window}");
-            let bench = Bench::new(seed, seed % 60);
-            let arm = bench.connect(window).await;
+            let desk = Desk::lossy(seed, seed % 60);
+            let arm = desk.connect(Options::default().window(window)).await;
             let mut dice = Dice(seed * 31 + 7);
             let program = program(120);
             let mut run = arm.start(program.clone());
@@ -319,7 +169,7 @@ async fn a_stop_at_any_time_is_the_last_word() {
             let ended = match how {
                 2 => {
                     let _ = timeout(pause, run.wait(|_| {})).await;
-                    if bench.0.lock().unwrap().taken.is_empty() {
+                    if desk.is_unused() {
                         // It had not begun, and may do so after a stop.
                         continue;
                     }
@@ -331,7 +181,7 @@ async fn a_stop_at_any_time_is_the_last_word() {
                 _ => tokio::join!(run.wait(|_| {}), stopping).0,
             };
             if ended.is_ok() {
-                let (done, ..) = bench.look();
+                let done = desk.begun();
                 assert_eq!(in_order(&program, &done, window, &name), 120, "{name}");
                 continue;
             }
@@ -339,12 +189,16 @@ async fn a_stop_at_any_time_is_the_last_word() {
             let told = [ErrorKind::Closed, ErrorKind::Uncertain].contains(&kind);
             assert!(told, "{name}: {kind:?}");
             sleep(Duration::from_secs(5)).await;
-            let (done, waiting, moving) = bench.look();
+            let done = desk.begun();
             in_order(&program, &done, window, &name);
-            assert!(waiting == 0 && !moving, "{name}: {waiting} {moving}");
+            let state = desk.with(|arm| arm.state());
+            assert!(
+                state.queue.waiting == 0 && !state.moving,
+                "{name}: {state:?}"
+            );
             assert!(run.wait(|_| {}).await.is_err(), "{name}");
             sleep(Duration::from_secs(5)).await;
-            assert_eq!(bench.look().0.len(), done.len(), "{name}");
+            assert_eq!(desk.begun().len(), done.len(), "{name}");
             arm.detach();
         }
     }

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician::commands::{JogCmd, Pose, WaitCmd};
 use magician::{Arm, ErrorKind, Link, Options, words};
 
-use crate::bench::{Bench, real_time};
+use crate::bench::real_time;
 use crate::desk::Desk;
 
 fn of_any_thread<T: Clone + Send + Sync>() {}
@@ -38,14 +38,14 @@ async fn the_last_clone_that_goes_stops_the_arm() {
 
 #[tokio::test(start_paused = true)]
 async fn any_clone_may_detach() {
-    let (near, bench) = Bench::new();
-    let bench = tokio::spawn(bench.serve());
-    let arm = Arm::over(near, Options::default()).await.unwrap();
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
     arm.start_queue().await.unwrap();
     arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
     arm.clone().detach();
     drop(arm);
-    assert!(bench.await.unwrap().controller.state().queue.started);
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    assert!(desk.with(|arm| arm.state().queue.started));
 }
 
 #[tokio::test(start_paused = true)]

@@ -1,4 +1,5 @@
-//! An arm on a desk, whose cable can be pulled and plugged in again, and that can be reset or swapped for another.
+//! An arm on a desk, whose cable can be pulled and plugged in again, that can be reset or swapped for another, and whose line may lose
+//! frames.
 
 use std::future::{Ready, ready};
 use std::io;
@@ -7,7 +8,7 @@ use std::time::Duration;
 
 use magician::commands::DeviceSn;
 use magician::protocol::{FrameBuf, Text};
-use magician::sim::{Controller, ControllerState, LinkId, Profile};
+use magician::sim::{Controller, ControllerState, Event, LinkId, Profile};
 use magician::{Arm, Ctrl, Options};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::task::JoinHandle;
@@ -25,6 +26,27 @@ struct Inner {
     heard: Vec<FrameBuf>,
     cable: Option<JoinHandle<()>>,
     watcher: Option<Watcher>,
+    /// How long an answer takes.
+    turnaround: Duration,
+    /// Of a thousand frames so many are lost.
+    lost: u64,
+    dice: Dice,
+    /// Parameters of what was taken into the queue, by index.
+    taken: Vec<(u64, Vec<u8>)>,
+    /// What of the queue has begun.
+    started: Vec<u64>,
+}
+
+/// Dice of its own, so that a seed says everything.
+pub(crate) struct Dice(pub(crate) u64);
+
+impl Dice {
+    pub(crate) fn below(&mut self, bound: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) % bound
+    }
 }
 
 /// Looks at the arm every few milliseconds of its clock.
@@ -49,10 +71,47 @@ impl Inner {
             watcher(&self.controller.state());
         }
         self.controller.advance(now);
+        while let Some(event) = self.controller.poll_event() {
+            if let Event::Started { index, .. } = event {
+                self.started.push(index);
+            }
+        }
+    }
+
+    fn loses(&mut self) -> bool {
+        self.lost > 0 && self.dice.below(1000) < self.lost
+    }
+
+    /// What the arm answers to a request, as much of it as the line leaves.
+    fn answer(&mut self, request: &FrameBuf) -> Vec<u8> {
+        self.heard.push(*request);
+        self.catch_up();
+        if !self.loses() {
+            self.controller.receive(LinkId(0), request.bytes());
+        }
+        let mut replies = Vec::new();
+        while let Some(reply) = self.controller.poll_transmit(LinkId(0)) {
+            self.note(request, reply.bytes());
+            if !self.swallowed.contains(&request.frame().id()) && !self.loses() {
+                replies.extend_from_slice(reply.bytes());
+            }
+        }
+        replies
+    }
+
+    fn note(&mut self, request: &FrameBuf, reply: &[u8]) {
+        let (id, params) = (request.frame().id(), request.frame().params());
+        if request.frame().ctrl().queued() && id < 240 && reply.len() >= 14 {
+            let index = u64::from_le_bytes(reply[5..13].try_into().unwrap());
+            if index > 0 {
+                self.taken.push((index, params.to_vec()));
+            }
+        }
     }
 }
 
 impl Desk {
+    /// One whose answers take two milliseconds.
     pub(crate) fn new() -> Self {
         let desk = Self(Arc::new(Mutex::new(Inner {
             controller: Controller::new(Profile::default()),
@@ -62,13 +121,34 @@ impl Desk {
             heard: Vec::new(),
             cable: None,
             watcher: None,
+            turnaround: Duration::from_millis(2),
+            lost: 0,
+            dice: Dice(1),
+            taken: Vec::new(),
+            started: Vec::new(),
         })));
         desk.replace("arm A");
         desk
     }
 
+    /// One whose line loses so many of a thousand frames, by these dice; answers take one millisecond.
+    pub(crate) fn lossy(seed: u64, lost: u64) -> Self {
+        let desk = Self::new();
+        {
+            let mut inner = desk.lock();
+            inner.turnaround = Duration::from_millis(1);
+            inner.lost = lost;
+            inner.dice = Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+        }
+        desk
+    }
+
+    /// Nothing is lost while it connects.
     pub(crate) async fn connect(&self, options: Options) -> Arm {
-        Arm::over_with(self.opener(), options).await.unwrap()
+        let lost = std::mem::take(&mut self.lock().lost);
+        let arm = Arm::over_with(self.opener(), options).await.unwrap();
+        self.lock().lost = lost;
+        arm
     }
 
     pub(crate) fn opener(
@@ -92,22 +172,13 @@ impl Desk {
         let mut head = [0; 3];
         while far.read_exact(&mut head).await.is_ok() {
             let mut rest = vec![0; usize::from(head[2]) + 1];
-            far.read_exact(&mut rest).await.unwrap();
-            let request = FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap();
-            // An answer takes two milliseconds.
-            sleep(Duration::from_millis(2)).await;
-            let mut replies = Vec::new();
-            {
-                let mut inner = self.lock();
-                inner.heard.push(request);
-                inner.catch_up();
-                inner.controller.receive(LinkId(0), request.bytes());
-                while let Some(reply) = inner.controller.poll_transmit(LinkId(0)) {
-                    if !inner.swallowed.contains(&request.frame().id()) {
-                        replies.extend_from_slice(reply.bytes());
-                    }
-                }
+            if far.read_exact(&mut rest).await.is_err() {
+                return;
             }
+            let request = FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap();
+            let turnaround = self.lock().turnaround;
+            sleep(turnaround).await;
+            let replies = self.lock().answer(&request);
             let _ = far.write_all(&replies).await;
         }
     }
@@ -115,7 +186,9 @@ impl Desk {
     pub(crate) fn unplug(&self) {
         let mut inner = self.lock();
         inner.plugged = false;
-        inner.cable.take().expect("it was plugged in").abort();
+        if let Some(cable) = inner.cable.take() {
+            cable.abort();
+        }
     }
 
     pub(crate) fn plug(&self) {
@@ -163,6 +236,22 @@ impl Desk {
     pub(crate) fn count(&self, id: u8) -> usize {
         let heard = self.heard();
         heard.iter().filter(|(heard, _)| *heard == id).count()
+    }
+
+    /// The parameters of what of the queue has begun, in that order.
+    pub(crate) fn begun(&self) -> Vec<Vec<u8>> {
+        let mut inner = self.lock();
+        inner.catch_up();
+        let find = |index: &u64| {
+            let found = inner.taken.iter().find(|(taken, _)| taken == index);
+            found.map(|(_, params)| params.clone())
+        };
+        inner.started.iter().filter_map(find).collect()
+    }
+
+    /// Whether nothing was taken into the queue yet.
+    pub(crate) fn is_unused(&self) -> bool {
+        self.lock().taken.is_empty()
     }
 
     pub(crate) fn with<T>(&self, look: impl FnOnce(&mut Controller) -> T) -> T {

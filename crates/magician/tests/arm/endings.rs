@@ -7,20 +7,17 @@ use magician::protocol::FrameBuf;
 use magician::{Arm, Ctrl, Options, Set, words};
 use tokio::io::{AsyncReadExt, duplex};
 
-use crate::bench::Bench;
 use crate::desk::Desk;
 
 #[tokio::test(start_paused = true)]
 async fn a_dropped_handle_stops_what_it_started_and_puts_the_laser_out() {
-    let (near, bench) = Bench::new();
-    let bench = tokio::spawn(bench.serve());
-    let arm = Arm::over(near, Options::default().allow_laser(true))
-        .await
-        .unwrap();
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default().allow_laser(true)).await;
     let Set::SetEndEffectorLaser(burn) = words::laser(true) else {
         panic!()
     };
     arm.set(&burn).await.unwrap();
+    assert!(desk.with(|arm| arm.state().laser), "it does burn");
     arm.start_queue().await.unwrap();
     for y in [100.0, -100.0, 100.0] {
         let Set::PtpCmd(go) = words::move_to(200.0, y, 50.0, 0.0) else {
@@ -29,9 +26,8 @@ async fn a_dropped_handle_stops_what_it_started_and_puts_the_laser_out() {
         arm.enqueue(&go).await.unwrap();
     }
     drop(arm);
-    let bench = bench.await.unwrap();
-    let state = bench.controller.state();
-    assert!(bench.laser, "it did burn");
+    tokio::time::sleep(Duration::from_secs(1)).await;
+    let state = desk.with(|arm| arm.state());
     assert!(
         !state.laser && !state.queue.started && state.queue.waiting == 0,
         "{state:?}"
@@ -41,9 +37,8 @@ async fn a_dropped_handle_stops_what_it_started_and_puts_the_laser_out() {
 #[tokio::test(start_paused = true)]
 async fn a_detached_handle_and_one_that_is_done_leave_the_arm_alone() {
     for detach in [true, false] {
-        let (near, bench) = Bench::new();
-        let bench = tokio::spawn(bench.serve());
-        let arm = Arm::over(near, Options::default()).await.unwrap();
+        let desk = Desk::new();
+        let arm = desk.connect(Options::default()).await;
         if detach {
             arm.start_queue().await.unwrap();
             arm.enqueue(&WaitCmd { timeout: 60_000 }).await.unwrap();
@@ -56,7 +51,7 @@ async fn a_detached_handle_and_one_that_is_done_leave_the_arm_alone() {
         }
         arm.close().await;
         assert!(
-            bench.await.unwrap().controller.state().queue.started,
+            desk.with(|arm| arm.state().queue.started),
             "detach {detach}"
         );
     }

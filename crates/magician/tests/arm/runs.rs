@@ -8,10 +8,10 @@ use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
 use magician::{
     Action, Arm, Ctrl, ErrorCode, ErrorKind, Given, Options, Remedy, RunOptions, Setting, words,
 };
-use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
-use tokio::time::Instant;
+use tokio::time::{Instant, sleep};
 
 use crate::bench::{real_time, runner};
+use crate::desk::Desk;
 
 #[tokio::test(start_paused = true)]
 async fn a_queue_longer_than_the_arms_flows_and_never_overruns() {
@@ -134,31 +134,16 @@ async fn an_index_that_was_cleared_will_not_come() {
 
 #[tokio::test(start_paused = true)]
 async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
-    let (near, mut far) = duplex(1 << 16);
-    let bench = tokio::spawn(async move {
-        let begun = Instant::now();
-        let (mut controller, mut booted) = (Controller::new(Profile::default()), begun);
-        let mut bytes = [0; 256];
-        let mut off = false;
-        while let Ok(count @ 1..) = far.read(&mut bytes).await {
-            if !off && begun.elapsed() > Duration::from_secs(2) {
-                (controller, booted, off) =
-                    (Controller::new(Profile::default()), Instant::now(), true);
-            }
-            controller.advance(booted.elapsed().as_micros() as u64);
-            controller.receive(magician::sim::LinkId(0), &bytes[..count]);
-            while let Some(reply) = controller.poll_transmit(magician::sim::LinkId(0)) {
-                let _ = far.write_all(reply.bytes()).await;
-            }
-        }
-    });
-    let arm = Arm::over(near, Options::default()).await.unwrap();
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
     let wait = words::wait(Duration::from_millis(500));
-    let error = arm
-        .start(std::iter::repeat_n(wait, 30))
-        .wait(|_| {})
-        .await
-        .unwrap_err();
+    let mut run = arm.start(std::iter::repeat_n(wait, 30));
+    let resetting = async {
+        sleep(Duration::from_secs(2)).await;
+        desk.reset();
+    };
+    let (ended, ()) = tokio::join!(run.wait(|_| {}), resetting);
+    let error = ended.unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Uncertain, "{error}");
     assert!(error.to_string().contains("reset"), "{error}");
     let (from, to) = (error.from_index().unwrap(), error.to_index().unwrap());
@@ -173,8 +158,6 @@ async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
         "nothing was sent again"
     );
     arm.start([wait]).wait(|_| {}).await.unwrap();
-    arm.close().await;
-    bench.await.unwrap();
 }
 
 /// An arm at a line that stands still now and then, each time for so long.

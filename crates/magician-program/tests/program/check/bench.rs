@@ -1,17 +1,14 @@
-//! A virtual arm in virtual time, with its queue kept full, and chance from a seed.
+//! A virtual arm in virtual time that does a plan, its queue kept full.
 
-use magician::protocol::{FrameBuf, NoArgs, Readable};
-use magician::sim::{Controller, LinkId, Profile};
-use magician::words::Readings;
-use magician::{Ctrl, Set, commands};
+use magician::{Set, commands};
 use magician_program::Plan;
 
-const LINK: LinkId = LinkId(0);
+pub(crate) use arm::Bench;
 
-pub(crate) struct Bench {
-    pub(crate) arm: Controller,
-    now: u64,
-}
+/// The arm of the checks that the driver has.
+#[path = "../../../magician/tests/preflight/bench.rs"]
+#[allow(dead_code)]
+mod arm;
 
 /// What a plan has come to.
 #[derive(Debug)]
@@ -25,42 +22,6 @@ pub(crate) struct Done {
 }
 
 impl Bench {
-    pub(crate) fn new() -> Self {
-        Self {
-            arm: Controller::new(Profile::default()),
-            now: 0,
-        }
-    }
-
-    fn ask(&mut self, frame: &FrameBuf) -> FrameBuf {
-        self.arm.receive(LINK, frame.bytes());
-        self.arm.poll_transmit(LINK).expect("it answers")
-    }
-
-    fn get<T: Readable<Query = NoArgs>>(&mut self) -> T {
-        let reply = self.ask(&FrameBuf::get(&NoArgs, T::ROW).expect("it fits"));
-        T::decode(reply.frame().params()).expect("its own form")
-    }
-
-    /// All that the arm says before a program.
-    pub(crate) fn readings(&mut self) -> Readings {
-        let mut read = Readings::default();
-        read.pose = Some(self.get());
-        read.tool = self.get();
-        read.laser = self.get();
-        read.home = Some(self.get());
-        read.joint_speeds = self.get();
-        read.line_speeds = self.get();
-        read.ratios = self.get();
-        read.jump = self.get();
-        read.arc_speeds = self.get();
-        read.path_speeds = self.get();
-        read.with_rail = self.get::<commands::DeviceWithL>().with_l.is_on();
-        read.rail = Some(self.get::<commands::PoseL>().pose_l);
-        read.rail_speeds = self.get();
-        read
-    }
-
     /// What the tools are told to do: suction cup, gripper, laser.
     pub(crate) fn tools(&mut self) -> impl PartialEq + std::fmt::Debug + use<> {
         let cup: commands::EndEffectorSuctionCup = self.get();
@@ -70,33 +31,13 @@ impl Bench {
     }
 
     /// Does all of a plan, or as much as an alarm lets it.
-    pub(crate) fn run(&mut self, plan: &Plan) -> Done {
+    pub(crate) fn run_plan(&mut self, plan: &Plan) -> Done {
         let commands: Vec<Set> = plan.commands().collect();
-        let mut rest = commands.iter();
         let last = self.arm.state().queue.current_index + commands.len() as u64;
-        let start =
-            FrameBuf::set(&commands::QueuedCmdStartExec {}.into(), Ctrl::SET).expect("it fits");
-        let mut begun = None;
-        while self.arm.state().queue.current_index < last && !self.arm.state().alarms.blocking() {
-            let queue = self.arm.state().queue;
-            let taken = queue.waiting + usize::from(queue.running.is_some());
-            for command in rest.by_ref().take(queue.capacity - taken) {
-                self.ask(&FrameBuf::set(command, Ctrl::QUEUED).expect("it fits"));
-            }
-            if begun.is_none() {
-                begun = Some(self.now);
-                self.ask(&start);
-                continue;
-            }
-            let Some(at) = self.arm.poll_timeout() else {
-                break;
-            };
-            self.now = at.max(self.now);
-            self.arm.advance(self.now);
-        }
+        let took = self.run_all(&commands);
         let state = self.arm.state();
         Done {
-            took: self.now - begun.unwrap_or(self.now),
+            took,
             finished: state.queue.current_index >= last,
             alarm: state.alarms.blocking().then(|| state.alarms.to_string()),
         }

@@ -72,8 +72,8 @@ proptest! {
         let report = check(&rest.plan, &start);
         prop_assert!(report.is_good(), "{:?}\n{:?}", report.refused_steps, rest);
         let mut part = Bench::new();
-        prop_assert_eq!(whole.run(&plan).alarm, None);
-        prop_assert_eq!(part.run(&rest.plan).alarm, None);
+        prop_assert_eq!(whole.run_plan(&plan).alarm, None);
+        prop_assert_eq!(part.run_plan(&rest.plan).alarm, None);
         let (mut whole_says, mut part_says) = (whole.readings(), part.readings());
         let poses = [whole_says.pose.take().unwrap(), part_says.pose.take().unwrap()];
         let [one, other] = poses.map(|pose| pose.joint_angle);

@@ -169,7 +169,7 @@ proptest! {
         let plan = accepted(plan, &start);
         let report = check(&plan, &start);
         prop_assert!(report.is_good(), "{:?}", report.refused_steps);
-        let done = bench.run(&plan);
+        let done = bench.run_plan(&plan);
         prop_assert_eq!(&done.alarm, &None);
         prop_assert!(done.finished, "{:?}", done);
         if let Some(time) = report.time {

@@ -147,7 +147,7 @@ fn the_time_told_is_that_of_the_virtual_arm_to_a_thousandth() {
             told,
             "{name}: the same as the check before a run"
         );
-        let done = bench.run(&plan);
+        let done = bench.run_plan(&plan);
         assert!(done.finished && done.alarm.is_none(), "{name}: {done:?}");
         let off = told.as_micros() as f64 - done.took as f64;
         println!("{name}: {:.3} s, {off} us off", done.took as f64 / 1e6);
