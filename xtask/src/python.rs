@@ -25,7 +25,6 @@ the vendor's document needs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from . import _meaning
@@ -231,11 +230,7 @@ fn command(page: &mut String, names: &mut Vec<String>, row: &Row) {
             Some((_, meaning)) => format!("_meaning.{meaning}, {bases}"),
             None => bases.to_owned(),
         };
-        let _ = writeln!(
-            page,
-            "@dataclass(frozen=True, slots=True)\nclass {}({bases}):",
-            layout.name
-        );
+        let _ = writeln!(page, "class {}({bases}):", layout.name);
         let (about, form) = (wrapped(&format!("\"\"\"{}", row.doc)), wrapped(form));
         let _ = writeln!(page, "{about}\n\n{form}\n    \"\"\"\n");
         let _ = writeln!(

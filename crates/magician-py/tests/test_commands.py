@@ -211,3 +211,31 @@ def test_enums_are_shown_as_they_are_typed() -> None:
     assert (
         repr(alarm) == f"Alarm.{alarm.name}" and str(alarm).startswith(f"0x12 {alarm.name}: ") and f"{alarm:x}" == "12"
     )
+
+
+def test_commands_are_dataclasses_to_whoever_asks() -> None:
+    pose = commands.Pose(1, 2, 3, 4, (5, 6, 7, 8))
+    moved: Any = dataclasses.replace(pose, x=10)
+    assert moved == commands.Pose(10, 2, 3, 4, (5, 6, 7, 8)) and type(moved) is commands.Pose
+    assert dataclasses.asdict(pose)["joint_angle"] == (5, 6, 7, 8)
+    rail: Any = commands.SetDeviceWithL
+    assert [(each.name, each.default) for each in dataclasses.fields(rail)] == [
+        ("with_l", dataclasses.MISSING), ("version", None),
+    ]  # fmt: skip
+    assert not dataclasses.is_dataclass(Command) and dataclasses.fields(rail(True))
+
+
+def test_commands_are_made_of_their_fields() -> None:
+    anything: Any = commands.PtpCommonParams
+    assert anything(acceleration_ratio=2, velocity_ratio=1) == anything(1, 2) == anything(1, acceleration_ratio=2)
+    for values, named, message in (
+        ((1,), {}, "takes acceleration_ratio as well"),
+        ((1, 2, 3), {}, "takes 2 values, and 3 were given"),
+        ((1, 2), {"velocity_ratio": 1}, "multiple values for 'velocity_ratio'"),
+        ((1, 2), {"ratio": 1}, "no field 'ratio'; it has velocity_ratio, acceleration_ratio"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            anything(*values, **named)
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot delete field 'velocity_ratio'"):
+        del anything(1, 2).velocity_ratio
+    assert anything(1, 2) != (1, 2) and anything(1, 2) != commands.JogCommonParams(1, 2)

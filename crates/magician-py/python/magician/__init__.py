@@ -21,7 +21,9 @@ Lengths are mm, angles degrees, times seconds. What the driver has to say goes t
 
 from __future__ import annotations
 
-from . import aio, alarms, commands, errors, events, readings, words
+from typing import TYPE_CHECKING, Any
+
+from . import alarms, commands, errors, events, readings, words
 from ._blocking import Arm, Check, Events, Job, Jog, Run, StateWatch
 from ._native import __version__
 from ._pictures import Drawing, Picture, Stroke
@@ -32,7 +34,10 @@ from .errors import Error
 from .programs import Complaint, Plan, Rehearsal, Report, Sheet, Step, Surface, load
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult
-from .virtual import Place, VirtualArm, WorldObject
+
+if TYPE_CHECKING:
+    from . import aio
+    from .virtual import Place, VirtualArm, WorldObject
 
 __all__ = [
     "Alarm",
@@ -83,3 +88,21 @@ __all__ = [
     "readings",
     "words",
 ]
+
+
+# What a program on a thread of its own with an arm of its own can do without; `aio` takes asyncio along.
+_LATER = {"aio": "aio", "Place": "virtual", "VirtualArm": "virtual", "WorldObject": "virtual"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    import importlib
+
+    module = importlib.import_module(f"{__name__}.{_LATER[name]}")
+    found = globals()[name] = module if name == "aio" else getattr(module, name)
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
-import difflib
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from . import _magician, commands
 from ._protocol import Answer, Command, Query, Writable
+from ._values import fields as fields_of
 from .errors import InvalidInputError
 
 
@@ -24,12 +23,12 @@ def find(name: str, form: str, fields: dict[str, Any]) -> Any:
         if fields:
             raise TypeError(f"{cls.__name__} is asked for without {', '.join(fields)}")
         return cls
-    known = {each.name: each for each in dataclasses.fields(cls)}
+    known = fields_of(cls)
     for field in fields:
         if field not in known:
             there = f"; it has {', '.join(known)}" if known else "; it has none"
             raise TypeError(f"{cls.__name__} has no field `{field}`{_meant(field, known) or there}")
-    missing = [name for name, each in known.items() if each.default is dataclasses.MISSING and name not in fields]
+    missing = [name for name, has_default in known.items() if not has_default and name not in fields]
     if missing:
         raise TypeError(f"{cls.__name__} takes {', '.join(missing)} as well")
     return cls(**fields)
@@ -44,6 +43,8 @@ def _named(form: str) -> list[str]:
 
 def _meant(name: str, known: Iterable[str]) -> str:
     """Which of these somebody may have meant."""
+    import difflib
+
     plain = {_plain(each): each for each in known}
     near = difflib.get_close_matches(_plain(name), plain, 3, 0.6)
     return f"; did you mean {' or '.join(plain[each] for each in near)}?" if near else ""

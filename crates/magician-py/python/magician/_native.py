@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import atexit
-import json
 import os
 import weakref
 from collections.abc import Callable, Mapping
@@ -38,6 +36,8 @@ Where = str | os.PathLike[str] | Connectable | None
 
 def fence_text(fence: Mapping[str, object]) -> str:
     """A fence as the file of settings writes it: the driver reads both."""
+    import json
+
     try:
         bounds = [f"{json.dumps(str(name))} = {json.dumps(value)}" for name, value in fence.items()]
     except TypeError as error:
@@ -127,6 +127,8 @@ async def until_stopped(core: Core, interruption: BaseException) -> None:
 
 
 async def _until(call: Call[T], listener: Listener | None) -> T:
+    import asyncio
+
     loop = asyncio.get_running_loop()
     ended: asyncio.Future[None] = loop.create_future()
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import overload
 
 from . import _magician
 from ._arguments import number
 from ._points import Floats, to_numpy, to_tuples
+from ._values import Value
 from .errors import InvalidInputError
 
 __all__ = ["Drawing", "Picture", "Stroke"]
@@ -57,8 +57,7 @@ class Picture:
         return f"<Picture, {len(self.svg)} bytes of SVG>"
 
 
-@dataclass(frozen=True, slots=True)
-class Stroke:
+class Stroke(Value):
     """A line that the pen or the laser has left without a break; one of a single point is a dot."""
 
     burnt: bool

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
 from . import _magician
 from ._arguments import seconds
 from ._magician import Call
 from ._native import until, wait
+from ._values import Value
 
 __all__ = ["Found", "SerialPort", "discover", "discover_async", "ports"]
 
 
-@dataclass(frozen=True, slots=True)
-class SerialPort:
+class SerialPort(Value):
     """A serial port of this computer, and what is known of the USB device behind it."""
 
     path: str
@@ -36,8 +35,7 @@ class SerialPort:
     """Whether the adapter is one that Magicians have. Other devices have them too."""
 
 
-@dataclass(frozen=True, slots=True)
-class Found:
+class Found(Value):
     """An arm that answered on the network."""
 
     port: str

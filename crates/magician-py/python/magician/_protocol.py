@@ -6,6 +6,7 @@ from enum import IntEnum
 from typing import ClassVar, Generic, TypeVar
 
 from . import _magician
+from ._values import Value
 
 __all__ = ["Answer", "Command", "OpenEnum", "Query", "Queueable", "Readable", "Writable"]
 
@@ -39,10 +40,8 @@ class OpenEnum(IntEnum):
         return cls._value2member_map_.setdefault(int(value), unknown)  # type: ignore[return-value]
 
 
-class Command:
+class Command(Value):
     """What travels in a frame of one kind: the fields of a command, as attributes."""
-
-    __slots__ = ()
 
     ID: ClassVar[int]
     """Id in the frame."""
@@ -65,28 +64,18 @@ class Command:
 class Answer(Command):
     """What the arm answers to a question: see :class:`Query`."""
 
-    __slots__ = ()
-
 
 class Readable(Answer):
     """What can be read by its class: ``arm.get(commands.Pose)``."""
-
-    __slots__ = ()
 
 
 class Query(Command, Generic[A_co]):
     """A question about a pin, a port or a target: ``arm.get(commands.GetIoDi(address=19))``."""
 
-    __slots__ = ()
-
 
 class Writable(Command):
     """What can be set, or ordered, at once: ``arm.set(...)``."""
 
-    __slots__ = ()
-
 
 class Queueable(Writable):
     """What may go into the arm's queue as well: ``arm.enqueue(...)``, ``arm.perform([...])``."""
-
-    __slots__ = ()

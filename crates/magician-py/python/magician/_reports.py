@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from html import escape
 from typing import Any
 
+from ._values import Value
 from .errors import Error
 
 __all__ = ["Complaint", "Note", "Placed", "Report", "clock", "report"]
 
 
-@dataclass(frozen=True, slots=True)
-class Placed:
+class Placed(Value):
     """How a file was laid before the arm."""
 
     scale: float
@@ -23,8 +21,7 @@ class Placed:
     """The middle of what it draws or burns, in the arm's x and y, mm."""
 
 
-@dataclass(frozen=True, slots=True)
-class Note:
+class Note(Value):
     """What was left out of a file or taken in a certain way; nothing of it is an error."""
 
     message: str
@@ -46,13 +43,12 @@ class Note:
         return _placed(self.message, _place(self.line, self.column, None), self.name) + help
 
 
-@dataclass(frozen=True, slots=True)
-class Complaint:
+class Complaint(Value):
     """A step that the arm could not do, or that a guard refuses."""
 
     step: int
     """Which step, from 1; one more than there are for what is wrong at the end."""
-    error: Error = field(hash=False)
+    error: Error
     """What a run of it would raise: with the value and its limit, where it is a matter of how much."""
     line: int | None = None
     """Line of the file that it comes from, from 1."""
@@ -87,6 +83,9 @@ class Complaint:
         # Exceptions are equal to nothing but themselves.
         return _told(self) == _told(other) if isinstance(other, Complaint) else NotImplemented
 
+    def __hash__(self) -> int:
+        return hash((self.step, self.line, self.column, self.row, self.name))
+
     def __repr__(self) -> str:
         return f"<Complaint: {self}>"
 
@@ -95,8 +94,7 @@ class Complaint:
         return _placed(self.message, place, self.name)
 
 
-@dataclass(frozen=True, slots=True)
-class Report:
+class Report(Value):
     """What a check has found. A notebook shows it as a table."""
 
     refused: int
@@ -159,6 +157,8 @@ class Report:
         return f"{self.steps} steps, {lengths}, {burns}{time}: {state}"
 
     def _repr_html_(self) -> str:
+        from html import escape
+
         found = "".join(
             f"<tr><td>{each.step}</td><td>{escape(', '.join(_place(each.line, each.column, each.row)))}</td>"
             f"<td>{escape(each.name or '')}</td><td>{escape(each.message)}</td></tr>"

@@ -11,7 +11,6 @@ the vendor's document needs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from . import _meaning
@@ -317,7 +316,6 @@ class Output(NamedTuple):
     """Level to set."""
 
 
-@dataclass(frozen=True, slots=True)
 class DeviceSn(Readable, Writable):
     """Serial number of the arm.
 
@@ -332,7 +330,6 @@ class DeviceSn(Readable, Writable):
     """Serial number; at most 23 bytes."""
 
 
-@dataclass(frozen=True, slots=True)
 class DeviceName(Readable, Writable):
     """Name of the arm, free to choose.
 
@@ -346,7 +343,6 @@ class DeviceName(Readable, Writable):
     """Name; at most 64 bytes."""
 
 
-@dataclass(frozen=True, slots=True)
 class DeviceVersion(Readable):
     """Version of the controller's firmware.
 
@@ -366,7 +362,6 @@ class DeviceVersion(Readable):
     """Bytes added by newer firmware, among them a hardware version."""
 
 
-@dataclass(frozen=True, slots=True)
 class DeviceWithL(Readable):
     """Whether the arm stands on a sliding rail.
 
@@ -380,7 +375,6 @@ class DeviceWithL(Readable):
     """Whether the rail is in use."""
 
 
-@dataclass(frozen=True, slots=True)
 class SetDeviceWithL(Queueable):
     """Whether the arm stands on a sliding rail.
 
@@ -396,7 +390,6 @@ class SetDeviceWithL(Queueable):
     """Generation of the rail; hosts before V1.1.5 leave it out."""
 
 
-@dataclass(frozen=True, slots=True)
 class DeviceTime(Readable):
     """Time since the controller was switched on.
 
@@ -410,7 +403,6 @@ class DeviceTime(Readable):
     """Time since power-up; begins again at 2^32; ms."""
 
 
-@dataclass(frozen=True, slots=True)
 class DeviceId(Readable):
     """Unique id of the controller's processor.
 
@@ -424,7 +416,6 @@ class DeviceId(Readable):
     """The id, least significant word first."""
 
 
-@dataclass(frozen=True, slots=True)
 class DeviceInfo(Readable):
     """Counters of the controller's life.
 
@@ -442,7 +433,6 @@ class DeviceInfo(Readable):
     """Times it was switched off."""
 
 
-@dataclass(frozen=True, slots=True)
 class Pose(_meaning.PoseMeaning, Readable):
     """Where the arm is: tool position and joint angles, as commanded.
 
@@ -464,7 +454,6 @@ class Pose(_meaning.PoseMeaning, Readable):
     """J1 base, J2 rear arm, J3 forearm, J4 end effector; deg."""
 
 
-@dataclass(frozen=True, slots=True)
 class ResetPose(Writable):
     """Sets the angles of rear arm and forearm anew.
 
@@ -483,7 +472,6 @@ class ResetPose(Writable):
     """J3, used when manual is 1; deg."""
 
 
-@dataclass(frozen=True, slots=True)
 class Kinematics(Readable):
     """Speed and acceleration of the arm.
 
@@ -499,7 +487,6 @@ class Kinematics(Readable):
     """Acceleration; mm/s^2."""
 
 
-@dataclass(frozen=True, slots=True)
 class PoseL(Readable):
     """Position of the arm on its rail.
 
@@ -513,7 +500,6 @@ class PoseL(Readable):
     """Rail position; mm."""
 
 
-@dataclass(frozen=True, slots=True)
 class AlarmsState(Readable):
     """Active alarms, one bit each.
 
@@ -527,7 +513,6 @@ class AlarmsState(Readable):
     """Alarm n is bit n % 8 of byte n / 8; bitmap."""
 
 
-@dataclass(frozen=True, slots=True)
 class ClearAlarmsState(Writable):
     """Active alarms, one bit each.
 
@@ -538,7 +523,6 @@ class ClearAlarmsState(Writable):
     LAYOUT = "ClearAlarmsState"
 
 
-@dataclass(frozen=True, slots=True)
 class ClearAllAlarmsState(Writable):
     """Clears the alarms under the document's id; hosts use 20 with rw = 1.
 
@@ -549,7 +533,6 @@ class ClearAllAlarmsState(Writable):
     LAYOUT = "ClearAllAlarmsState"
 
 
-@dataclass(frozen=True, slots=True)
 class HomeParams(Readable, Queueable):
     """Where the arm goes when homing ends.
 
@@ -569,7 +552,6 @@ class HomeParams(Readable, Queueable):
     """Home rotation; deg."""
 
 
-@dataclass(frozen=True, slots=True)
 class HomeCmd(Queueable):
     """Homes the arm: finds the reference of J1 and goes to the home point.
 
@@ -583,7 +565,6 @@ class HomeCmd(Queueable):
     """Reserved; 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class AutoLeveling(Readable):
     """Levels the arm by its sensors.
 
@@ -597,7 +578,6 @@ class AutoLeveling(Readable):
     """Precision reached; deg (unconfirmed)."""
 
 
-@dataclass(frozen=True, slots=True)
 class SetAutoLeveling(Queueable):
     """Levels the arm by its sensors.
 
@@ -613,7 +593,6 @@ class SetAutoLeveling(Queueable):
     """Precision wanted; deg (unconfirmed)."""
 
 
-@dataclass(frozen=True, slots=True)
 class HhtTrigMode(Readable, Writable):
     """When hand teaching reports a point.
 
@@ -627,7 +606,6 @@ class HhtTrigMode(Readable, Writable):
     """When to report."""
 
 
-@dataclass(frozen=True, slots=True)
 class HhtTrigOutputEnabled(Readable, Writable):
     """Whether hand teaching reports points at all.
 
@@ -641,7 +619,6 @@ class HhtTrigOutputEnabled(Readable, Writable):
     """Whether it reports."""
 
 
-@dataclass(frozen=True, slots=True)
 class HhtTrigOutput(Readable):
     """Whether a point has been taught since the last look.
 
@@ -655,7 +632,6 @@ class HhtTrigOutput(Readable):
     """Whether there is a new point; reading it clears it."""
 
 
-@dataclass(frozen=True, slots=True)
 class ArmOrientation(Readable, Queueable):
     """Elbow side of a SCARA arm; this arm stores it.
 
@@ -669,7 +645,6 @@ class ArmOrientation(Readable, Queueable):
     """Elbow side."""
 
 
-@dataclass(frozen=True, slots=True)
 class EndEffectorParams(Readable, Queueable):
     """Tool bias: where the tool sits relative to the wrist.
 
@@ -687,7 +662,6 @@ class EndEffectorParams(Readable, Queueable):
     """Offset downwards; mm."""
 
 
-@dataclass(frozen=True, slots=True)
 class EndEffectorLaser(Readable):
     """The laser.
 
@@ -703,7 +677,6 @@ class EndEffectorLaser(Readable):
     """Whether the laser burns."""
 
 
-@dataclass(frozen=True, slots=True)
 class SetEndEffectorLaser(Queueable):
     """The laser.
 
@@ -719,7 +692,6 @@ class SetEndEffectorLaser(Queueable):
     """Whether the laser burns."""
 
 
-@dataclass(frozen=True, slots=True)
 class EndEffectorSuctionCup(Readable):
     """The suction cup.
 
@@ -735,7 +707,6 @@ class EndEffectorSuctionCup(Readable):
     """Whether the cup sucks."""
 
 
-@dataclass(frozen=True, slots=True)
 class SetEndEffectorSuctionCup(Queueable):
     """The suction cup.
 
@@ -751,7 +722,6 @@ class SetEndEffectorSuctionCup(Queueable):
     """Whether the cup sucks."""
 
 
-@dataclass(frozen=True, slots=True)
 class EndEffectorGripper(Readable):
     """The gripper.
 
@@ -767,7 +737,6 @@ class EndEffectorGripper(Readable):
     """1 closed, 0 open."""
 
 
-@dataclass(frozen=True, slots=True)
 class SetEndEffectorGripper(Queueable):
     """The gripper.
 
@@ -783,7 +752,6 @@ class SetEndEffectorGripper(Queueable):
     """1 closes, 0 opens."""
 
 
-@dataclass(frozen=True, slots=True)
 class JogJointParams(Readable, Queueable):
     """Speeds of jogging in joints.
 
@@ -799,7 +767,6 @@ class JogJointParams(Readable, Queueable):
     """Acceleration of J1 to J4; deg/s^2; above 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class JogCoordinateParams(Readable, Queueable):
     """Speeds of jogging in coordinates.
 
@@ -815,7 +782,6 @@ class JogCoordinateParams(Readable, Queueable):
     """Acceleration of x, y, z and r; mm/s^2 for x, y, z; deg/s^2 for r; above 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class JogCommonParams(Readable, Queueable):
     """Share of the jog speeds that is used.
 
@@ -831,7 +797,6 @@ class JogCommonParams(Readable, Queueable):
     """Share of the set acceleration; percent; 1 to 100, more counts as 100."""
 
 
-@dataclass(frozen=True, slots=True)
 class JogCmd(Queueable):
     """Moves one axis until told to stop.
 
@@ -847,7 +812,6 @@ class JogCmd(Queueable):
     """Axis and direction; 0 stops."""
 
 
-@dataclass(frozen=True, slots=True)
 class JogLParams(Readable, Queueable):
     """Speeds of jogging on the rail.
 
@@ -863,7 +827,6 @@ class JogLParams(Readable, Queueable):
     """Acceleration on the rail; mm/s^2; above 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpJointParams(Readable, Queueable):
     """Speeds of the joints in point-to-point moves.
 
@@ -879,7 +842,6 @@ class PtpJointParams(Readable, Queueable):
     """Acceleration of J1 to J4; deg/s^2; above 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpCoordinateParams(Readable, Queueable):
     """Speeds of the tool in straight point-to-point moves.
 
@@ -899,7 +861,6 @@ class PtpCoordinateParams(Readable, Queueable):
     """Acceleration of rotation; deg/s^2; above 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpJumpParams(Readable, Queueable):
     """How high a jump lifts.
 
@@ -915,7 +876,6 @@ class PtpJumpParams(Readable, Queueable):
     """Highest z of the transfer; mm."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpCommonParams(Readable, Queueable):
     """Share of the point-to-point speeds that is used.
 
@@ -931,7 +891,6 @@ class PtpCommonParams(Readable, Queueable):
     """Share of the set acceleration; percent; 1 to 100, more counts as 100."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpCmd(Queueable):
     """Moves the arm to a point.
 
@@ -953,7 +912,6 @@ class PtpCmd(Queueable):
     """Rotation, or J4 in the angle modes; deg."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpLParams(Readable, Queueable):
     """Speeds on the rail in point-to-point moves.
 
@@ -969,7 +927,6 @@ class PtpLParams(Readable, Queueable):
     """Acceleration on the rail; mm/s^2; above 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpWithLCmd(Queueable):
     """Moves the arm and the rail to a point.
 
@@ -993,7 +950,6 @@ class PtpWithLCmd(Queueable):
     """Rail position, or way on the rail in the incremental modes; mm; 0 to 1000 in absolute modes."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpJump2Params(Readable, Queueable):
     """How high a jump lifts, each end for itself.
 
@@ -1011,7 +967,6 @@ class PtpJump2Params(Readable, Queueable):
     """Highest z of the transfer; mm."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpPoCmd(Queueable):
     """Moves the arm to a point and switches outputs on the way.
 
@@ -1035,7 +990,6 @@ class PtpPoCmd(Queueable):
     """Outputs to switch; percent : EIO address : level; at most 57 outputs."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpPoWithLCmd(Queueable):
     """Moves the arm and the rail to a point and switches outputs on the way.
 
@@ -1061,7 +1015,6 @@ class PtpPoWithLCmd(Queueable):
     """Outputs to switch; percent : EIO address : level; at most 56 outputs."""
 
 
-@dataclass(frozen=True, slots=True)
 class CpParams(Readable, Queueable):
     """Speeds of continuous path.
 
@@ -1081,7 +1034,6 @@ class CpParams(Readable, Queueable):
     """1 when the host clocks the path."""
 
 
-@dataclass(frozen=True, slots=True)
 class CpCmd(Queueable):
     """Adds a straight segment to the continuous path.
 
@@ -1103,7 +1055,6 @@ class CpCmd(Queueable):
     """Reserved."""
 
 
-@dataclass(frozen=True, slots=True)
 class CpLeCmd(Queueable):
     """Adds a straight segment with laser power to the continuous path.
 
@@ -1125,7 +1076,6 @@ class CpLeCmd(Queueable):
     """Laser power along the segment; percent; 0 to 100."""
 
 
-@dataclass(frozen=True, slots=True)
 class CpRHeadHoldEnable(Readable, Writable):
     """Whether the tool keeps its rotation on a continuous path.
 
@@ -1139,7 +1089,6 @@ class CpRHeadHoldEnable(Readable, Writable):
     """Whether it keeps it."""
 
 
-@dataclass(frozen=True, slots=True)
 class CpCommonParams(Readable, Queueable):
     """Share of the continuous-path speeds that is used.
 
@@ -1155,7 +1104,6 @@ class CpCommonParams(Readable, Queueable):
     """Share of the set acceleration; percent; 1 to 100, more counts as 100."""
 
 
-@dataclass(frozen=True, slots=True)
 class ArcParams(Readable, Queueable):
     """Speeds of arcs.
 
@@ -1175,7 +1123,6 @@ class ArcParams(Readable, Queueable):
     """Acceleration of rotation; deg/s^2; above 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class ArcCmd(Queueable):
     """Moves the arm along an arc through a point to a point.
 
@@ -1191,7 +1138,6 @@ class ArcCmd(Queueable):
     """End of the arc: x, y, z, r; mm for x, y, z; deg for r."""
 
 
-@dataclass(frozen=True, slots=True)
 class CircleCmd(Queueable):
     """Moves the arm round a circle through two points, back to where it began.
 
@@ -1209,7 +1155,6 @@ class CircleCmd(Queueable):
     """Full turns; older hosts leave it out; turns; above 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class ArcCommonParams(Readable, Queueable):
     """Share of the arc speeds that is used.
 
@@ -1225,7 +1170,6 @@ class ArcCommonParams(Readable, Queueable):
     """Share of the set acceleration; percent; 1 to 100, more counts as 100."""
 
 
-@dataclass(frozen=True, slots=True)
 class WaitCmd(Queueable):
     """Makes the queue wait.
 
@@ -1239,7 +1183,6 @@ class WaitCmd(Queueable):
     """How long to wait; ms."""
 
 
-@dataclass(frozen=True, slots=True)
 class TrigCmd(Queueable):
     """Makes the queue wait for an input.
 
@@ -1259,7 +1202,6 @@ class TrigCmd(Queueable):
     """What to compare with; level or counts; 0 or 1 for levels, 0 to 4095 for analog values."""
 
 
-@dataclass(frozen=True, slots=True)
 class IoMultiplexing(Answer, Queueable):
     """What an EIO pin does.
 
@@ -1275,7 +1217,6 @@ class IoMultiplexing(Answer, Queueable):
     """What it does."""
 
 
-@dataclass(frozen=True, slots=True)
 class GetIoMultiplexing(Query[IoMultiplexing]):
     """What an EIO pin does.
 
@@ -1290,7 +1231,6 @@ class GetIoMultiplexing(Query[IoMultiplexing]):
     """Pin; EIO address; 1 to 20."""
 
 
-@dataclass(frozen=True, slots=True)
 class IoDo(Answer, Queueable):
     """Level of a digital output.
 
@@ -1306,7 +1246,6 @@ class IoDo(Answer, Queueable):
     """0 low, 1 high."""
 
 
-@dataclass(frozen=True, slots=True)
 class GetIoDo(Query[IoDo]):
     """Level of a digital output.
 
@@ -1320,7 +1259,6 @@ class GetIoDo(Query[IoDo]):
     """Pin; EIO address; 1 to 20."""
 
 
-@dataclass(frozen=True, slots=True)
 class IoPwm(Answer, Queueable):
     """Signal of a pulse-width output.
 
@@ -1338,7 +1276,6 @@ class IoPwm(Answer, Queueable):
     """Share of the time that it is high; percent; 0 to 100."""
 
 
-@dataclass(frozen=True, slots=True)
 class GetIoPwm(Query[IoPwm]):
     """Signal of a pulse-width output.
 
@@ -1352,7 +1289,6 @@ class GetIoPwm(Query[IoPwm]):
     """Pin; EIO address; 1 to 20."""
 
 
-@dataclass(frozen=True, slots=True)
 class IoDi(_meaning.LevelMeaning, Answer):
     """Level of a digital input.
 
@@ -1368,7 +1304,6 @@ class IoDi(_meaning.LevelMeaning, Answer):
     """0 low, 1 high."""
 
 
-@dataclass(frozen=True, slots=True)
 class GetIoDi(Query[IoDi]):
     """Level of a digital input.
 
@@ -1382,7 +1317,6 @@ class GetIoDi(Query[IoDi]):
     """Pin; EIO address; 1 to 20."""
 
 
-@dataclass(frozen=True, slots=True)
 class IoAdc(_meaning.AnalogMeaning, Answer):
     """Value of an analog input.
 
@@ -1398,7 +1332,6 @@ class IoAdc(_meaning.AnalogMeaning, Answer):
     """Value, 4095 at 3.3 V; counts; 0 to 4095."""
 
 
-@dataclass(frozen=True, slots=True)
 class GetIoAdc(Query[IoAdc]):
     """Value of an analog input.
 
@@ -1412,7 +1345,6 @@ class GetIoAdc(Query[IoAdc]):
     """Pin; EIO address; 1 to 20."""
 
 
-@dataclass(frozen=True, slots=True)
 class EMotor(Queueable):
     """Runs an external stepper, a conveyor for one.
 
@@ -1430,7 +1362,6 @@ class EMotor(Queueable):
     """Speed; the sign is the direction; pulses/s."""
 
 
-@dataclass(frozen=True, slots=True)
 class EMotorS(Queueable):
     """Runs an external stepper a number of pulses.
 
@@ -1450,7 +1381,6 @@ class EMotorS(Queueable):
     """How far; pulses."""
 
 
-@dataclass(frozen=True, slots=True)
 class ColorSensor(_meaning.ColorMeaning, Answer):
     """The colour sensor.
 
@@ -1468,7 +1398,6 @@ class ColorSensor(_meaning.ColorMeaning, Answer):
     """Blue; counts; 0 to 255."""
 
 
-@dataclass(frozen=True, slots=True)
 class SetColorSensor(Queueable):
     """The colour sensor.
 
@@ -1486,7 +1415,6 @@ class SetColorSensor(Queueable):
     """Generation of the sensor; hosts before V1.1.5 leave it out."""
 
 
-@dataclass(frozen=True, slots=True)
 class GetColorSensor(Query[ColorSensor]):
     """The colour sensor.
 
@@ -1500,7 +1428,6 @@ class GetColorSensor(Query[ColorSensor]):
     """Connector of the sensor; most hosts leave it out."""
 
 
-@dataclass(frozen=True, slots=True)
 class IrSwitch(_meaning.InfraredMeaning, Answer):
     """The infrared sensor.
 
@@ -1514,7 +1441,6 @@ class IrSwitch(_meaning.InfraredMeaning, Answer):
     """Whether something is in front of it."""
 
 
-@dataclass(frozen=True, slots=True)
 class SetIrSwitch(Queueable):
     """The infrared sensor.
 
@@ -1532,7 +1458,6 @@ class SetIrSwitch(Queueable):
     """Generation of the sensor; hosts before V1.1.5 leave it out."""
 
 
-@dataclass(frozen=True, slots=True)
 class GetIrSwitch(Query[IrSwitch]):
     """The infrared sensor.
 
@@ -1546,7 +1471,6 @@ class GetIrSwitch(Query[IrSwitch]):
     """Connector of the sensor."""
 
 
-@dataclass(frozen=True, slots=True)
 class AngleSensorStaticError(Readable, Writable):
     """Corrections of the angle sensors; kept without power.
 
@@ -1563,7 +1487,6 @@ class AngleSensorStaticError(Readable, Writable):
     """Correction of J3; deg."""
 
 
-@dataclass(frozen=True, slots=True)
 class AngleSensorCoef(Readable, Writable):
     """Scale of the angle sensors; kept without power.
 
@@ -1580,7 +1503,6 @@ class AngleSensorCoef(Readable, Writable):
     """Scale of J3; ratio."""
 
 
-@dataclass(frozen=True, slots=True)
 class BaseDecoderStaticError(Readable, Writable):
     """Correction of the base encoder; kept without power.
 
@@ -1595,7 +1517,6 @@ class BaseDecoderStaticError(Readable, Writable):
     """Correction of J1; deg."""
 
 
-@dataclass(frozen=True, slots=True)
 class WifiConfigMode(Readable, Writable):
     """Whether the Wi-Fi module takes settings.
 
@@ -1610,7 +1531,6 @@ class WifiConfigMode(Readable, Writable):
     """Whether it takes settings."""
 
 
-@dataclass(frozen=True, slots=True)
 class WifiSsid(Readable, Writable):
     """Name of the wireless network.
 
@@ -1625,7 +1545,6 @@ class WifiSsid(Readable, Writable):
     """Name of the network."""
 
 
-@dataclass(frozen=True, slots=True)
 class WifiPassword(Readable, Writable):
     """Password of the wireless network.
 
@@ -1640,7 +1559,6 @@ class WifiPassword(Readable, Writable):
     """Password."""
 
 
-@dataclass(frozen=True, slots=True)
 class WifiIpAddress(Readable, Writable):
     """Address of the arm in the wireless network.
 
@@ -1657,7 +1575,6 @@ class WifiIpAddress(Readable, Writable):
     """Address, first octet first; IPv4 octets."""
 
 
-@dataclass(frozen=True, slots=True)
 class WifiNetmask(Readable, Writable):
     """Mask of the wireless network.
 
@@ -1672,7 +1589,6 @@ class WifiNetmask(Readable, Writable):
     """Mask, first octet first; IPv4 octets."""
 
 
-@dataclass(frozen=True, slots=True)
 class WifiGateway(Readable, Writable):
     """Gateway of the wireless network.
 
@@ -1687,7 +1603,6 @@ class WifiGateway(Readable, Writable):
     """Address, first octet first; IPv4 octets."""
 
 
-@dataclass(frozen=True, slots=True)
 class WifiDns(Readable, Writable):
     """Name server of the wireless network.
 
@@ -1702,7 +1617,6 @@ class WifiDns(Readable, Writable):
     """Address, first octet first; IPv4 octets."""
 
 
-@dataclass(frozen=True, slots=True)
 class WifiConnectStatus(Readable):
     """Whether the arm is in the wireless network.
 
@@ -1716,7 +1630,6 @@ class WifiConnectStatus(Readable):
     """Whether it is connected."""
 
 
-@dataclass(frozen=True, slots=True)
 class FirmwareSwitch(Writable):
     """Switches to another firmware, which may not speak this protocol.
 
@@ -1727,7 +1640,6 @@ class FirmwareSwitch(Writable):
     LAYOUT = "FirmwareSwitch"
 
 
-@dataclass(frozen=True, slots=True)
 class FirmwareMode(Readable, Writable):
     """Which firmware runs.
 
@@ -1744,7 +1656,6 @@ class FirmwareMode(Readable, Writable):
     """Control; may be left out; code (unknown)."""
 
 
-@dataclass(frozen=True, slots=True)
 class LostStepParams(Writable):
     """How far a joint may be off before it counts as lost.
 
@@ -1758,7 +1669,6 @@ class LostStepParams(Writable):
     """Threshold; deg; above 0."""
 
 
-@dataclass(frozen=True, slots=True)
 class LostStepCmd(Queueable):
     """Compares the joints with their sensors; alarms 0x50 to 0x53 tell the outcome.
 
@@ -1769,7 +1679,6 @@ class LostStepCmd(Queueable):
     LAYOUT = "LostStepCmd"
 
 
-@dataclass(frozen=True, slots=True)
 class Uart4PeripheralsModel(Readable):
     """What is plugged into the second serial connector.
 
@@ -1783,7 +1692,6 @@ class Uart4PeripheralsModel(Readable):
     """Model; code (unknown)."""
 
 
-@dataclass(frozen=True, slots=True)
 class Uart4PeripheralsEnabled(Readable, Writable):
     """Whether the second serial connector works.
 
@@ -1797,7 +1705,6 @@ class Uart4PeripheralsEnabled(Readable, Writable):
     """Whether it works."""
 
 
-@dataclass(frozen=True, slots=True)
 class PulseMode(Readable, Queueable):
     """Counts of motor pulses; their use is unknown.
 
@@ -1821,7 +1728,6 @@ class PulseMode(Readable, Queueable):
     """Second external motor; pulses (unconfirmed)."""
 
 
-@dataclass(frozen=True, slots=True)
 class UserParams(Readable):
     """Eight numbers for the user.
 
@@ -1835,7 +1741,6 @@ class UserParams(Readable):
     """The numbers; free."""
 
 
-@dataclass(frozen=True, slots=True)
 class PtpTime(Answer):
     """How long a point-to-point move would take from here.
 
@@ -1849,7 +1754,6 @@ class PtpTime(Answer):
     """Duration of the move; ms."""
 
 
-@dataclass(frozen=True, slots=True)
 class GetPtpTime(Query[PtpTime]):
     """How long a point-to-point move would take from here.
 
@@ -1871,7 +1775,6 @@ class GetPtpTime(Query[PtpTime]):
     """Rotation, or J4 in the angle modes; deg."""
 
 
-@dataclass(frozen=True, slots=True)
 class ZdfCalibRequest(Writable):
     """Calibrates the Z axis of the 3-D printing kit.
 
@@ -1882,7 +1785,6 @@ class ZdfCalibRequest(Writable):
     LAYOUT = "ZdfCalibRequest"
 
 
-@dataclass(frozen=True, slots=True)
 class ZdfCalibStatus(Readable):
     """State of that calibration.
 
@@ -1896,7 +1798,6 @@ class ZdfCalibStatus(Readable):
     """State; code (unknown)."""
 
 
-@dataclass(frozen=True, slots=True)
 class QueuedCmdStartExec(Writable):
     """Lets the queue run.
 
@@ -1907,7 +1808,6 @@ class QueuedCmdStartExec(Writable):
     LAYOUT = "QueuedCmdStartExec"
 
 
-@dataclass(frozen=True, slots=True)
 class QueuedCmdStopExec(Writable):
     """Stops the queue when the running command has ended.
 
@@ -1918,7 +1818,6 @@ class QueuedCmdStopExec(Writable):
     LAYOUT = "QueuedCmdStopExec"
 
 
-@dataclass(frozen=True, slots=True)
 class QueuedCmdForceStopExec(Writable):
     """Stops the queue and the running command.
 
@@ -1929,7 +1828,6 @@ class QueuedCmdForceStopExec(Writable):
     LAYOUT = "QueuedCmdForceStopExec"
 
 
-@dataclass(frozen=True, slots=True)
 class QueuedCmdStartDownload(Writable):
     """Begins to store a program in the arm.
 
@@ -1945,7 +1843,6 @@ class QueuedCmdStartDownload(Writable):
     """Commands of the program; commands."""
 
 
-@dataclass(frozen=True, slots=True)
 class QueuedCmdStopDownload(Writable):
     """Ends the storing of a program.
 
@@ -1956,7 +1853,6 @@ class QueuedCmdStopDownload(Writable):
     LAYOUT = "QueuedCmdStopDownload"
 
 
-@dataclass(frozen=True, slots=True)
 class QueuedCmdClear(Writable):
     """Drops what waits in the queue.
 
@@ -1967,7 +1863,6 @@ class QueuedCmdClear(Writable):
     LAYOUT = "QueuedCmdClear"
 
 
-@dataclass(frozen=True, slots=True)
 class QueuedCmdCurrentIndex(Readable):
     """Index of the queued command that was finished last.
 
@@ -1981,7 +1876,6 @@ class QueuedCmdCurrentIndex(Readable):
     """Index of the command finished last, 0 before the first; index."""
 
 
-@dataclass(frozen=True, slots=True)
 class QueuedCmdLeftSpace(Readable):
     """Free places in the queue.
 
@@ -1995,7 +1889,6 @@ class QueuedCmdLeftSpace(Readable):
     """Free places; commands."""
 
 
-@dataclass(frozen=True, slots=True)
 class QueuedCmdMotionFinish(Readable):
     """Whether nothing moves.
 

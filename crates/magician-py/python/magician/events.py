@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from ._values import Value
 from .alarms import Alarm
 
 __all__ = [
@@ -19,24 +18,21 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, slots=True)
-class AlarmRaised:
+class AlarmRaised(Value):
     """An alarm stands that did not at the last reading."""
 
     alarm: Alarm
     """Which one, with its cause and its cure."""
 
 
-@dataclass(frozen=True, slots=True)
-class AlarmCleared:
+class AlarmCleared(Value):
     """An alarm stands no more."""
 
     alarm: Alarm
     """Which one."""
 
 
-@dataclass(frozen=True, slots=True)
-class CommandFinished:
+class CommandFinished(Value):
     """Queued commands have finished, from any program: one, or all from first to last between two readings."""
 
     first: int
@@ -45,24 +41,21 @@ class CommandFinished:
     """Queue index of the last."""
 
 
-@dataclass(frozen=True, slots=True)
-class LinkLost:
+class LinkLost(Value):
     """The line broke."""
 
     why: str
     """How, in a sentence."""
 
 
-@dataclass(frozen=True, slots=True)
-class LinkFound:
+class LinkFound(Value):
     """The line is back, and the same arm is at it."""
 
     reset: bool
     """The arm was reset meanwhile: what was in its queue is gone. A :class:`Reset` went before."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reset:
+class Reset(Value):
     """The arm was switched off and on, or reset."""
 
     first: int | None
@@ -71,8 +64,7 @@ class Reset:
     """Queue index of the last one, or ``None``."""
 
 
-@dataclass(frozen=True, slots=True)
-class Unaccounted:
+class Unaccounted(Value):
     """The arm has taken more commands than this connection sent: one was doubled, or it is in other hands too."""
 
     first: int
@@ -81,8 +73,7 @@ class Unaccounted:
     """Last queue index."""
 
 
-@dataclass(frozen=True, slots=True)
-class Missed:
+class Missed(Value):
     """Events were not read for so long that the oldest were dropped."""
 
     count: int

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any, Literal, NamedTuple, overload
 
@@ -23,6 +22,7 @@ from ._pictures import Drawing, Picture
 from ._points import Floats, Points, SupportsArray, column, rows, to_numpy, to_tuples
 from ._protocol import Queueable
 from ._reports import Complaint, Note, Placed, Report, report
+from ._values import Value
 from .alarms import Alarm
 from .errors import InvalidInputError
 
@@ -62,8 +62,7 @@ class Surface(NamedTuple):
     """How much higher it is for each mm in x and in y."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sheet:
+class Sheet(Value):
     """A sheet of paper before the arm: drawings lie on it corner on corner."""
 
     corner: tuple[float, float]
@@ -74,8 +73,7 @@ class Sheet:
     """Its width and height, where they are known, mm."""
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(Value):
     """One step of a plan: one command."""
 
     number: int
@@ -137,8 +135,7 @@ class Steps(Sequence[Step]):
         return f"<{len(self)} steps>"
 
 
-@dataclass(frozen=True, slots=True)
-class Rehearsal:
+class Rehearsal(Value):
     """What came of a plan on a virtual arm of its own, at full speed, to the microsecond."""
 
     ok: bool
@@ -157,7 +154,7 @@ class Rehearsal:
     """What happened in it: seconds, and in words."""
     drawing: Drawing
     """What pen or laser have left."""
-    _way: bytes = field(default=b"", repr=False)
+    _way: bytes = b""
 
     @property
     def way(self) -> list[tuple[float, ...]]:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 from ._magician import draw_arm
 from ._meaning import Color, Joints, Position
+from ._values import Value
 from .alarms import Alarm
 from .commands import Pose
 
 __all__ = ["Color", "Info", "Joints", "Link", "Pose", "Position", "Progress", "Ran", "Stats", "Status"]
 
 
-@dataclass(frozen=True, slots=True)
-class Link:
+class Link(Value):
     """Whether there is a line to the arm."""
 
     state: Literal["up", "lost", "closed"]
@@ -31,8 +30,7 @@ class Link:
         return self.state == "up"
 
 
-@dataclass(frozen=True, slots=True)
-class Status:
+class Status(Value):
     """The state of an arm as it was read last."""
 
     pose: Pose
@@ -108,8 +106,7 @@ class Stats(NamedTuple):
     """How many commands the arm's queue holds."""
 
 
-@dataclass(frozen=True, slots=True)
-class Info:
+class Info(Value):
     """Who an arm is."""
 
     port: str

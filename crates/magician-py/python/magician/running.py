@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from ._reports import Report, clock
+from ._values import Value
 
 __all__ = ["PlanProgress", "RunResult", "Watcher"]
 
 
-@dataclass(frozen=True, slots=True)
-class PlanProgress:
+class PlanProgress(Value):
     """How far a run is."""
 
     done: int
@@ -35,8 +34,7 @@ class PlanProgress:
         return f"step {self.done} of {self.steps}, {100 * self.share:.0f} %{left}"
 
 
-@dataclass(frozen=True, slots=True)
-class RunResult:
+class RunResult(Value):
     """What a run has come to."""
 
     steps: int
