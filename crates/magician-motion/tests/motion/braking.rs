@@ -88,7 +88,7 @@ fn where_no_joint_speed_is_a_number_the_arm_stops_dead() {
 }
 
 proptest! {
-    #![proptest_config(cases(1_000))]
+    #![proptest_config(cases(400))]
 
     #[test]
     fn stops_together_without_reversal_within_twice_the_acceleration(

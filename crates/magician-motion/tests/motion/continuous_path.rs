@@ -386,7 +386,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(cases(6_000))]
+    #![proptest_config(cases(1_500))]
 
     /// The folded arm's boundary is hollow: a chord of it leaves the limits between two ends that are within.
     #[test]

@@ -8,7 +8,7 @@ use magician_motion::{
 use proptest::prelude::*;
 
 proptest! {
-    #![proptest_config(cases(3_000))]
+    #![proptest_config(cases(750))]
 
     #[test]
     fn on_lines(from in reachable(), to in reachable(), planner in planner()) {

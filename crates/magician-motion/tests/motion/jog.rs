@@ -256,7 +256,7 @@ fn a_motion_that_is_no_jog_stops_by_its_joints() {
 }
 
 proptest! {
-    #![proptest_config(cases(3_000))]
+    #![proptest_config(cases(750))]
 
     #[test]
     fn every_axis_runs_to_a_limit_and_never_beyond(

@@ -195,7 +195,7 @@ fn a_jump_across_the_base_is_stopped_on_its_way() {
 }
 
 proptest! {
-    #![proptest_config(cases(1_000))]
+    #![proptest_config(cases(400))]
 
     #[test]
     fn a_straight_transfer_is_never_above_the_ceiling(

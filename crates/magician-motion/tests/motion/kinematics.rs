@@ -106,7 +106,7 @@ fn any_number() -> impl Strategy<Value = f64> {
 }
 
 proptest! {
-    #![proptest_config(cases(20_000))]
+    #![proptest_config(cases(5_000))]
 
     #[test]
     fn inverse_undoes_forward(joints in reachable(), tool in bias()) {

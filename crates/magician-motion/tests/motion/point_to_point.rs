@@ -384,7 +384,7 @@ fn any_four() -> impl Strategy<Value = [f64; 4]> {
 }
 
 proptest! {
-    #![proptest_config(cases(4_000))]
+    #![proptest_config(cases(1_000))]
 
     #[test]
     fn no_request_panics(start in any_four(), to in any_four(), v in any_four(), a in any_four(),

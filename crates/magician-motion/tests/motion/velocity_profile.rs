@@ -41,7 +41,7 @@ fn the_closed_forms() {
 }
 
 proptest! {
-    #![proptest_config(cases(4_000))]
+    #![proptest_config(cases(1_000))]
 
     #[test]
     fn is_its_own_integral_and_keeps_its_limits(

@@ -371,7 +371,7 @@ fn client_process(path: &Path) -> (std::process::Child, String) {
         Command::new(this)
     };
     let mut child = command
-        .args(["--exact", "child_that_keeps_others_out", "--nocapture"])
+        .args(["--exact", "pty::child_that_keeps_others_out", "--nocapture"])
         .env(CHILD, path)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())

@@ -97,17 +97,19 @@ pub(crate) fn as_f32(pose: &Pose) -> [f32; 4] {
     pose.to_array().map(|value| value as f32)
 }
 
-/// So many cases, the same in every run unless `PROPTEST_RNG_SEED` asks for others.
+/// So many cases, the same in every run; with `PROPTEST_CASES` so many as that, and others in every run.
 pub(crate) fn cases(count: u32) -> ProptestConfig {
-    let config = ProptestConfig::default();
-    ProptestConfig {
-        cases: count,
+    let config = ProptestConfig {
         failure_persistence: None,
-        rng_seed: match config.rng_seed {
-            RngSeed::Random => RngSeed::Fixed(1),
-            fixed => fixed,
+        ..ProptestConfig::default()
+    };
+    match std::env::var_os("PROPTEST_CASES") {
+        Some(_) => config,
+        None => ProptestConfig {
+            cases: count,
+            rng_seed: RngSeed::Fixed(1),
+            ..config
         },
-        ..config
     }
 }
 
