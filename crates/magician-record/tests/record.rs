@@ -12,7 +12,7 @@ use magician_protocol::commands;
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable};
 use magician_record::mcap::Recorder;
 use magician_sim::{
-    Controller, Line, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
+    Controller, LineTiming, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
 };
 use proptest::prelude::*;
 use recording::{EPOCH, Read, of, read};
@@ -329,8 +329,8 @@ fn visits() -> Vec<(Micros, LinkId, Vec<u8>)> {
     ]
 }
 
-fn line() -> Line {
-    Line {
+fn line() -> LineTiming {
+    LineTiming {
         baud: Some(115_200),
         turnaround: 300,
     }
@@ -377,7 +377,11 @@ fn the_grid_is_exact_at_every_speed_and_however_the_clock_leaps() {
 
 #[test]
 fn frames_have_both_directions_names_and_what_was_wrong_with_them() {
-    let mut runner = Runner::new(Controller::default(), Speed::default(), Line::default());
+    let mut runner = Runner::new(
+        Controller::default(),
+        Speed::default(),
+        LineTiming::default(),
+    );
     let recorder = watch(&mut runner, Shared::default());
     recorder.lock().unwrap().name(LinkId(0), "./arm");
     let damaged = "AA AA 02 0A 00 F7";
@@ -517,7 +521,11 @@ fn a_killed_recorder_leaves_all_up_to_the_last_second() {
 #[test]
 fn a_full_disk_ends_the_recording_and_not_the_arm() {
     let shared = Shared::default();
-    let mut runner = Runner::new(Controller::default(), Speed::default(), Line::default());
+    let mut runner = Runner::new(
+        Controller::default(),
+        Speed::default(),
+        LineTiming::default(),
+    );
     let recorder = watch(&mut runner, shared.clone());
     *shared.1.lock().unwrap() = Some(20_000);
     let replies = drive(&mut runner, &visits(), &[], 3 * SECOND);

@@ -6,7 +6,7 @@ use magician_program::Plan;
 pub(crate) use arm::Bench;
 
 /// The arm of the checks that the driver has.
-#[path = "../../../magician/tests/preflight/bench.rs"]
+#[path = "../../../../magician/tests/preflight/bench.rs"]
 #[allow(dead_code)]
 mod arm;
 
