@@ -394,7 +394,7 @@ def main():
     _, _, tcp, _, magician = sys.argv[1:]
     checks = Checks()
     help_text = subprocess.run([magician, "--port", "ble:x", "pose"], capture_output=True, text=True, check=False).stderr
-    if re.search("without the feature", help_text):
+    if re.search("lacks the feature", help_text):
         checks.ok("the program was built with Bluetooth", False, help_text.strip())
         checks.finish()
     with tempfile.TemporaryDirectory(prefix="magician-ble-") as home:

@@ -141,7 +141,7 @@ def main():
             proxy.kill()
         checks.equal("the proxy ends well", proxy.process.returncode, 0)
         # The watcher may be ended while it waits for its turn.
-        kinds = [event["event"] for event in proxy.shown if event.get("note") != "its program left"]
+        kinds = [event["event"] for event in proxy.shown if event.get("note") != "its program disconnected"]
         for kind in ("dropped", "noise"):
             checks.equal(f"nothing was {kind}", kinds.count(kind), 0)
         # The watcher asks again when the machine is slow, and its first question is then nobody's; the library never does.

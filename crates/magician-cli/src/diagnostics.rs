@@ -151,7 +151,7 @@ mod tests {
             "pen.nc:2:4",
             "2 | G1 X400 Y2",
             "outline",
-            "help: move it nearer; --scale 0.5 would do",
+            "help: move it nearer; --scale 0.5 fits there",
         ] {
             assert!(shown.contains(part), "{part}: {shown}");
         }

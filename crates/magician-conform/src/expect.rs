@@ -243,11 +243,11 @@ mod tests {
     #[test]
     fn what_makes_no_sense_is_told() {
         for (word, why) in [
-            ("x", "no expectation"),
+            ("x", "not an expectation"),
             ("w=1", "no field"),
-            ("x=one", "no value"),
-            ("x=1+-0", "no tolerance"),
-            ("joint_angle=0,45,45", "no value"),
+            ("x=one", "not a value"),
+            ("x=1+-0", "not a tolerance"),
+            ("joint_angle=0,45,45", "not a value"),
         ] {
             let told = Check::read(Pose::INFO, word).unwrap_err();
             assert!(told.contains(why), "{word}: {told}");

@@ -264,7 +264,7 @@ pub trait Voice {
         }
     }
 
-    /// All of them in one sentence: `--fit shrinks it; --scale 0.5 would do`. None if there is nothing to do.
+    /// All of them in one sentence: `--fit shrinks it; --scale 0.5 fits there`. None if there is nothing to do.
     fn remedies(&self, remedies: &[Remedy]) -> Option<String> {
         let said = |remedy: &Remedy| match remedy.effect.is_empty() {
             true => self.act(&remedy.act),
@@ -302,7 +302,7 @@ mod tests {
             Remedy::new(Action::Home, "homes it"),
             Remedy::without(Setting::Raw),
         ];
-        let said = "SCALE=0.5 would do; HOME homes it; leave out RAW";
+        let said = "SCALE=0.5 fits there; HOME homes it; leave out RAW";
         assert_eq!(Shouts.remedies(&remedies).as_deref(), Some(said));
         assert_eq!(Shouts.remedies(&[]), None);
     }

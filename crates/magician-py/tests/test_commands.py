@@ -123,7 +123,7 @@ def test_what_a_class_can_do_is_its_base() -> None:
         (commands.WaitCmd(-1), "timeout: -1 is not from 0 to 4294967295"),
         (commands.WaitCmd(2**70), "is not from 0 to 4294967295"),
         (commands.IoDo(256, True), "address: 256 is not from 0 to 255"),
-        (commands.HomeParams(1e300, 0, 0, 0), "x: 1e300 is beyond the numbers of the arm"),
+        (commands.HomeParams(1e300, 0, 0, 0), "x: 1e300 is beyond the arm's largest number"),
         (commands.PtpJointParams((1, 2), (1, 2, 3, 4)), "velocity: 2 values, not 4"),  # type: ignore[arg-type]
         (commands.DeviceName("a\0b"), "NUL"),
         (commands.DeviceName("x" * 300), "too long"),
@@ -140,7 +140,7 @@ def test_values_that_do_not_fit(command: Command, message: str) -> None:
 def test_values_of_the_wrong_kind() -> None:
     with pytest.raises(TypeError, match=r"HOMEParams\.x"):
         bytes(commands.HomeParams("1", 0, 0, 0))  # type: ignore[arg-type]
-    with pytest.raises(TypeError, match="no command"):
+    with pytest.raises(TypeError, match="not a command"):
         _magician.encode("Pose")  # type: ignore[arg-type]
     with pytest.raises(errors.UnexpectedError):
         commands.Pose.from_bytes(b"123")

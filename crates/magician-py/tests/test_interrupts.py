@@ -146,7 +146,7 @@ def test_an_interrupt_whose_stop_fails_says_so(slow: Arm, meanwhile: Meanwhile) 
         signal.signal(signal.SIGINT, before)
     if isinstance(caught.value, KeyboardInterrupt) and sys.version_info >= (3, 11):
         (note,) = caught.value.__notes__
-        assert "not certain" in note and "closed" in note
+        assert "has not confirmed it" in note and "closed" in note
 
 
 def test_whoever_is_impatient_stops_the_arm_as_well(slow: Arm, meanwhile: Meanwhile) -> None:
@@ -341,7 +341,7 @@ def test_forks() -> None:
     )
     assert done.returncode == 0, done.stderr
     error, arm, own, parent = done.stdout.splitlines()
-    assert "forked" in error and "connect anew" in error
+    assert "forked" in error and "connect again" in error
     assert (arm, own, parent) == ("<Arm of another process>", "0.0 up", "3 up")
 
 

@@ -124,11 +124,11 @@ def test_a_drawing_is_laid_where_it_is_told(samples: Path) -> None:
 
 
 def test_help_speaks_of_arguments(samples: Path) -> None:
-    with pytest.raises(InvalidInputError, match=r"reached; fit=True shrinks it; scale=\d\.\d+ would do"):
+    with pytest.raises(InvalidInputError, match=r"reachable; fit=True shrinks it; scale=\d\.\d+ fits there"):
         magician.load(samples / "house.svg", scale=10)
     (note,) = magician.load(samples / "house.svg").notes
     assert note.help == "order=False keeps the order of the file" and note.help in str(note)
-    with pytest.raises(InvalidInputError, match=r"at=\([0-9.]+, -?[0-9.]+\) would do"):
+    with pytest.raises(InvalidInputError, match=r"at=\([0-9.]+, -?[0-9.]+\) fits at this size"):
         magician.load(samples / "house.svg", at=(0, 0), fit=True)
 
 
@@ -185,7 +185,7 @@ def test_gcode_is_placed_or_taken_as_it_stands(samples: Path) -> None:
         assert "raw=True" in help and "pen_z=" in help
     pressed = magician.load(file, surface=-50, pen_z=1).check().bounds
     assert pressed is not None and pressed[0][2] == pytest.approx(-51)
-    with pytest.raises(InvalidInputError, match="nothing is drawn at Z -2 or below"):
+    with pytest.raises(InvalidInputError, match="nothing is drawn at or below Z -2"):
         magician.load(file, surface=-50, pen_z=-2)
     assert magician.load(file, place=True).surface_is_assumed
     with pytest.raises(InvalidInputError, match="place or raw, not both"):

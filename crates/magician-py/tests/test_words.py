@@ -47,7 +47,7 @@ def test_outputs_and_the_rail() -> None:
     assert words.with_outputs(words.with_rail(words.jump_to(1, 2, 3, 4), 600), outputs) == on_rail
     assert words.with_rail(words.move_to(1, 2, 3, 4), 5) == words.move_with_rail(1, 2, 3, 4, 5)
     assert words.rail_to(5, commands.Pose(0, 0, 0, 0, (1, 2, 3, 4))).ptp_mode is PtpMode.MOVJ_ANGLE
-    with pytest.raises(errors.InvalidInputError, match="58 outputs on the way, at most 57"):
+    with pytest.raises(errors.InvalidInputError, match="58 outputs on the way, limit 57"):
         words.with_outputs(words.move_to(1, 2, 3, 4), outputs * 58)
     with pytest.raises(errors.InvalidInputError, match="at most 56"):
         words.with_rail(words.with_outputs(words.move_to(1, 2, 3, 4), outputs * 57), 1)

@@ -322,13 +322,13 @@ mod tests {
             );
         }
         for (text, line, part) in [
-            ("prot = 'COM3'", 1, "no setting `prot`"),
+            ("prot = 'COM3'", 1, "unknown setting `prot`"),
             ("\nport = 3", 2, "quotes"),
             ("window = 9", 1, "1 to 8"),
             ("[draw]\nsped = 3", 2, "draw.sped"),
             ("draw = 3", 1, "[draw]"),
             ("port = ", 1, ""),
-            ("a.b.c = 1", 1, "no setting `a`"),
+            ("a.b.c = 1", 1, "unknown setting `a`"),
         ] {
             let problem = check(text).expect_err(text);
             assert_eq!(problem.origin.line, line, "{text}");

@@ -27,7 +27,7 @@ fn the_rail_is_told_of_and_moved_along() {
 fn a_rail_that_the_arm_does_not_know_is_not_moved_along() {
     for line in ["rail to 100\n", "rail by 10\n"] {
         let run = script(line);
-        assert!(run.err.contains("knows of no rail"), "{run:?}");
+        assert!(run.err.contains("rail is not enabled"), "{run:?}");
         assert_eq!((run.status, run.out.as_str()), (3, ""));
     }
 }

@@ -127,7 +127,7 @@ fn a_page_is_drawn_on_the_sheet_that_was_touched() {
     std::fs::write(place.file("wide.svg"), PAGE.replace("80mm", "99mm")).expect("written");
     let ran = place.run(&["draw", "wide.svg", "--port", "sim"]);
     assert_eq!(ran.status, 3);
-    assert!(ran.err.contains("fit the sheet"), "{}", ran.err);
+    assert!(ran.err.contains("fits the sheet"), "{}", ran.err);
 }
 
 /// The corners of the one line in a picture.
@@ -185,14 +185,14 @@ fn settings_keep_the_rest_of_the_file_as_it_was() {
         place
             .run(&["calibrate", "forget", "sheet"])
             .out
-            .contains("forgotten: sheet")
+            .contains("deleted: sheet")
     );
     let ran = place.run(&["calibrate", "forget"]);
-    assert_eq!(ran.out, "forgotten: surface\n");
+    assert_eq!(ran.out, "deleted: surface\n");
     assert_eq!(place.text("config.toml").trim_end(), mine.trim_end());
     assert_eq!(
         place.run(&["calibrate", "forget"]).out,
-        "nothing was known\n"
+        "nothing was calibrated\n"
     );
 }
 
@@ -315,7 +315,7 @@ mod at_a_terminal {
         let (place, served) = (Place::new(), served());
         let mut terminal = at(&place, &served, &["calibrate", "sheet"]);
         // Paper that the pen is to find is not touched with something else.
-        terminal.until("--tool pen tells the arm");
+        terminal.until("--tool pen sets it on the arm");
         assert_eq!(terminal.child.wait().expect("it ends").code(), Some(3));
 
         let mut terminal = at(&place, &served, &["calibrate", "sheet", "--tool", "pen"]);

@@ -107,5 +107,5 @@ fn several_arms_are_shown_one_by_one() {
 fn without_a_terminal_it_is_refused() {
     let refused = run(&["sim", "--tcp", "127.0.0.1:0", "--tui"]);
     assert_eq!((refused.status, refused.out.as_str()), (2, ""));
-    assert!(refused.err.contains("no terminal"), "{}", refused.err);
+    assert!(refused.err.contains("not a terminal"), "{}", refused.err);
 }

@@ -8,8 +8,8 @@ use crate::magician::command;
 use crate::magician::served::Served;
 use serde_json::Value;
 
-const BEFORE: &str = "given back now: PTPCommonParams";
-const OWED: &str = "the next command that moves or sets gives back: PTPCommonParams";
+const BEFORE: &str = "restored now: PTPCommonParams";
+const OWED: &str = "the next command that moves or sets restores: PTPCommonParams";
 const LATER: &str = "the first command after the arm's queue is empty";
 
 /// Virtual arms in another process, and a directory for what outlives a command.
@@ -198,7 +198,7 @@ fn a_run_is_done_also_where_nothing_can_be_kept() {
     // A file where the directory should be: it cannot be written by root either.
     std::fs::write(place.path("state"), "").expect("written");
     let (_, err) = place.run(&door, &["move", "220", "0", "40", "--speed-ratio", "90"]);
-    assert!(err.contains("cannot be kept"), "{err}");
+    assert!(err.contains("cannot be saved"), "{err}");
     let (_, err) = place.run(&door, &["info"]);
     assert!(!err.contains("note:"), "{err}");
 }

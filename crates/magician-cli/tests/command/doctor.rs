@@ -125,7 +125,10 @@ fn a_port_that_is_held_or_not_there_is_told() {
     // A file of our own: what everybody can lock may be locked by somebody.
     let file = tempfile::NamedTempFile::new().expect("a file");
     let file = file.path().to_str().expect("UTF-8");
-    for (port, text) in [("/dev/no-such-arm", "no port"), (file, "no serial port")] {
+    for (port, text) in [
+        ("/dev/no-such-arm", "does not exist"),
+        (file, "not a serial port"),
+    ] {
         let run = doctor(port, &[]);
         assert_eq!((run.status, &run.error()["kind"]), (4, &json!("port")));
         assert!(says(finding(&run.object(), "line"), text), "{run:?}");
@@ -144,10 +147,7 @@ fn a_host_where_nothing_listens_is_told() {
     let port = format!("udp:{}", socket.local_addr().expect("an address"));
     let silent = doctor(&port, &[]);
     assert_eq!(silent.status, 5, "{silent:?}");
-    assert!(says(
-        finding(&silent.object(), "answer"),
-        "nothing comes back"
-    ));
+    assert!(says(finding(&silent.object(), "answer"), "no reply"));
     drop(socket);
     let refused = doctor(&port, &[]);
     assert_eq!(refused.status, 5, "{refused:?}");

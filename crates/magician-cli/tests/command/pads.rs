@@ -266,7 +266,7 @@ fn what_was_not_saved_is_there_the_next_time() {
     let id = place.terminal.child.id().to_string();
     let kill = Command::new("kill").args(["-KILL", &id]).status();
     assert!(kill.expect("kill runs").success());
-    let mut place = Place::at(&["teach", file], "left unsaved the last time");
+    let mut place = Place::at(&["teach", file], "left unsaved last time");
     place.shows("y", "1 rows");
     place.shows("q", "not saved. Save it?");
     place.terminal.types("y");
@@ -298,7 +298,7 @@ fn what_was_taught_with_another_tool_goes_on_with_that_one() {
     let kill = Command::new("kill").args(["-KILL", &id]).status();
     assert!(kill.expect("kill runs").success());
     let arguments = ["teach", file, "--tool", "pen"];
-    let mut place = Place::at(&arguments, "left unsaved the last time");
+    let mut place = Place::at(&arguments, "left unsaved last time");
     place.shows("y", "the arm uses the tool that");
     place.shows("", "x 259.10");
     place.terminal.types("qy");
@@ -315,10 +315,10 @@ fn a_lesson_without_a_file_asks_for_one_and_does_not_write_over_another() {
     let mut place = Place::within(dir.path(), &["teach"], "lesson.playback");
     place.shows("\r\x13", "save as");
     let erase = "\x7f".repeat("lesson.playback".len());
-    place.shows(&format!("{erase}there.plan.json\r"), "is there already");
+    place.shows(&format!("{erase}there.plan.json\r"), "already exists");
     place.shows("n", "1 rows");
     assert_eq!(std::fs::read_to_string(&there).expect("text"), "mine");
-    place.shows(&format!("\x13{erase}there.plan.json\r"), "is there already");
+    place.shows(&format!("\x13{erase}there.plan.json\r"), "already exists");
     place.shows("y", "saved to");
     place.terminal.types("q");
     place.ends(0, ": 1 rows");

@@ -220,7 +220,7 @@ fn m4_burns_in_proportion_to_speed() {
         "{answer} {err}"
     );
     assert!(
-        answer["notes"].to_string().contains("never comes to F1200"),
+        answer["notes"].to_string().contains("never reaches F1200"),
         "{answer}"
     );
     // LEAST..MOST holds for all that burns.

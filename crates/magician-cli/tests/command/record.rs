@@ -255,7 +255,7 @@ fn a_killed_recording_is_there_and_a_file_is_not_replaced_unasked() {
             .output()
             .expect("it runs");
         assert_eq!(refused.status.code(), Some(2));
-        assert!(String::from_utf8_lossy(&refused.stderr).contains("is there already"));
+        assert!(String::from_utf8_lossy(&refused.stderr).contains("already exists"));
         assert_eq!(
             std::fs::metadata(place.file(name)).expect("a file").len(),
             size
@@ -298,8 +298,8 @@ fn a_line_that_breaks_ends_it_and_keeps_what_was_seen() {
 #[test]
 fn what_cannot_be_recorded_is_refused_before_the_arm_is_asked() {
     for (file, more, part) in [
-        ("a.txt", &[][..], ".mcap, .csv and .jsonl"),
-        ("a", &[], "does not say what to record"),
+        ("a.txt", &[][..], ".mcap, .csv or .jsonl"),
+        ("a", &[], "does not end in a format to record"),
         ("a.csv", &["--rate", "0"], "0.01 to 1000"),
         ("a.csv", &["--for", "0"], "seconds above 0"),
         ("a.plan.json", &["--tolerance", "0"], "0.01 to 100"),

@@ -810,7 +810,11 @@ fn a_relative_program_is_told_the_start_that_it_has() {
     let record = place.path("rel.jsonl");
     let ran = run(&["--port", "sim", "run", &file, "--record", &record]);
     assert_eq!(ran.status, 0, "{ran:?}");
-    let told = ran.err.split("stands, at ").nth(1).expect("it says where");
+    let told = ran
+        .err
+        .split("tool's position, ")
+        .nth(1)
+        .expect("it says where");
     let told = told.split_whitespace().next().expect("a place");
     let told: Vec<f64> = told
         .split(',')

@@ -72,12 +72,12 @@ fn the_whole_terminal_is_refused_where_there_is_none() {
         assert!(said.contains(why), "{said}");
     };
     refused(&[], "draws on stderr, which is not a terminal");
-    refused(&["--json"], "it has no --json");
-    refused(&["--check"], "nothing is run here");
+    refused(&["--json"], "cannot be used with --json");
+    refused(&["--check"], "needs a run");
     let shell = magician::run_with(
         &["--port", "sim", "shell"],
         b"run nothing.svg --tui\nexit\n",
     );
-    assert!(shell.err.contains("the shell has"), "{shell:?}");
+    assert!(shell.err.contains("which the shell uses"), "{shell:?}");
     assert_eq!(run(&["run", "-", "--tui"]).status, 2);
 }

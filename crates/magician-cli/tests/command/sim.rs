@@ -292,7 +292,7 @@ fn a_strict_arm_refuses_choices_and_tells_what_its_answers_rested_on() {
         told(" G  model 15a  HOMEParams before any were set"),
         "{log:?}"
     );
-    assert!(told("docs/MODEL.md section N"), "{log:?}");
+    assert!(told("section N of docs/MODEL.md"), "{log:?}");
 }
 
 #[test]

@@ -377,7 +377,7 @@ mod tests {
         };
         assert!(
             note.message
-                .contains("never comes to F6000 (100.0 mm/s), 20.0 mm/s"),
+                .contains("never reaches F6000 (100.0 mm/s), only 20.0 mm/s"),
             "{note}"
         );
         let most = made

@@ -192,7 +192,7 @@ fn square_units_lie_where_they_are_told_to() {
             "{plot}"
         );
     }
-    assert!(diagnostic("SC0,1,0,1,3;").contains("SC has no type 3"));
+    assert!(diagnostic("SC0,1,0,1,3;").contains("unknown type 3 of SC"));
 }
 
 #[test]
@@ -330,7 +330,7 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
         notes,
         ["line 1, column 1: the end of an encoded polyline (PE) is cut off"]
     );
-    assert!(diagnostic("RO45;").contains("turned by 0, 90, 180 or 270"));
+    assert!(diagnostic("RO45;").contains("must be 0, 90, 180 or 270"));
     assert!(diagnostic("IW1,2;").contains("IW needs two points"));
     assert!(diagnostic("PD1,2,3;").contains("PD has an x without a y"));
     assert!(diagnostic("CI;").contains("CI needs a radius"));

@@ -174,7 +174,7 @@ fn what_cannot_be_placed_is_refused_in_words() {
         rotate: f64::NAN,
         ..Layout::on(PAPER)
     };
-    assert!(refusal(&square, &nan).contains("numbers that are none"));
+    assert!(refusal(&square, &nan).contains("finite numbers"));
     let none = Layout {
         scale: 0.0,
         ..Layout::on(PAPER)

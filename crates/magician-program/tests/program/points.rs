@@ -109,7 +109,7 @@ fn what_convert_writes_is_read_again() {
     );
     assert_eq!(plan.name_of(&plan.steps[1].origin), Some("a \"b\""));
     assert!(
-        notes[0].contains("line 4") && notes[0].contains("without a place"),
+        notes[0].contains("line 4") && notes[0].contains("without a position"),
         "{notes:?}"
     );
 }
@@ -334,7 +334,7 @@ fn a_recording_that_is_cut_off_or_goes_back_is_told_of() {
     let (plan, notes) = points(cut).unwrap();
     assert!(plan.steps.len() > 10);
     assert!(
-        notes[0].contains("without a time or a place are left out: 1"),
+        notes[0].contains("without a time or a position are left out: 1"),
         "{notes:?}"
     );
     let back = "t,x,y,z\n0,200,0,0\n1,210,0,0\n0.5,220,0,0\n";

@@ -113,7 +113,7 @@ fn what_a_drawing_leaves_open_is_an_option() {
         b"0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n0\n20\n0\n11\n20\n21\n5\n0\nENDSEC\n0\nEOF\n";
     has(
         &remedies(Format::Dxf, unitless, |_, _| {}),
-        &["scale FACTOR makes it what it should be"],
+        &["scale FACTOR corrects the size"],
     );
     let scaled = remedies(
         Format::Hpgl,
@@ -122,7 +122,7 @@ fn what_a_drawing_leaves_open_is_an_option() {
     );
     has(
         &scaled,
-        &["width MM says its width", "scale FACTOR scales it"],
+        &["width MM sets its width", "scale FACTOR scales it"],
     );
 }
 
@@ -218,7 +218,10 @@ fn what_lies_on_nothing_is_laid_by_options() {
     has(&drawn, &["without pen_z"]);
     let placed = of_gcode(gcode, |_, setup| setup.surface = Some(PAPER));
     let raw = "raw takes its coordinates as the arm's";
-    has(&placed, &[raw, "pen_z Z says another Z of touching"]);
+    has(
+        &placed,
+        &[raw, "pen_z Z sets another Z for the touching pen"],
+    );
     let above = of_gcode(gcode, |_, setup| {
         setup.surface = Some(PAPER);
         setup.placement.pen_z = Some(-5.0);
@@ -292,12 +295,12 @@ fn what_gcode_leaves_open_is_an_option() {
     has(&of("G0 X220 Y0 Z0\nM3 S200\nG1 X221 F600\n"), &[s_max]);
     has(&of("$30=9\nG0 X220 Y0 Z0\nM3 S20\nG1 X221\n"), &[s_max]);
     let unsaid = of("G0 X220 Y0 Z0\nM3\nG1 X230\n");
-    let speed = "speed MM/S says another speed";
+    let speed = "speed MM/S sets another speed";
     has(&unsaid, &["power PERCENT sets the full power", speed]);
     let mill = of("G0 X220 Y0 Z5\nM3 S10000\nG1 Z-2 F100\nG1 X230\nG0 Z5\nM5\n");
     has(&mill, &["dialect laser burns with it"]);
     let servo = of("M280 P0 S40\nG0 X220 Y0\nM280 P0 S90\nG1 X240 F600\nM280 P0 S40\n");
-    has(&servo, &["surface Z says it, as z of the arm"]);
+    has(&servo, &["surface Z gives it, as z of the arm"]);
     has(
         &of("G28\nG0 X220 Y0 Z0\n"),
         &["home homes it before the program"],

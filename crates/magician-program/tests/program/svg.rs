@@ -477,7 +477,7 @@ fn filled_shapes_are_outlined_or_left_out() {
         told,
         [
             "filled shapes without a line are drawn as outlines",
-            "white on white is left out: it would not be seen"
+            "white on white is left out: it is invisible"
         ]
     );
     let mut options = ReadOptions::default();
@@ -756,7 +756,7 @@ fn packed_drawings_are_unpacked_as_far_as_that_is_bounded() {
     assert!(
         diagnostic(bomb)
             .message
-            .contains("unpacked it has more than")
+            .contains("uncompressed it has more than")
     );
     let damaged = &packed(text.as_bytes())[..40];
     assert!(diagnostic(damaged).message.contains("damaged"));
@@ -885,11 +885,11 @@ fn bombs_do_not_go_off() {
     let diagnostic_of = |text: String| diagnostic(text).message;
     assert!(diagnostic_of(page(&(bomb + "</defs><use href='#l11'/>"))).contains("written out"));
     let deep = "<g>".repeat(5000) + &"</g>".repeat(5000);
-    assert!(diagnostic_of(page(&deep)).contains("within more than"));
+    assert!(diagnostic_of(page(&deep)).contains("nested more than"));
     let chain: String = (0..1000)
         .map(|nth| format!("<g id='c{nth}'><use href='#c{}'/></g>", nth + 1))
         .collect();
-    assert!(diagnostic_of(page(&chain)).contains("within more than"));
+    assert!(diagnostic_of(page(&chain)).contains("nested more than"));
     // Circles are broken up, or refused.
     for circle in [
         "<g id='a'><use href='#a'/></g>",

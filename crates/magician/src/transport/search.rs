@@ -173,12 +173,7 @@ mod tests {
             let error = arm("DT-THREE", &candidates).await.err().unwrap();
             assert_eq!(error.kind(), crate::ErrorKind::Port);
             let message = error.to_string();
-            for part in [
-                "is the arm DT-ONE",
-                "in use by",
-                "there is no port",
-                "three",
-            ] {
+            for part in ["has the arm DT-ONE", "in use by", "does not exist", "three"] {
                 assert!(message.contains(part), "{message}");
             }
             drop(port);

@@ -302,7 +302,7 @@ mod tests {
         assert!(
             error
                 .to_string()
-                .contains("there is no port /dev/tty-of-no-arm"),
+                .contains("port /dev/tty-of-no-arm does not exist"),
             "{error}"
         );
         assert!(error.to_string().contains("serial port"), "{error}");
@@ -313,7 +313,10 @@ mod tests {
     fn what_is_no_port_is_said_to_be_none() {
         for path in ["/dev/null", "/"] {
             let error = open(path).err().expect("it is no serial port");
-            assert!(error.to_string().contains("is no serial port"), "{error}");
+            assert!(
+                error.to_string().contains("is not a serial port"),
+                "{error}"
+            );
             assert!(error.to_string().contains("serial port"), "{error}");
         }
     }

@@ -16,7 +16,7 @@ async fn a_silent_port_is_said_to_be_silent() {
     assert!(begun.elapsed() <= Duration::from_millis(3010));
     let message = error.to_string();
     assert!(
-        message.contains("GetDeviceVersion") && message.contains("nothing came back"),
+        message.contains("GetDeviceVersion") && message.contains("no reply"),
         "{message}"
     );
     let mut heard = Vec::new();
@@ -39,7 +39,7 @@ async fn a_port_that_talks_nonsense_is_said_to_do_so() {
     let begun = Instant::now();
     let error = Arm::over(near, Options::default()).await.unwrap_err();
     assert!(begun.elapsed() <= Duration::from_millis(3010));
-    assert!(error.to_string().contains("not this arm's"), "{error}");
+    assert!(error.to_string().contains("not from this arm"), "{error}");
     flood.abort();
 }
 

@@ -46,7 +46,7 @@ async fn the_same_name_leads_to_the_new_device() {
         for _ in 0..2 {
             let error = line.reopen().await.unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Port);
-            assert!(error.to_string().contains("there is no port"), "{error}");
+            assert!(error.to_string().contains("does not exist"), "{error}");
         }
         assert_eq!(line.send(&[0]).await.unwrap_err().kind(), ErrorKind::Port);
         served.handle.plug().await.unwrap();

@@ -57,7 +57,7 @@ proptest! {
             Ok(rest) => rest,
             Err(diagnostic) => {
                 // A home or a place on the rail that does not show, or one that no detour leads to.
-                let known = ["is unknown when step", "the arm cannot get to"];
+                let known = ["is unknown when step", "the arm cannot reach the begin of"];
                 prop_assert!(known.iter().any(|part| diagnostic.message.contains(part)), "{diagnostic}");
                 return Ok(());
             }
@@ -294,7 +294,7 @@ fn what_nobody_knows_is_refused_with_what_to_do() {
     assert!(
         guarded
             .to_string()
-            .starts_with("line 2, column 1: step 2 comes before, and cannot be done: "),
+            .starts_with("line 2, column 1: the earlier step 2 cannot be done: "),
         "{guarded}"
     );
     let beyond = plan.from_step(5, &arm).unwrap_err();

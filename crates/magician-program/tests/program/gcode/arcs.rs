@@ -208,7 +208,7 @@ fn arcs_that_are_none_are_refused_with_what_is_wrong() {
     }
     // Programs round: within a twentieth of a millimetre the ends may differ.
     assert_eq!(notes(&format!("{start}G3 X230 Y20.03 I-20 J0\n")), [""; 0]);
-    assert!(diagnostic("G2 X240 Y0 I5").contains("it is not known where"));
+    assert!(diagnostic("G2 X240 Y0 I5").contains("which is unknown"));
 }
 
 #[test]

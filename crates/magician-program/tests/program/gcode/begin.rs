@@ -128,13 +128,13 @@ fn an_arc_begins_where_the_program_says() {
         "G90.1\nG2 I220 J10",
     ] {
         let refused = from(stray).expect_err(stray);
-        assert!(refused.message.contains("does not say where"), "{refused}");
+        assert!(refused.message.contains("does not give"), "{refused}");
         assert!(
             refused.missing.is_none() && refused.help.is_some(),
             "{refused:?}"
         );
     }
-    assert!(diagnostic("G2 X230 Y20 I-20").contains("it is not known where"));
+    assert!(diagnostic("G2 X230 Y20 I-20").contains("which is unknown"));
     for meant in [
         "G91\nG2 X20 R20",
         "G2 I20",

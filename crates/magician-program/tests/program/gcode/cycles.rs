@@ -71,5 +71,5 @@ fn what_is_no_hole_is_refused() {
     ] {
         assert_eq!(diagnostic(&format!("{start}{text}\n")), message, "{text}");
     }
-    assert!(diagnostic("G81 X210 Z1 R2\n").contains("X and Y are not known"));
+    assert!(diagnostic("G81 X210 Z1 R2\n").contains("X and Y are unknown"));
 }

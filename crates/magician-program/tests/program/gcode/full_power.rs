@@ -111,7 +111,7 @@ fn what_cannot_be_told_is_refused_with_its_line() {
     let refused = of(fast, None);
     assert_eq!(
         refused.to_string(),
-        "line 3, column 9: S12000 is above 1000, and nothing sets the S of full power"
+        "line 3, column 9: S12000 is above 1000, but the S of full power is unknown"
     );
     assert_eq!(refused.remedies[0].act.to_string(), "s_max N");
     assert!(
@@ -141,15 +141,15 @@ fn a_mill_burns_nothing() {
     let mills = [
         (
             "G0 X220 Y0 Z5\nM3 S800\nG1 Z-1 F100\nG1 X240 F300\nM5\n",
-            "cuts in depth",
+            "cuts at Z",
         ),
         (
             "G0 X220 Y0 Z5\nM3 S12000\nG1 Z-1 F100\nG1 X240 F300\nM5\n",
-            "cuts in depth",
+            "cuts at Z",
         ),
         (
             "G0 X220 Y0 Z1\nG91\nM3 S800\nG1 Z-2 F100\nG1 X20 F300\nM5\n",
-            "cuts in depth",
+            "cuts at Z",
         ),
         (
             "T1 M6\nM3 S800\nG0 X220 Y0 Z0\nG1 X240 F300\nM5\n",
@@ -166,7 +166,7 @@ fn a_mill_burns_nothing() {
         ("M7\nG0 X220 Y0 Z0\nG1 X240 F300 S800\n", "switches coolant"),
         (
             "G43 H1\nM3 S800\nG0 X220 Y0 Z5\nG1 Z1 F100\nG1 X240 F300\nM5\n",
-            "length of a tool",
+            "tool length",
         ),
     ];
     for (text, sign) in mills {
@@ -227,7 +227,7 @@ fn a_laser_without_a_speed_has_one() {
     assert!(
         notes(text)
             .iter()
-            .any(|note| note.contains("before it says F: it begins at 20 mm/s"))
+            .any(|note| note.contains("before it gives F: it begins at 20 mm/s"))
     );
 }
 

@@ -289,7 +289,7 @@ fn what_cannot_be_done_says_where_and_why() {
         ),
         (
             "M3 S[500*3]\nG0 X200 Y0 Z0\nG1 X201",
-            "line 1, column 4: S1500 is above 1000, and nothing sets the S of full power",
+            "line 1, column 4: S1500 is above 1000, but the S of full power is unknown",
         ),
     ] {
         assert_eq!(diagnostic(text), message, "{text}");

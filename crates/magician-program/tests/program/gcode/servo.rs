@@ -109,5 +109,5 @@ fn what_does_not_tell_down_from_up_is_refused() {
     let (plan, _) = servo("M3 S90\nG1 X220 Y0 F600\nG1 X240\n", Dialect::Servo).expect("one angle");
     assert!(down(&plan));
     let unknown = try_with("M280 P0 S9\nG1 X220 Y0\n", |_| {}).expect_err("no surface");
-    assert!(unknown.message.contains("how high the surface is"));
+    assert!(unknown.message.contains("the surface height is unknown"));
 }

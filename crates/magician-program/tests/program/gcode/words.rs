@@ -148,7 +148,10 @@ fn machine_coordinates_of_a_placed_program_lift_the_pen_and_draw_nothing() {
     }
     let fed = try_with("G0 X1 Y1 Z1\nG53 G1 X5\n", |options| options.placed = true);
     let fed = fed.expect_err("it is not known where that is").to_string();
-    assert!(fed.starts_with("line 2, column 1: G53 works at"), "{fed}");
+    assert!(
+        fed.starts_with("line 2, column 1: G53 uses machine coordinates"),
+        "{fed}"
+    );
 }
 
 #[test]
@@ -240,11 +243,7 @@ fn a_servo_lifts_the_pen_to_the_heights_of_the_surface() {
         ]
     );
     let unknown = try_read(program).expect_err("no surface");
-    assert!(
-        unknown
-            .message
-            .contains("not known how high the surface is")
-    );
+    assert!(unknown.message.contains("the surface height is unknown"));
 }
 
 #[test]

@@ -396,7 +396,7 @@ fn every_known_block_is_followed_or_refused_by_name() {
         assert_eq!(plan.steps.len(), 2, "{kind}");
     }
     let refused = [
-        ("dobot_time", "gives something else each time"),
+        ("dobot_time", "gives another value each time"),
         ("dobot_get_input", "asks the arm while it runs"),
         ("dobot_get_adc", "asks the arm while it runs"),
         ("dobot_getiopwm", "asks the arm while it runs"),

@@ -25,7 +25,7 @@ fn another_file_is_no_workspace() {
         whole(b"<xml></xml>"),
         "line 1, column 1: the workspace has no blocks"
     );
-    assert!(whole(b"IN;PU0 0;").contains("this is no XML"));
+    assert!(whole(b"IN;PU0 0;").contains("this is not XML"));
 }
 
 #[test]
@@ -124,7 +124,7 @@ fn what_is_not_known_when_the_plan_is_made_is_refused() {
     for kind in ["dobot_setr", "dobot_setl"] {
         let said = refusal(&chain(&[home.clone(), block(kind, "")]));
         assert!(
-            said.contains("which is not known when the plan is made"),
+            said.contains("which is unknown when the plan is made"),
             "{said}"
         );
     }

@@ -40,7 +40,7 @@ fn another_file_is_told_from_a_playback_file() {
     );
     let no_xml = whole("G1 X20");
     assert!(
-        no_xml.starts_with("line 1, column 1: this is no XML: "),
+        no_xml.starts_with("line 1, column 1: this is not XML: "),
         "{no_xml}"
     );
     let diagnostic = Playback::read(b"<root>\n \xff</root>").unwrap_err();

@@ -192,7 +192,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "[[sensor]]\nkind = \"color\"\nport = \"GP1\"",
         1,
         1,
-        "where is the sensor",
+        "the sensor has no position",
     ),
     (
         "[[sensor]]\nkind = \"color\"\nport = \"GP1\"\nat = [1, 2, 3]\nbelt_at = 4",
@@ -236,7 +236,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
     ("[[input]]\naddress = 5\nlevel = 2", 3, 9, "0 or 1"),
     ("[[input]]\naddress = 5\nvalue = 4096", 3, 9, "0 to 4095"),
     ("[[input]]\naddress = 5\nvalue = -1", 3, 9, "0 to 4095"),
-    ("[[input]]\naddress = 5", 1, 1, "Give level"),
+    ("[[input]]\naddress = 5", 1, 1, "give level"),
     (
         "[[input]]\naddress = 5\nlevel = 1\nvalue = 1",
         4,

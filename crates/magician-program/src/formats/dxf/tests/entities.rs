@@ -155,7 +155,7 @@ fn splines_of_any_degree_and_knots_are_followed() {
         ),
         (
             "0 SPLINE 71 1 40 0 40 1 40 0 40 1 10 0 20 0 10 1 20 1",
-            "do not rise",
+            "do not increase",
         ),
         ("0 SPLINE 71 1 41 0 41 1 10 0 20 0 10 1 20 1", "above 0"),
     ] {

@@ -93,14 +93,14 @@ fn what_is_no_dxf_says_where() {
     );
     assert!(
         entities("0 LINE 10 1 20 1 11 1e308 21 1e308 0 LWPOLYLINE 10 0 20 0 42 1e200 10 1 20 1")
-            .contains("beyond")
+            .contains("finite")
     );
     let unit = file("0 SECTION 2 HEADER 9 $INSUNITS 70 19 0 ENDSEC");
-    assert!(refusal(&unit).starts_with("line 8, column 1: 19 is no unit"));
+    assert!(refusal(&unit).starts_with("line 8, column 1: 19 is not a usable unit"));
 
     let (artwork, notes) = drawn(b"0\nSECTION\n2\nENTITIES\n0\nPOINT\n10\n1\n20\n2\n");
     assert_eq!(artwork.strokes[0].points, [[1.0, 2.0]]);
-    assert!(notes[0].message.contains("taken as mm"));
+    assert!(notes[0].message.contains("mm is used"));
     assert!(notes[1].message.contains("cut short"));
 }
 
