@@ -96,7 +96,7 @@ local ALARMS = {
     [0x17] = "PlanLineOutSpace: a straight line leaves the workspace",
     [0x18] = "PlanArcOutSpace: an arc leaves the workspace",
     [0x19] = "PlanMotionType: an unknown kind of motion",
-    [0x1a] = "PlanSpeedInputParam: a speed or acceleration is zero, negative or no number",
+    [0x1a] = "PlanSpeedInputParam: a speed or acceleration is zero, negative or not a number",
     [0x1b] = "PlanCpCalc: the continuous path could not be calculated",
     [0x20] = "MoveInvSingularity: the path ran into a singular pose",
     [0x21] = "MoveInvCalc: the path left the workspace",
@@ -195,7 +195,7 @@ LAYOUTS.DeviceVersion = {
         { name = "major_version", kind = "u8", unit = "", doc = "First number of the version." },
         { name = "minor_version", kind = "u8", unit = "", doc = "Second number of the version." },
         { name = "revision", kind = "u8", unit = "", doc = "Third number of the version." },
-        { name = "extra", kind = "bytes", unit = "", doc = "What newer firmware adds; a hardware version is among it." },
+        { name = "extra", kind = "bytes", unit = "", doc = "Bytes added by newer firmware, among them a hardware version." },
     },
     fits = {
         { from = 3, to = 248 },
@@ -437,7 +437,7 @@ LAYOUTS.HhtTrigOutput = {
     prefix = "hht_trig_output.",
     head = 0,
     fields = {
-        { name = "is_triggered", kind = "flag", unit = "", doc = "Whether there is a new point; reading it clears it. Range: 0 or 1." },
+        { name = "is_triggered", kind = "flag", unit = "", doc = "Whether there is a new point; reading clears it. Range: 0 or 1." },
     },
     fits = {
         { from = 1, to = 1 },
@@ -988,8 +988,8 @@ LAYOUTS.IoPwm = {
     head = 5,
     fields = {
         { name = "address", kind = "u8", unit = "", doc = "Pin. Range: 1 to 20." },
-        { name = "frequency", kind = "f32", unit = "Hz", doc = "Pulses a second. Range: 10 to 1000000." },
-        { name = "duty_cycle", kind = "f32", unit = "percent", doc = "Share of the time that it is high. Range: 0 to 100." },
+        { name = "frequency", kind = "f32", unit = "Hz", doc = "Frequency. Range: 10 to 1000000." },
+        { name = "duty_cycle", kind = "f32", unit = "percent", doc = "Share of the time that it is high, the duty cycle. Range: 0 to 100." },
     },
     fits = {
         { from = 9, to = 9 },

@@ -45,7 +45,7 @@ class Alarm(OpenEnum):
     PLAN_MOTION_TYPE = 0x19
     """An unknown kind of motion."""
     PLAN_SPEED_INPUT_PARAM = 0x1A
-    """A speed or acceleration is zero, negative or no number."""
+    """A speed or acceleration is zero, negative or not a number."""
     PLAN_CP_CALC = 0x1B
     """The continuous path could not be calculated."""
     MOVE_INV_SINGULARITY = 0x20
@@ -155,7 +155,7 @@ _TEXTS = {
     0x17: ("a straight line leaves the workspace", "clear the alarms"),
     0x18: ("an arc leaves the workspace", "clear the alarms"),
     0x19: ("an unknown kind of motion", "clear the alarms"),
-    0x1A: ("a speed or acceleration is zero, negative or no number", "set the speeds, then clear the alarms"),
+    0x1A: ("a speed or acceleration is zero, negative or not a number", "set the speeds, then clear the alarms"),
     0x1B: ("the continuous path could not be calculated", "clear the alarms"),
     0x20: ("the path ran into a singular pose", "jog away by joints, then clear the alarms"),
     0x21: ("the path left the workspace", "move back inside, then clear the alarms"),
@@ -164,14 +164,38 @@ _TEXTS = {
     0x31: ("J2 too fast", "lower the speed ratio, then clear the alarms"),
     0x32: ("J3 too fast", "lower the speed ratio, then clear the alarms"),
     0x33: ("J4 too fast", "lower the speed ratio, then clear the alarms"),
-    0x40: ("J1 at its upper limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
-    0x41: ("J1 at its lower limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
-    0x42: ("J2 at its upper limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
-    0x43: ("J2 at its lower limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
-    0x44: ("J3 at its upper limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
-    0x45: ("J3 at its lower limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
-    0x46: ("J4 at its upper limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
-    0x47: ("J4 at its lower limit", "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue"),
+    0x40: (
+        "J1 at its upper limit",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
+    ),
+    0x41: (
+        "J1 at its lower limit",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
+    ),
+    0x42: (
+        "J2 at its upper limit",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
+    ),
+    0x43: (
+        "J2 at its lower limit",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
+    ),
+    0x44: (
+        "J3 at its upper limit",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
+    ),
+    0x45: (
+        "J3 at its lower limit",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
+    ),
+    0x46: (
+        "J4 at its upper limit",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
+    ),
+    0x47: (
+        "J4 at its lower limit",
+        "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",
+    ),
     0x48: (
         "the parallelogram of J2 and J3 stretched to its limit",
         "jog the joint back into its range, where the alarm drops; then clear the alarms to release the queue",

@@ -1,7 +1,8 @@
 # Made by `cargo xtask python` from the protocol's table, which the driver and the virtual arm are made of too.
 """Every command of the protocol, as values.
 
-A value to read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. A value that is read with a pin, a port or a target is a query: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. A value to set is an object:
+A value to read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. What is asked for with a pin, a port or a
+target is a question: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. A value to set is an object:
 ``arm.set(commands.PtpCommonParams(velocity_ratio=50, acceleration_ratio=50))``, and what may be queued goes into
 ``arm.enqueue`` and ``arm.perform`` too.
 
@@ -455,7 +456,7 @@ class Pose(_meaning.PoseMeaning, Readable):
 
 
 class ResetPose(Writable):
-    """Sets the angles of rear arm and forearm anew.
+    """Sets the angles of rear arm and forearm.
 
     ResetPose; id 11, document V1.1.3 section 1.4.2, errata E23; dangerous: it is only set with
     ``allow_dangerous=True``.
@@ -629,7 +630,7 @@ class HhtTrigOutput(Readable):
     LAYOUT = "HhtTrigOutput"
 
     is_triggered: bool
-    """Whether there is a new point; reading it clears it."""
+    """Whether there is a new point; reading clears it."""
 
 
 class ArmOrientation(Readable, Queueable):
@@ -1271,9 +1272,9 @@ class IoPwm(Answer, Queueable):
     address: int
     """Pin; EIO address; 1 to 20."""
     frequency: float
-    """Pulses a second; Hz; 10 to 1000000."""
+    """Frequency; Hz; 10 to 1000000."""
     duty_cycle: float
-    """Share of the time that it is high; percent; 0 to 100."""
+    """Share of the time that it is high, the duty cycle; percent; 0 to 100."""
 
 
 class GetIoPwm(Query[IoPwm]):
@@ -1799,7 +1800,7 @@ class ZdfCalibStatus(Readable):
 
 
 class QueuedCmdStartExec(Writable):
-    """Lets the queue run.
+    """Starts the queue.
 
     SetQueuedCmdStartExec; id 240, document V1.1.3 section 1.19.1.
     """
@@ -1854,7 +1855,7 @@ class QueuedCmdStopDownload(Writable):
 
 
 class QueuedCmdClear(Writable):
-    """Drops what waits in the queue.
+    """Drops the waiting commands of the queue.
 
     SetQueuedCmdClear; id 245, document V1.1.3 section 1.19.6, errata E48.
     """
