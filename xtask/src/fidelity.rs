@@ -16,9 +16,9 @@ sections are those of the [reference model of the arm](MODEL.md), E numbers thos
 [errata to the protocol](ERRATA.md), and (none) means that neither mentions it.
 
 `magician sim --fidelity` lists at its end what the replies relied on. A strict arm (`magician sim --strict`, or
-`strict = true` under `[fidelity]` in a profile) does the same as ever where it has a fact, and refuses where it has
-nothing but a choice. What is refused is answered as usual and not carried out: a queued command is consumed at its turn, a
-get is answered without parameters, and a command that finds the queue full is not answered at all, for every answer
+`strict = true` under `[fidelity]` in a profile) behaves as usual where it has a fact, and refuses where it has
+only a choice. A refused command is answered as usual but not carried out: a queued command is consumed at its turn, a
+get is answered without parameters, and a command that finds the queue full is not answered at all, because every reply
 would be invented. A choice that decides a figure only (how long, how fast, how many, what to begin with) of something
 that is known is kept, and so is one that a stop rests on: the column says why.
 

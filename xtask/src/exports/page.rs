@@ -14,12 +14,12 @@ use super::{FAMILIES, declared, of};
 const INTRODUCTION: &str = "\
 # The vendor's C library: every function
 
-What the three libraries export, each function with its arguments after the ids. Under a family stands what the function
-begins with there: nothing (`()`), the arm's `dobotId`, or `masterId` and `slaveId`; a dash says that the family does not have
+What the three libraries export, each function with its arguments after the ids. The columns of the families show what the
+function begins with there: nothing (`()`), the arm's `dobotId`, or `masterId` and `slaveId`; a dash says that the family does not have
 it so.
 
-**command** sends a command of the protocol (its name and id beside it; [PROTOCOL.md](PROTOCOL.md)). **guarded** is a command that can brick, unlearn or
-unlock something: it is refused with 3 until the environment's `MAGICIAN_ALLOW` or the function `MagicianAllow` names it.
+**command** sends a command of the protocol (its name and id beside it; [PROTOCOL.md](PROTOCOL.md)). **guarded** is a command that can brick, uncalibrate
+or unlock the arm: it is refused with 3 until the environment's `MAGICIAN_ALLOW` or the function `MagicianAllow` names it.
 **here** is answered by the library. **neutral** has no meaning for this arm: 0, results of zeros, a line in the log.
 Queue: **as said** by `queued`; **always** and **never** ignore it, as the vendor's library does not.
 
