@@ -66,6 +66,7 @@ pub struct Stood {
 
 /// Where a job goes on that ended before its end.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Left {
     /// The arm was not asked: it finishes what it has, and then tells how far it came.
     NotAsked,

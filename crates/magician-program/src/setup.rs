@@ -75,6 +75,7 @@ pub fn tip(start: &Preflight, tool: Option<Tool>) -> Option<[f64; 3]> {
 
 /// What is made of drawings and images.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Work {
     /// Drawings are drawn, images engraved.
     #[default]

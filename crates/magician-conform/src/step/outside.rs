@@ -7,6 +7,7 @@ use crate::words;
 
 /// What can be seen beside a virtual arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Observable {
     /// Power of the laser, percent.
     Laser,

@@ -180,6 +180,7 @@ pub enum Failure {
 /// What a [`Connection`](super::Connection) has to tell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(clippy::large_enum_variant)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Event {
     /// A request has ended, with the frame that answers it. When a lost answer to a queued command
     /// was made up for by reading the queue, the frame is the one that was lost.

@@ -245,19 +245,14 @@ impl ProgramModel {
     /// # Errors
     /// [`TeachError::IsArc`] and [`TeachError::NotAMove`] for steps that have one way only.
     pub fn next_travel(&mut self) -> Result<(), TeachError> {
-        let turned = |by| match by {
-            Travel::Joints => Travel::Line,
-            Travel::Line => Travel::Jump,
-            Travel::Jump => Travel::Joints,
-        };
         if self.steps.is_empty() {
-            self.by = turned(self.by);
+            self.by = self.by.next();
             return Ok(());
         }
         let mut now = self.by;
         self.edit(|step| match &mut step.motion {
             Some(Action::Move { by, .. } | Action::Joints { by, .. }) => {
-                *by = turned(*by);
+                *by = by.next();
                 now = *by;
                 Ok(())
             }

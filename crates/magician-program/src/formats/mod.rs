@@ -92,6 +92,7 @@ pub enum Fills {
 
 /// What becomes of white lines and shapes in a drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum White {
     /// They are drawn on darker shapes, and where nothing else would be drawn; otherwise they are left out.
     #[default]

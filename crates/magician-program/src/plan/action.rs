@@ -3,6 +3,7 @@ use magician_protocol::{MAX_PARAMS, PtpMode, Set, Writer};
 
 /// Which way a point-to-point move goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Travel {
     /// All joints together; the tool's way is a curve (MOVJ).
     #[default]
@@ -11,6 +12,18 @@ pub enum Travel {
     Line,
     /// Up, across, down (JUMP).
     Jump,
+}
+
+impl Travel {
+    /// The one after it, and the first after the last: what a control goes through that chooses one.
+    #[must_use]
+    pub const fn next(self) -> Self {
+        match self {
+            Self::Joints => Self::Line,
+            Self::Line => Self::Jump,
+            Self::Jump => Self::Joints,
+        }
+    }
 }
 
 /// What a gripper does.
@@ -27,6 +40,7 @@ pub enum Grip {
 /// What is done in one step. Every action is one command of the protocol; those that people say often have names of their own,
 /// all others are an [`Action::Command`]. A command has one action, `Action::from(command)`, which gives it back to the last bit.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Action {
     /// Goes to a pose: x, y, z, r.
     Move {

@@ -4,6 +4,7 @@ use crate::Artwork;
 
 /// How large an image becomes; its sides keep their ratio.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Size {
     /// As the file says; where it does not, [`Raster::PIXEL`](crate::Raster::PIXEL) for a pixel.
     #[default]

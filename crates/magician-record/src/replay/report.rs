@@ -37,6 +37,7 @@ impl Report {
 
 /// In what an answer of the virtual arm is not the recorded one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum What {
     /// A field has another value, or is there in one of the two only.
     Value(&'static Field),
@@ -48,6 +49,20 @@ pub enum What {
     Answered,
     /// The recorded answer belongs to no request.
     Unasked,
+}
+
+impl What {
+    /// What it is called in JSON.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Value(_) => "value",
+            Self::Form => "form",
+            Self::Silent => "silent",
+            Self::Answered => "answered",
+            Self::Unasked => "unasked",
+        }
+    }
 }
 
 /// One difference.

@@ -19,6 +19,7 @@ pub struct Arm {
 
 /// The kind of tool on the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ToolKind {
     /// None: what touches is the wrist.
     None,
@@ -172,6 +173,7 @@ impl Conveyor {
 
 /// What an object rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum On {
     /// The table.
     Table,
@@ -215,6 +217,7 @@ pub(crate) fn footprint(size: &[f64; 3], place: ObjectPose) -> Footprint {
 
 /// What a sensor tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SensorKind {
     /// The colour of what is before it.
     Color,

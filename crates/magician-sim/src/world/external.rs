@@ -18,6 +18,7 @@ pub enum Body {
 
 /// How the base key was pressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Press {
     /// It runs the program in the flash.
     Short,

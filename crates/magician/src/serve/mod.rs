@@ -126,6 +126,7 @@ impl fmt::Display for Endpoint {
 
 /// Something worth a line in a log.
 #[derive(Debug)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Notice {
     /// The controller reports.
     Arm(Event),

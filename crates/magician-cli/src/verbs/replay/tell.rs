@@ -92,13 +92,6 @@ impl<'o> ReplayReporter<'o> {
 
 impl<'a> Found<'a> {
     fn of(found: &'a Difference) -> Self {
-        let difference = match found.what {
-            What::Value(_) => "value",
-            What::Form => "form",
-            What::Silent => "silent",
-            What::Answered => "answered",
-            What::Unasked => "unasked",
-        };
         let field = match found.what {
             What::Value(field) => Some(field.name),
             _ => None,
@@ -119,7 +112,7 @@ impl<'a> Found<'a> {
             link: &found.link,
             id: found.id,
             command: Some(found.command).filter(|command| !command.is_empty()),
-            difference,
+            difference: found.what.name(),
             field,
             recorded: shown(false),
             replayed: shown(true),

@@ -6,6 +6,7 @@ use crate::{Action, Grip, Origin, Travel};
 
 /// How a taught point is reached.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum PointMotion {
     /// As a point-to-point move.
     Move(Travel),
