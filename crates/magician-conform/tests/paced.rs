@@ -5,14 +5,14 @@ use std::time::Duration;
 
 use magician::Result;
 use magician_conform::{Case, LINE_LOOK, Outcome, Runner, Suite, Target};
-use magician_sim::{Controller, LineTiming, LinkId, Micros, Profile, Speed};
+use magician_sim::{Controller, HostInstant, LineTiming, LinkId, Profile, Speed};
 
 const LINK: LinkId = LinkId(0);
 
 /// A virtual arm at the end of a paced line, and what the clock on the wall shows.
 struct PacedArm {
     runner: magician_sim::Runner,
-    wall: Micros,
+    wall: HostInstant,
 }
 
 impl PacedArm {
@@ -20,7 +20,7 @@ impl PacedArm {
         let arm = Controller::new(Profile::default());
         Self {
             runner: magician_sim::Runner::new(arm, speed, line),
-            wall: 0,
+            wall: HostInstant::ZERO,
         }
     }
 
@@ -33,14 +33,14 @@ impl PacedArm {
     }
 
     /// Lets the wall's clock go on to what happens next, at most to `end`.
-    fn go_to(&mut self, end: Micros) {
+    fn go_to(&mut self, end: HostInstant) {
         let next = self.runner.poll_change().unwrap_or(end);
         self.wall = next.clamp(self.wall, end);
         self.runner.handle_timeout(self.wall);
     }
 
-    fn after(&self, span: Duration) -> Micros {
-        self.wall + Micros::try_from(span.as_micros()).expect("a short time")
+    fn after(&self, span: Duration) -> HostInstant {
+        self.wall + span
     }
 }
 
@@ -60,7 +60,7 @@ impl Target for PacedArm {
             let before = self.wall;
             self.go_to(end);
             if self.wall == before {
-                self.wall += 1;
+                self.wall += Duration::from_micros(1);
             }
         }
     }
@@ -71,7 +71,7 @@ impl Target for PacedArm {
             let before = self.wall;
             self.go_to(end);
             if self.wall == before {
-                self.wall += 1;
+                self.wall += Duration::from_micros(1);
             }
         }
         Ok(())
@@ -108,7 +108,7 @@ fn failed(speed: Speed, line: LineTiming, which: fn(&Case) -> bool) -> (Vec<Stri
 
 const USB: LineTiming = LineTiming {
     baud: Some(115_200),
-    turnaround: 1000,
+    turnaround: Duration::from_millis(1),
 };
 
 #[test]

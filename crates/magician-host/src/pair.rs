@@ -7,7 +7,7 @@ use crate::connection::{Connection, Event, Failure, Micros, Request, Settings, T
 pub use crate::faults::{Dice, Faults};
 use crate::faults::{Injector, Passed, Side};
 use magician_protocol::{Deframer, FrameBuf, INTER_BYTE_TIMEOUT_MS, Layout, QueuedCmdIndex};
-use magician_sim::{Controller, LinkId, Profile};
+use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
 /// One direction: faults, then a delay.
 struct Line {
@@ -252,6 +252,16 @@ impl Pair {
         }
     }
 
+    /// What the arm's clock shows: it was set to 0 when the arm was switched on.
+    fn arm_clock(&self) -> ArmInstant {
+        ArmInstant::from_micros(self.now - self.booted)
+    }
+
+    /// What the host's clock shows when the arm's shows an instant.
+    fn host_clock(&self, at: ArmInstant) -> Micros {
+        self.booted + at.as_micros()
+    }
+
     /// When a frame that has begun to come to the arm will not be completed any more.
     fn arm_expires(&self) -> Option<Micros> {
         let pending = self.arm_ear.pending();
@@ -315,7 +325,7 @@ impl Pair {
         self.exchange();
         let soonest = [
             self.host.poll_timeout(),
-            self.arm.poll_timeout().map(|at| at + self.booted),
+            self.arm.poll_timeout().map(|at| self.host_clock(at)),
             self.to_arm.next(),
             self.to_host.next(),
             self.arm_expires(),
@@ -328,7 +338,7 @@ impl Pair {
         };
         assert!(self.standing < 1000, "time stands still at {next}");
         self.now = next.max(self.now);
-        self.arm.advance(self.now - self.booted);
+        self.arm.advance(self.arm_clock());
         if self.arm_expires().is_some_and(|at| at <= self.now) {
             self.arm_ear.expire();
             self.arm_hears(&[]);

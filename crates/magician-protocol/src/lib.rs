@@ -10,6 +10,7 @@
 //! * [`Request`] is what a frame asks of the controller; [`Row`] and [`LayoutInfo`] describe a
 //!   command to programs that learn of it at run time (command line, JSON, documentation).
 //! * [`Alarm`] and [`AlarmSet`] name the controller's alarms, with cause and remedy.
+//! * [`ArmInstant`] and [`HostInstant`] are instants of the arm's clock and of the host's.
 //!
 //! Lengths are mm, angles degrees, everywhere. "Document" is the vendor's description of the protocol, its errata (E37)
 //! are in `docs/ERRATA.md` of the repository.
@@ -44,6 +45,7 @@
 extern crate std;
 
 mod alarm;
+mod clock;
 mod deframer;
 mod describe;
 mod enums;
@@ -68,6 +70,7 @@ mod wire;
 pub mod commands;
 
 pub use alarm::{Alarm, AlarmGroup, AlarmSet};
+pub use clock::{ArmInstant, HostInstant};
 pub use commands::{Get, Set, TABLE};
 pub use deframer::{Deframer, Event, Rejection};
 pub use describe::{Description, Direction, MAX_NOTES, describe};

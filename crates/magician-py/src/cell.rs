@@ -137,7 +137,7 @@ impl Cell {
     fn state<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let state = self.with(py, |arm| arm.state());
         let parts = PyDict::new(py);
-        parts.set_item("time", state.now as f64 / 1e6)?;
+        parts.set_item("time", state.now.as_micros() as f64 / 1e6)?;
         parts.set_item("pose", state.pose.to_array())?;
         parts.set_item("joints", state.joints.to_array())?;
         parts.set_item("true_joints", state.true_joints.to_array())?;
@@ -234,7 +234,7 @@ impl Cell {
     }
 
     fn delay(&self, py: Python<'_>, time: f64) -> PyResult<()> {
-        let time = u64::try_from(seconds(py, "the time", time)?.as_micros()).unwrap_or(u64::MAX);
+        let time = seconds(py, "the time", time)?;
         self.with(py, |arm| arm.inject(ExternalEvent::Delay(time)));
         Ok(())
     }

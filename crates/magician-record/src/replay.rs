@@ -44,12 +44,13 @@
 //! parameters and the pose that the arm had, and will differ in them. Nothing here sends to a real arm.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use magician_protocol::{Direction, Frame, Layout, Readable, Row, TABLE, commands};
 use thiserror::Error;
 
 use crate::trace::{Packet, TraceError, read_trace};
-use magician_sim::{Controller, Micros, Speed};
+use magician_sim::{ArmInstant, Controller, HostInstant, Speed};
 
 mod compare;
 mod play;
@@ -59,7 +60,7 @@ pub use play::{Moment, Play};
 pub use report::{Difference, Report, What};
 
 /// A longer trace has a clock that jumped.
-const LONGEST: Micros = 31 * 24 * 3_600_000_000;
+const LONGEST: Duration = Duration::from_secs(31 * 24 * 3600);
 
 /// Why a trace cannot be replayed.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -97,7 +98,7 @@ pub enum ReplayError {
         /// The link.
         link: String,
         /// How far back.
-        by: Micros,
+        by: u64,
     },
     /// It is longer than a month: a clock has been set meanwhile.
     #[error("the trace covers {days} days, limit 31: was a clock changed while it was recorded?")]
@@ -194,7 +195,7 @@ impl<'a> Replay<'a> {
             return Err(ReplayError::NoRequests { packets });
         }
         if self.span() > LONGEST {
-            let days = self.span() / (24 * 3_600_000_000);
+            let days = self.span().as_secs() / (24 * 3600);
             return Err(ReplayError::Span { days });
         }
         Ok(())
@@ -263,19 +264,22 @@ impl<'a> Replay<'a> {
         &self.packets
     }
 
-    /// Microseconds from the first packet to the last.
+    /// From the first packet to the last.
     #[must_use]
-    pub fn span(&self) -> Micros {
-        let last = self.packets.last().map_or(0, |packet| packet.time);
-        last.saturating_sub(self.begin())
+    pub fn span(&self) -> Duration {
+        self.packets.last().map_or(Duration::ZERO, |last| {
+            self.time(last.time) - HostInstant::ZERO
+        })
     }
 
-    fn begin(&self) -> Micros {
-        self.packets.first().map_or(0, |packet| packet.time)
+    /// The host's clock when a packet passed, which showed 0 at the first.
+    fn time(&self, since_1970: u64) -> HostInstant {
+        let begin = self.packets.first().map_or(0, |packet| packet.time);
+        HostInstant::from_micros(since_1970.saturating_sub(begin))
     }
 
-    /// How long the recorded arm had been on when the trace began, microseconds, if it tells.
-    fn uptime(&self) -> Option<Micros> {
+    /// What the recorded arm's clock showed when the trace began, if it tells.
+    fn uptime(&self) -> Option<ArmInstant> {
         let row = commands::DeviceTime::ROW;
         let readings = self.packets.iter().filter_map(|packet| {
             let frame = Frame::new(packet.bytes)?;
@@ -287,8 +291,9 @@ impl<'a> Replay<'a> {
         let Speed::Times(times) = self.clock else {
             return None;
         };
-        let since = (time.saturating_sub(self.begin()) as f64 * times) as Micros;
-        (Micros::from(reading.g_systick) * 1000).checked_sub(since)
+        let since = (self.time(time).as_micros() as f64 * times) as u64;
+        let uptime = (u64::from(reading.g_systick) * 1000).checked_sub(since)?;
+        Some(ArmInstant::from_micros(uptime))
     }
 
     /// Begins to replay on this arm, for callers that look on as it goes.

@@ -6,16 +6,18 @@ mod recording;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use magician_motion::Pose;
 use magician_protocol::commands;
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable};
 use magician_record::mcap::Recorder;
 use magician_sim::{
-    Controller, LineTiming, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
+    ArmInstant, Controller, HostInstant, LineTiming, LinkId, Observer, Profile, Runner, Scenario, Speed,
+    World,
 };
 use proptest::prelude::*;
-use recording::{EPOCH, Read, of, read};
+use recording::{EPOCH, Micros, Read, of, read};
 use serde_json::{Value, json};
 
 const USB: LinkId = LinkId(0);
@@ -28,6 +30,10 @@ const RUNNER_SPEEDS: [Speed; 4] = [
     Speed::Times(0.3),
     Speed::Max,
 ];
+
+fn at(micros: Micros) -> ArmInstant {
+    ArmInstant::from_micros(micros)
+}
 
 /// Bytes from a line of hex.
 fn hex(text: &str) -> Vec<u8> {
@@ -82,9 +88,9 @@ fn recorded(programme: &[u8], end: Micros, cuts: &[Micros]) -> Vec<u8> {
     arm.receive(USB, programme);
     recorder.observe(&arm);
     for cut in cuts {
-        arm.advance_observed(*cut, &mut recorder);
+        arm.advance_observed(at(*cut), &mut recorder);
     }
-    arm.advance_observed(end, &mut recorder);
+    arm.advance_observed(at(end), &mut recorder);
     recorder.finish().unwrap()
 }
 
@@ -102,7 +108,7 @@ fn fifty_times_a_second_is_exact_and_equals_what_getpose_says_there() {
     arm.receive(USB, &programme());
     let (mut before, mut moved) = (None, 0);
     for (pose, joint) in poses.iter().zip(&joints) {
-        arm.advance(pose.at);
+        arm.advance(at(pose.at));
         arm.close(USB);
         arm.receive(USB, &get_pose());
         let reply = arm.poll_transmit(USB).unwrap();
@@ -258,7 +264,7 @@ fn what_happens_in_the_world_is_told_by_name() {
     ]
     .concat();
     arm.receive(USB, &programme);
-    arm.advance_observed(8 * SECOND, &mut recorder);
+    arm.advance_observed(at(8 * SECOND), &mut recorder);
     let (all, _) = read(&recorder.finish().unwrap());
     let events = of(&all, "/events");
     let told = |text| events.iter().any(|read| read.value["message"] == text);
@@ -276,20 +282,22 @@ fn drive(
     let (mut now, mut inputs, mut replies) = (0, inputs.iter(), Vec::new());
     let mut input = inputs.next();
     loop {
+        let wall = HostInstant::from_micros(now);
         while let Some((_, link, bytes)) = input.filter(|(at, ..)| *at <= now) {
-            runner.receive(now, *link, bytes);
+            runner.receive(wall, *link, bytes);
             input = inputs.next();
         }
-        runner.handle_timeout(now);
+        runner.handle_timeout(wall);
         for link in [LinkId(0), LinkId(1)] {
-            while let Some(reply) = runner.poll_transmit(now, link) {
+            while let Some(reply) = runner.poll_transmit(wall, link) {
                 replies.push((now, reply));
             }
         }
         if now >= end {
             return replies;
         }
-        let due = runner.poll_timeout().map(|due| due.max(now + 1));
+        let due = runner.poll_timeout();
+        let due = due.map(|due| due.as_micros().max(now + 1));
         let given = input.map(|(at, ..)| *at);
         let more = extra.iter().copied().find(|at| *at > now);
         let next = [due, given, more].into_iter().flatten().min();
@@ -332,7 +340,7 @@ fn visits() -> Vec<(Micros, LinkId, Vec<u8>)> {
 fn line() -> LineTiming {
     LineTiming {
         baud: Some(115_200),
-        turnaround: 300,
+        turnaround: Duration::from_micros(300),
     }
 }
 
@@ -359,7 +367,7 @@ fn the_grid_is_exact_at_every_speed_and_however_the_clock_leaps() {
             let mut runner = Runner::new(Controller::default(), speed, line());
             let recorder = watch(&mut runner, Shared::default());
             drive(&mut runner, &visits(), extra, 2 * SECOND);
-            let end = runner.controller().now();
+            let end = runner.controller().now().as_micros();
             let file = file_of(runner, recorder);
             (file, end)
         };
@@ -394,10 +402,10 @@ fn frames_have_both_directions_names_and_what_was_wrong_with_them() {
         (72_000, b"M10".to_vec()),
         (200_000, hex("AA AA 02")),
     ] {
-        runner.receive(at, LinkId(0), &bytes);
+        runner.receive(HostInstant::from_micros(at), LinkId(0), &bytes);
     }
-    runner.receive(200_000, LinkId(7), &get_pose());
-    runner.handle_timeout(300_000);
+    runner.receive(HostInstant::from_micros(200_000), LinkId(7), &get_pose());
+    runner.handle_timeout(HostInstant::from_micros(300_000));
     let file = file_of(runner, recorder);
     let (all, _) = read(&file);
     let frames: Vec<Value> = of(&all, "/frames")
@@ -497,7 +505,7 @@ fn a_killed_recorder_leaves_all_up_to_the_last_second() {
     let mut recorder = Recorder::new(shared.clone(), EPOCH).unwrap();
     recorder.observe(&arm);
     arm.receive(USB, &programme());
-    arm.advance_observed(3 * SECOND + 500_000, &mut recorder);
+    arm.advance_observed(at(3 * SECOND + 500_000), &mut recorder);
     std::mem::forget(recorder);
     let file = shared.0.lock().unwrap().clone();
     let last = |file: &[u8]| {

@@ -7,7 +7,7 @@ use magician_protocol::commands::{
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, PtpMode, QueuedCmdIndex, Readable, Row, Set};
 use magician_record::replay::{Replay, ReplayError, Report, Tolerances, What};
 use magician_record::trace::{TraceError, TraceLink, TraceWriter};
-use magician_sim::{Controller, LinkId, Profile};
+use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 use proptest::prelude::*;
 
 const NOON: u64 = 1_800_000_000_000_000;
@@ -24,7 +24,7 @@ struct Recorder<'f> {
 
 impl Recorder<'_> {
     fn ask(&mut self, frame: &FrameBuf) {
-        let now = NOON + self.arm.now();
+        let now = NOON + self.arm.now().as_micros();
         (self.trace)
             .record(self.link, now, Request, frame.bytes())
             .unwrap();
@@ -47,7 +47,7 @@ impl Recorder<'_> {
     }
 
     fn pass(&mut self, time: u64) {
-        self.arm.advance(self.arm.now() + time);
+        self.arm.advance(self.arm.now().after_micros(time));
     }
 
     /// A move, looked at as it goes.
@@ -136,7 +136,7 @@ fn another_arm_is_told_apart_by_field_and_value() {
         first.to_string(),
         "GetPTPCommonParams acceleration_ratio: recorded 50, now 40"
     );
-    assert_eq!((first.time, first.link.as_str()), (0, "./arm"));
+    assert_eq!((first.time.as_micros(), first.link.as_str()), (0, "./arm"));
     let found = fields(&report);
     assert!(found.contains(&("GetPose", "x")), "{found:?}");
     assert!(
@@ -214,12 +214,12 @@ fn indices_are_rebased_and_a_broken_row_is_told_once() {
 #[test]
 fn the_arm_has_been_on_as_long_as_the_trace_says() {
     let mut old = Controller::default();
-    old.advance(1234 * SECOND);
+    old.advance(ArmInstant::from_micros(1234 * SECOND));
     let file = recorded_of(old, Some, |recorder| recorder.session());
     let replay = Replay::new(&file).unwrap();
     let mut arm = Controller::default();
     assert_eq!(replay.against(&mut arm).differences, []);
-    assert_eq!(arm.now(), 1236 * SECOND);
+    assert_eq!(arm.now().as_micros(), 1236 * SECOND);
 }
 
 #[test]
@@ -241,7 +241,7 @@ fn a_lost_answer_is_told_and_does_not_shift_the_others() {
 #[test]
 fn damage_and_noise_reach_the_arm_as_they_were() {
     let file = recorded(|recorder| {
-        let time = NOON + recorder.arm.now();
+        let time = NOON + recorder.arm.now().as_micros();
         let link = recorder.link;
         for bytes in [&b"M10\r\n"[..], &[0xAA, 0xAA, 0x02, 0x0A, 0x00, 0xF7]] {
             recorder.trace.record(link, time, Request, bytes).unwrap();

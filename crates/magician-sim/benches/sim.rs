@@ -83,7 +83,7 @@ fn ptp_mix(bencher: Bencher<'_, '_>) {
     run(&mut arm, &frames);
     let before = arm.now();
     run(&mut arm, &frames);
-    let round = arm.now() - before;
+    let round = arm.now().micros_since(before);
     assert!(arm.state().alarms.codes().all(|code| code == 0));
     bencher
         .counter(ItemsCount::new(round / 1000))
@@ -97,7 +97,7 @@ fn ptp_mix_traced_at_1_khz(bencher: Bencher<'_, '_>) {
     run(&mut arm, &frames);
     let before = arm.now();
     run(&mut arm, &frames);
-    let round = arm.now() - before;
+    let round = arm.now().micros_since(before);
     bencher
         .counter(ItemsCount::new(round / 1000))
         .bench_local(|| {
@@ -106,7 +106,7 @@ fn ptp_mix_traced_at_1_khz(bencher: Bencher<'_, '_>) {
                 black_box(arm.poll_transmit(LINK));
             }
             while arm.poll_timeout().is_some() {
-                arm.advance(arm.now() + 1000);
+                arm.advance(arm.now().after_micros(1000));
                 black_box(arm.state());
             }
             while arm.poll_event().is_some() {}

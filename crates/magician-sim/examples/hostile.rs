@@ -46,7 +46,7 @@ fn main() {
             let mut pieces = host::Life::in_pieces();
             pieces.live(&script);
             assert_eq!(life.story, pieces.story, "cuts of time change nothing");
-            let seconds = life.arm.now() / 1_000_000;
+            let seconds = life.arm.now().as_micros() / 1_000_000;
             life.end();
             (life.steps, life.arm.state().queue.current_index, seconds)
         });

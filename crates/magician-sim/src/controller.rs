@@ -10,9 +10,7 @@ use crate::link::{Link, Links};
 use crate::observer::{self, Observer, SampleBudget};
 use crate::profile::PINS;
 use crate::world::{Drawing, ExternalEvent, Press, WorldView};
-use crate::{
-    ControllerState, Flash, LineState, LinkId, Micros, PinState, Profile, StepperState, World,
-};
+use crate::{ArmInstant, Flash, LineState, LinkId, PinState, Profile, ControllerState, StepperState, World};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
 ///
@@ -123,7 +121,7 @@ impl Controller {
 
     /// The arm's clock: microseconds since power-up.
     #[must_use]
-    pub fn now(&self) -> Micros {
+    pub fn now(&self) -> ArmInstant {
         self.device.now
     }
 
@@ -275,7 +273,7 @@ impl Controller {
     }
 
     /// Lets the arm's time pass up to `to`; an instant that has passed changes nothing.
-    pub fn advance(&mut self, to: Micros) {
+    pub fn advance(&mut self, to: ArmInstant) {
         self.device.advance(to);
         self.forget_links();
     }
@@ -283,7 +281,7 @@ impl Controller {
     /// The instant of the arm's clock at which something next happens by itself: the end of a motion, of a wait.
     /// `None` when nothing is scheduled.
     #[must_use]
-    pub fn poll_timeout(&self) -> Option<Micros> {
+    pub fn poll_timeout(&self) -> Option<ArmInstant> {
         self.device.next_event()
     }
 
@@ -353,7 +351,7 @@ impl Controller {
     }
 
     /// As [`advance`](Self::advance), by way of every instant that the observer is to see.
-    pub fn advance_observed(&mut self, to: Micros, observer: &mut impl Observer) {
+    pub fn advance_observed(&mut self, to: ArmInstant, observer: &mut impl Observer) {
         while !observer::advance(self, observer, to, &mut SampleBudget::new(u32::MAX)) {}
     }
 

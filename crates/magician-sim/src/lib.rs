@@ -45,6 +45,7 @@ pub use device::io::tools::Output;
 pub use device::store::flash::{Flash, FlashError};
 pub use event::{Event, Refusal};
 pub use link::{LineState, LinkId};
+pub use magician_protocol::{ArmInstant, HostInstant};
 pub use observer::Observer;
 pub use pace::{ArmClock, LineTiming, Speed, SpeedError};
 pub use profile::{
@@ -58,8 +59,8 @@ pub use scenario::{Scenario, ScenarioError};
 pub use state::{ControllerState, QueueState};
 pub use world::{ExternalEvent, World};
 
-/// A point or span of time in microseconds: of the arm's clock, which starts at power-up, or of the wall's.
-pub type Micros = u64;
+/// Microseconds of the arm's clock since something began: what trajectories are sampled by.
+pub(crate) type Micros = u64;
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

@@ -1,10 +1,9 @@
 //! The peers of the controller, a decoder and the replies that wait each, and the cable between.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use magician_protocol::{Deframer, Frame, FrameBuf, MAX_FRAME};
-
-use crate::Micros;
 
 /// Names a peer: a pseudo-terminal, the sender of datagrams, a connection.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -18,7 +17,7 @@ pub struct LineState {
     /// How often it has been pulled.
     pub pulls: u64,
     /// How much longer than usual answers take.
-    pub delay: Micros,
+    pub delay: Duration,
 }
 
 impl Default for LineState {
@@ -26,7 +25,7 @@ impl Default for LineState {
         Self {
             plugged: true,
             pulls: 0,
-            delay: 0,
+            delay: Duration::ZERO,
         }
     }
 }

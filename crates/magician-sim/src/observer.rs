@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use magician_protocol::FrameBuf;
 
-use crate::{Controller, LinkId, Micros};
+use crate::{ArmInstant, Controller, LinkId};
 
 /// An observer of an arm as its time passes.
 ///
@@ -14,7 +14,7 @@ use crate::{Controller, LinkId, Micros};
 pub trait Observer {
     /// The next instant of the arm's clock that is to be seen, later than the one that was seen last. `None`: nothing
     /// is.
-    fn next_sample(&self) -> Option<Micros> {
+    fn next_sample(&self) -> Option<ArmInstant> {
         None
     }
 
@@ -24,17 +24,17 @@ pub trait Observer {
     }
 
     /// Bytes of a peer have reached the arm, cut anywhere, at an instant of the arm's clock.
-    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+    fn request_bytes(&mut self, now: ArmInstant, link: LinkId, bytes: &[u8]) {
         let _ = (now, link, bytes);
     }
 
     /// A peer's line has been silent for so long that a frame which had begun will not be completed.
-    fn silence(&mut self, now: Micros, link: LinkId) {
+    fn silence(&mut self, now: ArmInstant, link: LinkId) {
         let _ = (now, link);
     }
 
     /// The arm has answered a peer.
-    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+    fn reply(&mut self, now: ArmInstant, link: LinkId, frame: &FrameBuf) {
         let _ = (now, link, frame);
     }
 
@@ -46,7 +46,7 @@ pub trait Observer {
 
 /// The observer, if there is one.
 impl<O: Observer> Observer for Option<O> {
-    fn next_sample(&self) -> Option<Micros> {
+    fn next_sample(&self) -> Option<ArmInstant> {
         self.as_ref()?.next_sample()
     }
 
@@ -54,16 +54,16 @@ impl<O: Observer> Observer for Option<O> {
         self.iter_mut().for_each(|it| it.observe(arm));
     }
 
-    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+    fn request_bytes(&mut self, now: ArmInstant, link: LinkId, bytes: &[u8]) {
         self.iter_mut()
             .for_each(|it| it.request_bytes(now, link, bytes));
     }
 
-    fn silence(&mut self, now: Micros, link: LinkId) {
+    fn silence(&mut self, now: ArmInstant, link: LinkId) {
         self.iter_mut().for_each(|it| it.silence(now, link));
     }
 
-    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+    fn reply(&mut self, now: ArmInstant, link: LinkId, frame: &FrameBuf) {
         self.iter_mut().for_each(|it| it.reply(now, link, frame));
     }
 
@@ -73,7 +73,7 @@ impl<O: Observer> Observer for Option<O> {
 }
 
 impl<O: Observer + ?Sized> Observer for Box<O> {
-    fn next_sample(&self) -> Option<Micros> {
+    fn next_sample(&self) -> Option<ArmInstant> {
         (**self).next_sample()
     }
 
@@ -81,15 +81,15 @@ impl<O: Observer + ?Sized> Observer for Box<O> {
         (**self).observe(arm);
     }
 
-    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+    fn request_bytes(&mut self, now: ArmInstant, link: LinkId, bytes: &[u8]) {
         (**self).request_bytes(now, link, bytes);
     }
 
-    fn silence(&mut self, now: Micros, link: LinkId) {
+    fn silence(&mut self, now: ArmInstant, link: LinkId) {
         (**self).silence(now, link);
     }
 
-    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+    fn reply(&mut self, now: ArmInstant, link: LinkId, frame: &FrameBuf) {
         (**self).reply(now, link, frame);
     }
 
@@ -100,7 +100,7 @@ impl<O: Observer + ?Sized> Observer for Box<O> {
 
 /// An observer that is shared with other code.
 impl<O: Observer> Observer for Arc<Mutex<O>> {
-    fn next_sample(&self) -> Option<Micros> {
+    fn next_sample(&self) -> Option<ArmInstant> {
         lock(self).next_sample()
     }
 
@@ -108,15 +108,15 @@ impl<O: Observer> Observer for Arc<Mutex<O>> {
         lock(self).observe(arm);
     }
 
-    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+    fn request_bytes(&mut self, now: ArmInstant, link: LinkId, bytes: &[u8]) {
         lock(self).request_bytes(now, link, bytes);
     }
 
-    fn silence(&mut self, now: Micros, link: LinkId) {
+    fn silence(&mut self, now: ArmInstant, link: LinkId) {
         lock(self).silence(now, link);
     }
 
-    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
+    fn reply(&mut self, now: ArmInstant, link: LinkId, frame: &FrameBuf) {
         lock(self).reply(now, link, frame);
     }
 
@@ -151,11 +151,11 @@ impl SampleBudget {
 pub(crate) fn advance<O: Observer>(
     arm: &mut Controller,
     observer: &mut O,
-    to: Micros,
+    to: ArmInstant,
     budget: &mut SampleBudget,
 ) -> bool {
     while let Some(look) = observer.next_sample() {
-        let event = arm.poll_timeout().unwrap_or(Micros::MAX);
+        let event = arm.poll_timeout().unwrap_or(ArmInstant::MAX);
         let at = look.min(event).max(arm.now());
         if at > to {
             break;

@@ -3,9 +3,10 @@
 use std::fmt;
 use std::num::NonZeroU32;
 use std::str::FromStr;
+use std::time::Duration;
 
 use crate::observer::{self, SampleBudget};
-use crate::{Controller, Micros, Observer};
+use crate::{ArmInstant, Controller, HostInstant, Micros, Observer};
 
 /// Bits on the line for one byte at 8N1: start, eight data bits, stop (document 1.1).
 const BITS_PER_BYTE: u64 = 10;
@@ -13,10 +14,10 @@ const MICROS_PER_SECOND: u64 = 1_000_000;
 /// Events, or instants shown to an observer, that one jump runs through before the caller gets a word in.
 const JUMP_EVENTS: u32 = 100_000;
 /// Wall time between two wake-ups for nothing but an observer.
-const LOOK_APART: Micros = 10_000;
+const LOOK_APART: Duration = Duration::from_millis(10);
 /// What takes longer has no end to jump to: 100 days, twice the longest WAIT. Speeds next to zero make motions that
 /// outlast the clock.
-const ENDLESS: Micros = 100 * 24 * 3600 * MICROS_PER_SECOND;
+const ENDLESS: Duration = Duration::from_secs(100 * 24 * 3600);
 
 /// How fast the arm's clock runs against the wall clock.
 ///
@@ -84,8 +85,8 @@ impl FromStr for Speed {
 pub struct LineTiming {
     /// Bits per second, 8N1, each direction on its own; `None` (or 0): bytes take no time.
     pub baud: Option<u32>,
-    /// Microseconds from the last byte of a request to the first byte of its reply.
-    pub turnaround: Micros,
+    /// From the last byte of a request to the first byte of its reply.
+    pub turnaround: Duration,
 }
 
 /// One direction of a line: when the bytes put on it have passed, without rounding drift.
@@ -93,7 +94,7 @@ pub struct LineTiming {
 pub(crate) struct Wire {
     baud: Option<NonZeroU32>,
     /// The line is busy until `busy` + `part` / baud microseconds.
-    busy: Micros,
+    busy: HostInstant,
     part: u64,
 }
 
@@ -101,14 +102,14 @@ impl Wire {
     pub(crate) fn new(line: LineTiming) -> Self {
         Self {
             baud: line.baud.and_then(NonZeroU32::new),
-            busy: 0,
+            busy: HostInstant::ZERO,
             part: 0,
         }
     }
 
     /// Puts `count` bytes on the line at `from` or when it falls free; returns the microsecond by
     /// which the last has passed.
-    pub(crate) fn carry(&mut self, from: Micros, count: usize) -> Micros {
+    pub(crate) fn carry(&mut self, from: HostInstant, count: usize) -> HostInstant {
         let Some(baud) = self.baud else {
             return from;
         };
@@ -117,9 +118,9 @@ impl Wire {
         }
         let baud = u64::from(baud.get());
         let micros_times_baud = BITS_PER_BYTE * MICROS_PER_SECOND * count as u64 + self.part;
-        self.busy = self.busy.saturating_add(micros_times_baud / baud);
+        self.busy = self.busy.after_micros(micros_times_baud / baud);
         self.part = micros_times_baud % baud;
-        self.busy.saturating_add(u64::from(self.part > 0))
+        self.busy.after_micros(u64::from(self.part > 0))
     }
 }
 
@@ -127,21 +128,21 @@ impl Wire {
 #[derive(Clone, Copy, Debug)]
 pub struct ArmClock {
     speed: Speed,
-    wall: Micros,
-    arm: Micros,
+    wall: HostInstant,
+    arm: ArmInstant,
 }
 
 impl ArmClock {
     /// A clock that shows `arm` when the wall clock, which begins there, shows 0. A speed below 0 stands.
     #[must_use]
-    pub fn new(speed: Speed, arm: Micros) -> Self {
+    pub fn new(speed: Speed, arm: ArmInstant) -> Self {
         let speed = match speed {
             Speed::Times(times) if times.is_nan() || times < 0.0 => Speed::Times(0.0),
             other => other,
         };
         Self {
             speed,
-            wall: 0,
+            wall: HostInstant::ZERO,
             arm,
         }
     }
@@ -151,7 +152,7 @@ impl ArmClock {
     }
 
     /// The same clock at another speed from the instant on at which it shows `arm` and the wall clock `wall`.
-    pub(crate) fn at_speed(self, speed: Speed, arm: Micros, wall: Micros) -> Self {
+    pub(crate) fn at_speed(self, speed: Speed, arm: ArmInstant, wall: HostInstant) -> Self {
         Self {
             wall,
             ..Self::new(speed, arm)
@@ -164,7 +165,7 @@ impl ArmClock {
         &mut self,
         controller: &mut Controller,
         observer: &mut O,
-        wall: Micros,
+        wall: HostInstant,
     ) {
         let budget = &mut SampleBudget::new(JUMP_EVENTS);
         if self.speed != Speed::Max {
@@ -196,7 +197,7 @@ impl ArmClock {
         &mut self,
         controller: &mut Controller,
         observer: &mut O,
-        wall: Micros,
+        wall: HostInstant,
     ) {
         if self.speed != Speed::Max {
             return;
@@ -218,14 +219,14 @@ impl ArmClock {
     }
 
     /// The next event, if it is the end of something that has one.
-    pub(crate) fn jump_to(controller: &Controller) -> Option<Micros> {
+    pub(crate) fn jump_to(controller: &Controller) -> Option<ArmInstant> {
         let event = controller.poll_timeout()?;
-        let endless = event.saturating_sub(controller.now()) > ENDLESS;
+        let endless = event - controller.now() > ENDLESS;
         (!endless && controller.busy()).then_some(event)
     }
 
     /// When the controller's next event is due by the wall clock, which shows `wall`.
-    pub(crate) fn next(&self, controller: &Controller, wall: Micros) -> Option<Micros> {
+    pub(crate) fn next(&self, controller: &Controller, wall: HostInstant) -> Option<HostInstant> {
         let event = controller.poll_timeout()?;
         if self.speed == Speed::Max && Self::jump_to(controller).is_some() {
             return Some(wall);
@@ -235,36 +236,36 @@ impl ArmClock {
 
     /// When an instant of the arm's clock is to be shown to an observer: when it has come by the wall clock, which shows
     /// `wall`, but not for each of many in a short time.
-    pub(crate) fn next_sample(&self, look: Micros, wall: Micros) -> Option<Micros> {
-        Some(self.wall_at(look)?.max(wall.saturating_add(LOOK_APART)))
+    pub(crate) fn next_sample(&self, look: ArmInstant, wall: HostInstant) -> Option<HostInstant> {
+        Some(self.wall_at(look)?.max(wall + LOOK_APART))
     }
 
-    fn arm_at(&self, wall: Micros) -> Micros {
-        let passed = wall.saturating_sub(self.wall);
+    fn arm_at(&self, wall: HostInstant) -> ArmInstant {
+        let passed = wall.micros_since(self.wall);
         let passed = match self.speed {
             Speed::Times(times) if times != 1.0 => (passed as f64 * times) as Micros,
             _ => passed,
         };
-        self.arm.saturating_add(passed)
+        self.arm.after_micros(passed)
     }
 
     /// The first wall microsecond at which the arm's clock shows `arm` or more.
-    fn wall_at(&self, arm: Micros) -> Option<Micros> {
-        let left = arm.saturating_sub(self.arm);
+    fn wall_at(&self, arm: ArmInstant) -> Option<HostInstant> {
+        let left = arm.micros_since(self.arm);
         let Speed::Times(times) = self.speed else {
-            return Some(self.wall.saturating_add(left));
+            return Some(self.wall.after_micros(left));
         };
         if times == 0.0 {
             return None;
         }
         // The division may round either way by a hair; step back, then forward to the first.
         let guess = (left as f64 / times).ceil() as Micros;
-        let mut wall = self.wall.saturating_add(guess.saturating_sub(2));
+        let mut wall = self.wall.after_micros(guess.saturating_sub(2));
         for _ in 0..4 {
             if self.arm_at(wall) >= arm {
                 break;
             }
-            wall = wall.saturating_add(1);
+            wall = wall.after_micros(1);
         }
         Some(wall)
     }
@@ -275,17 +276,21 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn at(micros: u64) -> HostInstant {
+        HostInstant::from_micros(micros)
+    }
+
     #[test]
     fn a_second_of_bytes_takes_a_second() {
         for baud in [9_600, 57_600, 115_200, 230_400, 1_000_000] {
             let line = LineTiming {
                 baud: Some(baud),
-                turnaround: 0,
+                turnaround: Duration::ZERO,
             };
             let mut wire = Wire::new(line);
             let bytes = baud / 10;
-            let last = (0..bytes).fold(0, |_, _| wire.carry(0, 1));
-            assert_eq!(last, 1_000_000, "{baud}");
+            let last = (0..bytes).fold(at(0), |_, _| wire.carry(at(0), 1));
+            assert_eq!(last, at(1_000_000), "{baud}");
         }
     }
 
@@ -293,11 +298,11 @@ mod tests {
     fn bytes_wait_for_the_line_and_the_line_for_bytes() {
         let mut wire = Wire::new(LineTiming {
             baud: Some(115_200),
-            turnaround: 0,
+            turnaround: Duration::ZERO,
         });
-        assert_eq!(wire.carry(0, 6), 521);
-        assert_eq!(wire.carry(100, 6), 1042);
-        assert_eq!(wire.carry(5_000, 6), 5_521);
+        assert_eq!(wire.carry(at(0), 6), at(521));
+        assert_eq!(wire.carry(at(100), 6), at(1042));
+        assert_eq!(wire.carry(at(5_000), 6), at(5_521));
     }
 
     #[test]
@@ -305,9 +310,9 @@ mod tests {
         for baud in [None, Some(0)] {
             let mut wire = Wire::new(LineTiming {
                 baud,
-                turnaround: 9,
+                turnaround: Duration::from_micros(9),
             });
-            assert_eq!(wire.carry(7, 4096), 7);
+            assert_eq!(wire.carry(at(7), 4096), at(7));
         }
     }
 
@@ -328,11 +333,11 @@ mod tests {
             baud in 300u32..2_000_000,
             cuts in prop::collection::vec(1usize..300, 1..20),
         ) {
-            let line = LineTiming { baud: Some(baud), turnaround: 0 };
+            let line = LineTiming { baud: Some(baud), turnaround: Duration::ZERO };
             let (mut whole, mut cut) = (Wire::new(line), Wire::new(line));
             let total = cuts.iter().sum();
-            let pieces = cuts.iter().fold(0, |_, count| cut.carry(10, *count));
-            prop_assert_eq!(whole.carry(10, total), pieces);
+            let pieces = cuts.iter().fold(at(0), |_, count| cut.carry(at(10), *count));
+            prop_assert_eq!(whole.carry(at(10), total), pieces);
         }
 
         #[test]
@@ -341,10 +346,11 @@ mod tests {
             start in 0u64..1 << 40,
             left in 1u64..1 << 36,
         ) {
-            let clock = ArmClock { speed: Speed::Times(times), wall: start, arm: 17 };
-            let wall = clock.wall_at(17 + left).unwrap();
-            prop_assert!(clock.arm_at(wall) >= 17 + left);
-            prop_assert!(clock.arm_at(wall - 1) < 17 + left);
+            let clock = ArmClock { speed: Speed::Times(times), wall: at(start), arm: ArmInstant::from_micros(17) };
+            let then = ArmInstant::from_micros(17 + left);
+            let wall = clock.wall_at(then).unwrap();
+            prop_assert!(clock.arm_at(wall) >= then);
+            prop_assert!(clock.arm_at(wall - Duration::from_micros(1)) < then);
         }
     }
 }

@@ -1,21 +1,22 @@
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use magician_protocol::{FrameBuf, INTER_BYTE_TIMEOUT_MS};
 
 use crate::pace::{ArmClock, LineTiming, Speed};
-use crate::{Controller, ExternalEvent, LinkId, Micros, Observer};
+use crate::{Controller, ExternalEvent, HostInstant, LinkId, Observer};
 
 mod link;
 
 use link::Link;
 
-const INTER_BYTE_TIMEOUT: Micros = INTER_BYTE_TIMEOUT_MS * 1000;
+const INTER_BYTE_TIMEOUT: Duration = Duration::from_millis(INTER_BYTE_TIMEOUT_MS);
 /// What a serial driver holds for a port before its writer has to wait.
 const BACKLOG: usize = 4096;
 
 /// A [`Controller`] on the wall clock: arm speed, baud rate, turnaround and inter-byte timeout.
 ///
-/// There is no clock and no I/O inside. The wall clock is microseconds since the runner was made,
+/// There is no clock and no I/O inside. The wall clock shows 0 when the runner is made, is
 /// given with every call, and never runs back. The same calls give the same answers bit for bit,
 /// and extra [`handle_timeout`](Self::handle_timeout) calls change nothing.
 ///
@@ -35,13 +36,13 @@ const BACKLOG: usize = 4096;
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
-/// use magician_sim::{Controller, LineTiming, LinkId, Profile, Runner, Speed};
+/// use magician_sim::{Controller, HostInstant, Line, LinkId, Profile, Runner, Speed};
 ///
-/// let line = LineTiming { baud: Some(115_200), turnaround: 0 };
+/// let line = Line { baud: Some(115_200), ..Line::default() };
 /// let mut runner = Runner::new(Controller::new(Profile::default()), Speed::Max, line);
 /// let request = FrameBuf::get(&NoArgs, Pose::ROW)?;
-/// runner.receive(0, LinkId(0), request.bytes());
-/// let mut now = 0;
+/// runner.receive(HostInstant::ZERO, LinkId(0), request.bytes());
+/// let mut now = HostInstant::ZERO;
 /// let reply = loop {
 ///     if let Some(reply) = runner.poll_transmit(now, LinkId(0)) {
 ///         break reply;
@@ -49,7 +50,7 @@ const BACKLOG: usize = 4096;
 ///     now = runner.poll_timeout().expect("the reply is on its way");
 ///     runner.handle_timeout(now);
 /// };
-/// assert_eq!((now, reply.bytes().len()), (3820, 38)); // 44 bytes at 86.8 us
+/// assert_eq!((now.as_micros(), reply.bytes().len()), (3820, 38)); // 44 bytes at 86.8 us
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct Runner {
@@ -57,7 +58,7 @@ pub struct Runner {
     observer: Option<Box<dyn Observer + Send>>,
     clock: ArmClock,
     line: LineTiming,
-    wall: Micros,
+    wall: HostInstant,
     links: BTreeMap<LinkId, Link>,
     /// Pulls of the cable that the links know of.
     pulls: u64,
@@ -73,7 +74,7 @@ impl Runner {
             controller,
             observer: None,
             line,
-            wall: 0,
+            wall: HostInstant::ZERO,
             links: BTreeMap::new(),
         }
     }
@@ -96,7 +97,7 @@ impl Runner {
     }
 
     /// From now on the arm's clock runs so fast. What an arm at full speed is busy with is done with the next call.
-    pub fn set_speed(&mut self, now: Micros, speed: Speed) {
+    pub fn set_speed(&mut self, now: HostInstant, speed: Speed) {
         self.handle_timeout(now);
         self.clock = self.clock.at_speed(speed, self.controller.now(), self.wall);
     }
@@ -122,7 +123,7 @@ impl Runner {
 
     /// A peer put bytes on its line. All are taken, whatever [`room`](Self::room) says. The link
     /// begins with its first bytes. Without the cable they are lost.
-    pub fn receive(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+    pub fn receive(&mut self, now: HostInstant, link: LinkId, bytes: &[u8]) {
         self.handle_timeout(now);
         if !self.plugged() {
             return;
@@ -177,10 +178,10 @@ impl Runner {
         self.controller.line().pulls
     }
 
-    /// From now on the arm takes so many microseconds longer to answer, beyond the line's
-    /// turnaround; 0 is the arm as it was. Answers that are under way are not held up, and none
+    /// From now on the arm takes so much longer to answer, beyond the line's
+    /// turnaround; none is the arm as it was. Answers that are under way are not held up, and none
     /// overtakes another.
-    pub fn set_delay(&mut self, delay: Micros) {
+    pub fn set_delay(&mut self, delay: Duration) {
         self.controller.inject(ExternalEvent::Delay(delay));
     }
 
@@ -193,7 +194,7 @@ impl Runner {
     }
 
     /// The wall clock shows `now`: what is due happens.
-    pub fn handle_timeout(&mut self, now: Micros) {
+    pub fn handle_timeout(&mut self, now: HostInstant) {
         let now = now.max(self.wall);
         while let Some((at, link)) = self.next_input().filter(|(at, _)| *at <= now) {
             self.pass(at);
@@ -205,7 +206,7 @@ impl Runner {
         self.wall = now;
     }
 
-    fn pass(&mut self, wall: Micros) {
+    fn pass(&mut self, wall: HostInstant) {
         let Self {
             clock,
             controller,
@@ -229,7 +230,7 @@ impl Runner {
     /// When [`handle_timeout`](Self::handle_timeout) or [`poll_transmit`](Self::poll_transmit)
     /// has something to do next; `None`: not before bytes are received. It may be in the past.
     #[must_use]
-    pub fn poll_timeout(&self) -> Option<Micros> {
+    pub fn poll_timeout(&self) -> Option<HostInstant> {
         let output = self.links.values().filter_map(|link| link.replies.due());
         self.next_step().into_iter().chain(output).min()
     }
@@ -237,13 +238,13 @@ impl Runner {
     /// As [`poll_timeout`](Self::poll_timeout), but for replies that have come: a peer that does not take his is nothing to
     /// wait for.
     #[must_use]
-    pub fn poll_change(&self) -> Option<Micros> {
+    pub fn poll_change(&self) -> Option<HostInstant> {
         let changes = [self.next_step(), self.next_arrival()];
         changes.into_iter().flatten().min()
     }
 
     /// When [`handle_timeout`](Self::handle_timeout) has something to do next.
-    fn next_step(&self) -> Option<Micros> {
+    fn next_step(&self) -> Option<HostInstant> {
         let input = self.next_input().map(|(at, _)| at);
         let event = self.clock.next(&self.controller, self.wall);
         let look = self.observer.next_sample();
@@ -252,7 +253,7 @@ impl Runner {
     }
 
     /// When the next of the replies that are still on their way has come.
-    fn next_arrival(&self) -> Option<Micros> {
+    fn next_arrival(&self) -> Option<HostInstant> {
         let links = self.links.values();
         links
             .filter_map(|link| link.replies.due_after(self.wall))
@@ -260,28 +261,28 @@ impl Runner {
     }
 
     /// The next reply whose last byte has passed the link's line, whole.
-    pub fn poll_transmit(&mut self, now: Micros, link: LinkId) -> Option<FrameBuf> {
+    pub fn poll_transmit(&mut self, now: HostInstant, link: LinkId) -> Option<FrameBuf> {
         self.links.get_mut(&link)?.replies.pop(now)
     }
 
     /// When the last byte of the next reply to a link has passed its line.
     #[must_use]
-    pub fn next_reply(&self, link: LinkId) -> Option<Micros> {
+    pub fn next_reply(&self, link: LinkId) -> Option<HostInstant> {
         self.links.get(&link)?.replies.due()
     }
 
     /// The first arrival or silence on any link. Links of the same instant go by their number.
-    fn next_input(&self) -> Option<(Micros, LinkId)> {
+    fn next_input(&self) -> Option<(HostInstant, LinkId)> {
         let due = |(id, link): (&LinkId, &Link)| Some((link.input_due()?, *id));
         self.links.iter().filter_map(due).min()
     }
 
-    fn arrive(&mut self, at: Micros, id: LinkId) {
+    fn arrive(&mut self, at: HostInstant, id: LinkId) {
         let turnaround = self
             .line
             .turnaround
             .saturating_add(self.controller.line().delay);
-        let answered = at.saturating_add(turnaround);
+        let answered = at + turnaround;
         let Self {
             controller,
             clock,
@@ -306,7 +307,7 @@ impl Runner {
                     clock.jump(controller, observer, at);
                 }
                 link.bytes.drain(..piece.count);
-                link.silent = Some(at.saturating_add(INTER_BYTE_TIMEOUT));
+                link.silent = Some(at + INTER_BYTE_TIMEOUT);
             }
             None => {
                 observer.silence(controller.now(), id);

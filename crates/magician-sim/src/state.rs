@@ -4,14 +4,14 @@ use magician_motion::{JointAngles, Pose, ToolBias};
 use magician_protocol::AlarmSet;
 
 use crate::device::Device;
-use crate::{LineState, Micros, Output};
+use crate::{ArmInstant, LineState, Output};
 
 /// The arm at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ControllerState {
     /// The arm's clock.
-    pub now: Micros,
+    pub now: ArmInstant,
     /// The commanded tool pose, for the tool bias that is set.
     pub pose: Pose,
     /// The tool bias that is set.

@@ -9,11 +9,12 @@ mod arm;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::time::Duration;
 
 use arm::{USB, home, joints_to, ptp, running_arm, suck, wait};
 use magician_protocol::commands::{Pose, PtpCmd, QueuedCmdCurrentIndex, WaitCmd};
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable, Writable};
-use magician_sim::{Controller, LineTiming, Runner, Speed};
+use magician_sim::{Controller, HostInstant, LineTiming, Runner, Speed};
 
 thread_local! {
     static COUNT: Cell<u64> = const { Cell::new(0) };
@@ -142,14 +143,14 @@ fn a_line_in_a_steady_state_allocates_nothing() {
     for baud in [None, Some(115_200)] {
         let line = LineTiming {
             baud,
-            turnaround: 2_000,
+            turnaround: Duration::from_millis(2),
         };
         let mut runner = Runner::new(Controller::default(), Speed::default(), line);
-        let mut now = 0;
+        let mut now = HostInstant::ZERO;
         let requests = [read::<Pose>(), read::<QueuedCmdCurrentIndex>()];
         let mut round = || {
             for request in &requests {
-                runner.set_delay(now % 3);
+                runner.set_delay(Duration::from_micros(now.as_micros() % 3));
                 runner.receive(now, USB, request.bytes());
                 while runner.poll_transmit(now, USB).is_none() {
                     now = runner.poll_timeout().unwrap();

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::task::{Context, Poll, ready};
 use std::time::Instant;
 
-use magician::sim::{Controller, LinkId};
+use magician::sim::{ArmInstant, Controller, LinkId};
 use magician::{Arm, Options};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream, ReadBuf};
 use tokio::net::TcpStream;
@@ -60,7 +60,7 @@ async fn serve(mut line: DuplexStream) -> io::Result<()> {
         if count == 0 {
             return Ok(());
         }
-        controller.advance(since.elapsed().as_micros() as u64);
+        controller.advance(ArmInstant::ZERO + since.elapsed());
         controller.receive(usb, &bytes[..count]);
         while let Some(reply) = controller.poll_transmit(usb) {
             line.write_all(reply.bytes()).await?;

@@ -5,9 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use magician_motion::ToolBias;
-use magician_sim::{
-    Controller, ControllerState, LineTiming, Micros, Profile, Runner, Scenario, Speed, World,
-};
+use magician_sim::{Controller, LineTiming, Profile, Runner, Scenario, Speed, ControllerState, World};
 
 use crate::SimSpeed;
 
@@ -87,11 +85,7 @@ impl VirtualArm {
             SimSpeed::Max => Speed::Max,
             SimSpeed::Times(times) => Speed::Times(times),
         };
-        let line = LineTiming {
-            baud: None,
-            turnaround: 0,
-        };
-        Runner::new(controller, speed, line).into()
+        Runner::new(controller, speed, LineTiming::default()).into()
     }
 
     /// An arm that has just been switched on in the world of a scenario, at full speed.
@@ -133,7 +127,7 @@ impl VirtualArm {
     ///
     /// let cell = VirtualArm::in_scenario(&Scenario::default()).in_virtual_time();
     /// cell.advance(Duration::from_secs(2));
-    /// assert_eq!(cell.state().now, 2_000_000);
+    /// assert_eq!(cell.state().now.as_micros(), 2_000_000);
     /// ```
     #[must_use]
     pub fn in_virtual_time(self) -> Self {
@@ -144,7 +138,6 @@ impl VirtualArm {
     /// Lets so much time pass at once, as if the program had waited for it: belts run on, scenarios go on, jogs go their way.
     /// At full speed and in virtual time it is time of the arm's clock, else time of the wall's.
     pub fn advance(&self, time: Duration) {
-        let time = Micros::try_from(time.as_micros()).unwrap_or(Micros::MAX);
         self.lock().put_forward(time);
         self.with(|_| ());
     }

@@ -9,7 +9,7 @@ use magician_program::rehearse::{RehearseOptions, rehearse};
 use magician_program::{Format, ReadOptions, Setup, Surface, Tool, check, read};
 use magician_protocol::Direction;
 use magician_record::replay::Replay;
-use magician_sim::{Controller, LinkId, Profile};
+use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
 /// A taught program with arcs and lines on a virtual arm at its own speed, as `magician --port sim:1 --trace` wrote it.
 const SESSION: &[u8] = include_bytes!("../session.pcapng");
@@ -63,13 +63,13 @@ fn play(replay: &Replay<'_>) {
         if packet.direction != Some(Direction::Request) {
             continue;
         }
-        arm.advance(packet.time - begin);
+        arm.advance(ArmInstant::from_micros(packet.time - begin));
         arm.receive(link, packet.bytes);
         while let Some(answer) = arm.poll_transmit(link) {
-            println!("{} {}", arm.now(), hex(answer.bytes()));
+            println!("{} {}", arm.now().as_micros(), hex(answer.bytes()));
         }
         let pose = arm.state().pose.to_array().map(f64::to_bits);
-        println!("{} {pose:x?}", arm.now());
+        println!("{} {pose:x?}", arm.now().as_micros());
     }
 }
 

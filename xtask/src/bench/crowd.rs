@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use magician::serve::{Discovery, Endpoint, Server, serve_all};
 use magician_protocol::commands::{CpCmd, QueuedCmdStartExec};
 use magician_protocol::{CpMode, Ctrl, FrameBuf};
-use magician_sim::{Controller, LineTiming, Micros, Runner, Speed};
+use magician_sim::{Controller, HostInstant, LineTiming, Runner, Speed};
 use tokio::net::UdpSocket;
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::oneshot;
@@ -101,19 +101,19 @@ fn in_memory(arms: usize) -> Seen {
     let frames = Frames::new();
     let mut runners: Vec<Runner> = (0..arms)
         .map(|_| {
-            let mut runner = Runner::new(
-                Controller::default(),
-                Speed::default(),
-                LineTiming::default(),
+            let mut runner = Runner::new(Controller::default(), Speed::default(), LineTiming::default());
+            runner.receive(
+                HostInstant::ZERO,
+                USB,
+                frame(Ctrl::SET, &QueuedCmdStartExec {}).bytes(),
             );
-            runner.receive(0, USB, frame(Ctrl::SET, &QueuedCmdStartExec {}).bytes());
-            while runner.poll_transmit(0, USB).is_some() {}
+            while runner.poll_transmit(HostInstant::ZERO, USB).is_some() {}
             runner
         })
         .collect();
     let mut delays = Vec::with_capacity(arms * 60 * 6);
     let (began, mut slept) = (Instant::now(), Duration::ZERO);
-    let wall = || began.elapsed().as_micros() as Micros;
+    let wall = || HostInstant::ZERO + began.elapsed();
     'all: for look in 0.. {
         for (nth, runner) in runners.iter_mut().enumerate() {
             // The arms' hosts do not look at the same instant.
@@ -132,7 +132,7 @@ fn in_memory(arms: usize) -> Seen {
             }
             let now = wall();
             while runner.poll_transmit(now, USB).is_some() {
-                delays.push((now.saturating_sub(due)) as f64 / 1e3);
+                delays.push(now.as_micros().saturating_sub(due) as f64 / 1e3);
             }
             while runner.controller_mut().poll_event().is_some() {}
         }

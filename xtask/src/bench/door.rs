@@ -9,7 +9,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::mpsc::channel;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use std::{env, fs, process, thread};
 
 use magician::Target;
@@ -25,11 +25,11 @@ use super::figure::Figure;
 
 const PACED: LineTiming = LineTiming {
     baud: Some(115_200),
-    turnaround: 0,
+    turnaround: Duration::ZERO,
 };
 const UNPACED: LineTiming = LineTiming {
     baud: None,
-    turnaround: 0,
+    turnaround: Duration::ZERO,
 };
 /// How often each takes its turn.
 const TURNS: usize = 7;

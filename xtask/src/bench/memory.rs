@@ -5,7 +5,7 @@ use std::net::UdpSocket;
 use std::time::Duration;
 
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{Controller, LineTiming};
+use magician_sim::{ArmInstant, Controller, LineTiming};
 
 use super::crowd::served;
 use super::figure::Figure;
@@ -33,11 +33,9 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
         arms.push(arm);
     }
     let alone = (resident()? - before) / ARMS as f64;
-    assert!(
-        arms.iter().all(|arm| arm.state().events_lost == 0
-            && arm.poll_timeout().is_none()
-            && arm.now() == 0)
-    );
+    assert!(arms.iter().all(|arm| arm.state().events_lost == 0
+        && arm.poll_timeout().is_none()
+        && arm.now() == ArmInstant::ZERO));
     drop(std::hint::black_box((arms, USB)));
     let before = resident()?;
     let with_socket = served(ARMS, LineTiming::default(), |addresses| {

@@ -5,7 +5,7 @@ use std::net::UdpSocket;
 use std::time::{Duration, Instant};
 
 use magician_protocol::{Ctrl, FrameBuf};
-use magician_sim::{Controller, LineTiming, Runner, Speed};
+use magician_sim::{Controller, HostInstant, LineTiming, Runner, Speed};
 
 use super::crowd::served;
 use super::figure::Figure;
@@ -13,7 +13,7 @@ use super::program::USB;
 
 const LINE: LineTiming = LineTiming {
     baud: Some(115_200),
-    turnaround: 0,
+    turnaround: Duration::ZERO,
 };
 /// Request and reply of GetPose, at ten bits a byte.
 const EXCHANGE: f64 = (6.0 + 38.0) * 10.0 / 115_200.0;
@@ -23,7 +23,7 @@ const EXCHANGES: u32 = 1_000;
 pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
     let look = FrameBuf::new(10, Ctrl::GET, &[])?;
     let mut runner = Runner::new(Controller::default(), Speed::default(), LINE);
-    let mut now = 0;
+    let mut now = HostInstant::ZERO;
     for _ in 0..EXCHANGES {
         runner.receive(now, USB, look.bytes());
         while runner.poll_transmit(now, USB).is_none() {
@@ -31,7 +31,7 @@ pub(super) fn measure() -> Result<Vec<Figure>, Box<dyn Error>> {
             runner.handle_timeout(now);
         }
     }
-    let in_theory = now as f64 / 1e6;
+    let in_theory = (now - HostInstant::ZERO).as_secs_f64();
     let real = served(1, LINE, |addresses| {
         let host = UdpSocket::bind("127.0.0.1:0")?;
         host.set_read_timeout(Some(Duration::from_secs(5)))?;

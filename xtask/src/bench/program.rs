@@ -123,7 +123,7 @@ pub(super) fn send(arm: &mut Controller, frame: &FrameBuf) {
 pub(super) fn stream(
     arm: &mut Controller,
     frames: &[FrameBuf],
-    mut between: impl FnMut(&mut Controller, magician_sim::Micros),
+    mut between: impl FnMut(&mut Controller, magician_sim::ArmInstant),
 ) {
     let mut left = arm.state().queue.capacity;
     let mut next = frames.iter();

@@ -27,7 +27,7 @@ const FAINT: RGBColor = RGBColor(200, 200, 200);
 /// Arm-seconds a second of so many arms on this thread, each given its round of commands in turn.
 fn alone(arms: usize, frames: &[FrameBuf]) -> f64 {
     let mut arms: Vec<Controller> = (0..arms).map(|_| arm()).collect();
-    let mut done = 0;
+    let mut done = Duration::ZERO;
     let mut run = |arm: &mut Controller| {
         let began = arm.now();
         stream(arm, frames, |_, _| ());
@@ -44,7 +44,7 @@ fn alone(arms: usize, frames: &[FrameBuf]) -> f64 {
             }
         }
     }
-    done as f64 / 1e6 / began.elapsed().as_secs_f64()
+    done.as_secs_f64() / began.elapsed().as_secs_f64()
 }
 
 fn together(arms: usize, threads: usize, frames: &[FrameBuf]) -> f64 {

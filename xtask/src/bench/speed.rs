@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use magician_protocol::{Ctrl, FrameBuf, Writable};
-use magician_sim::{Controller, Micros};
+use magician_sim::{ArmInstant, Controller};
 
 use super::figure::{Figure, rate};
 use super::program::{arm, frame, hatching, pick_and_place, plotter, ring, stream};
@@ -13,7 +13,7 @@ const COMMANDS: usize = 100_000;
 /// And one in which the pose is looked at every millisecond.
 const COMMANDS_LOOKED_AT: usize = 1_000;
 
-const LOOK: Micros = 1_000;
+const LOOK: u64 = 1_000;
 
 /// So many frames, the commands over and over.
 fn queued<T: Writable>(commands: &[T], count: usize) -> Vec<FrameBuf> {
@@ -26,21 +26,21 @@ fn queued<T: Writable>(commands: &[T], count: usize) -> Vec<FrameBuf> {
 fn events(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
     let began = arm.now();
     stream(arm, frames, |_, _| ());
-    (arm.now() - began) as f64 / 1e6
+    (arm.now() - began).as_secs_f64()
 }
 
 /// Arm-seconds that the frames take, with a look at the arm every millisecond.
 fn looked_at(arm: &mut Controller, frames: &[FrameBuf]) -> f64 {
     let began = arm.now();
     stream(arm, frames, |arm, at| {
-        let mut look = arm.now() / LOOK * LOOK + LOOK;
-        while look < at {
-            arm.advance(look);
+        let mut look = arm.now().as_micros() / LOOK * LOOK + LOOK;
+        while look < at.as_micros() {
+            arm.advance(ArmInstant::from_micros(look));
             std::hint::black_box(arm.state());
             look += LOOK;
         }
     });
-    (arm.now() - began) as f64 / 1e6
+    (arm.now() - began).as_secs_f64()
 }
 
 /// A way to work the arm through frames; the seconds that it took by the arm's clock.

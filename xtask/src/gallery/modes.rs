@@ -1,8 +1,9 @@
 //! The motion modes that have a picture.
 
+use std::time::Duration;
+
 use magician_protocol::commands::*;
 use magician_protocol::{CpMode, Flag, JogCommand, PtpMode, Set};
-use magician_sim::Micros;
 
 /// One picture.
 pub(super) struct Mode {
@@ -21,10 +22,10 @@ pub(super) struct Mode {
 pub(super) enum Act {
     Queue(Set),
     Now(Set),
-    Pass(Micros),
+    Pass(Duration),
 }
 
-const SECOND: Micros = 1_000_000;
+const SECOND: Duration = Duration::from_secs(1);
 
 pub(super) const MODES: &[Mode] = &[
     Mode {

@@ -1,17 +1,19 @@
 //! Runs a mode on a virtual arm and looks at it every few milliseconds.
 
+use std::time::Duration;
+
 use magician_motion::{JointAngles, Pose};
 use magician_protocol::{Ctrl, FrameBuf, Set};
-use magician_sim::{Controller, ControllerState, LinkId, Micros};
+use magician_sim::{ArmInstant, Controller, LinkId, ControllerState};
 
 use super::modes::{Act, Mode};
 
 /// Between two looks.
-const LOOK: Micros = 2_000;
+const LOOK: Duration = Duration::from_millis(2);
 /// Looks in a picture.
 const MOST_LOOKS: usize = 400;
 /// The longest run; one that never ends is a mistake in the mode.
-const LONGEST: Micros = 120_000_000;
+const LONGEST: Duration = Duration::from_secs(120);
 
 const USB: LinkId = LinkId(0);
 
@@ -85,7 +87,7 @@ fn rest(arm: &mut Controller) {
 }
 
 /// Looks on for a span, or until nothing is scheduled any more.
-fn watch(arm: &mut Controller, began: Micros, span: Option<Micros>, looks: &mut Vec<Look>) {
+fn watch(arm: &mut Controller, began: ArmInstant, span: Option<Duration>, looks: &mut Vec<Look>) {
     let end = arm.now() + span.unwrap_or(LONGEST);
     while arm.now() < end && (span.is_some() || arm.poll_timeout().is_some()) {
         let next = arm.now() + LOOK;
@@ -94,9 +96,9 @@ fn watch(arm: &mut Controller, began: Micros, span: Option<Micros>, looks: &mut 
     }
 }
 
-fn look(state: &ControllerState, began: Micros) -> Look {
+fn observe(state: &ControllerState, began: ArmInstant) -> Look {
     Look {
-        at: (state.now - began) as f64 / 1e6,
+        at: (state.now - began).as_secs_f64(),
         pose: state.pose,
         joints: state.joints,
         // Without one it stands still.

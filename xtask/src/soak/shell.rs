@@ -9,7 +9,7 @@ use std::time::Duration;
 use magician::commands::{HomeParams, Pose, PtpCommonParams, QueuedCmdLeftSpace, WaitCmd};
 use magician::faults::Dice;
 use magician::pair::Digest;
-use magician::sim::{Controller, LinkId, Profile};
+use magician::sim::{ArmInstant, Controller, LinkId, Profile};
 use magician::{Arm, ErrorKind, Event, Link, Options};
 use magician_protocol::{Deframer, FrameBuf, QueuedCmdIndex};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream};
@@ -98,8 +98,8 @@ impl Shared {
 
 impl TestArm {
     fn pass(&mut self) {
-        let now = self.booted.elapsed().as_micros();
-        self.arm.advance(u64::try_from(now).unwrap_or(u64::MAX));
+        let now = ArmInstant::ZERO + self.booted.elapsed();
+        self.arm.advance(now);
         while self.arm.poll_event().is_some() {}
     }
 

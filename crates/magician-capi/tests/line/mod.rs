@@ -21,7 +21,7 @@ const UNTOUCHED: u8 = 0xEE;
 /// Bytes behind a result that nothing may touch.
 const GUARD: usize = 16;
 /// Between two requests the arm's clock jumps so far that what was asked for is done.
-const A_WHILE: u64 = 60_000_000;
+const A_WHILE: Duration = Duration::from_secs(60);
 /// What the driver asks for by itself: the queue, once a connection, and when an answer was slow.
 const HOUSEKEEPING: [[u8; 2]; 2] = [[246, 0], [247, 0]];
 /// A tenth of a second after it has connected the driver asks for the arm's serial number and then for its clock.

@@ -6,7 +6,7 @@ mod wire;
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use magician_protocol::{Deframer, FrameBuf};
+use magician_protocol::{ArmInstant, Deframer, FrameBuf};
 
 use crate::report::Mismatch;
 use crate::step::{Action, Observation, Step};
@@ -83,7 +83,7 @@ pub(crate) struct Session<T> {
     /// Index of the command queued last.
     last: Option<u64>,
     /// When the last order was given, by the arm's clock; not read over a line when no step needs it.
-    ordered: u64,
+    ordered: ArmInstant,
     timed: bool,
 }
 
@@ -97,7 +97,7 @@ impl<T: Target> Session<T> {
             sent: Vec::new(),
             before: 0,
             last: None,
-            ordered: 0,
+            ordered: ArmInstant::ZERO,
             timed: false,
         }
     }

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use magician_protocol::AlarmSet;
 use magician_protocol::commands::{AlarmsState, DeviceTime, Pose, QueuedCmdCurrentIndex};
+use magician_protocol::{AlarmSet, ArmInstant};
 
 use super::{LONGEST, SLACK, STILL, STRETCH, Session, StepError, StepResult, differs};
 use crate::step::{Alarms, Finished};
@@ -11,11 +11,14 @@ use crate::target::Target;
 
 /// Time, the queue and alarms.
 impl<T: Target> Session<T> {
-    /// The arm's clock in microseconds: exact where it is stepped, read over the line otherwise.
-    async fn clock(&mut self) -> Result<u64, StepError> {
+    /// The arm's clock: exact where it is stepped, read over the line otherwise.
+    async fn clock(&mut self) -> Result<ArmInstant, StepError> {
         match self.target.stepped() {
             Some(now) => Ok(now),
-            None => Ok(u64::from(self.ask::<DeviceTime>().await?.g_systick) * 1000),
+            None => {
+                let read = self.ask::<DeviceTime>().await?;
+                Ok(ArmInstant::ZERO + Duration::from_millis(read.g_systick.into()))
+            }
         }
     }
 
@@ -28,14 +31,12 @@ impl<T: Target> Session<T> {
 
     /// Time since the last order. The clock on a line wraps.
     async fn elapsed(&mut self) -> Result<Duration, StepError> {
-        let wrap = 1000 << 32;
+        let wrap = Duration::from_millis(1 << 32);
         let (now, then) = (self.clock().await?, self.ordered);
-        let span = if now < then {
-            now + wrap - then
-        } else {
-            now - then
-        };
-        Ok(Duration::from_micros(span))
+        Ok(match now < then {
+            true => now + wrap - then,
+            false => now - then,
+        })
     }
 
     pub(super) async fn at(&mut self, span: Duration) -> StepResult {

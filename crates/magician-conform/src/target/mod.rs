@@ -7,7 +7,7 @@ use std::future::Future;
 use std::time::Duration;
 
 use magician::Result;
-use magician_sim::{ExternalEvent, Micros, World};
+use magician_sim::{ArmInstant, ExternalEvent, World};
 
 use crate::step::Observable;
 pub use line::{LINE_LOOK, LineTarget};
@@ -32,8 +32,8 @@ pub trait Target {
 
     // What follows needs more than a line to the arm: a target at the end of one has none of it.
 
-    /// The arm's clock in microseconds since power-up, if this target steps it.
-    fn stepped(&self) -> Option<Micros> {
+    /// The arm's clock, if this target steps it.
+    fn stepped(&self) -> Option<ArmInstant> {
         None
     }
 

@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use magician::Result;
 use magician_protocol::INTER_BYTE_TIMEOUT_MS;
-use magician_sim::{Controller, ExternalEvent, LinkId, Micros, Profile, World};
+use magician_sim::{ArmInstant, Controller, ExternalEvent, LinkId, Profile, World};
 
 use super::Target;
 use crate::step::Observable;
@@ -40,8 +40,7 @@ impl SimTarget {
     }
 
     fn advance(&mut self, span: Duration) {
-        let to = self.arm.now().saturating_add(micros(span));
-        self.arm.advance(to);
+        self.arm.advance(self.arm.now() + span);
         if span >= Duration::from_millis(INTER_BYTE_TIMEOUT_MS) {
             self.arm.expire(self.link);
         }
@@ -53,10 +52,6 @@ impl Default for SimTarget {
     fn default() -> Self {
         Self::new(Profile::default())
     }
-}
-
-fn micros(span: Duration) -> Micros {
-    Micros::try_from(span.as_micros()).unwrap_or(Micros::MAX)
 }
 
 impl Target for SimTarget {
@@ -80,13 +75,13 @@ impl Target for SimTarget {
     }
 
     async fn go_on(&mut self, at_most: Duration) -> Result<()> {
-        let latest = self.arm.now().saturating_add(micros(at_most));
+        let latest = self.arm.now() + at_most;
         let next = self.arm.poll_timeout().unwrap_or(latest);
         self.arm.advance(next.min(latest));
         Ok(())
     }
 
-    fn stepped(&self) -> Option<Micros> {
+    fn stepped(&self) -> Option<ArmInstant> {
         Some(self.arm.now())
     }
 

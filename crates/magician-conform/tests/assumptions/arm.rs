@@ -6,7 +6,7 @@ use magician::Result;
 use magician_conform::{Observable, SimTarget, Target};
 use magician_protocol::commands::{Set, WaitCmd};
 use magician_protocol::{Ctrl, Deframer, Event, Frame, FrameBuf, NoArgs, Readable, Request, Row};
-use magician_sim::{Controller, ExternalEvent, LinkId, Micros, Profile, World};
+use magician_sim::{ArmInstant, Controller, ExternalEvent, LinkId, Profile, World};
 
 /// The link on which an arm is told and asked behind the runner's back.
 const ASIDE: LinkId = LinkId(99);
@@ -186,7 +186,7 @@ impl Target for ViolatingArm {
         }
     }
 
-    fn stepped(&self) -> Option<Micros> {
+    fn stepped(&self) -> Option<ArmInstant> {
         self.sim.stepped()
     }
 

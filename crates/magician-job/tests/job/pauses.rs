@@ -48,7 +48,7 @@ async fn a_drawing_that_is_paused_at_any_instant_has_neither_gap_nor_double_stro
         let began = cell.state().now;
         let done = start(&arm, &program).outcome().await.expect("within reach");
         assert_eq!(Some(done.steps), program.steps());
-        let whole = Duration::from_micros(cell.state().now - began);
+        let whole = cell.state().now - began;
         let (drawing, length) = ink(&cell);
         let lines = lines_of(&drawing);
         for nth in 1..COUNT {

@@ -290,7 +290,7 @@ async fn dose(
     let began = cell.state().now;
     while job.state() != JobState::Ended {
         let state = cell.state();
-        change(&job, (state.now - began) as f64 / 1e6);
+        change(&job, (state.now - began).as_secs_f64());
         if state.laser_power > 0.0 {
             let bin = |at: f64, size: f64| (at / size).round() as i64;
             let place = (bin(state.pose.y, 15.0), bin(state.pose.x, 1.0));

@@ -13,7 +13,7 @@ use magician_motion::Pose;
 use magician_protocol::Ctrl;
 use magician_protocol::commands::QueuedCmdStartExec;
 use magician_sim::world::Drawing;
-use magician_sim::{Controller, Event, LinkId};
+use magician_sim::{ArmInstant, Controller, Event, LinkId};
 
 use crate::Plan;
 pub(crate) use stage::kind_of;
@@ -95,10 +95,10 @@ pub fn rehearse(plan: &Plan, options: &RehearseOptions) -> Result<Rehearsal, Err
 /// A rehearsal under way.
 struct Run {
     arm: Controller,
-    began: u64,
+    began: ArmInstant,
     log: Vec<(Duration, Event)>,
-    /// From one look to the next, us.
-    watch: Option<u64>,
+    /// From one look to the next.
+    watch: Option<Duration>,
     way: Vec<[f64; 3]>,
 }
 
@@ -108,7 +108,7 @@ impl Run {
             began: arm.now(),
             arm,
             log: Vec::new(),
-            watch: watch.map(|each| u64::try_from(each.as_micros()).unwrap_or(u64::MAX).max(1)),
+            watch: watch.map(|each| each.max(Duration::from_micros(1))),
             way: Vec::new(),
         };
         run.look();
@@ -117,7 +117,7 @@ impl Run {
     }
 
     fn now(&self) -> Duration {
-        Duration::from_micros(self.arm.now().saturating_sub(self.began))
+        self.arm.now() - self.began
     }
 
     /// Hands over commands as long as there is room.
@@ -148,8 +148,8 @@ impl Run {
         true
     }
 
-    fn watch_until(&mut self, end: u64) {
-        while let Some(next) = (self.watch).map(|each| self.arm.now().saturating_add(each))
+    fn watch_until(&mut self, end: ArmInstant) {
+        while let Some(next) = (self.watch).map(|each| self.arm.now() + each)
             && next < end
             && self.arm.state().moving
             && self.way.len() < MOST_LOOKS

@@ -101,7 +101,7 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
     let (cell, arm) = place(&program).await;
     let began = cell.state().now;
     assert_eq!(run(&arm, &program, 0, None).await, None);
-    let whole = Duration::from_micros(cell.state().now - began);
+    let whole = cell.state().now - began;
     let right = lines(&cell.with(|arm| arm.drawing()));
     let ending = Ending {
         lift: LIFT,
@@ -119,7 +119,7 @@ async fn a_stop_at_any_instant_lifts_the_pen_and_resuming_leaves_no_trace() {
         assert!(apart(&drawn, &right) < CLOSE, "{stop:?}");
         let lift = ending.after_stop(program.plan()).expect("a pen");
         let lifted = arm.lift(lift).await.expect("it goes up");
-        let took = Duration::from_micros(cell.state().now - since);
+        let took = cell.state().now - since;
         assert!(took < Duration::from_secs(2), "{stop:?}: {took:?}");
         let up = xyz(&lifted.pose);
         let off = [

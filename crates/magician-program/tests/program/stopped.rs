@@ -138,7 +138,7 @@ async fn a_line_that_is_stopped_at_any_instant_has_neither_gap_nor_double_stroke
         let (cell, arm) = place(&program).await;
         let began = cell.state().now;
         assert_eq!(run(&arm, &program, (0, None), None).await, None);
-        let whole = Duration::from_micros(cell.state().now - began);
+        let whole = cell.state().now - began;
         let (_, end) = span(&strokes(&cell)).expect("it is drawn");
         let mut on_paper = 0;
         for nth in 1..COUNT {

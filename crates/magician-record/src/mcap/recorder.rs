@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use magician_protocol::{AlarmSet, FrameBuf};
-use magician_sim::{Controller, ControllerState, LinkId, Observer, QueueState};
+use magician_sim::{ArmInstant, Controller, LinkId, Observer, QueueState, ControllerState};
 
 use super::file::{File, Topic};
 use super::message::{Alarms, Joints, Log, PoseInFrame};
@@ -26,7 +26,7 @@ const PERIOD: Micros = 20_000;
 ///
 /// ```
 /// use magician_record::mcap::Recorder;
-/// use magician_sim::{Controller, Observer};
+/// use magician_sim::{ArmInstant, Controller, Observer};
 ///
 /// let mut arm = Controller::default();
 /// let mut recorder = Recorder::new(Vec::new(), 0)?;
@@ -108,7 +108,7 @@ impl<W: Write> Recorder<W> {
     }
 
     fn see(&mut self, arm: &Controller) -> io::Result<()> {
-        let (now, state) = (arm.now(), arm.state());
+        let (now, state) = (arm.now().as_micros(), arm.state());
         self.see_events(arm)?;
         let sample = now >= self.next && now.is_multiple_of(PERIOD);
         if sample {
@@ -130,13 +130,8 @@ impl<W: Write> Recorder<W> {
     }
 
     /// Writes what is not as it was; all of it if `again`.
-    fn see_changes(
-        &mut self,
-        arm: &Controller,
-        state: &ControllerState,
-        again: bool,
-    ) -> io::Result<()> {
-        let now = state.now;
+    fn see_changes(&mut self, arm: &Controller, state: &ControllerState, again: bool) -> io::Result<()> {
+        let now = state.now.as_micros();
         let seen = Last {
             queue: state.queue,
             io: Io::of(arm, state),
@@ -161,7 +156,7 @@ impl<W: Write> Recorder<W> {
     }
 
     fn see_events(&mut self, arm: &Controller) -> io::Result<()> {
-        let now = arm.now();
+        let now = arm.now().as_micros();
         for (number, event) in arm.events() {
             let missed = number.saturating_sub(self.next_event);
             if missed > 0 {
@@ -180,24 +175,25 @@ impl<W: Write> Recorder<W> {
 }
 
 impl<W: Write> Observer for Recorder<W> {
-    fn next_sample(&self) -> Option<Micros> {
-        self.error.is_none().then_some(self.next)
+    fn next_sample(&self) -> Option<ArmInstant> {
+        let next = ArmInstant::from_micros(self.next);
+        self.error.is_none().then_some(next)
     }
 
     fn observe(&mut self, arm: &Controller) {
         self.attempt(|recorder| recorder.see(arm));
     }
 
-    fn request_bytes(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
-        self.attempt(|Self { lines, file, .. }| lines.heard(file, now, link, bytes));
+    fn request_bytes(&mut self, now: ArmInstant, link: LinkId, bytes: &[u8]) {
+        self.attempt(|Self { lines, file, .. }| lines.heard(file, now.as_micros(), link, bytes));
     }
 
-    fn silence(&mut self, now: Micros, link: LinkId) {
-        self.attempt(|Self { lines, file, .. }| lines.silence(file, now, link));
+    fn silence(&mut self, now: ArmInstant, link: LinkId) {
+        self.attempt(|Self { lines, file, .. }| lines.silence(file, now.as_micros(), link));
     }
 
-    fn reply(&mut self, now: Micros, link: LinkId, frame: &FrameBuf) {
-        self.attempt(|Self { lines, file, .. }| lines.answered(file, now, link, frame));
+    fn reply(&mut self, now: ArmInstant, link: LinkId, frame: &FrameBuf) {
+        self.attempt(|Self { lines, file, .. }| lines.answered(file, now.as_micros(), link, frame));
     }
 
     fn closed(&mut self, link: LinkId) {

@@ -1,6 +1,7 @@
 //! The replay itself: packet by packet, in the trace's time.
 
 use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
 
 use magician_protocol::{
     Ctrl, Deframer, Direction, Event, Frame, FrameBuf, INTER_BYTE_TIMEOUT_MS, Row,
@@ -9,16 +10,16 @@ use magician_protocol::{
 use super::compare::Comparer;
 use super::report::{Difference, Report, What};
 use super::{Packet, Replay};
-use magician_sim::{ArmClock, Controller, LinkId, Micros, Observer};
+use magician_sim::{ArmClock, ArmInstant, Controller, HostInstant, LinkId, Observer};
 
 /// No observer.
 type Nobody = Option<Box<dyn Observer + Send>>;
 
 /// After so long an answer will not come any more.
-const PATIENCE: Micros = 3_000_000;
-/// An arm that has been on for longer is not waited for: a scenario might act meanwhile.
-const LONGEST_UPTIME: Micros = 3_600_000_000;
-const SILENCE: Micros = INTER_BYTE_TIMEOUT_MS * 1000;
+const PATIENCE: Duration = Duration::from_secs(3);
+/// An arm that has been on for longer is not waited for: who knows what a scenario would do meanwhile.
+const LONGEST_UPTIME: ArmInstant = ArmInstant::from_micros(3_600_000_000);
+const SILENCE: Duration = Duration::from_millis(INTER_BYTE_TIMEOUT_MS);
 
 /// A packet that has been replayed.
 #[derive(Clone, Debug)]
@@ -52,14 +53,14 @@ struct Link {
     requests: Deframer,
     replies: Deframer,
     /// When bytes came last for the arm.
-    heard: Micros,
+    heard: HostInstant,
     asked: VecDeque<Asked>,
 }
 
 /// A request, and what the virtual arm said to it.
 #[derive(Debug)]
 struct Asked {
-    time: Micros,
+    time: HostInstant,
     request: FrameBuf,
     reply: Option<FrameBuf>,
 }
@@ -95,7 +96,7 @@ impl<'r, 'a> Play<'r, 'a> {
         let packet = replay.packets.get(self.next)?;
         self.next += 1;
         let known = self.report.differences.len();
-        let time = packet.time.saturating_sub(replay.begin());
+        let time = replay.time(packet.time);
         self.clock.pass(self.arm, &mut Nobody::None, time);
         let link = self.links.entry(packet.link).or_default();
         if link.name.is_empty() {
@@ -131,7 +132,7 @@ impl<'r, 'a> Play<'r, 'a> {
     #[must_use]
     pub fn finish(mut self) -> Report {
         let links: Vec<u32> = self.links.keys().copied().collect();
-        let end = self.replay.span();
+        let end = HostInstant::ZERO + self.replay.span();
         for number in links {
             self.give_up(number, end);
             let left = self.links.get_mut(&number).map(|link| link.asked.len());
@@ -143,7 +144,7 @@ impl<'r, 'a> Play<'r, 'a> {
     }
 
     /// The host's bytes go to the arm.
-    fn request(&mut self, packet: &Packet<'_>, time: Micros) -> Vec<FrameBuf> {
+    fn request(&mut self, packet: &Packet<'_>, time: HostInstant) -> Vec<FrameBuf> {
         let Self {
             links, arm, report, ..
         } = self;
@@ -153,7 +154,7 @@ impl<'r, 'a> Play<'r, 'a> {
         };
         let mut replies = Vec::new();
         let first = link.asked.len();
-        if time.saturating_sub(link.heard) >= SILENCE {
+        if time - link.heard >= SILENCE {
             link.requests.expire();
             arm.expire(id);
             link.ask(time, &[]);
@@ -178,7 +179,7 @@ impl<'r, 'a> Play<'r, 'a> {
     }
 
     /// The recorded arm's bytes are compared with what the virtual one said.
-    fn recorded(&mut self, packet: &Packet<'_>, time: Micros) {
+    fn recorded(&mut self, packet: &Packet<'_>, time: HostInstant) {
         let Some(link) = self.links.get_mut(&packet.link) else {
             return;
         };
@@ -194,7 +195,7 @@ impl<'r, 'a> Play<'r, 'a> {
         }
     }
 
-    fn compare(&mut self, number: u32, time: Micros, recorded: &FrameBuf) {
+    fn compare(&mut self, number: u32, time: HostInstant, recorded: &FrameBuf) {
         let Some(link) = self.links.get_mut(&number) else {
             return;
         };
@@ -244,8 +245,8 @@ impl<'r, 'a> Play<'r, 'a> {
     }
 
     /// Requests that have waited too long were not answered.
-    fn give_up(&mut self, number: u32, now: Micros) {
-        let old = |asked: &Asked| now.saturating_sub(asked.time) > PATIENCE;
+    fn give_up(&mut self, number: u32, now: HostInstant) {
+        let old = |asked: &Asked| now - asked.time > PATIENCE;
         while let Some(link) = self.links.get_mut(&number)
             && link.asked.front().is_some_and(old)
         {
@@ -275,7 +276,7 @@ impl<'r, 'a> Play<'r, 'a> {
     fn differ(
         &mut self,
         number: u32,
-        time: Micros,
+        time: HostInstant,
         about: &Frame<'_>,
         what: What,
         recorded: Option<&FrameBuf>,
@@ -300,7 +301,7 @@ impl<'r, 'a> Play<'r, 'a> {
 
 impl Link {
     /// Finds the requests in bytes for the arm.
-    fn ask(&mut self, time: Micros, bytes: &[u8]) {
+    fn ask(&mut self, time: HostInstant, bytes: &[u8]) {
         let mut input = bytes;
         while let Some(event) = self.requests.next(&mut input) {
             if let Event::Frame { frame, .. } = event {

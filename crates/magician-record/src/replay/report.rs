@@ -1,6 +1,6 @@
 use magician_protocol::{Direction, Field, FieldValue, FrameBuf, describe};
 
-use magician_sim::Micros;
+use magician_sim::HostInstant;
 
 /// What a replay came to.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -68,8 +68,8 @@ impl What {
 /// One difference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
-    /// When the request was sent (the answer came, if it belongs to none): microseconds since the trace began.
-    pub time: Micros,
+    /// When the request was sent (the answer came, if it belongs to none): by the host's clock, which showed 0 when the trace began.
+    pub time: HostInstant,
     /// Name of the link.
     pub link: String,
     /// Id of the command.

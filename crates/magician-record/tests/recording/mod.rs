@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use magician_sim::Micros;
 use serde_json::{Value, json};
+
+/// Microseconds since the recording began.
+pub(crate) type Micros = u64;
 
 /// An epoch whose nanoseconds are not round.
 pub(crate) const EPOCH: u64 = 1_800_000_000_123_000_000;

@@ -13,13 +13,13 @@ use super::queue::program::Queues;
 use super::record::Record;
 use super::store::Store;
 use super::teaching::Teaching;
-use crate::{Flash, Micros, World};
+use crate::{ArmInstant, Flash, World};
 
 /// The parts of the device as a handler of a command sees them.
 pub(crate) struct Context<'a> {
-    pub(crate) now: Micros,
+    pub(crate) now: ArmInstant,
     /// When the controller was switched on or reset last.
-    pub(crate) booted: Micros,
+    pub(crate) booted: ArmInstant,
     pub(crate) firmware: &'a Firmware,
     pub(crate) store: &'a mut Store,
     pub(crate) io: &'a mut Io,

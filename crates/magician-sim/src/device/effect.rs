@@ -5,7 +5,7 @@ use magician_motion::JointAngles;
 use super::io::trigger::Trigger;
 use super::motion::plan::NoPlan;
 use super::motion::{JogPlan, PathPoint, Start};
-use crate::Micros;
+use crate::ArmInstant;
 use crate::event::Refusal;
 
 /// How a command came to be carried out.
@@ -25,7 +25,7 @@ pub(crate) enum Completion {
     /// The motion that it began.
     Moving,
     /// An instant.
-    Waiting(Micros),
+    Waiting(ArmInstant),
     /// An input.
     Triggered(Trigger),
     /// A stepper output that counts pulses.
@@ -68,7 +68,7 @@ pub(crate) enum Effect {
         pulses: Option<u32>,
     },
     /// The queue waits until then.
-    WaitUntil(Micros),
+    WaitUntil(ArmInstant),
     /// The queue waits for an input.
     WaitFor(Trigger),
     /// The queue takes commands.

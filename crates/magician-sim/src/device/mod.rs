@@ -29,7 +29,7 @@ use crate::event::Event;
 use crate::fidelity::Assumption;
 use crate::link::LineState;
 use crate::world::ToolState;
-use crate::{Flash, Micros, Profile, World};
+use crate::{ArmInstant, Flash, Profile, World};
 use alarms::Alarms;
 use context::Context;
 use firmware::Firmware;
@@ -43,9 +43,9 @@ use teaching::Teaching;
 /// The controller behind its links.
 #[derive(Clone)]
 pub(crate) struct Device {
-    pub(crate) now: Micros,
+    pub(crate) now: ArmInstant,
     /// When the controller was switched on or reset last.
-    booted: Micros,
+    booted: ArmInstant,
     /// The controller has reset and its links do not know yet.
     restarted: bool,
     pub(crate) firmware: Firmware,
@@ -63,15 +63,15 @@ pub(crate) struct Device {
 impl Device {
     fn new(profile: Profile, world: World, flash: Flash) -> Self {
         let mut device = Self {
-            now: 0,
-            booted: 0,
+            now: ArmInstant::ZERO,
+            booted: ArmInstant::ZERO,
             restarted: false,
             store: Store::new(&profile, flash),
             queues: Queues::new(&profile),
             alarms: Alarms::new(profile.queue.alarms_hold),
             motion: Motion::at(profile.power_up.joints.into(), profile.rail.length),
             io: Io::new(&profile, ToolState::default()),
-            teaching: Teaching::at(0, false, micros(profile.teach.period)),
+            teaching: Teaching::at(ArmInstant::ZERO, false, micros(profile.teach.period)),
             world,
             line: LineState::default(),
             record: Record::new(profile.fidelity.strict),

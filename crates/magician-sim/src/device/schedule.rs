@@ -6,13 +6,13 @@ use super::Device;
 use super::effect::{Completion, ExecMode};
 use super::io::steppers::Steppers;
 use super::queue::{Busy, Entry, QueuedCommand, Running};
-use crate::Micros;
+use crate::ArmInstant;
 use crate::event::Event;
 use crate::fidelity::Assumption;
 
 impl Device {
     /// Lets time pass up to `to`, from one event to the next.
-    pub(crate) fn advance(&mut self, to: Micros) {
+    pub(crate) fn advance(&mut self, to: ArmInstant) {
         while let Some(at) = self.next_event().filter(|at| *at <= to) {
             self.now = self.now.max(at);
             self.happen();
@@ -27,7 +27,7 @@ impl Device {
     }
 
     /// When something next happens by itself.
-    pub(crate) fn next_event(&self) -> Option<Micros> {
+    pub(crate) fn next_event(&self) -> Option<ArmInstant> {
         let events = [self.own_event(), self.world.next_event()];
         events.into_iter().flatten().min()
     }
@@ -41,7 +41,7 @@ impl Device {
     }
 
     /// When the arm itself next comes to an end of what it does.
-    fn own_event(&self) -> Option<Micros> {
+    fn own_event(&self) -> Option<ArmInstant> {
         let waited = match self.queues.active().busy() {
             Some(Busy::Waiting(until)) => Some(until),
             _ => None,

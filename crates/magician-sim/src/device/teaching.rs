@@ -6,13 +6,13 @@
 use magician_protocol::TeachTrigger;
 
 use super::store::settings::Settings;
-use crate::Micros;
+use crate::{ArmInstant, Micros};
 
 /// The unlock key, and the point that nobody has asked for yet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Teaching {
     held: bool,
-    since: Micros,
+    since: ArmInstant,
     /// How often a point is new while the key is held.
     period: Micros,
     /// Periods that have been looked at since the key was pressed.
@@ -22,7 +22,7 @@ pub(crate) struct Teaching {
 
 impl Teaching {
     /// The key as a controller finds it that starts at an instant.
-    pub(crate) fn at(now: Micros, held: bool, period: Micros) -> Self {
+    pub(crate) fn at(now: ArmInstant, held: bool, period: Micros) -> Self {
         Self {
             held,
             since: now,
@@ -38,7 +38,7 @@ impl Teaching {
     }
 
     /// The key is pressed: periods begin anew.
-    pub(crate) fn press(&mut self, now: Micros) {
+    pub(crate) fn press(&mut self, now: ArmInstant) {
         *self = Self {
             new_point: self.new_point,
             ..Self::at(now, true, self.period)
@@ -53,11 +53,11 @@ impl Teaching {
 
     /// Finds out whether a point has become due by now while the key is held.
     #[must_use]
-    pub(crate) fn look_for_point(&mut self, now: Micros, settings: &Settings) -> bool {
+    pub(crate) fn look_for_point(&mut self, now: ArmInstant, settings: &Settings) -> bool {
         if !self.held {
             return false;
         }
-        let periods = now.saturating_sub(self.since) / self.period;
+        let periods = now.micros_since(self.since) / self.period;
         let new = periods > std::mem::replace(&mut self.periods, periods);
         let due = new && is_due(settings, TeachTrigger::Periodic);
         self.new_point |= due;

@@ -3,7 +3,7 @@ use std::collections::VecDeque;
 use magician_protocol::{Deframer, Event, FrameBuf};
 
 use crate::pace::{LineTiming, Wire};
-use crate::{Controller, LinkId, Micros, Observer};
+use crate::{Controller, HostInstant, LinkId, Observer};
 
 /// A peer's line: what is on its way to the arm, and the replies.
 pub(super) struct Link {
@@ -16,7 +16,7 @@ pub(super) struct Link {
     /// The bytes of all pieces.
     pub(super) bytes: VecDeque<u8>,
     /// When the line will have been silent for too long to go on with a frame.
-    pub(super) silent: Option<Micros>,
+    pub(super) silent: Option<HostInstant>,
     pub(super) replies: Replies,
 }
 
@@ -24,15 +24,15 @@ pub(super) struct Link {
 pub(super) struct Replies {
     output: Wire,
     /// With the time by which the last byte has passed.
-    queue: VecDeque<(Micros, FrameBuf)>,
-    /// They have no reader.
+    queue: VecDeque<(HostInstant, FrameBuf)>,
+    /// Nobody waits for them.
     pub(super) hung_up: bool,
 }
 
 /// Bytes that can be handed to the controller in one go: none but the last can complete a frame.
 pub(super) struct Piece {
     /// When the last of them has arrived.
-    pub(super) at: Micros,
+    pub(super) at: HostInstant,
     pub(super) count: usize,
 }
 
@@ -54,7 +54,7 @@ impl Link {
         }
     }
 
-    pub(super) fn put(&mut self, now: Micros, bytes: &[u8]) {
+    pub(super) fn put(&mut self, now: HostInstant, bytes: &[u8]) {
         self.replies.hung_up = false;
         self.bytes.extend(bytes);
         let end = self.cut + bytes.len() as u64;
@@ -71,7 +71,7 @@ impl Link {
     }
 
     /// Ends a piece before stream position `end`, unless one ends there or later.
-    fn cut_at(&mut self, now: Micros, end: u64) {
+    fn cut_at(&mut self, now: HostInstant, end: u64) {
         let count = end.saturating_sub(self.cut) as usize;
         if count > 0 {
             let at = self.input.carry(now, count);
@@ -88,7 +88,7 @@ impl Link {
         }
     }
 
-    pub(super) fn input_due(&self) -> Option<Micros> {
+    pub(super) fn input_due(&self) -> Option<HostInstant> {
         let arrival = self.pieces.front().map(|piece| piece.at);
         arrival.or(self.silent)
     }
@@ -106,7 +106,7 @@ impl Replies {
         controller: &mut Controller,
         observer: &mut impl Observer,
         link: LinkId,
-        from: Micros,
+        from: HostInstant,
     ) {
         while let Some(frame) = controller.poll_transmit(link) {
             if !self.hung_up {
@@ -117,17 +117,17 @@ impl Replies {
         }
     }
 
-    pub(super) fn due(&self) -> Option<Micros> {
+    pub(super) fn due(&self) -> Option<HostInstant> {
         self.queue.front().map(|(at, _)| *at)
     }
 
     /// The first that has not come by then.
-    pub(super) fn due_after(&self, now: Micros) -> Option<Micros> {
+    pub(super) fn due_after(&self, now: HostInstant) -> Option<HostInstant> {
         let come = self.queue.partition_point(|(at, _)| *at <= now);
         self.queue.get(come).map(|(at, _)| *at)
     }
 
-    pub(super) fn pop(&mut self, now: Micros) -> Option<FrameBuf> {
+    pub(super) fn pop(&mut self, now: HostInstant) -> Option<FrameBuf> {
         let due = self.due().is_some_and(|at| at <= now);
         let (_, frame) = due.then(|| self.queue.pop_front())??;
         Some(frame)

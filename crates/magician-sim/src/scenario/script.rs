@@ -2,8 +2,8 @@
 
 use magician_motion::JointAngles;
 
-use crate::Micros;
 use crate::world::ExternalEvent;
+use crate::{ArmInstant, Micros};
 
 /// Something that is done at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub(crate) enum Action {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Script {
     /// By the arm's clock, in order.
-    pub(crate) timed: Vec<(Micros, Action)>,
+    pub(crate) timed: Vec<(ArmInstant, Action)>,
     /// So long after the queued command of an index has come to its turn.
     pub(crate) at_index: Vec<(u64, Micros, Action)>,
 }

@@ -1,13 +1,13 @@
 //! The conveyor's belt: how far it has run, and when it will have run so far.
 
 use super::ObjectPose;
-use crate::Micros;
 use crate::scenario::Conveyor;
+use crate::{ArmInstant, Micros};
 
 /// How far a belt has run: linear in time between two changes of its stepper.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Belt {
-    since: Micros,
+    since: ArmInstant,
     /// At `since`, mm.
     travel: f64,
     /// Since then, mm/s.
@@ -15,12 +15,12 @@ pub(super) struct Belt {
 }
 
 impl Belt {
-    pub(super) fn travel(&self, now: Micros) -> f64 {
-        let elapsed = now.saturating_sub(self.since) as f64;
+    pub(super) fn travel(&self, now: ArmInstant) -> f64 {
+        let elapsed = now.micros_since(self.since) as f64;
         self.travel + self.rate * elapsed * 1e-6
     }
 
-    pub(super) fn run(&mut self, now: Micros, rate: f64) {
+    pub(super) fn run(&mut self, now: ArmInstant, rate: f64) {
         *self = Self {
             since: now,
             travel: self.travel(now),
@@ -33,13 +33,13 @@ impl Belt {
     }
 
     /// The first whole microsecond at which it has run so far, if it gets there after `now`.
-    pub(super) fn time_at(&self, travel: f64, now: Micros) -> Option<Micros> {
+    pub(super) fn time_at(&self, travel: f64, now: ArmInstant) -> Option<ArmInstant> {
         let elapsed = (travel - self.travel) / self.rate * 1e6;
         // Farther off than any run lasts; NaN too.
         if !(0.0..1e15).contains(&elapsed) {
             return None;
         }
-        let at = self.since.saturating_add(elapsed.ceil() as Micros);
+        let at = self.since.after_micros(elapsed.ceil() as Micros);
         Some(at).filter(|at| *at > now)
     }
 }

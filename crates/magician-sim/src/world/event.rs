@@ -3,13 +3,13 @@
 use std::collections::VecDeque;
 
 use super::{Body, Rest};
-use crate::Micros;
+use crate::ArmInstant;
 
 /// Something that happened in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorldEvent {
     /// When.
-    pub at: Micros,
+    pub at: ArmInstant,
     /// What.
     pub kind: WorldEventKind,
 }
@@ -39,7 +39,7 @@ pub(super) struct WorldEvents(VecDeque<WorldEvent>);
 impl WorldEvents {
     const CAPACITY: usize = 256;
 
-    pub(super) fn push(&mut self, at: Micros, kind: WorldEventKind) {
+    pub(super) fn push(&mut self, at: ArmInstant, kind: WorldEventKind) {
         if self.0.len() >= Self::CAPACITY {
             self.0.pop_front();
         }

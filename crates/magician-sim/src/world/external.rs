@@ -1,8 +1,8 @@
 //! What happens to the arm from outside its protocol.
 
-use magician_motion::JointAngles;
+use std::time::Duration;
 
-use crate::Micros;
+use magician_motion::JointAngles;
 
 /// Something that the arm can touch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,8 +55,8 @@ pub enum ExternalEvent {
         /// Whether it is in.
         plugged: bool,
     },
-    /// Answers take so much longer from now on.
-    Delay(Micros),
+    /// Answers take so much longer from now on, by the host's clock.
+    Delay(Duration),
     /// The base key is pressed.
     Key(Press),
     /// The unlock key on the forearm is pressed or released.

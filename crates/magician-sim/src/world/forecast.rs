@@ -6,7 +6,7 @@ use super::samples::{SampleTimes, first};
 use super::scene::Frames;
 use super::touch::{Contact, Reach};
 use super::{Body, TimedPath};
-use crate::Micros;
+use crate::ArmInstant;
 
 /// Something that a path will bring.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub(super) enum Change {
 }
 
 /// When what will change, in order of time.
-pub(super) type Changes = VecDeque<(Micros, Change)>;
+pub(super) type Changes = VecDeque<(ArmInstant, Change)>;
 
 /// Foretells a path.
 pub(super) struct Forecast<'a, F> {
@@ -28,7 +28,7 @@ pub(super) struct Forecast<'a, F> {
     pub(super) frames: F,
 }
 
-impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
+impl<F: Fn(ArmInstant) -> Frames> Forecast<'_, F> {
     fn reach(&self, frames: Frames) -> Reach<'_> {
         Reach {
             frames,
@@ -36,7 +36,7 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         }
     }
 
-    fn reach_at(&self, at: Micros) -> Reach<'_> {
+    fn reach_at(&self, at: ArmInstant) -> Reach<'_> {
         self.reach((self.frames)(at))
     }
 
@@ -94,7 +94,7 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         body: Body,
         before: Option<Contact>,
         views: &[View],
-        changes: &mut Vec<(Micros, Change)>,
+        changes: &mut Vec<(ArmInstant, Change)>,
     ) {
         let Some(((start, frames), rest)) = views.split_first() else {
             return;
@@ -137,7 +137,7 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
         sensor: usize,
         before: Option<u16>,
         views: &[View],
-        changes: &mut Vec<(Micros, Change)>,
+        changes: &mut Vec<(ArmInstant, Change)>,
     ) {
         let sees = |at| carried_before(&self.reach_at(at), sensor);
         let (mut last, mut seen) = (None, before);
@@ -154,7 +154,7 @@ impl<F: Fn(Micros) -> Frames> Forecast<'_, F> {
 }
 
 /// The frames at an instant.
-type View = (Micros, Frames);
+type View = (ArmInstant, Frames);
 
 /// The carried object that a sensor sees.
 pub(super) fn carried_before(reach: &Reach<'_>, sensor: usize) -> Option<u16> {

@@ -1,10 +1,12 @@
 //! The pen leaves a line where its tip is at the paper, the laser burns wherever it is on.
 
+use std::time::Duration;
+
 use super::drawing::{Drawing, StrokeKind};
 use super::samples::{SampleTimes, first};
 use super::{ObjectPose, TimedPath};
-use crate::Micros;
 use crate::scenario::{Scenario, ToolKind};
+use crate::{ArmInstant, Micros};
 
 /// A drawn line is never farther from the tool's way than this, mm.
 const FLATNESS: f64 = 0.02;
@@ -24,11 +26,11 @@ const HALVINGS: u32 = 20;
 pub(super) struct Ink {
     drawing: Drawing,
     /// Until when the drawing is complete.
-    until: Micros,
+    until: ArmInstant,
     /// The laser's power at `until`, percent.
     power: f64,
     /// The power from instants on that a path under way has yet to pass.
-    powers: Vec<(Micros, f64)>,
+    powers: Vec<(ArmInstant, f64)>,
     /// What the last stroke can go on as.
     open: Option<(StrokeKind, f64)>,
 }
@@ -43,7 +45,7 @@ impl Ink {
     }
 
     /// The laser has another power from now on; `resting` is where an arm stands that does not move.
-    pub(super) fn power(&mut self, now: Micros, power: f64, resting: Option<[f64; 2]>) {
+    pub(super) fn power(&mut self, now: ArmInstant, power: f64, resting: Option<[f64; 2]>) {
         let power = if power > 0.0 { power.min(100.0) } else { 0.0 };
         let Some(at) = resting else {
             self.powers.push((now, power));
@@ -61,7 +63,7 @@ impl Ink {
         &mut self,
         scenario: &Scenario,
         path: &TimedPath<'_>,
-        tip: impl Fn(Micros) -> ObjectPose,
+        tip: impl Fn(ArmInstant) -> ObjectPose,
     ) {
         let from = path.from.max(self.until);
         if from > path.to {
@@ -78,9 +80,9 @@ impl Ink {
     fn write(
         &mut self,
         scenario: &Scenario,
-        from: Micros,
-        to: Micros,
-        tip: &impl Fn(Micros) -> ObjectPose,
+        from: ArmInstant,
+        to: ArmInstant,
+        tip: &impl Fn(ArmInstant) -> ObjectPose,
     ) {
         let Some(paper) = scenario.table() else {
             return;
@@ -103,7 +105,7 @@ impl Ink {
                         StrokeKind::Ink,
                         100.0,
                         start,
-                        lifts.saturating_sub(1).max(start),
+                        start.max(lifts - Duration::from_micros(1)),
                         tip,
                     );
                     (since, self.open) = (None, None);
@@ -118,7 +120,7 @@ impl Ink {
         }
     }
 
-    fn burn(&mut self, from: Micros, to: Micros, tip: &impl Fn(Micros) -> ObjectPose) {
+    fn burn(&mut self, from: ArmInstant, to: ArmInstant, tip: &impl Fn(ArmInstant) -> ObjectPose) {
         let mut start = from;
         let mut later = std::mem::take(&mut self.powers);
         later.retain(|(at, power)| {
@@ -134,7 +136,12 @@ impl Ink {
         self.burn_stretch(start, to, tip);
     }
 
-    fn burn_stretch(&mut self, from: Micros, to: Micros, tip: &impl Fn(Micros) -> ObjectPose) {
+    fn burn_stretch(
+        &mut self,
+        from: ArmInstant,
+        to: ArmInstant,
+        tip: &impl Fn(ArmInstant) -> ObjectPose,
+    ) {
         if from >= to {
             return;
         }
@@ -150,9 +157,9 @@ impl Ink {
         &mut self,
         kind: StrokeKind,
         power: f64,
-        from: Micros,
-        to: Micros,
-        tip: &impl Fn(Micros) -> ObjectPose,
+        from: ArmInstant,
+        to: ArmInstant,
+        tip: &impl Fn(ArmInstant) -> ObjectPose,
     ) {
         let start = (from, tip(from).xy());
         self.start(kind, power, start.1);
@@ -176,21 +183,21 @@ impl Ink {
     /// A polyline for a stretch: halved until every piece is as good as its chord.
     fn flatten(
         &mut self,
-        from: (Micros, [f64; 2]),
-        to: (Micros, [f64; 2]),
-        tip: &impl Fn(Micros) -> ObjectPose,
+        from: (ArmInstant, [f64; 2]),
+        to: (ArmInstant, [f64; 2]),
+        tip: &impl Fn(ArmInstant) -> ObjectPose,
         halvings: u32,
     ) {
-        let span = to.0 - from.0;
+        let span = to.0.micros_since(from.0);
         let strays = |share: &f64| {
-            let at = from.0 + (span as f64 * share) as Micros;
+            let at = from.0.after_micros((span as f64 * share) as Micros);
             off_chord(tip(at).xy(), from.1, to.1) > FLATNESS
         };
         if halvings == 0 || span < 2 || !CHECKS.iter().any(strays) {
             self.drawing.line_to(to.1);
             return;
         }
-        let middle = from.0 + span / 2;
+        let middle = from.0.after_micros(span / 2);
         let middle = (middle, tip(middle).xy());
         self.flatten(from, middle, tip, halvings - 1);
         self.flatten(middle, to, tip, halvings - 1);

@@ -29,7 +29,7 @@ mod view;
 
 use magician_protocol::Port;
 
-use crate::Micros;
+use crate::ArmInstant;
 use crate::scenario::{Action, Scenario};
 
 pub use drawing::{Drawing, Stroke, StrokeKind};
@@ -88,7 +88,7 @@ impl World {
 
     /// The world at an instant at which the arm stands so.
     #[must_use]
-    pub fn look(&self, now: Micros, joint_state: &JointState) -> WorldView<'_> {
+    pub fn look(&self, now: ArmInstant, joint_state: &JointState) -> WorldView<'_> {
         let state = self.state.as_deref();
         WorldView {
             state: state.map(|state| (state, state.frames(now, joint_state))),
@@ -104,7 +104,7 @@ impl World {
 
     /// What pen and laser have left up to now, what the motion under way has added included.
     #[must_use]
-    pub fn drawing_at(&self, now: Micros, under_way: Option<&TimedPath<'_>>) -> Drawing {
+    pub fn drawing_at(&self, now: ArmInstant, under_way: Option<&TimedPath<'_>>) -> Drawing {
         match (&self.state, under_way) {
             (Some(state), Some(path)) => state.drawing_with(now, path),
             (Some(state), None) => state.drawing().clone(),
@@ -131,12 +131,12 @@ impl World {
 /// Power of the laser is not: it may change on the way.
 impl World {
     /// Level that something puts on an input, address 1 to 20 (model section 13); `None` where nothing is connected.
-    pub(crate) fn digital(&self, _now: Micros, address: u8) -> Option<bool> {
+    pub(crate) fn digital(&self, _now: ArmInstant, address: u8) -> Option<bool> {
         self.state.as_ref()?.digital(address)
     }
 
     /// Voltage that something puts on an input, 0 to 4095 for 0 to 3.3 V; `None` where nothing is connected.
-    pub(crate) fn analog(&self, _now: Micros, address: u8) -> Option<u16> {
+    pub(crate) fn analog(&self, _now: ArmInstant, address: u8) -> Option<u16> {
         self.state.as_ref()?.analog(address)
     }
 
@@ -147,13 +147,13 @@ impl World {
     }
 
     /// Red, green and blue under the colour sensor of a connector.
-    pub(crate) fn color(&self, now: Micros, port: Port) -> [u8; 3] {
+    pub(crate) fn color(&self, now: ArmInstant, port: Port) -> [u8; 3] {
         let color = self.state.as_ref().and_then(|state| state.color(now, port));
         color.unwrap_or_default()
     }
 
     /// Whether something is in front of the infrared sensor of a connector.
-    pub(crate) fn infrared(&self, now: Micros, port: Port) -> bool {
+    pub(crate) fn infrared(&self, now: ArmInstant, port: Port) -> bool {
         let state = self.state.as_ref();
         state.is_some_and(|state| state.infrared(now, port))
     }
@@ -180,33 +180,33 @@ impl World {
     }
 
     /// The tool has come to another state, at rest or on its way.
-    pub(crate) fn set_tool(&mut self, now: Micros, tool: ToolState, at: &JointState) {
+    pub(crate) fn set_tool(&mut self, now: ArmInstant, tool: ToolState, at: &JointState) {
         if let Some(state) = &mut self.state {
             state.set_tool(now, tool, at);
         }
     }
 
     /// A stepper output (0 or 1) turns at so many pulses a second from now on, 0 for rest.
-    pub(crate) fn stepper(&mut self, now: Micros, index: usize, pulses_per_second: f64) {
+    pub(crate) fn stepper(&mut self, now: ArmInstant, index: usize, pulses_per_second: f64) {
         if let Some(state) = &mut self.state {
             state.stepper(now, index, pulses_per_second);
         }
     }
 
     /// A queued command comes to its turn.
-    pub(crate) fn index_started(&mut self, now: Micros, index: u64) {
+    pub(crate) fn index_started(&mut self, now: ArmInstant, index: u64) {
         if let Some(state) = &mut self.state {
             state.index_started(now, index);
         }
     }
 
     /// When something next happens.
-    pub(crate) fn next_event(&self) -> Option<Micros> {
+    pub(crate) fn next_event(&self) -> Option<ArmInstant> {
         self.state.as_ref()?.next_event()
     }
 
     /// What happens at the present instant: call again until there is nothing.
-    pub(crate) fn poll_external(&mut self, now: Micros) -> Option<ExternalEvent> {
+    pub(crate) fn poll_external(&mut self, now: ArmInstant) -> Option<ExternalEvent> {
         self.state.as_mut()?.poll_external(now)
     }
 }

@@ -4,7 +4,7 @@
 //! between two looks is narrowed down to its microsecond. What begins and ends between two looks is missed.
 
 use super::ObjectPose;
-use crate::Micros;
+use crate::{ArmInstant, Micros};
 
 /// The most looks at a path.
 const MOST: u64 = 2048;
@@ -21,20 +21,25 @@ const COARSE_MOST: u64 = 64;
 /// The instants at which a path is looked at: evenly spread, the first and the last included.
 #[derive(Clone, Copy)]
 pub(super) struct SampleTimes {
-    pub(super) from: Micros,
+    pub(super) from: ArmInstant,
     span: Micros,
     pub(super) count: u64,
 }
 
 impl SampleTimes {
-    pub(super) fn at(&self, nth: u64) -> Micros {
+    pub(super) fn at(&self, nth: u64) -> ArmInstant {
         let (whole, part) = (self.span / self.count, self.span % self.count);
-        self.from + whole * nth + part * nth / self.count
+        self.from
+            .after_micros(whole * nth + part * nth / self.count)
     }
 
     /// As many as the length of the tool's way asks for.
-    pub(super) fn along(from: Micros, to: Micros, tip: impl Fn(Micros) -> ObjectPose) -> Self {
-        let span = to.saturating_sub(from);
+    pub(super) fn along(
+        from: ArmInstant,
+        to: ArmInstant,
+        tip: impl Fn(ArmInstant) -> ObjectPose,
+    ) -> Self {
+        let span = to.micros_since(from);
         let coarse = Self {
             from,
             span,
@@ -55,12 +60,16 @@ impl SampleTimes {
 }
 
 /// The first microsecond that is so, between one that may not be and one that is.
-pub(super) fn first(mut not: Micros, mut so: Micros, is_so: impl Fn(Micros) -> bool) -> Micros {
+pub(super) fn first(
+    mut not: ArmInstant,
+    mut so: ArmInstant,
+    is_so: impl Fn(ArmInstant) -> bool,
+) -> ArmInstant {
     if is_so(not) {
         return not;
     }
-    while so - not > 1 {
-        let middle = not + (so - not) / 2;
+    while so.micros_since(not) > 1 {
+        let middle = not.after_micros(so.micros_since(not) / 2);
         if is_so(middle) {
             so = middle;
         } else {

@@ -3,9 +3,9 @@
 use magician_motion::JointAngles;
 
 use super::ExternalEvent;
-use crate::Micros;
 use crate::profile::{PINS, pin_index};
 use crate::scenario::{Action, Script};
+use crate::{ArmInstant, Micros};
 
 /// A hand that moves the arm is told every so often.
 const HAND_PERIOD: Micros = 20_000;
@@ -18,7 +18,7 @@ pub(super) struct ScriptPlayer {
     /// Which of the actions that wait for an index have been set off.
     set_off: Vec<bool>,
     /// Actions that were set off, in order of time.
-    soon: Vec<(Micros, Action)>,
+    soon: Vec<(ArmInstant, Action)>,
     hand: Option<Hand>,
     /// What drives the inputs; `None` where nothing does.
     digital: [Option<bool>; PINS],
@@ -30,15 +30,15 @@ pub(super) struct ScriptPlayer {
 struct Hand {
     from: JointAngles,
     to: JointAngles,
-    start: Micros,
+    start: ArmInstant,
     over: Micros,
     /// How much of the way has been told.
     told: Micros,
 }
 
 impl Hand {
-    fn next(&self) -> Micros {
-        self.start.saturating_add(self.told_next())
+    fn next(&self) -> ArmInstant {
+        self.start.after_micros(self.told_next())
     }
 
     fn told_next(&self) -> Micros {
@@ -71,7 +71,7 @@ impl ScriptPlayer {
             analog: [None; PINS],
         };
         // What the inputs read at power-up is not a change.
-        while let Some((0, Action::Digital { .. } | Action::Analog { .. })) =
+        while let Some((ArmInstant::ZERO, Action::Digital { .. } | Action::Analog { .. })) =
             script.timed.get(player.cursor)
         {
             player.step(script);
@@ -96,7 +96,7 @@ impl ScriptPlayer {
     }
 
     /// Changes an input now; whether there is one of that address.
-    pub(super) fn override_input(&mut self, now: Micros, action: Action) -> bool {
+    pub(super) fn override_input(&mut self, now: ArmInstant, action: Action) -> bool {
         let (Action::Digital { address, .. } | Action::Analog { address, .. }) = action else {
             return false;
         };
@@ -109,7 +109,7 @@ impl ScriptPlayer {
     }
 
     /// The inputs may read something else now.
-    pub(super) fn look_again(&mut self, now: Micros) {
+    pub(super) fn look_again(&mut self, now: ArmInstant) {
         let look = (now, Action::Do(ExternalEvent::Input));
         // Once an instant will do.
         if !self.soon.contains(&look) {
@@ -118,24 +118,24 @@ impl ScriptPlayer {
     }
 
     /// A queued command comes to its turn.
-    pub(super) fn index_started(&mut self, script: &Script, now: Micros, index: u64) {
+    pub(super) fn index_started(&mut self, script: &Script, now: ArmInstant, index: u64) {
         for (nth, (wanted, delay, action)) in script.at_index.iter().enumerate() {
             let Some(set_off) = self.set_off.get_mut(nth) else {
                 continue;
             };
             if *wanted == index && !*set_off {
                 *set_off = true;
-                self.schedule(now.saturating_add(*delay), *action);
+                self.schedule(now.after_micros(*delay), *action);
             }
         }
     }
 
-    fn schedule(&mut self, at: Micros, action: Action) {
+    fn schedule(&mut self, at: ArmInstant, action: Action) {
         let place = self.soon.partition_point(|(other, _)| *other <= at);
         self.soon.insert(place, (at, action));
     }
 
-    pub(super) fn next_event(&self, script: &Script) -> Option<Micros> {
+    pub(super) fn next_event(&self, script: &Script) -> Option<ArmInstant> {
         let timed = script.timed.get(self.cursor).map(|(at, _)| *at);
         let soon = self.soon.first().map(|(at, _)| *at);
         let hand = self.hand.map(|hand| hand.next());
@@ -143,7 +143,7 @@ impl ScriptPlayer {
     }
 
     /// Does what is due, the earliest first.
-    pub(super) fn happen(&mut self, script: &Script, now: Micros) -> Option<ExternalEvent> {
+    pub(super) fn happen(&mut self, script: &Script, now: ArmInstant) -> Option<ExternalEvent> {
         let at = self.next_event(script).filter(|at| *at <= now)?;
         if self.hand.is_some_and(|hand| hand.next() == at) {
             return self.move_hand();
@@ -161,7 +161,7 @@ impl ScriptPlayer {
         Some(self.act(at, action))
     }
 
-    fn act(&mut self, at: Micros, action: Action) -> ExternalEvent {
+    fn act(&mut self, at: ArmInstant, action: Action) -> ExternalEvent {
         match action {
             Action::Do(event) => event,
             Action::Digital { address, level } => {

@@ -14,7 +14,7 @@ use super::script::ScriptPlayer;
 use super::touch::{Contact, Reach};
 use super::traffic::{self, Traffic};
 use super::{Body, ExternalEvent, JointState, ObjectPose, ToolState};
-use crate::Micros;
+use crate::ArmInstant;
 use crate::scenario::{Action, Scenario, SensorKind};
 
 mod arm;
@@ -25,7 +25,7 @@ mod events;
 pub(super) struct WorldState {
     scenario: Arc<Scenario>,
     /// The latest instant that the world was told.
-    now: Micros,
+    now: ArmInstant,
     script: ScriptPlayer,
     scene: Scene,
     belt: Belt,
@@ -51,9 +51,9 @@ pub(super) struct WorldState {
 impl WorldState {
     pub(super) fn new(scenario: Scenario) -> Self {
         let belt = Belt::default();
-        let start = frame_of_belt(&scenario, &belt, 0);
+        let start = frame_of_belt(&scenario, &belt, ArmInstant::ZERO);
         let mut state = Self {
-            now: 0,
+            now: ArmInstant::ZERO,
             script: ScriptPlayer::new(scenario.script()),
             scene: Scene::new(&scenario, &start),
             belt,
@@ -69,7 +69,7 @@ impl WorldState {
             events: WorldEvents::default(),
             scenario: Arc::new(scenario),
         };
-        state.mark_seen(0);
+        state.mark_seen(ArmInstant::ZERO);
         state
     }
 
@@ -93,7 +93,7 @@ impl WorldState {
         self.seen_by.get(usize::from(object)).copied().unwrap_or(0)
     }
 
-    pub(super) fn belt_travel(&self, now: Micros) -> f64 {
+    pub(super) fn belt_travel(&self, now: ArmInstant) -> f64 {
         self.belt.travel(now)
     }
 }
@@ -112,7 +112,7 @@ impl WorldState {
         }
     }
 
-    pub(super) fn frames(&self, now: Micros, joint_state: &JointState) -> Frames {
+    pub(super) fn frames(&self, now: ArmInstant, joint_state: &JointState) -> Frames {
         Frames {
             belt: frame_of_belt(&self.scenario, &self.belt, now),
             tool: self.tip(joint_state),
@@ -120,7 +120,7 @@ impl WorldState {
     }
 
     /// The frames for what the tool has no part in.
-    fn frames_of_ground(&self, now: Micros) -> Frames {
+    fn frames_of_ground(&self, now: ArmInstant) -> Frames {
         Frames {
             belt: frame_of_belt(&self.scenario, &self.belt, now),
             tool: ObjectPose::default(),
@@ -137,12 +137,10 @@ impl WorldState {
     }
 }
 
-fn frame_of_belt(scenario: &Scenario, belt: &Belt, now: Micros) -> ObjectPose {
-    scenario
-        .conveyor()
-        .map_or_else(ObjectPose::default, |conveyor| {
-            conveyor.frame_after(belt.travel(now))
-        })
+fn frame_of_belt(scenario: &Scenario, belt: &Belt, now: ArmInstant) -> ObjectPose {
+    scenario.conveyor().map_or_else(ObjectPose::default, |conveyor| {
+        conveyor.frame_after(belt.travel(now))
+    })
 }
 
 /// Inputs and sensors.
@@ -163,18 +161,18 @@ impl WorldState {
         self.script.override_input(self.now, action)
     }
 
-    pub(super) fn color(&self, now: Micros, port: Port) -> Option<[u8; 3]> {
+    pub(super) fn color(&self, now: ArmInstant, port: Port) -> Option<[u8; 3]> {
         let object = self.at_port(now, SensorKind::Color, port)?;
         let object = self.scenario.objects().get(usize::from(object))?;
         Some(object.color.0)
     }
 
-    pub(super) fn infrared(&self, now: Micros, port: Port) -> bool {
+    pub(super) fn infrared(&self, now: ArmInstant, port: Port) -> bool {
         self.at_port(now, SensorKind::Infrared, port).is_some()
     }
 
     /// The object that the sensor of a connector sees.
-    fn at_port(&self, now: Micros, kind: SensorKind, port: Port) -> Option<u16> {
+    fn at_port(&self, now: ArmInstant, kind: SensorKind, port: Port) -> Option<u16> {
         let sensors = self.scenario.sensors();
         let nth = sensors
             .iter()
@@ -186,7 +184,7 @@ impl WorldState {
     }
 
     /// Remembers what the sensors see.
-    fn mark_seen(&mut self, now: Micros) {
+    fn mark_seen(&mut self, now: ArmInstant) {
         let frames = self.frames_of_ground(now);
         for nth in 0..self.scenario.sensors().len() {
             let lying = traffic::before(&self.scenario, &self.scene, &frames, nth);

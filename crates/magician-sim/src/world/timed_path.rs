@@ -2,7 +2,7 @@
 
 use magician_motion::JointAngles;
 
-use crate::Micros;
+use crate::ArmInstant;
 
 /// Where the arm really is: after lost steps, not where the controller believes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,21 +16,21 @@ pub struct JointState {
 /// A stretch of the arm's motion, as a function of the arm's time.
 pub struct TimedPath<'a> {
     /// When it begins.
-    pub from: Micros,
+    pub from: ArmInstant,
     /// When it ends.
-    pub to: Micros,
-    at: &'a dyn Fn(Micros) -> JointState,
+    pub to: ArmInstant,
+    at: &'a dyn Fn(ArmInstant) -> JointState,
 }
 
 impl<'a> TimedPath<'a> {
     /// The path that `at` describes from one instant to another.
-    pub fn new(from: Micros, to: Micros, at: &'a dyn Fn(Micros) -> JointState) -> Self {
+    pub fn new(from: ArmInstant, to: ArmInstant, at: &'a dyn Fn(ArmInstant) -> JointState) -> Self {
         Self { from, to, at }
     }
 
     /// The joint state at an instant of the path.
     #[must_use]
-    pub fn at(&self, now: Micros) -> JointState {
+    pub fn at(&self, now: ArmInstant) -> JointState {
         (self.at)(now.clamp(self.from, self.to))
     }
 }

@@ -1,29 +1,39 @@
 //! What the belt does by itself: it carries objects before the sensors, past them, and off its end.
 
+use std::time::Duration;
+
 use super::ObjectPose;
 use super::belt::Belt;
 use super::scene::{Frames, Rest, Scene};
-use crate::Micros;
+use crate::ArmInstant;
 use crate::scenario::Scenario;
 
 /// What the belt does next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Traffic {
-    pub(super) at: Micros,
+    pub(super) at: ArmInstant,
     /// The object that it runs off its end; else one comes before a sensor or past it.
     pub(super) falls: Option<u16>,
 }
 
 /// How many microseconds are looked at for the one at which a sensor sees something else: where an edge is reached is
 /// exact but for rounding.
-const EDGE: Micros = 3;
+const EDGE: Duration = Duration::from_micros(3);
+
+/// From one instant to the next.
+const INSTANT: Duration = Duration::from_micros(1);
+
+/// Every instant from one to another.
+fn instants(from: ArmInstant, to: ArmInstant) -> impl Iterator<Item = ArmInstant> {
+    (from.as_micros()..=to.as_micros()).map(ArmInstant::from_micros)
+}
 
 /// What the belt does next after an instant.
 pub(super) fn next(
     scenario: &Scenario,
     scene: &Scene,
     belt: &Belt,
-    now: Micros,
+    now: ArmInstant,
 ) -> Option<Traffic> {
     if !belt.runs() {
         return None;
@@ -96,11 +106,11 @@ struct Watch<'a> {
     scenario: &'a Scenario,
     scene: &'a Scene,
     belt: &'a Belt,
-    now: Micros,
+    now: ArmInstant,
 }
 
 impl Watch<'_> {
-    fn frames(&self, at: Micros) -> Frames {
+    fn frames(&self, at: ArmInstant) -> Frames {
         let belt = self.scenario.conveyor();
         Frames {
             belt: belt.map_or_else(ObjectPose::default, |belt| {
@@ -111,7 +121,7 @@ impl Watch<'_> {
     }
 
     /// When the middle of an object on the belt is beyond its end.
-    fn falls(&self, object: u16) -> Option<Micros> {
+    fn falls(&self, object: u16) -> Option<ArmInstant> {
         if self.scene.rest(object) != Rest::Belt {
             return None;
         }
@@ -125,11 +135,11 @@ impl Watch<'_> {
         let off = |at| !(0.0..=belt.length).contains(&along(at));
         let end = |edge: f64| self.belt.time_at(travel + edge - here, self.now);
         let at = [end(0.0), end(belt.length)].into_iter().flatten().max()?;
-        (at..=at.saturating_add(EDGE)).find(|at| off(*at))
+        instants(at, at + EDGE).find(|at| off(*at))
     }
 
     /// When the first sensor sees the object come or go.
-    fn sensor_changes(&self, object: u16) -> Option<Micros> {
+    fn sensor_changes(&self, object: u16) -> Option<ArmInstant> {
         let belt = self.scenario.conveyor()?;
         let solid = self
             .scene
@@ -143,11 +153,9 @@ impl Watch<'_> {
             };
             let sees_now = sees(self.now);
             let edge = |shift: f64| {
-                let at = self
-                    .belt
-                    .time_at(travel + shift, self.now.saturating_sub(EDGE))?;
-                let from = at.saturating_sub(1).max(self.now.saturating_add(1));
-                (from..=at.saturating_add(EDGE)).find(|at| sees(*at) != sees_now)
+                let at = self.belt.time_at(travel + shift, self.now - EDGE)?;
+                let from = (at - INSTANT).max(self.now + INSTANT);
+                instants(from, at + EDGE).find(|at| sees(*at) != sees_now)
             };
             shifts.into_iter().filter_map(edge).min()
         });

@@ -5,14 +5,14 @@ use magician_protocol::Port;
 use super::scene::Frames;
 use super::state::WorldState;
 use super::{ObjectPose, Rest};
-use crate::Micros;
+use crate::ArmInstant;
 use crate::scenario::{Color, Object};
 
 /// The world at an instant.
 #[derive(Clone, Copy, Debug)]
 pub struct WorldView<'a> {
     pub(super) state: Option<(&'a WorldState, Frames)>,
-    pub(super) now: Micros,
+    pub(super) now: ArmInstant,
 }
 
 impl<'a> WorldView<'a> {

@@ -119,7 +119,7 @@ fn a_circle_comes_back_after_its_turns() {
         assert!(least > 39.99 && most < 40.01 && nearest < 0.2);
         assert_eq!(bench.pose(), before);
         let length = f64::from(count) * 2.0 * 40.0 * PI;
-        let lasted = (bench.arm.now() - began) as f64 / 1e6;
+        let lasted = (bench.arm.now() - began).as_secs_f64();
         let expected = trapezoid(length, 200.0, 200.0);
         assert!(
             (0.0..2e-3).contains(&(lasted - expected)),

@@ -2,6 +2,8 @@
 
 use super::arm;
 use super::arm::{Bench, SECOND, arm, ptp, running_arm};
+use std::time::Duration;
+
 use magician_protocol::commands::*;
 use magician_protocol::{CpMode, Flag};
 use magician_sim::ExternalEvent;
@@ -134,7 +136,7 @@ fn a_corner_is_taken_at_the_speed_of_its_angle() {
             "{turn}: {speed}, expected {corner}"
         );
         bench.rest();
-        lasts(bench.arm.now() - began, 2.0 * reached);
+        lasts(bench.arm.now().micros_since(began), 2.0 * reached);
     }
 }
 
@@ -378,7 +380,7 @@ fn an_immediate_segment_replaces_a_motion_and_the_queue_goes_on_after_it() {
     bench.set(&to([210.0, 5.0, 0.0]));
     assert_eq!(bench.current_index(), 2, "the queue's has ended");
     let first = bench.arm.poll_timeout().expect("it moves");
-    bench.arm.advance(first - 1);
+    bench.arm.advance(first - Duration::from_micros(1));
     let pose = bench.state().pose;
     assert!(
         (pose.x - 210.0).abs() + (pose.y - 5.0).abs() < 1e-3,
@@ -426,7 +428,7 @@ fn the_sum_of_a_path_does_not_depend_on_how_early_it_is_sent() {
         bench.pass(1000);
     }
     bench.rest();
-    let apart = bench.arm.now() - began;
+    let apart = bench.arm.now().micros_since(began);
     assert!(together.abs_diff(apart) < 1000, "{together} {apart}");
     assert_eq!(whole.pose(), bench.pose());
     let mut fresh = arm();

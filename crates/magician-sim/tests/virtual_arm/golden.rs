@@ -170,7 +170,7 @@ fn a_staff_post_moves_home_sucks_and_waits() {
     assert_eq!(bench.joints(), [10.0, 20.0, 30.0, 40.0]);
     assert_eq!(bench.current_index(), 5);
     // The wait of 1500 ms stood between.
-    assert!(bench.arm.now() as f64 > 1e6 * (homing_lasts(0.0) + 1.5));
+    assert!(bench.arm.now().as_micros() as f64 > 1e6 * (homing_lasts(0.0) + 1.5));
 }
 
 #[test]

@@ -1,13 +1,13 @@
 //! Homing, stage by stage (model section 11).
 
 use super::arm::{
-    Bench, SECOND, arm, arm_with, home, homing_lasts, joints_to, running_arm, search_lasts,
-    trapezoid, wait,
+    Bench, Micros, SECOND, arm, arm_with, at as instant, home, homing_lasts, joints_to,
+    running_arm, search_lasts, trapezoid, wait,
 };
 use magician_protocol::Flag;
 use magician_protocol::commands::*;
 use magician_sim::scenario::Scenario;
-use magician_sim::{Controller, Event, ExternalEvent, LimitChoice, Micros, Profile, World};
+use magician_sim::{Controller, Event, ExternalEvent, LimitChoice, Profile, World};
 
 /// An arm that really stands there when it is switched on.
 fn standing_at(joints: [f64; 4]) -> Bench {
@@ -63,7 +63,7 @@ fn its_stages_show_in_the_pose() {
     let mut at = 0.0;
     let mut go_on = |bench: &mut Bench, seconds: f64| {
         at += seconds;
-        bench.arm.advance((at * 1e6).round() as Micros);
+        bench.arm.advance(instant((at * 1e6).round() as Micros));
     };
     // Up to speed after 2/3 s, then 20 deg/s.
     go_on(&mut bench, 2.0 / 3.0);

@@ -4,7 +4,7 @@ use super::host;
 use magician_motion::{Geometry, ToolBias};
 use magician_protocol::{Ctrl, FrameBuf, TABLE};
 use magician_sim::world::{Body, Press};
-use magician_sim::{Controller, ControllerState, ExternalEvent, Flash, LinkId, Micros, Profile};
+use magician_sim::{ArmInstant, Controller, ExternalEvent, Flash, LinkId, Profile, ControllerState};
 use proptest::prelude::*;
 
 /// A number as a host, a bad host or chance sends it. Boxed: strategies lie on the stack with all that they may become.
@@ -245,7 +245,7 @@ fn external_event() -> impl Strategy<Value = ExternalEvent> {
 }
 
 /// A life: time passes, and something is done.
-fn life() -> impl Strategy<Value = Vec<(Micros, Deed)>> {
+fn life() -> impl Strategy<Value = Vec<(u64, Deed)>> {
     let pause =
         prop_oneof![2 => Just(0), 2 => 0..200_000u64, 2 => 0..5_000_000u64, 1 => 0..40_000_000u64];
     let input = prop::sample::select(vec![1u8, 9, 14, 15, 200]);
@@ -324,14 +324,14 @@ fn switched_on() -> Controller {
 
 /// Lives a life; the replies and the states at every deed, as one text.
 fn live(
-    life: &[(Micros, Deed)],
-    mut advance: impl FnMut(&mut Controller, Micros),
+    life: &[(u64, Deed)],
+    mut advance: impl FnMut(&mut Controller, ArmInstant),
     mut send: impl FnMut(&mut Controller, &[u8]),
 ) -> String {
     let mut arm = switched_on();
     let mut story = String::new();
     for (pause, deed) in life {
-        let to = arm.now() + pause;
+        let to = arm.now().after_micros(*pause);
         advance(&mut arm, to);
         act_by(&mut arm, deed, &mut send);
         tell(&mut arm, &mut story);
@@ -369,8 +369,8 @@ proptest! {
             &life,
             |arm, to| {
                 while arm.now() < to {
-                    let step = 1 + roll((to - arm.now()).min(700_000));
-                    arm.advance((arm.now() + step).min(to));
+                    let step = 1 + roll(to.micros_since(arm.now()).min(700_000));
+                    arm.advance(arm.now().after_micros(step).min(to));
                     let _ = arm.state();
                 }
             },
@@ -393,7 +393,7 @@ proptest! {
     fn going_from_event_to_event_always_ends(life in life()) {
         let mut arm = switched_on();
         for (pause, deed) in &life {
-            arm.advance(arm.now() + pause);
+            arm.advance(arm.now().after_micros(*pause));
             act(&mut arm, deed);
             prop_assert!(arm.poll_timeout().is_none_or(|at| at > arm.now()), "nothing due is left undone");
         }
@@ -429,7 +429,7 @@ proptest! {
             let until = match pieces.next() {
                 Some((pause, bytes)) => {
                     arm.receive(LinkId(0), bytes);
-                    arm.now() + pause
+                    arm.now().after_micros(*pause)
                 }
                 None => match arm.poll_timeout() {
                     Some(at) => at,
@@ -438,10 +438,10 @@ proptest! {
             };
             while arm.now() < until {
                 let before = arm.state();
-                arm.advance((before.now + 1000).min(until));
+                arm.advance(before.now.after_micros(1000).min(until));
                 let now = arm.state();
                 prop_assert!(within_limits(&now), "{now:?}");
-                let seconds = (now.now - before.now) as f64 / 1e6;
+                let seconds = (now.now - before.now).as_secs_f64();
                 // A segment's last microsecond is not a whole one.
                 let way = now.pose.distance_to(&before.pose);
                 prop_assert!(way <= f64::from(junction_vel) * (seconds + 2e-6) + 1e-9, "{way} mm in {seconds} s");
@@ -457,9 +457,9 @@ proptest! {
         let mut arm = switched_on();
         for (pause, bytes) in &life {
             arm.receive(LinkId(0), bytes);
-            let until = arm.now() + pause;
+            let until = arm.now().after_micros(*pause);
             while arm.now() < until {
-                arm.advance((arm.now() + 5_000).min(until));
+                arm.advance(arm.now().after_micros(5_000).min(until));
                 let state = arm.state();
                 prop_assert!(within_limits(&state), "{state:?}");
             }
@@ -470,7 +470,7 @@ proptest! {
     fn no_order_tears_the_arm_from_where_it_is(life in life()) {
         let mut arm = switched_on();
         for (pause, deed) in &life {
-            arm.advance(arm.now() + pause);
+            arm.advance(arm.now().after_micros(*pause));
             let before = arm.state();
             act(&mut arm, deed);
             let state = arm.state();
@@ -491,7 +491,7 @@ proptest! {
         let mut arm = switched_on();
         let mut last = 0;
         for (pause, deed) in &life {
-            arm.advance(arm.now() + pause);
+            arm.advance(arm.now().after_micros(*pause));
             act(&mut arm, deed);
             let state = arm.state();
             let taken = state.queue.waiting + usize::from(state.queue.running.is_some());
@@ -513,19 +513,19 @@ proptest! {
         let (before, after) = life.split_at(at.index(life.len()));
         let mut arm = switched_on();
         for (pause, deed) in before {
-            arm.advance(arm.now() + pause);
+            arm.advance(arm.now().after_micros(*pause));
             act(&mut arm, deed);
         }
         // Somewhere on the way to the next deed.
         let pause = after.first().map_or(0, |(pause, _)| *pause);
-        let to = arm.now() + pause;
-        arm.advance(arm.now() + within % (pause + 1));
+        let to = arm.now().after_micros(pause);
+        arm.advance(arm.now().after_micros(within % (pause + 1)));
         let mut copy = arm.clone();
         let go_on = |arm: &mut Controller| {
             let mut story = String::new();
             arm.advance(to);
             for (at, (pause, deed)) in after.iter().enumerate() {
-                arm.advance(arm.now() + if at == 0 { 0 } else { *pause });
+                arm.advance(arm.now().after_micros(if at == 0 { 0 } else { *pause }));
                 act(arm, deed);
                 tell(arm, &mut story);
             }
@@ -547,7 +547,7 @@ proptest! {
         let mut writes = 0;
         for (pause, deed) in &life {
             let before = arm.flash().clone();
-            arm.advance(arm.now() + pause);
+            arm.advance(arm.now().after_micros(*pause));
             act(&mut arm, deed);
             let text = format!("{:?}", arm.flash());
             if arm.flash_writes() == writes {

@@ -1,10 +1,12 @@
 //! The sliding rail (model sections 7, 10 and 12).
 
 use super::arm;
-use super::arm::{Bench, SECOND, arm_with, home, joints_to, multiplex, running_arm};
+use super::arm::{
+    Bench, Micros, SECOND, arm_with, at as instant, home, joints_to, multiplex, running_arm,
+};
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, IoFunction, JogCommand, PoCmd, PoList, PtpMode};
-use magician_sim::{Event, ExternalEvent, Micros, Signal};
+use magician_sim::{Event, ExternalEvent, Signal};
 
 const HOME: [f32; 4] = [0.0, 45.0, 45.0, 0.0];
 
@@ -75,7 +77,7 @@ fn the_carriage_moves_alone_by_the_law_of_the_axes() {
     assert_eq!(bench.state().rail, Some(0.0));
     let index = bench.enqueue(&rail_to(300.0));
     // A second of ramp each, two in between: 50 + 200 + 50 mm.
-    assert_eq!(bench.arm.poll_timeout(), Some(4 * SECOND));
+    assert_eq!(bench.arm.poll_timeout(), Some(instant(4 * SECOND)));
     for (at, there) in [
         (0.0, 0.0),
         (0.5, 12.5),
@@ -83,7 +85,7 @@ fn the_carriage_moves_alone_by_the_law_of_the_axes() {
         (2.0, 150.0),
         (3.5, 287.5),
     ] {
-        bench.arm.advance((at * 1e6) as Micros);
+        bench.arm.advance(instant((at * 1e6) as Micros));
         near(place(&mut bench), there);
         assert!(bench.state().moving);
         assert_eq!(bench.joints(), HOME);
@@ -121,7 +123,7 @@ fn arm_and_carriage_begin_and_end_together() {
     // The carriage takes longer.
     let mut bench = on_rail();
     bench.enqueue(&to(4, [90.0, 45.0, 45.0, 0.0], 300.0));
-    assert_eq!(bench.arm.poll_timeout(), Some(4 * SECOND));
+    assert_eq!(bench.arm.poll_timeout(), Some(instant(4 * SECOND)));
     bench.pass(2 * SECOND);
     near(bench.joints()[0], 45.0);
     near(place(&mut bench), 150.0);
@@ -131,7 +133,8 @@ fn arm_and_carriage_begin_and_end_together() {
     assert_eq!((bench.joints()[0], place(&mut bench)), (90.0, 300.0));
     // The arm takes longer.
     bench.enqueue(&to(4, [-90.0, 45.0, 45.0, 0.0], 310.0));
-    let lasting = bench.arm.poll_timeout().unwrap() - bench.arm.now();
+    let end = bench.arm.poll_timeout().unwrap();
+    let lasting = end.micros_since(bench.arm.now());
     // 180 deg at 200 deg/s2, a triangle.
     assert_eq!(lasting, 1_897_367);
     bench.pass(lasting / 2);

@@ -1,15 +1,76 @@
 //! The runner in virtual time: pacing, speed, silence, and that cuts do not matter.
 
+use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use magician_protocol::{Ctrl, FrameBuf};
 use magician_sim::{
-    Controller, LineTiming, LinkId, Micros, Observer, Profile, Runner, Scenario, Speed, World,
+    ArmInstant, Controller, HostInstant, LineTiming, LinkId, Observer, Profile, Scenario, Speed, World,
 };
 use proptest::prelude::*;
 
 const USB: LinkId = LinkId(0);
 const WIFI: LinkId = LinkId(1);
+
+/// Microseconds of the wall's clock.
+type Micros = u64;
+
+/// A runner told of the wall's clock in microseconds.
+struct Runner(magician_sim::Runner);
+
+impl Runner {
+    fn new(controller: Controller, speed: Speed, line: Line) -> Self {
+        Self(magician_sim::Runner::new(controller, speed, line))
+    }
+
+    fn receive(&mut self, now: Micros, link: LinkId, bytes: &[u8]) {
+        self.0.receive(HostInstant::from_micros(now), link, bytes);
+    }
+
+    fn handle_timeout(&mut self, now: Micros) {
+        self.0.handle_timeout(HostInstant::from_micros(now));
+    }
+
+    fn set_speed(&mut self, now: Micros, speed: Speed) {
+        self.0.set_speed(HostInstant::from_micros(now), speed);
+    }
+
+    fn set_delay(&mut self, delay: Micros) {
+        self.0.set_delay(Duration::from_micros(delay));
+    }
+
+    fn poll_timeout(&self) -> Option<Micros> {
+        self.0.poll_timeout().map(HostInstant::as_micros)
+    }
+
+    fn poll_change(&self) -> Option<Micros> {
+        self.0.poll_change().map(HostInstant::as_micros)
+    }
+
+    fn poll_transmit(&mut self, now: Micros, link: LinkId) -> Option<FrameBuf> {
+        self.0.poll_transmit(HostInstant::from_micros(now), link)
+    }
+
+    /// What the arm's clock shows.
+    fn arm_now(&self) -> u64 {
+        self.controller().now().as_micros()
+    }
+}
+
+impl Deref for Runner {
+    type Target = magician_sim::Runner;
+
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl DerefMut for Runner {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
+    }
+}
 
 fn frame(id: u8, ctrl: Ctrl, params: &[u8]) -> Vec<u8> {
     FrameBuf::new(id, ctrl, params).unwrap().bytes().to_vec()
@@ -43,7 +104,7 @@ fn runner(speed: Speed, line: LineTiming) -> Runner {
 fn paced(turnaround: Micros) -> LineTiming {
     LineTiming {
         baud: Some(115_200),
-        turnaround,
+        turnaround: Duration::from_micros(turnaround),
     }
 }
 
@@ -171,7 +232,7 @@ fn turnaround_counts_without_a_baud_rate_too() {
         Speed::Max,
         LineTiming {
             baud: None,
-            turnaround: 700,
+            turnaround: Duration::from_micros(700),
         },
     );
     let mut now = 5;
@@ -245,7 +306,7 @@ fn at_full_speed_the_arm_is_there_when_it_is_asked() {
         .last()
         .unwrap();
     assert_eq!(pose.frame().params()[..16], move_to[1..]);
-    assert!(runner.controller().now() > 100_000);
+    assert!(runner.arm_now() > 100_000);
 }
 
 #[test]
@@ -282,10 +343,10 @@ fn at_full_speed_the_world_waits_for_the_host() {
     // 5000 pulses a second: 33.4 mm/s.
     let belt = frame(135, Ctrl::SET, &[0, 1, 0x88, 0x13, 0, 0]);
     runner.receive(0, USB, &[start(), belt].concat());
-    assert_eq!(runner.controller().now(), 0);
+    assert_eq!(runner.arm_now(), 0);
     for second in 1..4 {
         runner.handle_timeout(second * 1_000_000);
-        assert_eq!(runner.controller().now(), second * 1_000_000);
+        assert_eq!(runner.arm_now(), second * 1_000_000);
     }
     let look = runner.controller().look();
     assert!((look.belt_travel() - 100.14).abs() < 0.01);
@@ -295,7 +356,7 @@ fn at_full_speed_the_world_waits_for_the_host() {
 
     // What the arm does takes no wall time, and the world goes along.
     runner.receive(3_000_000, USB, &wait(1_500));
-    assert_eq!(runner.controller().now(), 4_500_000);
+    assert_eq!(runner.arm_now(), 4_500_000);
     runner.handle_timeout(3_400_000);
     replies(&mut runner, 3_400_000, USB);
     assert_eq!(runner.poll_timeout(), Some(3_500_000));
@@ -308,7 +369,7 @@ fn at_full_speed_a_trigger_does_not_wait_for_the_wall_clock() {
     let trigger = frame(120, Ctrl::QUEUED, &[15, 0, 0, 1, 0]);
     runner.receive(0, USB, &[start(), input, trigger].concat());
     let answers = replies(&mut runner, 0, USB).len();
-    assert_eq!((answers, runner.controller().now()), (4, 5_000_000));
+    assert_eq!((answers, runner.arm_now()), (4, 5_000_000));
 }
 
 #[test]
@@ -318,7 +379,7 @@ fn at_full_speed_a_trigger_that_only_a_person_can_meet_is_waited_for() {
     let trigger = frame(120, Ctrl::QUEUED, &[16, 0, 0, 1, 0]);
     runner.receive(0, USB, &[start(), belt, trigger].concat());
     runner.handle_timeout(1_000_000);
-    assert_eq!(runner.controller().now(), 1_000_000);
+    assert_eq!(runner.arm_now(), 1_000_000);
     assert!(!runner.controller().busy());
 }
 
@@ -343,7 +404,7 @@ fn at_full_speed_a_move_that_never_ends_does_not_use_up_the_clock() {
     let go = frame(84, Ctrl::QUEUED, &[vec![4], target].concat());
     runner.receive(0, USB, &[start(), slow, go].concat());
     runner.handle_timeout(2_000_000);
-    assert_eq!(runner.controller().now(), 2_000_000);
+    assert_eq!(runner.arm_now(), 2_000_000);
     replies(&mut runner, 2_000_000, USB);
     assert!(runner.poll_timeout().is_none_or(|at| at > 2_000_000));
     runner.receive(2_000_000, USB, &frame(242, Ctrl::SET, &[]));
@@ -514,7 +575,10 @@ fn speeds() -> impl Strategy<Value = Speed> {
 
 fn lines() -> impl Strategy<Value = LineTiming> {
     let baud = prop_oneof![Just(None), (9_600u32..1_000_000).prop_map(Some)];
-    (baud, 0u64..5_000).prop_map(|(baud, turnaround)| LineTiming { baud, turnaround })
+    (baud, 0u64..5_000).prop_map(|(baud, turnaround)| LineTiming {
+        baud,
+        turnaround: Duration::from_micros(turnaround),
+    })
 }
 
 /// Bytes that hosts send, and some that they do not.
@@ -615,18 +679,18 @@ proptest! {
 #[derive(Default)]
 struct Counting {
     seen: u64,
-    next: Micros,
+    next: ArmInstant,
 }
 
 impl Observer for Counting {
-    fn next_sample(&self) -> Option<Micros> {
+    fn next_sample(&self) -> Option<ArmInstant> {
         Some(self.next)
     }
 
     fn observe(&mut self, arm: &Controller) {
         if arm.now() == self.next {
             self.seen += 1;
-            self.next += 20_000;
+            self.next += Duration::from_millis(20);
         }
     }
 }
@@ -655,7 +719,7 @@ fn an_observer_of_a_leap_over_weeks_does_not_keep_everybody_waiting() {
         // What a caller does at full speed is a pass and a jump.
         assert!((1..=200_000).contains(&most), "{speed}: {most}");
         let seen = counting.lock().unwrap().seen;
-        assert_eq!(runner.controller().now() / 20_000, seen - 1, "{speed}");
+        assert_eq!(runner.arm_now() / 20_000, seen - 1, "{speed}");
         runner.receive(wall, WIFI, &device_time());
         assert!(!replies(&mut runner, wall, WIFI).is_empty());
     }
@@ -677,7 +741,7 @@ fn an_observer_is_shown_the_arm_in_good_time() {
             wall = due;
             runner.handle_timeout(wall);
         }
-        let now = runner.controller().now();
+        let now = runner.arm_now();
         assert_eq!(counting.lock().unwrap().seen, now / 20_000 + 1, "{speed}");
     }
     let (runner, _) = watched(Speed::Times(0.0));
@@ -690,12 +754,7 @@ fn the_speed_may_change_on_the_way() {
     let mut runner = runner(Speed::Times(1.0), LineTiming::default());
     runner.receive(0, USB, &[start(), wait(1000), wait(2000)].concat());
     runner.handle_timeout(400_000);
-    let at = |runner: &Runner| {
-        (
-            runner.controller().now(),
-            runner.controller().current_index(),
-        )
-    };
+    let at = |runner: &Runner| (runner.arm_now(), runner.controller().current_index());
     assert_eq!((at(&runner), runner.busy()), ((400_000, 0), true));
     runner.set_speed(500_000, Speed::Times(10.0));
     runner.handle_timeout(600_000);
@@ -717,7 +776,7 @@ fn the_speed_may_change_on_the_way() {
 fn what_has_come_and_is_not_taken_is_no_change() {
     let line = LineTiming {
         baud: None,
-        turnaround: 500,
+        turnaround: Duration::from_micros(500),
     };
     let mut runner = runner(Speed::Times(1.0), line);
     runner.receive(0, USB, &get_pose());

@@ -3,6 +3,8 @@
 
 use super::arm::{Bench, SECOND, arm_with, home, joints_to, ptp, running_arm};
 use magician_motion::Geometry;
+use std::time::Duration;
+
 use magician_protocol::commands::*;
 use magician_protocol::{Alarm, CpMode, Flag, JogCommand};
 
@@ -48,9 +50,9 @@ fn path_of(steps: &[f32]) -> Bench {
 /// How fast the tool moves, mm/s: over the last millisecond before the event that comes next.
 fn speed_before_event(bench: &mut Bench) -> f64 {
     let at = bench.arm.poll_timeout().expect("it moves");
-    bench.arm.advance(at - 1001);
+    bench.arm.advance(at - Duration::from_micros(1001));
     let before = bench.state().pose;
-    bench.arm.advance(at - 1);
+    bench.arm.advance(at - Duration::from_micros(1));
     bench.state().pose.distance_to(&before) * 1000.0
 }
 
@@ -194,7 +196,7 @@ fn a_profile_that_raises_a_ceiling_raises_it() {
         let begun = bench.state().now;
         bench.set(&ptp(2, [220.0, 120.0, 20.0, 0.0]));
         bench.rest();
-        (bench.state().now - begun) as f64 / 1e6
+        (bench.state().now - begun).as_secs_f64()
     };
     assert!((seconds(300.0) - 0.803).abs() < 1e-3, "{}", seconds(300.0));
     assert!((seconds(600.0) - 0.406).abs() < 1e-3, "{}", seconds(600.0));

@@ -1,7 +1,7 @@
 //! The stepper outputs (document 1.15.6, errata E41).
 
 use super::arm;
-use super::arm::{Bench, SECOND, arm, running_arm, wait};
+use super::arm::{Bench, SECOND, arm, at, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, Flag, Port, Stepper};
 use magician_sim::{CONVEYOR_PULSES_PER_MM, Event, ExternalEvent};
@@ -59,8 +59,8 @@ fn a_motor_turns_until_it_is_told_otherwise() {
 fn a_number_of_pulses_ends_to_the_microsecond() {
     let mut bench = arm();
     bench.set(&counted(1, -3000, 1000));
-    assert_eq!(bench.arm.poll_timeout(), Some(333_333));
-    assert_eq!(bench.arm.steppers()[1].ends, Some(333_333));
+    assert_eq!(bench.arm.poll_timeout(), Some(at(333_333)));
+    assert_eq!(bench.arm.steppers()[1].ends, Some(at(333_333)));
     bench.pass(333_332);
     assert_eq!(bench.arm.steppers()[1].pulses_per_second, -3000.0);
     bench.pass(1);
@@ -78,7 +78,7 @@ fn in_the_queue_it_has_finished_when_the_motor_has() {
     assert_eq!(bench.state().queue.running, Some(index));
     bench.pass(1);
     assert_eq!(bench.current_index(), index);
-    assert_eq!(bench.arm.poll_timeout(), Some(600_000));
+    assert_eq!(bench.arm.poll_timeout(), Some(at(600_000)));
     bench.rest();
     assert_eq!(bench.current_index(), next);
 }

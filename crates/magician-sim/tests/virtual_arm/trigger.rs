@@ -1,7 +1,7 @@
 //! TRIG: the queue waits for an input (document 1.14, errata E35).
 
 use super::arm;
-use super::arm::{Bench, SECOND, multiplex, running_arm, wait};
+use super::arm::{Bench, SECOND, at, multiplex, running_arm, wait};
 use magician_protocol::commands::*;
 use magician_protocol::{Ctrl, IoFunction, TriggerCondition, TriggerMode};
 use magician_sim::world::Press;
@@ -44,7 +44,7 @@ fn a_level_lets_it_go_at_once_or_as_soon_as_it_comes() {
     bench.arm.set_input(9, true);
     assert_eq!(bench.current_index(), index);
     assert_eq!(bench.state().awaits_input, None);
-    assert_eq!(bench.arm.now(), 3600 * SECOND);
+    assert_eq!(bench.arm.now(), at(3600 * SECOND));
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn what_follows_begins_when_it_is_met() {
     let last = bench.enqueue(&wait(100));
     bench.pass(SECOND);
     bench.arm.set_input(9, false);
-    assert_eq!(bench.arm.poll_timeout(), Some(1_100_000));
+    assert_eq!(bench.arm.poll_timeout(), Some(at(1_100_000)));
     bench.rest();
     assert_eq!(bench.current_index(), last);
 }
@@ -114,7 +114,7 @@ fn an_input_that_the_scenario_changes_is_seen_to_the_microsecond() {
     );
     multiplex(&mut bench, 9, IoFunction::DigitalInputPullUp);
     let index = bench.enqueue(&trig(9, 0, 0, 1));
-    assert_eq!(bench.arm.poll_timeout(), Some(3_200_000));
+    assert_eq!(bench.arm.poll_timeout(), Some(at(3_200_000)));
     bench.pass(3_199_999);
     assert_eq!(bench.state().queue.running, Some(index));
     bench.pass(1);

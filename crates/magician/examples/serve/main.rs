@@ -4,6 +4,7 @@
 
 use std::io::Write;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use magician::serve::Server;
 use magician_sim::{Controller, LineTiming, Profile, Speed};
@@ -33,7 +34,7 @@ fn run() -> Result<(), Box<dyn std::error::Error>> {
             "--tcp" => server = server.tcp(value),
             "--speed" => speed = value.parse::<Speed>()?,
             "--baud" => line.baud = Some(value.parse()?),
-            "--turnaround-ms" => line.turnaround = value.parse::<u64>()?.saturating_mul(1000),
+            "--turnaround-ms" => line.turnaround = Duration::from_millis(value.parse()?),
             #[cfg(feature = "trace")]
             "--trace" => server = server.trace(std::fs::File::create(value)?),
             _ => return Err(format!("{word} is not known").into()),

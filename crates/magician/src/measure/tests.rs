@@ -12,7 +12,7 @@ use crate::{Arm, Options};
 async fn paced(turnaround: Duration) -> Arm {
     let line = LineTiming {
         baud: Some(115_200),
-        turnaround: turnaround.as_micros() as u64,
+        turnaround,
     };
     let runner = Runner::new(Controller::new(Profile::default()), Speed::Times(1.0), line);
     Arm::simulated(runner, Options::default()).await.unwrap()

@@ -1,20 +1,21 @@
 //! Keeps the arm's flash in a file.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
-use magician_sim::{Controller, Micros};
+use magician_sim::{Controller, HostInstant};
 
 use super::files::{FlashFileError, save_flash};
 
 /// A host that sets ten things at once has them written once.
-const DELAY: Micros = 500_000;
+const DELAY: Duration = Duration::from_millis(500);
 
 /// The file, and what of the flash is in it.
 pub(super) struct Keeper {
     path: PathBuf,
     written: u64,
     /// When what has changed is written.
-    due: Option<Micros>,
+    due: Option<HostInstant>,
     /// The file could not be written the last time.
     failed: bool,
 }
@@ -33,13 +34,13 @@ impl Keeper {
     /// Writes what has changed, a while after it has; if that fails, with the next change or at the end.
     pub(super) fn keep(
         &mut self,
-        now: Micros,
+        now: HostInstant,
         controller: &Controller,
     ) -> Result<(), FlashFileError> {
         if controller.flash_writes() == self.written {
             return Ok(());
         }
-        let due = *self.due.get_or_insert(now.saturating_add(DELAY));
+        let due = *self.due.get_or_insert(now + DELAY);
         if due > now {
             return Ok(());
         }
@@ -47,7 +48,7 @@ impl Keeper {
     }
 
     /// When there is something to write.
-    pub(super) fn due(&self) -> Option<Micros> {
+    pub(super) fn due(&self) -> Option<HostInstant> {
         self.due
     }
 
@@ -76,6 +77,8 @@ mod tests {
     use magician_protocol::{Ctrl, FrameBuf};
     use magician_sim::{LinkId, Profile, World};
 
+    const BEGIN: HostInstant = HostInstant::ZERO;
+
     fn rename(controller: &mut Controller, name: &[u8]) {
         let frame = FrameBuf::new(1, Ctrl::SET, name).unwrap();
         controller.receive(LinkId(0), frame.bytes());
@@ -97,17 +100,18 @@ mod tests {
         let path = directory.path().join("flash");
         let mut arm = Controller::default();
         let mut keeper = Keeper::new(path.clone(), &arm);
-        keeper.keep(0, &arm).unwrap();
+        keeper.keep(BEGIN, &arm).unwrap();
         keeper.finish(&arm).unwrap();
         assert_eq!((keeper.due(), name(&path)), (None, None), "nothing to keep");
 
+        let changed = BEGIN + Duration::from_millis(1);
         rename(&mut arm, b"one\0");
-        keeper.keep(1_000, &arm).unwrap();
-        assert_eq!(keeper.due(), Some(1_000 + DELAY));
+        keeper.keep(changed, &arm).unwrap();
+        assert_eq!(keeper.due(), Some(changed + DELAY));
         rename(&mut arm, b"two\0");
-        keeper.keep(DELAY, &arm).unwrap();
+        keeper.keep(BEGIN + DELAY, &arm).unwrap();
         assert_eq!(name(&path), None);
-        keeper.keep(1_000 + DELAY, &arm).unwrap();
+        keeper.keep(changed + DELAY, &arm).unwrap();
         assert_eq!(keeper.due(), None);
         assert_eq!(name(&path).as_deref(), Some("two"));
 
@@ -123,9 +127,9 @@ mod tests {
         let mut arm = Controller::default();
         let mut keeper = Keeper::new(path.clone(), &arm);
         rename(&mut arm, b"one\0");
-        keeper.keep(0, &arm).unwrap();
-        assert!(keeper.keep(DELAY, &arm).is_err());
-        assert!(keeper.keep(9 * DELAY, &arm).is_ok(), "said once");
+        keeper.keep(BEGIN, &arm).unwrap();
+        assert!(keeper.keep(BEGIN + DELAY, &arm).is_err());
+        assert!(keeper.keep(BEGIN + 9 * DELAY, &arm).is_ok(), "said once");
         std::fs::create_dir(directory.path().join("later")).unwrap();
         keeper.finish(&arm).unwrap();
         assert_eq!(name(&path).as_deref(), Some("one"));

@@ -42,7 +42,7 @@ mod on {
             let clock = runner.controller().now();
             let epoch = millis
                 .saturating_mul(1_000_000)
-                .saturating_sub(clock.saturating_mul(1000));
+                .saturating_sub(clock.as_micros().saturating_mul(1000));
             let recorder = WriteBehind::new(out, full).and_then(|out| Recorder::new(out, epoch));
             let recorder = Arc::new(Mutex::new(recorder.map_err(ServeError::Record)?));
             runner.observe(Arc::clone(&recorder));

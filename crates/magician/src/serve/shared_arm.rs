@@ -8,7 +8,7 @@ use super::files::FlashFileError;
 use super::keep::Keeper;
 use super::recording::Recording;
 use super::{Notice, OnNotice, ServeError, Service};
-use magician_sim::{LinkId, Micros, Runner};
+use magician_sim::{HostInstant, LinkId, Runner};
 
 /// What all endpoints share: the arm on the wall clock, the log and the trace.
 pub(super) struct SharedArm {
@@ -105,11 +105,11 @@ impl SharedArm {
             keeper.and_then(|keeper| keeper.due()),
         ];
         let at = due.into_iter().flatten().min()?;
-        Some(Duration::from_micros(at.saturating_sub(self.now())))
+        Some(at - self.now())
     }
 
-    fn now(&self) -> Micros {
-        Micros::try_from(self.start.elapsed().as_micros()).unwrap_or(Micros::MAX)
+    fn now(&self) -> HostInstant {
+        HostInstant::ZERO + self.start.elapsed()
     }
 
     /// The link of a client that is known by this name.
@@ -210,7 +210,7 @@ mod tape {
     use magician_protocol::Direction;
 
     use magician_record::trace::{TraceLink, TraceWriter};
-    use magician_sim::{LinkId, Micros};
+    use magician_sim::{HostInstant, LinkId};
 
     /// The trace, if there is one.
     pub(super) struct Tape(Option<Running>);
@@ -245,7 +245,7 @@ mod tape {
         pub(super) fn record(
             &mut self,
             link: LinkId,
-            now: Micros,
+            now: HostInstant,
             direction: Direction,
             bytes: &[u8],
         ) -> io::Result<()> {
@@ -255,7 +255,7 @@ mod tape {
             let Some(place) = tape.places.get(&link) else {
                 return Ok(());
             };
-            let time = tape.epoch.saturating_add(now);
+            let time = tape.epoch.saturating_add(now.as_micros());
             tape.writer.record(*place, time, direction, bytes)
         }
 
@@ -288,7 +288,7 @@ mod tape {
 
     use magician_protocol::Direction;
 
-    use magician_sim::{LinkId, Micros};
+    use magician_sim::{HostInstant, LinkId};
 
     pub(super) struct Tape;
 
@@ -302,7 +302,7 @@ mod tape {
         pub(super) fn record(
             &mut self,
             _: LinkId,
-            _: Micros,
+            _: HostInstant,
             _: Direction,
             _: &[u8],
         ) -> io::Result<()> {

@@ -253,7 +253,7 @@ impl Transport for Faulty {
     }
 
     /// What is held up on the line is so by the wall's clock, and the arm waits for it.
-    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+    fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
         let held_up = {
             let state = self.spoiler.lock();
             let next = [state.to_arm.poll_timeout(), state.to_host.poll_timeout()];

@@ -29,8 +29,9 @@ mod udp;
 
 use std::io;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
-use crate::connection::{Micros, Settings};
+use crate::connection::Settings;
 
 #[cfg(all(test, unix, feature = "lines"))]
 pub(crate) use away::Away;
@@ -41,8 +42,8 @@ pub(crate) use stream::Stream;
 #[cfg(feature = "trace")]
 pub use traced::Tracer;
 
-/// How far the clock of an arm goes on at a time where it goes on by the wall, us: a leap that is longer is over what has an end.
-pub(crate) const STEP: Micros = 10_000;
+/// How far the clock of an arm goes on at a time where it goes on by the wall: a leap that is longer is over what has an end.
+pub(crate) const STEP: Duration = Duration::from_millis(10);
 
 /// A line to the arm. Both methods are polled from one task; what one leaves pending must wake it.
 pub(crate) trait Transport: Send {
@@ -65,7 +66,7 @@ pub(crate) trait Transport: Send {
     /// Lets so much of the arm's time pass at once, less if something comes or the arm comes to rest before, or to the end of a
     /// queued command if that is of interest. `None`: nothing passes, because it rests already or bytes are under way in
     /// wall time.
-    fn leap(&mut self, _most: Micros, _ends: bool) -> Option<Leap> {
+    fn leap(&mut self, _most: Duration, _ends: bool) -> Option<Leap> {
         None
     }
 }
@@ -73,7 +74,7 @@ pub(crate) trait Transport: Send {
 /// Time of an arm in virtual time that has passed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leap {
-    pub(crate) time: Micros,
+    pub(crate) time: Duration,
     /// It ends with what was of interest, or the arm has nothing to do any more.
     pub(crate) news: bool,
 }

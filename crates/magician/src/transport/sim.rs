@@ -2,13 +2,13 @@ use std::future::Future;
 use std::io;
 use std::pin::Pin;
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use magician_sim::LinkId;
 use tokio::time::{Instant, Sleep, sleep_until};
 
 use super::{Leap, Transport};
 use crate::VirtualArm;
-use crate::connection::Micros;
 
 /// The line to a virtual arm in this process.
 pub(crate) struct Sim {
@@ -50,8 +50,8 @@ impl Transport for Sim {
                 return Poll::Pending;
             };
             // Timers may fire a little early; an instant that has come is waited for a moment.
-            let Some(comes) = cell.comes(at.max(now + 1)) else {
-                // Advancing the clock wakes this; what is due already goes on after the others' turn.
+            let Some(comes) = cell.comes(at.max(now.after_micros(1))) else {
+                // Whoever lets time pass wakes this; what is due already goes on when others had their turn.
                 if at <= now {
                     cx.waker().wake_by_ref();
                 }
@@ -73,7 +73,7 @@ impl Transport for Sim {
         self.arm.lock().lead(self.link, leads)
     }
 
-    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+    fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
         self.arm.lock().leap(self.link, most, ends)
     }
 }

@@ -1,13 +1,12 @@
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
-use std::time::{Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use magician_protocol::Direction;
 use magician_record::trace::{TraceLink, TraceWriter};
 
 use super::{Leap, Transport};
-use crate::connection::Micros;
 
 /// A trace file under way: everything that passes on a line, as a pcapng file of link type USER0
 /// that Wireshark opens. Clones write to the same file.
@@ -146,7 +145,7 @@ impl Transport for Traced {
         self.inner.lead(leads)
     }
 
-    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+    fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
         self.inner.leap(most, ends)
     }
 }

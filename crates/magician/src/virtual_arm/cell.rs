@@ -10,13 +10,15 @@ use std::task::Waker;
 use std::time::Duration;
 
 use magician_protocol::MAX_FRAME;
-use magician_sim::{LinkId, Micros, Runner, Speed};
+use magician_sim::{ArmInstant, HostInstant, LinkId, Runner, Speed};
 use tokio::time::Instant;
 
 use crate::transport::{Leap, STEP};
 
 /// Events in one leap, before others get at the arm.
 const EVENTS: usize = 1000;
+/// From one instant to the next.
+const INSTANT: Duration = Duration::from_micros(1);
 
 /// The arm, and its waiters.
 pub(crate) struct Cell {
@@ -26,8 +28,8 @@ pub(crate) struct Cell {
     stands: bool,
     /// Whether it stands for now, because a connection leads.
     led: bool,
-    /// By how much that clock was put forward.
-    ahead: Micros,
+    /// What that clock shows while it stands; else what it showed when it was set going.
+    ahead: HostInstant,
     lines: BTreeMap<LinkId, End>,
     /// The arm's speed while no connection leads it.
     free: Speed,
@@ -47,26 +49,24 @@ impl Cell {
             begun: Instant::now(),
             stands: false,
             led: false,
-            ahead: 0,
+            ahead: HostInstant::ZERO,
             lines: BTreeMap::new(),
             free: runner.speed(),
             runner,
         }
     }
 
-    /// The wall clock that the arm knows, in microseconds since it was made.
-    pub(crate) fn now(&self) -> Micros {
-        let passed = match self.stands || self.led {
-            true => 0,
-            false => Micros::try_from(self.begun.elapsed().as_micros()).unwrap_or(Micros::MAX),
-        };
-        passed.saturating_add(self.ahead)
+    /// The wall clock that the arm knows.
+    pub(crate) fn now(&self) -> HostInstant {
+        match self.stands || self.led {
+            true => self.ahead,
+            false => self.ahead + self.begun.elapsed(),
+        }
     }
 
     /// When that clock will show an instant by itself, if ever.
-    pub(crate) fn comes(&self, at: Micros) -> Option<Instant> {
-        let left = Duration::from_micros(at.saturating_sub(self.ahead));
-        (!self.stands && !self.led).then(|| self.begun.checked_add(left))?
+    pub(crate) fn comes(&self, at: HostInstant) -> Option<Instant> {
+        (!self.stands && !self.led).then(|| self.begun.checked_add(at - self.ahead))?
     }
 
     /// Whether a run leads the clock: where the arm waits for no clock of the wall to do what it is told.
@@ -76,12 +76,12 @@ impl Cell {
 
     /// From now on the clock stands.
     pub(super) fn stand(&mut self) {
-        let begun = self.runner.controller().now() > 0;
-        (self.ahead, self.stands) = (if begun { self.now() } else { 0 }, true);
+        let begun = self.runner.controller().now() > ArmInstant::ZERO;
+        (self.ahead, self.stands) = (if begun { self.now() } else { HostInstant::ZERO }, true);
     }
 
-    pub(super) fn put_forward(&mut self, time: Micros) {
-        self.ahead = self.ahead.saturating_add(time);
+    pub(super) fn put_forward(&mut self, time: Duration) {
+        self.ahead += time;
     }
 
     /// Has all connections look what is new.
@@ -127,7 +127,7 @@ impl Cell {
     }
 
     /// What the arm has said over this line, as many whole frames as there is room for.
-    pub(crate) fn hear(&mut self, now: Micros, link: LinkId, bytes: &mut [u8]) -> usize {
+    pub(crate) fn hear(&mut self, now: HostInstant, link: LinkId, bytes: &mut [u8]) -> usize {
         let mut count = 0;
         while count == 0 || bytes.len() - count >= MAX_FRAME {
             let Some(frame) = self.runner.poll_transmit(now, link) else {
@@ -183,7 +183,7 @@ impl Cell {
 
     /// Lets so much time pass at once, less if something comes over this line or the arm comes to rest before, or to the end of
     /// a queued command if that is of interest.
-    pub(crate) fn leap(&mut self, link: LinkId, most: Micros, ends: bool) -> Option<Leap> {
+    pub(crate) fn leap(&mut self, link: LinkId, most: Duration, ends: bool) -> Option<Leap> {
         // An arm at rest has nothing to leap to. But its cable is put in again by its own clock, which goes on by the wall until
         // then, or the run that waits for an answer would wait for ever.
         let comes_back = !self.runner.plugged() && most <= STEP;
@@ -191,11 +191,11 @@ impl Cell {
             return None;
         }
         let (from, before) = (self.ahead, self.runner.controller().current_index());
-        let end = from.saturating_add(most.max(1));
+        let end = from + most.max(INSTANT);
         let mut news = false;
         for _ in 0..EVENTS {
             let next = self.runner.poll_change().unwrap_or(end);
-            self.ahead = next.max(self.ahead.saturating_add(1)).min(end);
+            self.ahead = next.max(self.ahead + INSTANT).min(end);
             self.runner.handle_timeout(self.ahead);
             let ended = ends && self.runner.controller().current_index() != before;
             news = ended || !self.runner.busy();
@@ -206,7 +206,7 @@ impl Cell {
         }
         self.wake_others(link);
         Some(Leap {
-            time: self.ahead.saturating_sub(from),
+            time: self.ahead - from,
             news,
         })
     }
@@ -236,10 +236,14 @@ mod tests {
         let wait = FrameBuf::set(&WaitCmd { timeout: 5000 }.into(), Ctrl::QUEUED).unwrap();
         for frame in [start, wait] {
             cell.receive(leader, frame.bytes());
-            while cell.runner.poll_transmit(0, leader).is_some() {}
+            while cell
+                .runner
+                .poll_transmit(HostInstant::ZERO, leader)
+                .is_some()
+            {}
         }
-        let leap = cell.leap(leader, Micros::MAX, false).expect("it waits");
-        assert_eq!((leap.time, leap.news), (5_000_000, true));
-        assert!(cell.leap(leader, Micros::MAX, false).is_none());
+        let leap = cell.leap(leader, Duration::MAX, false).expect("it waits");
+        assert_eq!((leap.time, leap.news), (Duration::from_secs(5), true));
+        assert!(cell.leap(leader, Duration::MAX, false).is_none());
     }
 }

@@ -4,11 +4,157 @@ use std::time::Duration;
 
 use magician::commands::{CpCmd, WaitCmd};
 use magician::protocol::{CpMode, FrameBuf};
+use magician::sim::{ArmInstant, Controller, Event, LinkId, Profile};
 use magician::stream::STRAIGHT;
 use magician::{Arm, Ctrl, ErrorKind, Options, Ran, Run, RunOptions, Set};
 use tokio::time::{sleep, timeout};
 
-use crate::desk::{Desk, Dice};
+/// Dice of its own, so that a seed says everything.
+struct Dice(u64);
+
+impl Dice {
+    fn below(&mut self, bound: u64) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) % bound
+    }
+}
+
+#[derive(Clone)]
+struct Bench(Arc<Mutex<Inner>>);
+
+struct Inner {
+    controller: Controller,
+    begun: Instant,
+    dice: Dice,
+    /// Of a thousand frames.
+    lost: u64,
+    plugged: bool,
+    cable: Option<JoinHandle<()>>,
+    /// Parameters of what was taken, by index.
+    taken: Vec<(u64, Vec<u8>)>,
+    started: Vec<u64>,
+}
+
+impl Bench {
+    fn new(seed: u64, lost: u64) -> Self {
+        Self(Arc::new(Mutex::new(Inner {
+            controller: Controller::new(Profile::default()),
+            begun: Instant::now(),
+            dice: Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1),
+            lost: 0,
+            plugged: true,
+            cable: None,
+            taken: Vec::new(),
+            started: Vec::new(),
+        })))
+        .spoilt(lost)
+    }
+
+    fn spoilt(self, lost: u64) -> Self {
+        self.0.lock().unwrap().lost = lost;
+        self
+    }
+
+    fn open(&self) -> io::Result<DuplexStream> {
+        let mut inner = self.0.lock().unwrap();
+        if !inner.plugged {
+            return Err(io::ErrorKind::NotFound.into());
+        }
+        let (near, far) = duplex(1 << 16);
+        inner.cable = Some(tokio::spawn(self.clone().serve(far)));
+        Ok(near)
+    }
+
+    async fn connect(&self, window: usize) -> Arm {
+        let bench = self.clone();
+        let options = Options::default().window(window);
+        let opener = move || std::future::ready(bench.open());
+        let lost = std::mem::take(&mut self.0.lock().unwrap().lost);
+        let arm = Arm::over_with(opener, options).await.unwrap();
+        self.0.lock().unwrap().lost = lost;
+        arm
+    }
+
+    fn pull(&self) {
+        let mut inner = self.0.lock().unwrap();
+        inner.plugged = false;
+        if let Some(cable) = inner.cable.take() {
+            cable.abort();
+        }
+    }
+
+    fn plug(&self) {
+        self.0.lock().unwrap().plugged = true;
+    }
+
+    async fn serve(self, mut far: DuplexStream) {
+        let mut head = [0; 3];
+        while far.read_exact(&mut head).await.is_ok() {
+            let mut rest = vec![0; usize::from(head[2]) + 1];
+            if far.read_exact(&mut rest).await.is_err() {
+                return;
+            }
+            let request = FrameBuf::new(rest[0], Ctrl(rest[1]), &rest[2..rest.len() - 1]).unwrap();
+            sleep(Duration::from_millis(1)).await;
+            let mut replies = Vec::new();
+            {
+                let mut inner = self.0.lock().unwrap();
+                inner.advance();
+                if !inner.spoils() {
+                    inner.controller.receive(LinkId(0), request.bytes());
+                }
+                while let Some(reply) = inner.controller.poll_transmit(LinkId(0)) {
+                    inner.note(&request, reply.bytes());
+                    if !inner.spoils() {
+                        replies.extend_from_slice(reply.bytes());
+                    }
+                }
+            }
+            let _ = far.write_all(&replies).await;
+        }
+    }
+
+    fn observe(&self) -> (Vec<Vec<u8>>, u32, bool) {
+        let mut inner = self.0.lock().unwrap();
+        inner.advance();
+        let inner = &*inner;
+        let find = |index: &u64| {
+            let found = inner.taken.iter().find(|(taken, _)| taken == index);
+            found.map(|(_, params)| params.clone())
+        };
+        let done = inner.started.iter().filter_map(find).collect();
+        let state = inner.controller.state();
+        (done, state.queue.waiting as u32, state.moving)
+    }
+}
+
+impl Inner {
+    fn advance(&mut self) {
+        let now = ArmInstant::ZERO + self.begun.elapsed();
+        self.controller.advance(now);
+        while let Some(event) = self.controller.poll_event() {
+            if let Event::Started { index, .. } = event {
+                self.started.push(index);
+            }
+        }
+    }
+
+    fn spoils(&mut self) -> bool {
+        self.lost > 0 && self.dice.below(1000) < self.lost
+    }
+
+    fn note(&mut self, request: &FrameBuf, reply: &[u8]) {
+        let (id, params) = (request.frame().id(), request.frame().params());
+        if request.frame().ctrl().queued() && id < 240 && reply.len() >= 14 {
+            let index = u64::from_le_bytes(reply[5..13].try_into().unwrap());
+            if index > 0 {
+                self.taken.push((index, params.to_vec()));
+            }
+        }
+    }
+}
 
 /// Segments, each to another place, with a wait of its own length here and there.
 fn program(count: usize) -> Vec<Set> {

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use magician::commands::DeviceSn;
 use magician::protocol::{FrameBuf, Text};
-use magician::sim::{Controller, ControllerState, Event, LinkId, Profile};
+use magician::sim::{ArmInstant, Controller, LinkId, Profile, ControllerState};
 use magician::{Arm, Ctrl, Options};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::task::JoinHandle;
@@ -52,13 +52,13 @@ impl Dice {
 /// Looks at the arm every few milliseconds of its clock.
 type Watcher = Box<dyn FnMut(&ControllerState) + Send>;
 
-/// How often it does, us.
-const WATCHED: u64 = 4_000;
+/// How often it does.
+const WATCHED: Duration = Duration::from_millis(4);
 
 impl Inner {
     /// The arm comes to the present, watched on its way.
     fn catch_up(&mut self) {
-        let now = self.booted.elapsed().as_micros() as u64;
+        let now = ArmInstant::ZERO + self.booted.elapsed();
         while let Some(watcher) = &mut self.watcher {
             let at = self.controller.now();
             if at >= now {

@@ -8,7 +8,7 @@ use magician::commands::{
     PtpCoordinateParams, PtpJointParams, QueuedCmdStartDownload, QueuedCmdStartExec,
 };
 use magician::protocol::{Flag, FrameBuf, PtpMode};
-use magician::sim::ControllerState;
+use magician::sim::{ArmInstant, ControllerState};
 use magician::words::{self, Axis, Guards, JogDirection};
 use magician::{
     Act, Action, Arm, Ctrl, Cuboid, ErrorKind, Fence, FencePart, Options, RunOptions, Set,
@@ -425,7 +425,7 @@ struct Seen {
     beyond: f64,
     speed: f64,
     homing: bool,
-    before: Option<(u64, [f64; 3], f64)>,
+    before: Option<(ArmInstant, [f64; 3], f64)>,
     ways: f64,
 }
 
@@ -447,7 +447,7 @@ impl Seen {
             self.ways += way;
             // Another tool in the same moment, and the search of homing, are no speeds of the program's.
             if !self.homing {
-                self.speed = self.speed.max(way / (state.now - at) as f64 * 1e6);
+                self.speed = self.speed.max(way / (state.now - at).as_secs_f64());
             }
         }
         self.before = Some((state.now, tip, tool));

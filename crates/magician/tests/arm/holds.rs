@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::{Pose, PtpCmd, WaitCmd};
 use magician::protocol::FrameBuf;
-use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
+use magician::sim::{ArmInstant, Controller, LineTiming, Profile, Runner, Speed};
 use magician::{Act, Action, Arm, Ctrl, ErrorCode, ErrorKind, Options, RunOptions, Set, words};
 use tokio::io::{AsyncWriteExt, duplex};
 use tokio::time::Instant;
@@ -104,7 +104,7 @@ async fn a_move_of_the_rail_alone_is_no_hold() {
                     Some(FrameBuf::new(13, Ctrl::GET, &l.to_le_bytes()).unwrap())
                 }
                 _ => {
-                    controller.advance(now.as_micros() as u64);
+                    controller.advance(ArmInstant::ZERO + now);
                     controller.receive(magician::sim::LinkId(0), request.bytes());
                     controller.poll_transmit(magician::sim::LinkId(0))
                 }
@@ -129,11 +129,7 @@ async fn a_wait_of_another_program_before_ours_is_no_hold() {
     let mut controller = Controller::new(Profile::default());
     let left = FrameBuf::encode(110, Ctrl::QUEUED, &WaitCmd { timeout: 20_000 }).unwrap();
     controller.receive(magician::sim::LinkId(7), left.bytes());
-    let line = LineTiming {
-        baud: None,
-        turnaround: 0,
-    };
-    let runner = Runner::new(controller, Speed::Times(1.0), line);
+    let runner = Runner::new(controller, Speed::Times(1.0), LineTiming::default());
     let arm = Arm::simulated(runner, Options::default()).await.unwrap();
     let options = RunOptions::default().keep(true);
     arm.start_with([words::move_to(200.0, 50.0, 20.0, 0.0)], options)

@@ -7,7 +7,7 @@ use std::time::Duration;
 use magician::faults::Faults;
 use magician::protocol::Set;
 use magician::protocol::commands::{DeviceTime, Pose};
-use magician::sim::{ControllerState, ExternalEvent, Scenario};
+use magician::sim::{ArmInstant, ExternalEvent, Scenario, ControllerState};
 use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, words};
 use tokio::task::yield_now;
 use tokio::time::Instant;
@@ -42,7 +42,7 @@ fn curve(pieces: u16) -> Vec<Set> {
 
 /// The arm's clock.
 fn clock(cell: &VirtualArm) -> Duration {
-    Duration::from_micros(cell.state().now)
+    cell.state().now - ArmInstant::ZERO
 }
 
 /// The arm at the first of the moments at which this is so, in a run that goes on meanwhile.
@@ -164,7 +164,10 @@ async fn a_stop_finds_the_arm_under_way() {
     let stood = cell.state();
     assert!(!stood.moving && stood.queue.waiting == 0);
     // It braked where it was: what waited in its queue was not done first.
-    assert!(stood.now - found.now < 1_000_000, "{found:?} {stood:?}");
+    assert!(
+        stood.now - found.now < Duration::from_secs(1),
+        "{found:?} {stood:?}"
+    );
     // And the next run finds everything as it should be.
     let home = [words::move_to(200.0, 0.0, 20.0, 0.0)];
     let estimate = arm.preflight().await.unwrap().estimate(&home).unwrap();
@@ -207,7 +210,7 @@ async fn an_alarm_ends_a_run() {
 #[tokio::test(start_paused = true)]
 async fn an_arm_that_answers_late_goes_on_by_the_wall() {
     let (cell, arm) = arm(1).await;
-    cell.with(|arm| arm.inject(ExternalEvent::Delay(30_000)));
+    cell.with(|arm| arm.inject(ExternalEvent::Delay(Duration::from_millis(30))));
     let wait = words::wait(Duration::from_millis(100));
     let late = async {
         cell.advance(Duration::from_millis(30));
@@ -284,7 +287,7 @@ fn a_program_may_wait_for_the_arm() {
     });
     let ran = arm.start(commands).wait(|_| {}).unwrap();
     assert_eq!(ran.commands, 40);
-    assert!(cell.state().now >= 400_000);
+    assert!(cell.state().now.as_micros() >= 400_000);
 }
 
 /// Programs that push in between each other cannot count on their indices, and say so; none of them waits for ever.
@@ -356,8 +359,8 @@ async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
     let state = cell.state();
     assert_eq!(state.queue.waiting, 0, "{state:?}");
     assert!(
-        state.now - found.now < 1_000_000,
-        "{} {}",
+        state.now - found.now < Duration::from_secs(1),
+        "{:?} {:?}",
         found.now,
         state.now
     );

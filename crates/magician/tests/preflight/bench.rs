@@ -1,7 +1,7 @@
 //! An arm in virtual time, and chance from a seed.
 
 use magician::protocol::{FrameBuf, NoArgs, Readable, Writable};
-use magician::sim::{Controller, LinkId, Profile};
+use magician::sim::{ArmInstant, Controller, LinkId, Profile};
 use magician::words::Readings;
 use magician::{Ctrl, Set};
 
@@ -11,7 +11,7 @@ const LINK: LinkId = LinkId(0);
 #[derive(Clone)]
 pub(crate) struct Bench {
     pub(crate) arm: Controller,
-    pub(crate) now: u64,
+    pub(crate) now: ArmInstant,
 }
 
 impl Bench {
@@ -22,7 +22,7 @@ impl Bench {
     pub(crate) fn with(firmware: Profile) -> Self {
         Self {
             arm: Controller::new(firmware),
-            now: 0,
+            now: ArmInstant::ZERO,
         }
     }
 
@@ -66,7 +66,7 @@ impl Bench {
         let index = self.arm.state().queue.current_index + 1;
         self.enqueue(command);
         while self.arm.state().queue.current_index < index && self.pass() {}
-        self.now - begun
+        self.now.micros_since(begun)
     }
 
     /// Runs a program with a queue that is kept full. How long it took.
@@ -86,7 +86,7 @@ impl Bench {
                 break;
             }
         }
-        self.now - begun
+        self.now.micros_since(begun)
     }
 
     pub(crate) fn start(&mut self) {

@@ -133,7 +133,7 @@ fn ends(bench: &mut Bench, program: &[Set]) -> Vec<u64> {
         }
         bench.start();
         let current = bench.arm.state().queue.current_index as usize;
-        ends[done..current].fill(bench.now - begun);
+        ends[done..current].fill(bench.now.micros_since(begun));
         done = current;
         if done < program.len() {
             assert!(bench.pass(), "it stands still");

@@ -2,6 +2,7 @@
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream, UdpSocket};
+use std::time::Duration;
 
 use magician::serve::{Discovery, Ended, Endpoint, Notice, Server};
 use magician_sim::{Controller, Speed};
@@ -48,9 +49,9 @@ fn a_handle_looks_at_its_arm_and_changes_it() {
     assert_eq!(started.collect::<Vec<bool>>(), [true, false]);
 
     // Not waited for, and done before what comes after.
-    drop(served.handles[0].with(|runner| runner.set_delay(1)));
+    drop(served.handles[0].with(|runner| runner.set_delay(Duration::from_micros(1))));
     let pulls = served.handles[0].with(|runner| {
-        runner.set_delay(0);
+        runner.set_delay(Duration::ZERO);
         runner.pulls()
     });
     assert_eq!(pulls.wait(), Ok(0));

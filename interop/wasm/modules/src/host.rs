@@ -6,7 +6,7 @@ use magician_host::connection::{Connection, Event, Settings};
 use magician_host::stream::{Item, Stream, StreamSettings};
 use magician_host::words::Preflight;
 use magician_host::{JointAngles, ToolBias};
-use magician_protocol::Set;
+use magician_protocol::{ArmInstant, Set};
 use magician_sim::{Controller, LinkId, Profile};
 
 struct Ends {
@@ -53,7 +53,7 @@ pub(crate) extern "C" fn offer(id: u32) -> u32 {
 pub(crate) extern "C" fn advance(now: u64) {
     const LINK: LinkId = LinkId(0);
     ENDS.with_borrow_mut(|ends| {
-        ends.arm.advance(now);
+        ends.arm.advance(ArmInstant::from_micros(now));
         ends.connection.handle_timeout(now);
         ends.stream.advance(now, &mut ends.connection);
         while let Some(frame) = ends.connection.poll_transmit(now) {

@@ -55,7 +55,8 @@ impl<'o> ReplayReporter<'o> {
         if self.json {
             return self.out.json(&Found::of(found));
         }
-        let (seconds, micros) = (found.time / 1_000_000, found.time % 1_000_000);
+        let time = found.time.as_micros();
+        let (seconds, micros) = (time / 1_000_000, time % 1_000_000);
         let link = visible(&found.link);
         let place = self
             .out
@@ -108,7 +109,7 @@ impl<'a> Found<'a> {
             }
         };
         Self {
-            time: found.time as f64 / 1e6,
+            time: found.time.as_micros() as f64 / 1e6,
             link: &found.link,
             id: found.id,
             command: Some(found.command).filter(|command| !command.is_empty()),

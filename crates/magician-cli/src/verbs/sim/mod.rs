@@ -7,6 +7,7 @@ mod tui;
 
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::Args;
 use clap::builder::{NonEmptyStringValueParser, PathBufValueParser, TypedValueParser};
@@ -275,7 +276,7 @@ impl Sim {
     ) -> Result<Server, Failure> {
         let line = LineTiming {
             baud: self.baud,
-            turnaround: (self.turnaround * 1000.0) as u64,
+            turnaround: Duration::from_micros((self.turnaround * 1000.0) as u64),
         };
         let world = match self.scenario {
             Some(_) => World::from_scenario(scenario),

@@ -41,7 +41,7 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             if let Set::ResetPose(reset) = set {
                 reset.rear_arm_angle %= 360.0;
                 tell(arm, &Set::QueuedCmdForceStopExec(QueuedCmdForceStopExec {}));
-                arm.advance(arm.now() + 1_000_000);
+                arm.advance(arm.now().after_micros(1_000_000));
             }
         }),
         A::Identity => replies(|_, reply| {
@@ -54,7 +54,9 @@ pub(super) fn violation(assumption: A) -> Option<Violation> {
             FrameBuf::new(frame.id(), frame.ctrl(), &cut).expect("shorter")
         }),
         A::Version => profile(|profile| profile.identity.version[2] = 15),
-        A::Clock => reports::<DeviceTime>(|arm, time| time.g_systick = arm.now() as u32),
+        A::Clock => {
+            reports::<DeviceTime>(|arm, time| time.g_systick = arm.now().as_micros() as u32)
+        }
         A::DeviceIdWords => profile(|profile| profile.identity.device_id_seed += 1),
         A::FlashKeeps => {
             let ratios = Cell::new(None);

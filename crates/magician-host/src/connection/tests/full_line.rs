@@ -1,11 +1,13 @@
 //! A line of 115200 baud, to the byte and in virtual time: how full it is, and how soon a stop is on it.
 
+use std::time::Duration;
+
 use magician_protocol::commands::{
     CpCmd, Pose, QueuedCmdCurrentIndex, QueuedCmdForceStopExec, QueuedCmdLeftSpace,
     QueuedCmdStartExec, WaitCmd,
 };
 use magician_protocol::{CpMode, NoArgs, Writable};
-use magician_sim::{Controller, LineTiming, LinkId, Profile, Runner, Speed};
+use magician_sim::{Controller, HostInstant, LineTiming, LinkId, Profile, Runner, Speed};
 
 use super::SECOND;
 use crate::connection::{
@@ -41,7 +43,7 @@ impl Paced {
         };
         let line = LineTiming {
             baud: Some(BAUD),
-            turnaround,
+            turnaround: Duration::from_micros(turnaround),
         };
         let controller = Controller::new(Profile::default());
         let mut paced = Self {
@@ -74,8 +76,12 @@ impl Paced {
         self.answered = 0;
     }
 
+    fn wall(&self) -> HostInstant {
+        HostInstant::from_micros(self.now)
+    }
+
     fn exchange(&mut self) {
-        while let Some(reply) = self.arm.poll_transmit(self.now, LinkId(0)) {
+        while let Some(reply) = self.arm.poll_transmit(self.wall(), LinkId(0)) {
             self.host.receive(self.now, reply.bytes());
         }
         while let Some(frame) = self.host.poll_transmit(self.now) {
@@ -84,7 +90,8 @@ impl Paced {
             if frame.frame().id() == QueuedCmdForceStopExec::ROW.id {
                 self.stop_begins = Some(begins.div_ceil(1000));
             }
-            self.arm.receive(self.now, LinkId(0), frame.bytes());
+            let wall = self.wall();
+            self.arm.receive(wall, LinkId(0), frame.bytes());
         }
         while let Some(event) = self.host.poll_event() {
             if let Event::Done { ticket, result } = event {
@@ -98,10 +105,11 @@ impl Paced {
     /// To the next instant at which something happens, at most to `end`.
     fn step(&mut self, end: Micros) {
         self.exchange();
-        let soonest = [self.host.poll_timeout(), self.arm.poll_timeout()];
+        let arm = self.arm.poll_timeout().map(HostInstant::as_micros);
+        let soonest = [self.host.poll_timeout(), arm];
         let next = soonest.into_iter().flatten().min().unwrap_or(end).min(end);
         self.now = next.max(self.now + 1).min(end);
-        self.arm.handle_timeout(self.now);
+        self.arm.handle_timeout(self.wall());
         self.host.handle_timeout(self.now);
         self.exchange();
     }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use magician_protocol::commands::{IoDo, JogCmd, PtpCommonParams};
 use magician_protocol::{Ctrl, Deframer, Flag, FrameBuf, JogCommand, Readable, Writable};
-use magician_sim::{Controller, LinkId, Profile};
+use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
 use super::super::{Client, Event, Proxy, Settings};
 use crate::connection::Micros;
@@ -147,7 +147,7 @@ impl Bench {
         let arrivals = lines.into_iter().filter_map(|line| line.front());
         let next = arrivals.map(|(at, _)| *at).chain(self.proxy.poll_timeout());
         self.now = next.chain([end]).min().unwrap_or(end).clamp(self.now, end);
-        self.arm.advance(self.now);
+        self.arm.advance(ArmInstant::from_micros(self.now));
         self.proxy.handle_timeout(self.now);
         self.exchange();
     }

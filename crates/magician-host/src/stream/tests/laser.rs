@@ -12,13 +12,13 @@ fn burns_on(rig: &Rig) -> u64 {
     let begin = arm.now();
     let mut last = begin;
     for step in 1..=1500 {
-        let now = begin + step * 5_000;
+        let now = begin.after_micros(step * 5_000);
         arm.advance(now);
         if arm.state().laser {
             last = now;
         }
     }
-    last - begin
+    last.micros_since(begin)
 }
 
 /// Engraves, and lets the host die in the middle of it, again and again; returns the longest that the laser burned on,

@@ -1,4 +1,4 @@
-use magician_protocol::FrameBuf;
+use magician_protocol::{ArmInstant, FrameBuf};
 
 use super::rig::{Rig, SECOND, along, laser, mixed, rest_to_rest, segment};
 use crate::connection::Settings;
@@ -97,7 +97,7 @@ fn an_engraving_interrupted_at_any_instant_goes_on_and_ends_dark() {
         // Nobody comes: the arm ends dark.
         let end = rig.pair.now + 4 * SECOND;
         let mut arm = rig.pair.arm.clone();
-        arm.advance(end);
+        arm.advance(ArmInstant::from_micros(end));
         assert!(!arm.state().laser, "turn {turn}");
         rig.resume();
         rig.run(120 * SECOND).unwrap();

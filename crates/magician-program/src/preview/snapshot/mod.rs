@@ -105,7 +105,7 @@ impl Snapshot {
         let scenario = arm.world().scenario();
         let mounted = scenario.and_then(|scenario| scenario.chosen_tool());
         let mounted = mounted.filter(|tool| tool.kind != ToolKind::None);
-        let mut facts = vec![format!("{} s", Number(state.now as f64 / 1e6))];
+        let mut facts = vec![format!("{} s", Number(state.now.as_micros() as f64 / 1e6))];
         let look = arm.look();
         if let Some(held) = look.held() {
             facts.push(format!("holds {}", held.name()));

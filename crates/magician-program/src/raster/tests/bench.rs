@@ -1,5 +1,7 @@
 //! A virtual arm that engraves, and what it leaves as a picture.
 
+use std::time::Duration;
+
 use magician_host::JointAngles;
 use magician_host::words::Preflight;
 use magician_protocol::commands::{ClearAllAlarmsState, QueuedCmdStartExec};
@@ -85,8 +87,8 @@ impl Bench {
     }
 }
 
-/// The arm is looked at as often, us.
-pub(super) const LOOK: u64 = 5_000;
+/// The arm is looked at as often.
+pub(super) const LOOK: Duration = Duration::from_millis(5);
 
 /// What the laser of a virtual arm has burnt when it has done all of it.
 pub(super) fn burnt(plan: &Plan) -> Vec<Stroke> {

@@ -54,7 +54,7 @@ fn the_tool_passes_the_image_at_one_speed() {
         let Some(before) = before.replace(*now) else {
             return;
         };
-        let time = (now.now - before.now) as f64 / 1e6;
+        let time = (now.now - before.now).as_secs_f64();
         // At the edges the laser is not lit in both looks.
         if time >= 1e-3 && before.laser && now.laser {
             let speed = (now.pose.x - before.pose.x).abs() / time;

@@ -20,7 +20,7 @@ use tokio::time::{Instant, sleep};
 /// What a serial line is like: its speed, and how long the arm takes to answer, us.
 const SERIAL: LineTiming = LineTiming {
     baud: Some(115_200),
-    turnaround: 1_000,
+    turnaround: Duration::from_millis(1),
 };
 /// So often a run that was interrupted goes on.
 const MOST_TURNS: usize = 200;

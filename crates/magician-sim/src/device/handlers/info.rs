@@ -92,7 +92,7 @@ impl Report for DeviceTime {
 
     fn report(cx: &mut Context<'_>, _: &NoArgs) -> Self {
         // Wraps after 49.7 days, as the arm's does.
-        let g_systick = (cx.now.saturating_sub(cx.booted) / 1000) as u32;
+        let g_systick = (cx.now.micros_since(cx.booted) / 1000) as u32;
         Self { g_systick }
     }
 }

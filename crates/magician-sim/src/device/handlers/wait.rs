@@ -22,7 +22,7 @@ impl Apply for WaitCmd {
             ExecMode::Immediate => Effects::none(),
             ExecMode::Queued => {
                 let span = Micros::from(self.timeout).saturating_mul(1000);
-                Effect::WaitUntil(cx.now.saturating_add(span)).into()
+                Effect::WaitUntil(cx.now.after_micros(span)).into()
             }
         }
     }

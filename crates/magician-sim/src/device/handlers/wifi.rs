@@ -46,7 +46,7 @@ impl Report for WifiConnectStatus {
         let named = !cx.store.flash().wifi_ssid.ssid.as_bytes().is_empty();
         let looks = !cx.store.settings.wifi_config.enable.is_on();
         let begun = cx.store.settings.wifi_begun.max(cx.booted);
-        let found = begun.saturating_add(micros(cx.firmware.profile.wifi.association));
+        let found = begun.after_micros(micros(cx.firmware.profile.wifi.association));
         Self {
             is_connected: Flag::from(named && looks && cx.now >= found),
         }

@@ -7,7 +7,7 @@ pub(crate) mod tools;
 pub(crate) mod trigger;
 
 use crate::world::ToolState;
-use crate::{Micros, Profile};
+use crate::{ArmInstant, Profile};
 use pins::Pins;
 use sensors::Detectors;
 use steppers::Steppers;
@@ -45,13 +45,13 @@ impl Io {
     }
 
     /// Lets the tools follow their wires; what the world is to be told of them, if that is new.
-    pub(crate) fn update_tools(&mut self, now: Micros) -> Option<ToolState> {
+    pub(crate) fn update_tools(&mut self, now: ArmInstant) -> Option<ToolState> {
         let tool = self.tools.follow_wires(now, &self.pins);
         (std::mem::replace(&mut self.reported, tool) != tool).then_some(tool)
     }
 
     /// When a tool or a motor next comes to an end of what it does.
-    pub(crate) fn next_event(&self, now: Micros) -> Option<Micros> {
+    pub(crate) fn next_event(&self, now: ArmInstant) -> Option<ArmInstant> {
         let ends = [self.tools.next_event(now), self.steppers.next_event()];
         ends.into_iter().flatten().min()
     }

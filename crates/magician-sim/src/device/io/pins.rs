@@ -3,7 +3,7 @@
 use magician_protocol::{Flag, IoFunction};
 
 use crate::profile::{PINS, PinFunctions, pin_index};
-use crate::{Micros, World};
+use crate::{ArmInstant, World};
 
 /// Frequencies that a pulse-width output has, Hz (document 1.15.3).
 const FREQUENCIES: [f64; 2] = [10.0, 1e6];
@@ -185,7 +185,7 @@ impl Pins {
     }
 
     /// What a digital input reads: without a connection what its resistor pulls it to. A pin that is none reads low.
-    pub(crate) fn digital(&self, address: u8, world: &World, now: Micros) -> bool {
+    pub(crate) fn digital(&self, address: u8, world: &World, now: ArmInstant) -> bool {
         let floating = match self.function(address) {
             IoFunction::DigitalInput | IoFunction::DigitalInputPullDown => false,
             IoFunction::DigitalInputPullUp => true,
@@ -199,7 +199,7 @@ impl Pins {
     }
 
     /// What an analog input reads: 0 without a connection. A pin that is none reads 0.
-    pub(crate) fn analog(&self, address: u8, world: &World, now: Micros) -> u16 {
+    pub(crate) fn analog(&self, address: u8, world: &World, now: ArmInstant) -> u16 {
         if self.function(address) != IoFunction::AnalogInput {
             return 0;
         }
@@ -213,7 +213,7 @@ impl Pins {
             .map_or(0, |value| value.min(FULL_SCALE))
     }
 
-    pub(crate) fn state(&self, address: u8, world: &World, now: Micros) -> PinState {
+    pub(crate) fn state(&self, address: u8, world: &World, now: ArmInstant) -> PinState {
         let Pin {
             function,
             level,

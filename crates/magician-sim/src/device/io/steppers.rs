@@ -1,6 +1,6 @@
 //! The two stepper outputs: they turn steadily until they are told otherwise, or for a number of pulses.
 
-use crate::Micros;
+use crate::ArmInstant;
 use crate::convert::micros;
 
 /// Pulses that move the vendor's conveyor belt by 1 mm: 16,000 a turn of its roller, 34 mm across (model section 13).
@@ -18,14 +18,14 @@ pub struct StepperState {
     /// Pulses since power-up, those backwards taken off.
     pub pulses: f64,
     /// When it comes to rest by itself.
-    pub ends: Option<Micros>,
+    pub ends: Option<ArmInstant>,
 }
 
 /// One output, as a function of time since it was told last.
 #[derive(Clone, Copy, Debug, Default)]
 struct Motor {
     rate: f64,
-    since: Micros,
+    since: ArmInstant,
     /// Pulses up to then.
     counted: f64,
     run: Option<Run>,
@@ -34,14 +34,14 @@ struct Motor {
 /// A number of pulses and no more.
 #[derive(Clone, Copy, Debug)]
 struct Run {
-    ends: Micros,
+    ends: ArmInstant,
     /// Pulses counted at its end.
     counted: f64,
 }
 
 impl Motor {
-    fn state(&self, now: Micros) -> StepperState {
-        let seconds = now.saturating_sub(self.since) as f64 / 1e6;
+    fn state(&self, now: ArmInstant) -> StepperState {
+        let seconds = now.micros_since(self.since) as f64 / 1e6;
         StepperState {
             pulses_per_second: self.rate,
             pulses: self.counted + self.rate * seconds,
@@ -68,12 +68,12 @@ pub(crate) struct Turned {
 impl Steppers {
     pub(crate) const COUNT: usize = 2;
 
-    pub(crate) fn states(&self, now: Micros) -> [StepperState; Self::COUNT] {
+    pub(crate) fn states(&self, now: ArmInstant) -> [StepperState; Self::COUNT] {
         self.motors.map(|motor| motor.state(now))
     }
 
     /// When one next comes to rest by itself.
-    pub(crate) fn next_event(&self) -> Option<Micros> {
+    pub(crate) fn next_event(&self) -> Option<ArmInstant> {
         let ends = |motor: &Motor| motor.run.map(|run| run.ends);
         self.motors.iter().filter_map(ends).min()
     }
@@ -81,7 +81,7 @@ impl Steppers {
     /// Turns an output at a rate from now on, for so many pulses if that is given; `None` where there is no output.
     pub(crate) fn turn(
         &mut self,
-        now: Micros,
+        now: ArmInstant,
         output: usize,
         rate: f64,
         pulses: Option<u32>,
@@ -93,7 +93,7 @@ impl Steppers {
         let run = pulses.filter(|_| !nothing).map(|pulses| {
             let pulses = f64::from(pulses);
             Run {
-                ends: now.saturating_add(micros(pulses / rate.abs())),
+                ends: now.after_micros(micros(pulses / rate.abs())),
                 counted: counted + pulses.copysign(rate),
             }
         });
@@ -112,7 +112,7 @@ impl Steppers {
     }
 
     /// The pulses at which an output has come to rest by now, if it has counted what it was to.
-    pub(crate) fn due(&self, now: Micros, output: usize) -> Option<f64> {
+    pub(crate) fn due(&self, now: ArmInstant, output: usize) -> Option<f64> {
         let run = self.motors.get(output)?.run?;
         (run.ends <= now).then_some(run.counted)
     }

@@ -6,9 +6,9 @@
 use magician_protocol::Flag;
 
 use super::pins::Pins;
-use crate::Micros;
 use crate::convert::micros;
 use crate::world::ToolState;
+use crate::{ArmInstant, Micros};
 
 /// EIO address of the air line's valve.
 const VALVE: u8 = 16;
@@ -56,11 +56,11 @@ struct Actuator {
     commanded: bool,
     /// The state before, until `settled`.
     before: bool,
-    settled: Micros,
+    settled: ArmInstant,
 }
 
 impl Actuator {
-    fn at(&self, now: Micros) -> Output {
+    fn at(&self, now: ArmInstant) -> Output {
         let commanded = self.commanded;
         let reached = if now < self.settled {
             self.before
@@ -70,13 +70,13 @@ impl Actuator {
         Output { commanded, reached }
     }
 
-    fn command(&mut self, commanded: bool, now: Micros, delay: Micros) {
+    fn command(&mut self, commanded: bool, now: ArmInstant, delay: Micros) {
         let was = self.at(now);
         if commanded != was.commanded {
             *self = Self {
                 commanded,
                 before: was.reached,
-                settled: now.saturating_add(delay),
+                settled: now.after_micros(delay),
             };
         }
     }
@@ -159,11 +159,11 @@ impl Actuators {
         }
     }
 
-    pub(crate) fn suction(&self, now: Micros) -> Output {
+    pub(crate) fn suction(&self, now: ArmInstant) -> Output {
         self.suction.at(now)
     }
 
-    pub(crate) fn gripper(&self, now: Micros) -> Output {
+    pub(crate) fn gripper(&self, now: ArmInstant) -> Output {
         self.gripper.at(now)
     }
 
@@ -173,7 +173,7 @@ impl Actuators {
     }
 
     /// When a tool next comes to what it was commanded to.
-    pub(crate) fn next_event(&self, now: Micros) -> Option<Micros> {
+    pub(crate) fn next_event(&self, now: ArmInstant) -> Option<ArmInstant> {
         [self.suction.settled, self.gripper.settled]
             .into_iter()
             .filter(|at| *at > now)
@@ -198,7 +198,7 @@ impl Actuators {
     }
 
     /// Lets the tools follow their wires; what the world then feels of them.
-    pub(crate) fn follow_wires(&mut self, now: Micros, pins: &Pins) -> ToolState {
+    pub(crate) fn follow_wires(&mut self, now: ArmInstant, pins: &Pins) -> ToolState {
         let Wires { pump, valve, laser } = self.wires(pins);
         // The pump blows while the valve is closed: there is no vacuum then, and the gripper opens.
         let active = pump && valve;

@@ -5,7 +5,7 @@ use magician_protocol::{TriggerCondition, TriggerMode};
 
 use super::pins::Pins;
 use crate::profile::pin_index;
-use crate::{Micros, World};
+use crate::{ArmInstant, World};
 
 /// What the queue waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +52,7 @@ impl Trigger {
     }
 
     /// Whether the input reads what it waits for.
-    pub(crate) fn is_met(&self, pins: &Pins, world: &World, now: Micros) -> bool {
+    pub(crate) fn is_met(&self, pins: &Pins, world: &World, now: ArmInstant) -> bool {
         let analog = || pins.analog(self.address, world, now);
         match self.condition {
             Condition::Level(level) => pins.digital(self.address, world, now) == level,

@@ -4,7 +4,7 @@ use magician_motion::{Bound, JointAngles, Limits, Trajectory};
 use magician_protocol::{Alarm, AlarmSet};
 
 use super::Motion;
-use crate::Micros;
+use crate::{ArmInstant, Micros};
 
 /// A joint this close to a bound stands at it, deg; the arm's step is 0.01125.
 const AT: f64 = 1e-6;
@@ -37,7 +37,7 @@ fn is_at(bound: Bound, limits: &Limits, joints: &JointAngles) -> bool {
 
 impl Motion {
     /// Whether the joints stand at the limit that an alarm is about: its cause stands.
-    pub(crate) fn limit_stands(&self, now: Micros, limits: &Limits, code: u8) -> bool {
+    pub(crate) fn limit_stands(&self, now: ArmInstant, limits: &Limits, code: u8) -> bool {
         let joints = self.joints(now);
         Bound::ALL
             .into_iter()
@@ -45,7 +45,7 @@ impl Motion {
     }
 
     /// Finds out when the motion takes a joint back inside whose limit alarm is among those that stand.
-    pub(crate) fn watch_limits(&mut self, now: Micros, limits: &Limits, standing: AlarmSet) {
+    pub(crate) fn watch_limits(&mut self, now: ArmInstant, limits: &Limits, standing: AlarmSet) {
         let Some(motion) = &mut self.under_way else {
             return;
         };
@@ -61,7 +61,7 @@ impl Motion {
                 .filter_map(leaves)
                 .min()
         };
-        motion.leaves_limit = leaving(&motion.trajectory).map(|t| motion.started.saturating_add(t));
+        motion.leaves_limit = leaving(&motion.trajectory).map(|t| motion.started.after_micros(t));
     }
 }
 

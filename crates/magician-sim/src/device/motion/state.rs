@@ -6,7 +6,7 @@ use magician_protocol::PoCmd;
 use super::outputs::Outputs;
 use super::rail::Rail;
 use super::{MotionKind, RailPath, Segment};
-use crate::{Micros, World};
+use crate::{ArmInstant, Micros, World};
 
 /// The arm, at rest or on its way: where it is commanded to be, and where it really is.
 #[derive(Clone, Debug)]
@@ -63,27 +63,27 @@ pub(super) struct UnderWay {
     pub(super) trajectory: Trajectory,
     /// The way of the carriage that goes with it.
     pub(super) rail: RailPath,
-    pub(super) started: Micros,
-    pub(super) ends: Micros,
+    pub(super) started: ArmInstant,
+    pub(super) ends: ArmInstant,
     /// What to raise when it has ended: something stops it before its target.
     pub(super) alarm: Option<u8>,
     /// What it switches on its way.
     pub(super) outputs: Outputs,
     /// When a limit alarm drops because the joint has come back inside.
-    pub(super) leaves_limit: Option<Micros>,
+    pub(super) leaves_limit: Option<ArmInstant>,
     /// Since when the world sees what it was shown last.
-    pub(super) shown: Micros,
+    pub(super) shown: ArmInstant,
     /// Since when J2 and J3 stall, and where they really stand.
-    pub(super) stalled: Option<(Micros, [f64; 2])>,
+    pub(super) stalled: Option<(ArmInstant, [f64; 2])>,
 }
 
 impl UnderWay {
-    pub(super) fn elapsed(&self, now: Micros) -> Micros {
-        now.saturating_sub(self.started)
+    pub(super) fn elapsed(&self, now: ArmInstant) -> Micros {
+        now.micros_since(self.started)
     }
 
     /// Where the motion is commanded to be.
-    fn sample(&self, now: Micros) -> ArmState {
+    fn sample(&self, now: ArmInstant) -> ArmState {
         if now >= self.ends {
             return *self.trajectory.end();
         }
@@ -91,7 +91,7 @@ impl UnderWay {
     }
 
     /// Where the carriage is commanded to be.
-    fn sample_rail(&self, now: Micros) -> f64 {
+    fn sample_rail(&self, now: ArmInstant) -> f64 {
         if now >= self.ends {
             return self.rail.end();
         }
@@ -167,24 +167,24 @@ impl Motion {
     }
 
     /// When the motion ends, or on its way switches an output or drops a limit alarm.
-    pub(crate) fn next_event(&self) -> Option<Micros> {
+    pub(crate) fn next_event(&self) -> Option<ArmInstant> {
         let motion = self.under_way.as_ref()?;
         let switches = motion.outputs.next_due();
         let on_the_way = [
             motion.leaves_limit,
-            switches.map(|at| motion.started.saturating_add(at)),
+            switches.map(|at| motion.started.after_micros(at)),
         ];
         let first = on_the_way.into_iter().flatten().min();
         Some(first.map_or(motion.ends, |at| at.min(motion.ends)))
     }
 
     /// The joints that are commanded.
-    pub(crate) fn joints(&self, now: Micros) -> JointAngles {
+    pub(crate) fn joints(&self, now: ArmInstant) -> JointAngles {
         self.commanded(now).joints
     }
 
     /// Where the arm is commanded to be under the measures in force when it began to move.
-    fn commanded(&self, now: Micros) -> ArmState {
+    fn commanded(&self, now: ArmInstant) -> ArmState {
         match &self.under_way {
             Some(motion) => motion.sample(now),
             None => self.rest,
@@ -192,7 +192,7 @@ impl Motion {
     }
 
     /// Where the carriage on the rail is commanded to be, mm.
-    pub(crate) fn rail_at(&self, now: Micros) -> f64 {
+    pub(crate) fn rail_at(&self, now: ArmInstant) -> f64 {
         match &self.under_way {
             Some(motion) => motion.sample_rail(now),
             None => self.rail.rest,
@@ -201,7 +201,7 @@ impl Motion {
 
     /// Where the arm is commanded to be, for the tool bias in force. A target that has been reached reads back as it
     /// was given.
-    pub(super) fn state(&self, now: Micros, geometry: &Geometry) -> ArmState {
+    pub(super) fn state(&self, now: ArmInstant, geometry: &Geometry) -> ArmState {
         let state = self.commanded(now);
         if *geometry == self.measured {
             state
@@ -211,7 +211,7 @@ impl Motion {
     }
 
     /// Takes up a motion. What moved before must have ended.
-    pub(crate) fn begin(&mut self, now: Micros, start: Start) {
+    pub(crate) fn begin(&mut self, now: ArmInstant, start: Start) {
         let lasting = start.duration();
         let Start {
             kind,
@@ -228,7 +228,7 @@ impl Motion {
             trajectory,
             rail,
             started: now,
-            ends: now.saturating_add(lasting),
+            ends: now.after_micros(lasting),
             alarm,
             outputs,
             leaves_limit: None,
@@ -238,7 +238,7 @@ impl Motion {
     }
 
     /// The next output that the motion has come to by now; it counts as switched.
-    pub(crate) fn take_output(&mut self, now: Micros) -> Option<PoCmd> {
+    pub(crate) fn take_output(&mut self, now: ArmInstant) -> Option<PoCmd> {
         let motion = self.under_way.as_mut()?;
         let elapsed = motion.elapsed(now);
         let way = (&motion.trajectory, &motion.rail);
@@ -246,7 +246,7 @@ impl Motion {
     }
 
     /// Whether the motion is at its end by now.
-    pub(crate) fn is_over(&self, now: Micros) -> bool {
+    pub(crate) fn is_over(&self, now: ArmInstant) -> bool {
         (self.under_way.as_ref()).is_some_and(|motion| motion.ends <= now)
     }
 
@@ -264,7 +264,7 @@ impl Motion {
     }
 
     /// Takes the motion away, at its end or before: the arm rests where it is. Whether there was one.
-    pub(crate) fn rest(&mut self, now: Micros, world: &mut World) -> bool {
+    pub(crate) fn rest(&mut self, now: ArmInstant, world: &mut World) -> bool {
         let Some(motion) = &self.under_way else {
             return false;
         };

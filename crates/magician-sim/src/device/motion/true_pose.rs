@@ -4,19 +4,19 @@ use magician_motion::{Geometry, JointAngles};
 
 use super::Motion;
 use crate::world::{Drawing, JointState, TimedPath};
-use crate::{Micros, World};
+use crate::{ArmInstant, World};
 
 /// No joint is further from where it is commanded to be, deg: a full turn.
 const MOST_SLIP: f64 = 360.0;
 
 impl Motion {
     /// Where the arm really is.
-    pub(crate) fn true_pose(&self, now: Micros) -> JointState {
+    pub(crate) fn true_pose(&self, now: ArmInstant) -> JointState {
         self.true_pose_of(now, self.joints(now))
     }
 
     /// Where the arm really is when it is commanded to be there.
-    pub(crate) fn true_pose_of(&self, now: Micros, commanded: JointAngles) -> JointState {
+    pub(crate) fn true_pose_of(&self, now: ArmInstant, commanded: JointAngles) -> JointState {
         let mut joints = commanded.to_array();
         for (angle, slip) in joints.iter_mut().zip(self.slip) {
             *angle += slip;
@@ -45,13 +45,13 @@ impl Motion {
     }
 
     /// From now on the controller knows where the carriage really is.
-    pub(crate) fn find_rail(&mut self, now: Micros) {
+    pub(crate) fn find_rail(&mut self, now: ArmInstant) {
         self.rail.rest = self.true_pose(now).rail;
         self.rail.slip = 0.0;
     }
 
     /// By how much the base encoder and the sensors of J2 and J3 say that the joints are off (model section 12).
-    pub(crate) fn lost(&self, now: Micros) -> [f64; 3] {
+    pub(crate) fn lost(&self, now: ArmInstant) -> [f64; 3] {
         let (really, commanded) = (self.true_pose(now).joints, self.joints(now));
         [
             really.j1 - self.base - commanded.j1,
@@ -62,14 +62,14 @@ impl Motion {
 
     /// Power comes while the arm really stands somewhere: J1 reads what it reads at power-up, J2 and J3 what their
     /// sensors say.
-    pub(crate) fn wake_at(&mut self, now: Micros, geometry: &Geometry, really: JointAngles) {
+    pub(crate) fn wake_at(&mut self, now: ArmInstant, geometry: &Geometry, really: JointAngles) {
         let j1 = self.joints(now).j1;
         self.place_at(geometry, JointAngles { j1, ..really });
         self.forget_base(really.j1 - j1);
     }
 
     /// The base stands at its switch, and J2 and J3 are where their sensors say: no step counts as lost any more.
-    pub(crate) fn set_base(&mut self, now: Micros, geometry: &Geometry, switch: f64) {
+    pub(crate) fn set_base(&mut self, now: ArmInstant, geometry: &Geometry, switch: f64) {
         let really = self.true_pose(now).joints;
         let j1 = switch;
         self.place_at(geometry, JointAngles { j1, ..really });
@@ -79,7 +79,12 @@ impl Motion {
     }
 
     /// Sets the joints that are reported without a motion; the arm really stands where it stood.
-    pub(crate) fn set_reported(&mut self, now: Micros, geometry: &Geometry, joints: JointAngles) {
+    pub(crate) fn set_reported(
+        &mut self,
+        now: ArmInstant,
+        geometry: &Geometry,
+        joints: JointAngles,
+    ) {
         let really = self.true_pose(now).joints;
         self.place_at(geometry, joints);
         self.stand_at(really);
@@ -89,7 +94,7 @@ impl Motion {
     /// as it was.
     pub(crate) fn be_moved(
         &mut self,
-        now: Micros,
+        now: ArmInstant,
         geometry: &Geometry,
         really: JointAngles,
         world: &mut World,
@@ -114,7 +119,7 @@ impl Motion {
     }
 
     /// J2 and J3 stall: until the motion ends they stay where they are and lose their steps.
-    pub(crate) fn stall(&mut self, now: Micros, world: &mut World) {
+    pub(crate) fn stall(&mut self, now: ArmInstant, world: &mut World) {
         self.end_path(now, world);
         let [_, j2, j3, _] = self.true_pose(now).joints.to_array();
         if let Some(motion) = &mut self.under_way {
@@ -124,7 +129,7 @@ impl Motion {
     }
 
     /// A joint slips: from now on it stands elsewhere than commanded.
-    pub(crate) fn slip(&mut self, now: Micros, joint: u8, degrees: f64, world: &mut World) {
+    pub(crate) fn slip(&mut self, now: ArmInstant, joint: u8, degrees: f64, world: &mut World) {
         if !degrees.is_finite() {
             return;
         }
@@ -140,7 +145,7 @@ impl Motion {
 /// What the world is told of a motion.
 impl Motion {
     /// Shows the world what the arm is going to do from now on.
-    pub(crate) fn show_path(&mut self, now: Micros, world: &mut World) {
+    pub(crate) fn show_path(&mut self, now: ArmInstant, world: &mut World) {
         if let Some(motion) = &mut self.under_way {
             motion.shown = now;
         }
@@ -151,7 +156,7 @@ impl Motion {
     }
 
     /// Tells the world what the arm has done up to now.
-    pub(crate) fn end_path(&self, now: Micros, world: &mut World) {
+    pub(crate) fn end_path(&self, now: ArmInstant, world: &mut World) {
         if let Some(motion) = &self.under_way {
             let to = now.min(motion.ends);
             let pose = |now| self.true_pose(now);
@@ -160,7 +165,7 @@ impl Motion {
     }
 
     /// What pen and laser have left, with what the motion under way has added.
-    pub(crate) fn drawing(&self, now: Micros, world: &World) -> Drawing {
+    pub(crate) fn drawing(&self, now: ArmInstant, world: &World) -> Drawing {
         let pose = |now| self.true_pose(now);
         let path = (self.under_way.as_ref())
             .map(|motion| TimedPath::new(motion.shown, motion.ends, &pose));

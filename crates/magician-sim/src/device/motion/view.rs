@@ -3,14 +3,14 @@
 use magician_motion::{ArmState, Geometry, MotionError, Move, Plan, Planner, Speeds};
 
 use super::Motion;
-use crate::Micros;
+use crate::ArmInstant;
 use crate::device::firmware::Firmware;
 use crate::device::store::settings::Settings;
 
 /// All that decides how a motion is planned. Planning changes nothing.
 #[derive(Clone, Copy)]
 pub(crate) struct ArmView<'a> {
-    pub(crate) now: Micros,
+    pub(crate) now: ArmInstant,
     pub(crate) firmware: &'a Firmware,
     pub(crate) settings: &'a Settings,
     pub(crate) motion: &'a Motion,

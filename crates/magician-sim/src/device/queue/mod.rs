@@ -9,7 +9,7 @@ use magician_protocol::{Effect, Set};
 
 use super::io::trigger::Trigger;
 use super::motion::{PathPoint, Way};
-use crate::Micros;
+use crate::ArmInstant;
 
 /// What a place in the queue holds. Places are few and reused, so the size of a command matters
 /// less than keeping it where it is.
@@ -71,7 +71,7 @@ pub(crate) enum Busy {
     /// The motion under way is its own.
     Moving,
     /// It lets time pass until then.
-    Waiting(Micros),
+    Waiting(ArmInstant),
     /// It waits for an input.
     Triggered(Trigger),
     /// A stepper output counts its pulses.

@@ -10,7 +10,7 @@ use magician_protocol::Set;
 
 use super::{Queue, QueuedCommand};
 use crate::device::store::program::Program;
-use crate::{Micros, Profile};
+use crate::{ArmInstant, Profile};
 
 /// Lines of a running program that are read ahead.
 const AHEAD: usize = 32;
@@ -43,7 +43,7 @@ struct Pass {
     /// Lines that have been read ahead, all passes together.
     read: u64,
     /// When the present pass began.
-    began: Option<Micros>,
+    began: Option<ArmInstant>,
     stopped: bool,
 }
 
@@ -250,7 +250,12 @@ impl Queues {
 
     /// A line of the running program comes to its turn. A pass that took no time would be followed by others like it,
     /// each as idle as the one before: the program has done what it does.
-    pub(crate) fn ends_idle_pass(&mut self, program: &Program, index: u64, now: Micros) -> bool {
+    pub(crate) fn ends_idle_pass(
+        &mut self,
+        program: &Program,
+        index: u64,
+        now: ArmInstant,
+    ) -> bool {
         let Run::On(pass) = &mut self.run else {
             return false;
         };

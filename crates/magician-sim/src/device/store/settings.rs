@@ -3,8 +3,8 @@
 use magician_protocol::commands::*;
 use magician_protocol::{Flag, Handedness, TeachTrigger};
 
-use crate::Profile;
 use crate::convert::tool_to_wire;
+use crate::{ArmInstant, Profile};
 
 /// Ids.
 #[derive(Clone, Copy, Debug, Default)]
@@ -50,7 +50,7 @@ pub(crate) struct Settings {
     pub(crate) arc_common: ArcCommonParams,
     pub(crate) wifi_config: WifiConfigMode,
     /// Since when the Wi-Fi module has been looking for its network, if not since power-up.
-    pub(crate) wifi_begun: crate::Micros,
+    pub(crate) wifi_begun: ArmInstant,
     pub(crate) firmware_mode: FirmwareMode,
     pub(crate) lost_step: LostStepParams,
     pub(crate) uart4: Uart4PeripheralsEnabled,
@@ -155,7 +155,7 @@ impl Settings {
                 acceleration_ratio: arc.acceleration_ratio,
             },
             wifi_config: WifiConfigMode { enable: Flag::OFF },
-            wifi_begun: 0,
+            wifi_begun: ArmInstant::ZERO,
             firmware_mode: FirmwareMode { mode: 0, ctl: 0 },
             lost_step: LostStepParams {
                 value: lost_step.threshold,

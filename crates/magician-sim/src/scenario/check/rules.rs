@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use super::{Diagnostic, Key, diagnostic};
-use crate::Micros;
+use crate::{ArmInstant, Micros};
 
 /// A value that makes sense, or why it does not.
 pub(super) type Checked<T> = Result<T, Diagnostic>;
@@ -79,15 +79,19 @@ impl At {
         self.diagnostic(name, message)
     }
 
-    /// A time in seconds as microseconds.
-    pub(super) fn time(&self, name: &'static str, seconds: f64) -> Checked<Micros> {
+    /// An instant, given in seconds of the arm's clock.
+    pub(super) fn time(&self, name: &'static str, seconds: f64) -> Checked<ArmInstant> {
+        Ok(ArmInstant::from_micros(self.micros(name, seconds)?))
+    }
+
+    fn micros(&self, name: &'static str, seconds: f64) -> Checked<Micros> {
         self.number(name, seconds, 0.0..=LATEST, "s")?;
         Ok((seconds * 1e6).round() as Micros)
     }
 
     /// A span of time, not empty.
     pub(super) fn span(&self, name: &'static str, seconds: f64) -> Checked<Micros> {
-        match self.time(name, seconds)? {
+        match self.micros(name, seconds)? {
             0 => self.diagnostic(name, format!("{name} is {seconds}, it must be above 0 s")),
             span => Ok(span),
         }

@@ -1,13 +1,15 @@
 //! What happens by itself.
 
+use std::time::Duration;
+
 use magician_motion::JointAngles;
 
 use super::file::{self, FaultKind, HandKind};
 use super::rules::{At, Checked};
-use crate::Micros;
 use crate::profile::PINS;
 use crate::scenario::{Action, Script};
 use crate::world::{ExternalEvent, Press};
+use crate::{ArmInstant, Micros};
 
 /// Greatest value of an analog input (model section 13).
 const ANALOG: i64 = 4095;
@@ -95,7 +97,7 @@ pub(super) fn hands(hands: &[file::Hand], script: &mut Script) -> Checked<()> {
 struct HandState {
     unlocked: bool,
     last: Option<JointAngles>,
-    busy_until: Micros,
+    busy_until: ArmInstant,
 }
 
 impl HandState {
@@ -134,7 +136,7 @@ impl HandState {
                 before it";
             return at.diagnostic("over", message);
         };
-        self.busy_until = self.busy_until.saturating_add(over);
+        self.busy_until = self.busy_until.after_micros(over);
         Ok(Action::Guide { from, to, over })
     }
 }
@@ -155,7 +157,7 @@ pub(super) fn keys(keys: &[file::Key], script: &mut Script) -> Checked<()> {
 
 /// When a fault comes.
 enum Moment {
-    At(Micros),
+    At(ArmInstant),
     Index(u64),
 }
 
@@ -182,7 +184,7 @@ impl Moment {
     fn then(&self, delay: Micros, event: ExternalEvent, script: &mut Script) {
         let action = Action::Do(event);
         match self {
-            Self::At(at) => script.timed.push((at.saturating_add(delay), action)),
+            Self::At(at) => script.timed.push((at.after_micros(delay), action)),
             Self::Index(index) => script.at_index.push((*index, delay, action)),
         }
     }
@@ -210,8 +212,12 @@ pub(super) fn faults(faults: &[file::Fault], script: &mut Script) -> Checked<()>
                     "by how many seconds each answer is late",
                 )?;
                 let delay = at.span("delay", delay)?;
-                moment.then(0, ExternalEvent::Delay(delay), script);
-                moment.then(lasting, ExternalEvent::Delay(0), script);
+                moment.then(
+                    0,
+                    ExternalEvent::Delay(Duration::from_micros(delay)),
+                    script,
+                );
+                moment.then(lasting, ExternalEvent::Delay(Duration::ZERO), script);
             }
         }
     }

@@ -1,7 +1,7 @@
 //! What the world is told: the arm moves and grips, the belt runs, a command comes to its turn.
 
 use super::WorldState;
-use crate::Micros;
+use crate::ArmInstant;
 use crate::scenario::ToolKind;
 use crate::world::event::WorldEventKind;
 use crate::world::forecast::{Changes, Forecast, carried_before};
@@ -45,7 +45,7 @@ impl WorldState {
         self.ink.drawing()
     }
 
-    pub(in crate::world) fn drawing_with(&self, now: Micros, path: &TimedPath<'_>) -> Drawing {
+    pub(in crate::world) fn drawing_with(&self, now: ArmInstant, path: &TimedPath<'_>) -> Drawing {
         let mut ink = self.ink.clone();
         let at = |at| path.at(at);
         let so_far = TimedPath::new(path.from, path.to.min(now), &at);
@@ -55,7 +55,7 @@ impl WorldState {
 
     pub(in crate::world) fn set_tool(
         &mut self,
-        now: Micros,
+        now: ArmInstant,
         tool: ToolState,
         joint_state: &JointState,
     ) {
@@ -91,7 +91,7 @@ impl WorldState {
     }
 
     /// A cup that sucks already takes what it is put on.
-    fn take_if_sucking(&mut self, now: Micros, joint_state: &JointState) {
+    fn take_if_sucking(&mut self, now: ArmInstant, joint_state: &JointState) {
         let sucks = self.scenario.tool().kind == ToolKind::Suction && self.tool.sucking;
         if !sucks || self.scene.held().is_some() {
             return;
@@ -103,12 +103,12 @@ impl WorldState {
         }
     }
 
-    fn take(&mut self, now: Micros, object: u16, frames: &Frames) {
+    fn take(&mut self, now: ArmInstant, object: u16, frames: &Frames) {
         self.scene.take(object, frames);
         self.events.push(now, WorldEventKind::Picked(object));
     }
 
-    fn release(&mut self, now: Micros, frames: &Frames) {
+    fn release(&mut self, now: ArmInstant, frames: &Frames) {
         let slack = self.scenario.tool().give + 1.0;
         if let Some((object, rest)) = self.scene.drop_held(&self.scenario, frames, slack) {
             self.events
@@ -118,7 +118,7 @@ impl WorldState {
 
     /// The tool has taken or let go of something: what it touches and carries is another body, and so is what was
     /// foretold. What it touches now is no news.
-    fn settle(&mut self, now: Micros, frames: &Frames) {
+    fn settle(&mut self, now: ArmInstant, frames: &Frames) {
         self.changes.clear();
         let reach = self.reach(*frames);
         let bodies = [Body::Table, Body::Belt]
@@ -137,7 +137,12 @@ impl WorldState {
         self.script.look_again(now);
     }
 
-    pub(in crate::world) fn stepper(&mut self, now: Micros, index: usize, pulses_per_second: f64) {
+    pub(in crate::world) fn stepper(
+        &mut self,
+        now: ArmInstant,
+        index: usize,
+        pulses_per_second: f64,
+    ) {
         self.now = self.now.max(now);
         let Some(conveyor) = self.scenario.conveyor() else {
             return;
@@ -150,11 +155,11 @@ impl WorldState {
         self.watch_belt(now);
     }
 
-    pub(super) fn watch_belt(&mut self, now: Micros) {
+    pub(super) fn watch_belt(&mut self, now: ArmInstant) {
         self.traffic = traffic::next(&self.scenario, &self.scene, &self.belt, now);
     }
 
-    pub(in crate::world) fn index_started(&mut self, now: Micros, index: u64) {
+    pub(in crate::world) fn index_started(&mut self, now: ArmInstant, index: u64) {
         self.now = self.now.max(now);
         self.script
             .index_started(self.scenario.script(), now, index);

@@ -1,7 +1,7 @@
 //! What happens by itself, each event at its instant.
 
 use super::WorldState;
-use crate::Micros;
+use crate::ArmInstant;
 use crate::world::event::WorldEventKind;
 use crate::world::forecast::Change;
 use crate::world::touch::Contact;
@@ -9,7 +9,7 @@ use crate::world::traffic;
 use crate::world::{Body, ExternalEvent};
 
 impl WorldState {
-    pub(in crate::world) fn next_event(&self) -> Option<Micros> {
+    pub(in crate::world) fn next_event(&self) -> Option<ArmInstant> {
         let pending = self.pending.map(|_| self.now);
         let change = self.changes.front().map(|(at, _)| *at);
         let traffic = self.traffic.map(|traffic| traffic.at);
@@ -20,7 +20,7 @@ impl WorldState {
             .min()
     }
 
-    pub(in crate::world) fn poll_external(&mut self, now: Micros) -> Option<ExternalEvent> {
+    pub(in crate::world) fn poll_external(&mut self, now: ArmInstant) -> Option<ExternalEvent> {
         self.now = self.now.max(now);
         if let Some(event) = self.pending.take() {
             return Some(event);
@@ -59,7 +59,12 @@ impl WorldState {
     }
 
     /// The tool comes to a body, or to press it, or away from it: what of it the arm feels.
-    fn touch(&mut self, at: Micros, body: Body, contact: Option<Contact>) -> Option<ExternalEvent> {
+    fn touch(
+        &mut self,
+        at: ArmInstant,
+        body: Body,
+        contact: Option<Contact>,
+    ) -> Option<ExternalEvent> {
         let place = self.contacts.iter().position(|(other, _)| *other == body);
         let before = place.map(|place| self.contacts.swap_remove(place).1);
         self.contacts.extend(contact.map(|contact| (body, contact)));

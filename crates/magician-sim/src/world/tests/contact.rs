@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 
-use super::{Arm, SECOND, Way, joint_state};
+use super::{Arm, SECOND, TimedPath, Way, joint_state};
 use crate::Micros;
-use crate::world::{Body, ExternalEvent, TimedPath, ToolState, WorldEvent, WorldEventKind};
+use crate::world::{Body, ExternalEvent, ToolState, WorldEvent, WorldEventKind};
 
 const TABLE: &str = r#"
 [table]

@@ -1,8 +1,8 @@
 //! What pen and laser leave.
 
-use super::{Arm, SECOND, joint_state};
+use super::{Arm, SECOND, TimedPath, joint_state};
 use crate::Micros;
-use crate::world::{Drawing, PictureOptions, Stroke, StrokeKind, TimedPath};
+use crate::world::{Drawing, PictureOptions, Stroke, StrokeKind};
 
 fn pen() -> Arm {
     let text = "[tool]\nkind = \"pen\"\n[table]\nheight = -60\n";

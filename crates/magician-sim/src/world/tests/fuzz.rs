@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 
-use super::{Arm, SECOND};
+use super::{Arm, SECOND, TimedPath};
 use crate::Micros;
-use crate::world::{JointState, TimedPath, ToolState};
+use crate::world::{JointState, ToolState};
 
 const TEXT: &str = r#"
 [tool]

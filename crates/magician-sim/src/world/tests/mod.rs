@@ -10,8 +10,10 @@ mod plane;
 mod script;
 
 use magician_motion::{Geometry, Pose};
+use magician_protocol::Port;
 
-use super::{ExternalEvent, JointState, TimedPath, ToolState, World, WorldView};
+use super::{Drawing, ExternalEvent, JointState, ToolState, WorldView};
+use crate::ArmInstant;
 use crate::Micros;
 use crate::scenario::Scenario;
 
@@ -19,8 +21,104 @@ const SECOND: Micros = 1_000_000;
 
 fn world(text: &str) -> World {
     match Scenario::from_toml(text) {
-        Ok(scenario) => World::from_scenario(&scenario),
+        Ok(scenario) => World(super::World::from_scenario(&scenario)),
         Err(error) => panic!("{error}\n{text}"),
+    }
+}
+
+/// The world, told of the arm's clock in microseconds.
+#[derive(Clone, Default)]
+struct World(super::World);
+
+/// A path as a function of microseconds.
+struct TimedPath<'a> {
+    from: Micros,
+    to: Micros,
+    at: &'a dyn Fn(Micros) -> JointState,
+}
+
+impl<'a> TimedPath<'a> {
+    fn new(from: Micros, to: Micros, at: &'a dyn Fn(Micros) -> JointState) -> Self {
+        Self { from, to, at }
+    }
+
+    fn with<T>(&self, told: impl FnOnce(&super::TimedPath<'_>) -> T) -> T {
+        let [from, to] = [self.from, self.to].map(ArmInstant::from_micros);
+        let at = |now: ArmInstant| (self.at)(now.as_micros());
+        told(&super::TimedPath::new(from, to, &at))
+    }
+}
+
+impl World {
+    fn begin(&mut self, path: &TimedPath<'_>) {
+        path.with(|path| self.0.begin(path));
+    }
+
+    fn end(&mut self, path: &TimedPath<'_>) {
+        path.with(|path| self.0.end(path));
+    }
+
+    fn drawing_at(&self, now: Micros, path: Option<&TimedPath<'_>>) -> Drawing {
+        let now = ArmInstant::from_micros(now);
+        match path {
+            Some(path) => path.with(|path| self.0.drawing_at(now, Some(path))),
+            None => self.0.drawing_at(now, None),
+        }
+    }
+
+    fn look(&self, now: Micros, at: &JointState) -> WorldView<'_> {
+        self.0.look(ArmInstant::from_micros(now), at)
+    }
+
+    fn next_event(&self) -> Option<Micros> {
+        self.0.next_event().map(ArmInstant::as_micros)
+    }
+
+    fn poll_external(&mut self, now: Micros) -> Option<ExternalEvent> {
+        self.0.poll_external(ArmInstant::from_micros(now))
+    }
+
+    fn set_tool(&mut self, now: Micros, tool: ToolState, at: &JointState) {
+        self.0.set_tool(ArmInstant::from_micros(now), tool, at);
+    }
+
+    fn stepper(&mut self, now: Micros, index: usize, pulses_per_second: f64) {
+        let now = ArmInstant::from_micros(now);
+        self.0.stepper(now, index, pulses_per_second);
+    }
+
+    fn index_started(&mut self, now: Micros, index: u64) {
+        self.0.index_started(ArmInstant::from_micros(now), index);
+    }
+
+    fn digital(&self, now: Micros, address: u8) -> Option<bool> {
+        self.0.digital(ArmInstant::from_micros(now), address)
+    }
+
+    fn analog(&self, now: Micros, address: u8) -> Option<u16> {
+        self.0.analog(ArmInstant::from_micros(now), address)
+    }
+
+    fn color(&self, now: Micros, port: Port) -> [u8; 3] {
+        self.0.color(ArmInstant::from_micros(now), port)
+    }
+
+    fn infrared(&self, now: Micros, port: Port) -> bool {
+        self.0.infrared(ArmInstant::from_micros(now), port)
+    }
+}
+
+impl std::ops::Deref for World {
+    type Target = super::World;
+
+    fn deref(&self) -> &super::World {
+        &self.0
+    }
+}
+
+impl std::ops::DerefMut for World {
+    fn deref_mut(&mut self) -> &mut super::World {
+        &mut self.0
     }
 }
 

@@ -2,9 +2,11 @@
 
 use magician_motion::JointAngles;
 
-use super::{SECOND, world};
+use std::time::Duration;
+
+use super::{SECOND, World, world};
 use crate::Micros;
-use crate::world::{ExternalEvent, JointState, Press, World};
+use crate::world::{ExternalEvent, JointState, Press};
 
 /// Everything that happens up to an instant, and when.
 fn until(world: &mut World, to: Micros) -> Vec<(Micros, ExternalEvent)> {
@@ -92,9 +94,9 @@ fn faults_come_at_their_time_and_pass() {
     );
     let expected = [
         (0, ExternalEvent::Key(Press::Long)),
-        (SECOND, ExternalEvent::Delay(250_000)),
+        (SECOND, ExternalEvent::Delay(Duration::from_millis(250))),
         (5 * SECOND, ExternalEvent::Cable { plugged: false }),
-        (6 * SECOND, ExternalEvent::Delay(0)),
+        (6 * SECOND, ExternalEvent::Delay(Duration::ZERO)),
         (
             6_500_000,
             ExternalEvent::Slip {

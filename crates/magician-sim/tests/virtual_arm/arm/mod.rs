@@ -6,10 +6,12 @@ use magician_protocol::{
     Ctrl, Flag, FrameBuf, IoFunction, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
 };
 use magician_sim::scenario::Scenario;
-use magician_sim::{Controller, ControllerState, Event, LinkId, Micros, Profile, World};
+use magician_sim::{ArmInstant, Controller, Event, LinkId, Profile, ControllerState, World};
 
 /// The link that most tests talk over.
 pub const USB: LinkId = LinkId(0);
+/// Microseconds of the arm's clock.
+pub type Micros = u64;
 /// A second of arm time.
 pub const SECOND: Micros = 1_000_000;
 
@@ -52,6 +54,11 @@ pub fn running_arm() -> Bench {
     let mut bench = arm();
     bench.set(&QueuedCmdStartExec {});
     bench
+}
+
+/// The instant at which the arm's clock shows so many microseconds.
+pub fn at(micros: Micros) -> ArmInstant {
+    ArmInstant::from_micros(micros)
 }
 
 /// Bytes from a line of hex.
@@ -132,7 +139,7 @@ impl Bench {
 
     /// Lets time pass.
     pub fn pass(&mut self, span: Micros) {
-        self.arm.advance(self.arm.now() + span);
+        self.arm.advance(self.arm.now().after_micros(span));
     }
 
     /// Lets time pass until nothing is scheduled; how long that took.
@@ -141,7 +148,7 @@ impl Bench {
         while let Some(at) = self.arm.poll_timeout() {
             self.arm.advance(at);
         }
-        self.arm.now() - from
+        self.arm.now().micros_since(from)
     }
 
     pub fn state(&self) -> ControllerState {

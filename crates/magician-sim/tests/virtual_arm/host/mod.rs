@@ -3,7 +3,7 @@
 #![allow(dead_code, unreachable_pub)]
 
 use magician_protocol::{Ctrl, FrameBuf, MAX_PARAMS, TABLE};
-use magician_sim::{Controller, LinkId, Micros, Profile};
+use magician_sim::{ArmInstant, Controller, LinkId, Profile};
 
 /// Links in use: more than the controller keeps.
 const LINKS: u8 = 70;
@@ -79,8 +79,8 @@ pub struct Life {
     pub steps: u64,
     /// A hash of all that was to be seen of the arm so far, replies and states, to the bit.
     pub story: u64,
-    /// Time passes in pieces of at most so much.
-    piece: Micros,
+    /// Time passes in pieces of at most so many microseconds.
+    piece: u64,
     current: u64,
 }
 
@@ -90,7 +90,7 @@ impl Default for Life {
             arm: Controller::new(Profile::default()),
             steps: 0,
             story: 0,
-            piece: Micros::MAX,
+            piece: u64::MAX,
             current: 0,
         }
     }
@@ -123,11 +123,11 @@ impl Life {
                 script.0 = rest;
                 self.arm.receive(link, bytes);
             }
-            1 => self.pass(Micros::from(u16::from_le_bytes(script.bytes()))),
-            2 => self.pass(Micros::from(u32::from_le_bytes(script.bytes())) % 100_000_000),
+            1 => self.pass(u64::from(u16::from_le_bytes(script.bytes()))),
+            2 => self.pass(u64::from(u32::from_le_bytes(script.bytes())) % 100_000_000),
             3 => {
                 // A motion may take longer than all time; nobody waits for that.
-                let near = self.arm.now() + 3_600_000_000;
+                let near = self.arm.now().after_micros(3_600_000_000);
                 if let Some(at) = self.arm.poll_timeout().filter(|at| *at < near) {
                     self.arm.advance(at);
                 }
@@ -218,10 +218,10 @@ impl Life {
         }
     }
 
-    fn pass(&mut self, span: Micros) {
-        let to = self.arm.now() + span;
+    fn pass(&mut self, span: u64) {
+        let to = self.arm.now().after_micros(span);
         while self.arm.now() < to {
-            let next = self.arm.now().saturating_add(self.piece).min(to);
+            let next = self.arm.now().after_micros(self.piece).min(to);
             self.arm.advance(next);
             assert_eq!(self.arm.now(), next);
         }
@@ -269,8 +269,8 @@ impl Life {
             self.tell(u64::from(code));
         }
         let bits = [
-            state.now,
-            due.unwrap_or(0),
+            state.now.as_micros(),
+            due.map_or(0, ArmInstant::as_micros),
             queue.current_index,
             taken as u64,
         ];

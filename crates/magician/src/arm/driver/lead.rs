@@ -4,7 +4,9 @@
 //! waits for its host, as long as the host has something to send. Where it has not, time passes by the wall: a source that
 //! waits for the arm, a line that swallows answers.
 
-use super::Driver;
+use std::time::Duration;
+
+use super::{Driver, micros};
 use crate::connection::Micros;
 use crate::transport::STEP;
 
@@ -48,7 +50,7 @@ impl Driver {
             None => None,
         };
         match (leap, &mut self.program) {
-            (Some(leap), Some(program)) => program.stream.leapt(now, leap.time, leap.news),
+            (Some(leap), Some(program)) => program.stream.leapt(now, micros(leap.time), leap.news),
             (None, Some(program)) => program.stream.runs(now),
             (_, None) => {
                 self.leading = VirtualTimeDriver::default();
@@ -59,15 +61,16 @@ impl Driver {
     }
 
     /// How much of the arm's time may pass now, if any may, and whether the program is to hear of each command that ends.
-    fn far(&mut self, now: Micros) -> Option<(Micros, bool)> {
+    fn far(&mut self, now: Micros) -> Option<(Duration, bool)> {
         let program = self.program.as_ref().filter(|_| !self.leaving)?;
         let slow = program.stream.starves();
         if slow || !self.connection.is_idle() {
-            let patience = if slow { PATIENCE } else { STEP };
+            let patience = if slow { PATIENCE } else { micros(STEP) };
             return self.steps(now, patience).then_some((STEP, false));
         }
         self.leading.step = None;
-        let most = program.stream.patience(now).unwrap_or(Micros::MAX);
+        let most = program.stream.patience(now);
+        let most = most.map_or(Duration::MAX, Duration::from_micros);
         Some((most, program.stream.wants_room()))
     }
 
@@ -76,7 +79,7 @@ impl Driver {
         let step = (self.leading.step).get_or_insert(now.saturating_add(patience));
         let comes = *step <= now;
         if comes {
-            *step = now.saturating_add(STEP);
+            *step = now.saturating_add(micros(STEP));
         }
         comes
     }

@@ -1,5 +1,6 @@
 use std::io;
 use std::task::{Context, Poll, Waker};
+use std::time::Duration;
 
 use magician_protocol::FrameBuf;
 
@@ -83,7 +84,7 @@ impl Wire {
     }
 
     /// As [`Transport::leap`].
-    pub(super) fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+    pub(super) fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
         self.transport.leap(most, ends)
     }
 

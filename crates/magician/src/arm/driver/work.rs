@@ -5,10 +5,11 @@ use std::pin::pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Poll};
+use std::time::Duration;
 
 use magician_protocol::Set;
 
-use crate::connection::{Micros, Settings};
+use crate::connection::Settings;
 use crate::transport::{Leap, Line, Sim, Transport};
 use crate::{Arm, Options, VirtualArm, words};
 
@@ -44,7 +45,7 @@ impl Transport for Counted {
         self.sim.lead(leads)
     }
 
-    fn leap(&mut self, most: Micros, ends: bool) -> Option<Leap> {
+    fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
         more(&self.counts.leaps);
         self.sim.leap(most, ends)
     }

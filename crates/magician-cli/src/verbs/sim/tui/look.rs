@@ -1,9 +1,11 @@
 //! One look at an arm: everything that a picture of it shows, taken at once.
 
+use std::time::Duration;
+
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
 use magician_sim::scenario::{Color, ToolKind};
 use magician_sim::world::{Drawing, ObjectPose, Rest};
-use magician_sim::{Controller, ControllerState, Micros, PinState};
+use magician_sim::{ArmInstant, Controller, PinState, ControllerState};
 
 /// The arm and its world at an instant.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,12 +53,11 @@ pub(super) struct Cursor {
 /// Corners taken at one look; the rest follows with the next. The arm waits for a look.
 const CORNERS: usize = 2_000;
 
-const SECOND: Micros = 1_000_000;
-
 impl Look {
     pub(super) fn at(controller: &Controller, ink: Cursor) -> Self {
         let mut state = controller.state();
-        state.now -= state.now % SECOND;
+        state.now =
+            ArmInstant::ZERO + Duration::from_secs((state.now - ArmInstant::ZERO).as_secs());
         let look = controller.look();
         let items = look.objects().map(|object| Item {
             name: object.name().to_owned(),
@@ -342,7 +343,7 @@ mod tests {
         let mut seen: Vec<[f64; 2]> = Vec::new();
         let mut looks = 0;
         for step in 0..600 {
-            arm.advance(step * 100_000);
+            arm.advance(ArmInstant::from_micros(step * 100_000));
             let ink = Look::at(&arm, cursor).ink;
             looks += usize::from(!ink.strokes.is_empty());
             for stroke in ink.strokes {

@@ -149,7 +149,7 @@ impl View<'_> {
             true => format!(" {number}{title}"),
             false => format!(" {number}{title} | {doors}"),
         };
-        let seconds = self.look.state.now / 1_000_000;
+        let seconds = self.look.state.now.as_micros() / 1_000_000;
         let clock = format!(" {}:{:02} ", seconds / 60, seconds % 60);
         let room = usize::from(width).saturating_sub(clock.len());
         // Where there is little room it matters more where it is served than what it is called.

@@ -113,8 +113,8 @@ impl View<'_> {
             true => Span::raw("cable in"),
             false => Span::styled("cable pulled", self.theme.bad()),
         }];
-        if line.delay > 0 {
-            let text = format!(", {:.0} ms late", line.delay as f64 / 1000.0);
+        if !line.delay.is_zero() {
+            let text = format!(", {:.0} ms late", line.delay.as_secs_f64() * 1000.0);
             spans.push(Span::styled(text, self.theme.note()));
         }
         if line.plugged {
