@@ -137,7 +137,7 @@ fn engines(path: &[Set]) {
     });
     let mut stream = Stream::new(StreamSettings::default());
     let mut next = path.iter();
-    stream.leapt(0, 0, false);
+    stream.leapt(0, Duration::ZERO, false);
     let now = 0;
     loop {
         while stream.room() > 0 {
@@ -177,8 +177,8 @@ fn engines(path: &[Set]) {
         }
         if quiet {
             let (from, before) = (arm.now(), arm.current_index());
-            let patience = stream.patience(now).unwrap_or(u64::MAX);
-            let (end, ends) = (from.after_micros(patience), stream.wants_room());
+            let patience = stream.patience(now).unwrap_or(Duration::MAX);
+            let (end, ends) = (from + patience, stream.wants_room());
             while let Some(at) = arm.poll_timeout()
                 && arm.now() < end
                 && !(ends && arm.current_index() != before)
@@ -186,7 +186,7 @@ fn engines(path: &[Set]) {
                 arm.advance(at.min(end));
             }
             while arm.poll_event().is_some() {}
-            stream.leapt(now, arm.now().micros_since(from), true);
+            stream.leapt(now, arm.now() - from, true);
         }
     }
 }

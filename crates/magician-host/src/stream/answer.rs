@@ -1,4 +1,4 @@
-use magician_protocol::{FrameBuf, Layout, QueuedCmdIndex};
+use magician_protocol::{ArmInstant, FrameBuf, Layout, QueuedCmdIndex};
 
 use super::drive::Phase;
 use super::item::{Entry, Fate};
@@ -32,7 +32,7 @@ impl Stream {
         self.reading_answered(now, ticket, result, connection)
     }
 
-    fn command_answered(&mut self, now: Micros, at: usize, result: &Result<FrameBuf, Failure>) {
+    fn command_answered(&mut self, now: ArmInstant, at: usize, result: &Result<FrameBuf, Failure>) {
         let index = |frame: &FrameBuf| QueuedCmdIndex::decode(frame.frame().params());
         match result {
             Ok(frame) => match index(frame) {
@@ -43,7 +43,7 @@ impl Stream {
         }
     }
 
-    fn command_accepted(&mut self, now: Micros, at: usize, index: u64) {
+    fn command_accepted(&mut self, now: ArmInstant, at: usize, index: u64) {
         if self.entries.unfinished(self.reader.current).count == 0 {
             self.reader.begins(now);
         }
@@ -91,7 +91,7 @@ impl Stream {
         }
     }
 
-    fn command_failed(&mut self, now: Micros, at: usize, failure: Failure) {
+    fn command_failed(&mut self, now: ArmInstant, at: usize, failure: Failure) {
         let nowhere = match failure {
             Failure::Uncertain { .. } | Failure::NoIndex | Failure::Timeout { sent: 1.. } => false,
             Failure::Timeout { .. }
@@ -131,9 +131,9 @@ impl Stream {
             Failure::QueueFull => {
                 self.credit.full = true;
                 self.reader.want_left();
-                self.reader.look(now.saturating_add(SOON));
+                self.reader.look(now.after_micros(SOON));
             }
-            Failure::Busy | Failure::Draining => self.retry_at = Some(now.saturating_add(SOON)),
+            Failure::Busy | Failure::Draining => self.retry_at = Some(now.after_micros(SOON)),
             _ => self.fail(StreamFailure::Request(failure)),
         }
     }
@@ -146,9 +146,9 @@ impl Stream {
         }
     }
 
-    fn control_answered(&mut self, now: Micros, result: &Result<FrameBuf, Failure>) {
+    fn control_answered(&mut self, now: ArmInstant, result: &Result<FrameBuf, Failure>) {
         match result {
-            Err(Failure::Busy) => self.retry_at = Some(now.saturating_add(SOON)),
+            Err(Failure::Busy) => self.retry_at = Some(now.after_micros(SOON)),
             Err(failure) => self.fail(StreamFailure::Request(*failure)),
             Ok(_) if self.is_over() => {}
             Ok(_) => {

@@ -1,33 +1,37 @@
+use std::time::Duration;
+
+use magician_protocol::ArmInstant;
+
 use crate::connection::Micros;
 
 /// The arm's time, as far as the stream is concerned, beside the connection's clock.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Clock {
     /// It passes as there: it showed the first when that one showed the second.
-    Runs(Micros, Micros),
+    Runs(ArmInstant, Micros),
     /// It stands until it leaps: what the host does takes none of it.
-    Stands(Micros),
+    Stands(ArmInstant),
 }
 
 impl Default for Clock {
     fn default() -> Self {
-        Self::Runs(0, 0)
+        Self::Runs(ArmInstant::ZERO, 0)
     }
 }
 
 impl Clock {
     /// What it shows when the connection's shows `now`.
-    pub(super) fn at(&self, now: Micros) -> Micros {
+    pub(super) fn at(&self, now: Micros) -> ArmInstant {
         match *self {
-            Self::Runs(arm, then) => arm.saturating_add(now.saturating_sub(then)),
+            Self::Runs(arm, then) => arm.after_micros(now.saturating_sub(then)),
             Self::Stands(arm) => arm,
         }
     }
 
     /// What the connection's will show when this one shows `arm`, if that comes by itself.
-    pub(super) fn comes(&self, arm: Micros) -> Option<Micros> {
+    pub(super) fn comes(&self, arm: ArmInstant) -> Option<Micros> {
         match *self {
-            Self::Runs(began, then) => Some(then.saturating_add(arm.saturating_sub(began))),
+            Self::Runs(began, then) => Some(then.saturating_add(arm.micros_since(began))),
             Self::Stands(_) => None,
         }
     }
@@ -37,8 +41,8 @@ impl Clock {
         matches!(self, Self::Stands(_))
     }
 
-    pub(super) fn leap(&mut self, now: Micros, time: Micros) -> Micros {
-        let arm = self.at(now).saturating_add(time);
+    pub(super) fn leap(&mut self, now: Micros, time: Duration) -> ArmInstant {
+        let arm = self.at(now) + time;
         *self = Self::Stands(arm);
         arm
     }

@@ -1,5 +1,5 @@
 use magician_protocol::commands::{QueuedCmdClear, QueuedCmdStartExec, QueuedCmdStopExec};
-use magician_protocol::{Ctrl, EncodeError, FrameBuf};
+use magician_protocol::{ArmInstant, Ctrl, EncodeError, FrameBuf};
 
 use super::item::{Entry, Fate};
 use super::resume::QueueSnapshot;
@@ -42,7 +42,7 @@ pub(super) enum Phase {
     Clear,
     /// The cleared queue finishes what is under way; its left space, and since when it stands.
     Drain {
-        since: Micros,
+        since: ArmInstant,
         left: u32,
     },
     /// Finds out what became of what was sent before an interruption.
@@ -74,7 +74,7 @@ impl Stream {
     }
 
     /// Does what the phase asks for; true when it has become another one.
-    fn step(&mut self, now: Micros, to: &mut Connection) -> bool {
+    fn step(&mut self, now: ArmInstant, to: &mut Connection) -> bool {
         let before = self.phase;
         match self.phase {
             Phase::Begin => self.begin(now, to),
@@ -90,7 +90,7 @@ impl Stream {
         self.phase != before
     }
 
-    fn begin(&mut self, now: Micros, to: &Connection) {
+    fn begin(&mut self, now: ArmInstant, to: &Connection) {
         if self.next().is_none() {
             if self.ended {
                 self.phase = Phase::Run;
@@ -125,7 +125,7 @@ impl Stream {
     }
 
     /// A look is complete: what it means for the phase.
-    pub(super) fn look_complete(&mut self, now: Micros, last: Option<u64>) {
+    pub(super) fn look_complete(&mut self, now: ArmInstant, last: Option<u64>) {
         match self.phase {
             Phase::Begin => self.begun(last),
             Phase::Drain { since, left } => self.drained(now, since, left),
@@ -135,7 +135,7 @@ impl Stream {
     }
 
     /// Decides what goes in while the queue is stopped.
-    fn choose(&mut self, now: Micros) {
+    fn choose(&mut self, now: ArmInstant) {
         let Some(next) = self.next() else {
             self.phase = if self.stopped {
                 Phase::Start
@@ -144,7 +144,7 @@ impl Stream {
             };
             return;
         };
-        let gathered = (self.gathers).is_some_and(|at| at.saturating_add(GATHER) <= now);
+        let gathered = (self.gathers).is_some_and(|at| at.after_micros(GATHER) <= now);
         let lights = self
             .entries
             .get(next)
@@ -194,7 +194,7 @@ impl Stream {
         }
     }
 
-    fn load(&mut self, now: Micros, to: &mut Connection) {
+    fn load(&mut self, now: ArmInstant, to: &mut Connection) {
         self.send(now, to);
         // One alone is answered, or the connection finds out what became of it.
         if self.flying() > 0 && self.window == 1 {
@@ -217,7 +217,7 @@ impl Stream {
         }
     }
 
-    fn run(&mut self, now: Micros, to: &mut Connection) {
+    fn run(&mut self, now: ArmInstant, to: &mut Connection) {
         self.send(now, to);
         let idle = self.entries.under_way(self.reader.current).count == 0;
         let next = self.next().and_then(|next| self.entries.get(next));
@@ -242,7 +242,7 @@ impl Stream {
     }
 
     /// Submits all that may go out.
-    fn send(&mut self, now: Micros, to: &mut Connection) {
+    fn send(&mut self, now: ArmInstant, to: &mut Connection) {
         while !self.gap && self.retry_at.is_none() && self.group != Some(0) {
             let Some(next) = self.next() else { return };
             self.cut(next);
@@ -273,7 +273,7 @@ impl Stream {
 
     /// Whether a command may be in flight beside those that are: segments of one line up to the window, everything else
     /// alone, and only when all before it is beyond doubt.
-    fn may_fly(&mut self, now: Micros, entry: &Entry) -> bool {
+    fn may_fly(&mut self, now: ArmInstant, entry: &Entry) -> bool {
         let flying = self.flying();
         let shares = self.window > 1 && self.may_go_back() && self.keeps_line(entry);
         if flying > 0 {

@@ -94,7 +94,9 @@ mod resume;
 #[cfg(test)]
 mod tests;
 
-use magician_protocol::{Ctrl, FrameBuf};
+use std::time::Duration;
+
+use magician_protocol::{ArmInstant, Ctrl, FrameBuf};
 
 use crate::connection::{Connection, Micros, Priority, Request, Ticket};
 use clock::Clock;
@@ -164,9 +166,9 @@ pub struct Stream {
     group: Option<usize>,
     control: Option<Ticket>,
     /// Nothing is submitted before, because the connection had no room.
-    retry_at: Option<Micros>,
+    retry_at: Option<ArmInstant>,
     /// When the first command was seen to wait for more.
-    gathers: Option<Micros>,
+    gathers: Option<ArmInstant>,
     /// Commands of the caller that were accepted, and the first and last index given.
     accepted: u64,
     first: Option<u64>,
@@ -387,7 +389,7 @@ impl Stream {
 
     /// An arm in virtual time: so much of its time has passed at once, and no more passes until the next call. `news`: it has finished
     /// something, and is to be looked at. Call [`advance`](Self::advance) afterwards.
-    pub fn leapt(&mut self, now: Micros, time: Micros, news: bool) {
+    pub fn leapt(&mut self, now: Micros, time: Duration, news: bool) {
         let arm = self.clock.leap(now, time);
         if news {
             self.reader.hear(arm);
@@ -414,17 +416,17 @@ impl Stream {
     /// How much time may pass at once ([`leapt`](Self::leapt)) before something is due, if anything is; but not beyond the
     /// end of what the arm has, nor, if the stream [wants room](Self::wants_room), beyond that of a command.
     #[must_use]
-    pub fn patience(&self, now: Micros) -> Option<Micros> {
+    pub fn patience(&self, now: Micros) -> Option<Duration> {
         let due = self.due(self.reader.poll_leap())?;
-        Some(due.saturating_sub(self.clock.at(now)))
+        Some(due - self.clock.at(now))
     }
 
     /// The first of the instants at which something is due, by the arm's time.
-    fn due(&self, look: Option<Micros>) -> Option<Micros> {
+    fn due(&self, look: Option<ArmInstant>) -> Option<ArmInstant> {
         if self.is_over() {
             return None;
         }
-        let gathered = self.gathers.map(|at| at.saturating_add(drive::GATHER));
+        let gathered = self.gathers.map(|at| at.after_micros(drive::GATHER));
         [look, self.retry_at, gathered].into_iter().flatten().min()
     }
 

@@ -1,5 +1,5 @@
 use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpace};
-use magician_protocol::{FrameBuf, NoArgs, Readable};
+use magician_protocol::{ArmInstant, FrameBuf, NoArgs, Readable};
 
 use super::drive::Beginning;
 use super::item::{ArmPace, Entry};
@@ -34,7 +34,7 @@ pub(super) struct Reader {
     /// What the look under way still has to read.
     rest: [Option<Reading>; 3],
     /// When the next look begins.
-    due: Option<Micros>,
+    due: Option<ArmInstant>,
     /// It is a poll that exists only because the arm does not report the end of a command.
     awaits_news: bool,
     wants_left: bool,
@@ -50,12 +50,12 @@ pub(super) struct Reader {
     known: bool,
     /// A lower current index was read last; the next look tells whether to believe it.
     lower: bool,
-    /// When the current index went on last, or was read for the first time; [`Micros::MAX`] before that.
-    changed: Micros,
+    /// When the current index went on last, or was read for the first time; [`ArmInstant::MAX`] before that.
+    changed: ArmInstant,
     misses: u32,
     /// Left space as read last, and when.
     pub(super) left: u32,
-    left_at: Option<Micros>,
+    left_at: Option<ArmInstant>,
     /// Index accepted last when left space was asked for, and the most that was queued when it came.
     accepted: Option<u64>,
     at_most: u32,
@@ -78,7 +78,7 @@ impl Reader {
             current: 0,
             known: false,
             lower: false,
-            changed: 0,
+            changed: ArmInstant::ZERO,
             misses: 0,
             left: 0,
             left_at: None,
@@ -94,29 +94,29 @@ impl Reader {
         Self {
             current,
             known: true,
-            changed: Micros::MAX,
+            changed: ArmInstant::MAX,
             ..Self::new()
         }
     }
 
     /// Another caller has read the state of an arm at rest.
-    pub(super) fn was_told(&mut self, now: Micros, beginning: &Beginning) {
+    pub(super) fn was_told(&mut self, now: ArmInstant, beginning: &Beginning) {
         (self.left, self.left_at) = (beginning.left, Some(now));
         (self.current, self.known, self.changed) = (beginning.current, true, now);
         (self.pose, self.has_pose) = (beginning.pose, true);
     }
 
-    pub(super) fn poll_timeout(&self) -> Option<Micros> {
+    pub(super) fn poll_timeout(&self) -> Option<ArmInstant> {
         self.due.filter(|_| !self.is_busy())
     }
 
     /// As [`poll_timeout`](Self::poll_timeout), for a clock that leaps from one end of a command to the next.
-    pub(super) fn poll_leap(&self) -> Option<Micros> {
+    pub(super) fn poll_leap(&self) -> Option<ArmInstant> {
         self.poll_timeout().filter(|_| !self.awaits_news)
     }
 
     /// A look will show that the arm has finished something.
-    pub(super) fn hear(&mut self, now: Micros) {
+    pub(super) fn hear(&mut self, now: ArmInstant) {
         if self.due.is_some() {
             self.look(now);
         }
@@ -132,24 +132,24 @@ impl Reader {
     }
 
     /// The arm begins with what it has.
-    pub(super) fn begins(&mut self, now: Micros) {
+    pub(super) fn begins(&mut self, now: ArmInstant) {
         (self.changed, self.misses) = (now, 0);
     }
 
     /// When the arm began with what it does at present, as far as was seen.
-    pub(super) fn begun(&self) -> Micros {
+    pub(super) fn begun(&self) -> ArmInstant {
         self.changed
     }
 
     /// The next look is to begin then at the latest.
-    pub(super) fn look(&mut self, at: Micros) {
+    pub(super) fn look(&mut self, at: ArmInstant) {
         if self.due.is_none_or(|due| at <= due) {
             (self.due, self.awaits_news) = (Some(at), false);
         }
     }
 
     /// The next look is at everything a stopped arm shows.
-    pub(super) fn look_closely(&mut self, at: Micros, pose: bool) {
+    pub(super) fn look_closely(&mut self, at: ArmInstant, pose: bool) {
         (self.wants_left, self.wants_pose) = (true, pose);
         self.look(at);
     }
@@ -171,14 +171,14 @@ fn request(reading: Reading) -> Option<Request> {
 
 impl Stream {
     /// Begins a look that is due, and goes on with one that has begun.
-    pub(super) fn read(&mut self, now: Micros, to: &mut Connection) {
+    pub(super) fn read(&mut self, now: ArmInstant, to: &mut Connection) {
         let flies = self.flows() && self.flying() > 0;
         let reader = &mut self.reader;
         if !reader.is_busy() && reader.due.is_some_and(|due| due <= now) {
             let check = if flies { RARE_CHECK } else { CROSS_CHECK };
             let stale = reader
                 .left_at
-                .is_none_or(|at| at.saturating_add(check) <= now);
+                .is_none_or(|at| at.after_micros(check) <= now);
             let ends = std::mem::take(&mut reader.ends);
             let left = reader.wants_left || stale && !ends;
             reader.rest = [
@@ -208,7 +208,7 @@ impl Stream {
     /// A request has ended; whether it was a reading of the stream's.
     pub(super) fn reading_answered(
         &mut self,
-        now: Micros,
+        now: ArmInstant,
         ticket: Ticket,
         result: &Result<FrameBuf, Failure>,
         connection: &mut Connection,
@@ -225,7 +225,7 @@ impl Stream {
             // Answered with something else, or there was no room: look again.
             Ok(_) | Err(Failure::Busy) => {
                 self.reader.rest = [None; 3];
-                self.reader.look_closely(now.saturating_add(SOON), true);
+                self.reader.look_closely(now.after_micros(SOON), true);
             }
             Err(failure) => self.fail(StreamFailure::Request(*failure)),
         }
@@ -248,7 +248,7 @@ impl Stream {
         }
     }
 
-    fn note(&mut self, now: Micros, reading: Reading, frame: &FrameBuf) -> Option<()> {
+    fn note(&mut self, now: ArmInstant, reading: Reading, frame: &FrameBuf) -> Option<()> {
         let view = frame.frame();
         match reading {
             Reading::Left => {
@@ -268,7 +268,7 @@ impl Stream {
         Some(())
     }
 
-    fn note_current(&mut self, now: Micros, read: u64) {
+    fn note_current(&mut self, now: ArmInstant, read: u64) {
         let reader = &mut self.reader;
         if reader.known && read < reader.current {
             // On an unordered link one lower reading may be an old one.
@@ -285,7 +285,7 @@ impl Stream {
             true => 0,
             false => reader.misses.saturating_add(1),
         };
-        if read > reader.current || !reader.known || reader.changed == Micros::MAX {
+        if read > reader.current || !reader.known || reader.changed == ArmInstant::MAX {
             reader.changed = now;
         }
         (reader.current, reader.known, reader.lower) = (read, true, false);
@@ -299,7 +299,7 @@ impl Stream {
     }
 
     /// A look is complete.
-    fn looked(&mut self, now: Micros, connection: &mut Connection) {
+    fn looked(&mut self, now: ArmInstant, connection: &mut Connection) {
         if self.reader.lower || self.is_over() {
             return;
         }
@@ -354,14 +354,14 @@ impl Stream {
     /// Plans the next look: seldom while there is room for what is to be sent. Else by what the queue holds: when about
     /// three eighths of it will have been done while more is to be sent, when all of it will have been done else. Without
     /// anything to wait for there is none.
-    pub(super) fn pace(&mut self, now: Micros) {
+    pub(super) fn pace(&mut self, now: ArmInstant) {
         let flows = self.flows() && self.flying() > 0 && self.has_room();
         if self.reader.is_planned() && (flows || !self.reader.seldom) {
             return;
         }
         self.reader.seldom = flows;
         if flows {
-            return self.reader.look(now.saturating_add(SELDOM));
+            return self.reader.look(now.after_micros(SELDOM));
         }
         let count = self.entries.unfinished(self.reader.current).count;
         if self.entries.kept() == 0 && !self.credit.full {
@@ -373,7 +373,7 @@ impl Stream {
         };
         let times = self.unfinished().take(ahead).map(|entry| entry.item.time);
         let time = times.fold(0, Micros::saturating_add);
-        let since = now.saturating_sub(self.reader.changed);
+        let since = now.micros_since(self.reader.changed);
         let wait = match time.saturating_sub(since) {
             // It takes longer than was thought.
             0 => time.min(SOON << self.reader.misses.min(4)),
@@ -389,7 +389,7 @@ impl Stream {
         };
         // A look just then says all that is to be known.
         self.reader.ends = only && (wait == 0 || since.saturating_add(wait) >= time);
-        self.reader.look(now.saturating_add(wait));
+        self.reader.look(now.after_micros(wait));
         self.reader.awaits_news = self.flows();
     }
 }

@@ -1,3 +1,5 @@
+use magician_protocol::ArmInstant;
+
 use super::drive::Phase;
 use super::item::{Entry, Fate};
 use super::line::apart;
@@ -21,7 +23,7 @@ impl Stream {
     }
 
     /// Waits for the other answers, and for a WAIT or TRIG that a stop would cut short.
-    pub(super) fn settle(&mut self, now: Micros) {
+    pub(super) fn settle(&mut self, now: ArmInstant) {
         if self.flying() > 0 {
             return;
         }
@@ -37,14 +39,14 @@ impl Stream {
     }
 
     /// Whether the queue may run, as far as is known: the command at its head has not stood for longer than it takes.
-    fn may_run(&self, now: Micros) -> bool {
+    fn may_run(&self, now: ArmInstant) -> bool {
         let head = self.unfinished().next().map_or(0, |head| head.item.time);
-        let ends = self.reader.begun().saturating_add(head);
-        now < ends.saturating_add(HEAD_STANDS)
+        let ends = self.reader.begun().after_micros(head);
+        now < ends.after_micros(HEAD_STANDS)
     }
 
     /// The cleared queue was looked at: left space first, so that the current index is that of an empty queue.
-    pub(super) fn drained(&mut self, now: Micros, since: Micros, before: u32) {
+    pub(super) fn drained(&mut self, now: ArmInstant, since: ArmInstant, before: u32) {
         let (left, places) = (self.reader.left, self.credit.places);
         // A look that began before the queue was cleared says neither what is left nor where the arm stands.
         if !self.reader.has_pose {
@@ -54,12 +56,12 @@ impl Stream {
             return self.restart();
         }
         let since = if left == before { since } else { now };
-        if now.saturating_sub(since) >= STANDING {
+        if now.micros_since(since) >= STANDING {
             return self.fail(StreamFailure::NotDrained { left, places });
         }
         self.phase = Phase::Drain { since, left };
         self.reader
-            .look_closely(now.saturating_add(DRAIN_PAUSE), true);
+            .look_closely(now.after_micros(DRAIN_PAUSE), true);
     }
 
     /// The queue is stopped and empty, and the arm stands: what leads to where it stands is done, all else waits again.

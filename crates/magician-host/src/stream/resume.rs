@@ -1,3 +1,5 @@
+use magician_protocol::ArmInstant;
+
 use super::drive::Phase;
 use super::item::{Entry, Fate, Item};
 use super::reading::Reader;
@@ -104,7 +106,7 @@ impl Stream {
             true => Phase::Resolve(None),
             false => Phase::Begin,
         };
-        stream.reader.look_closely(0, true);
+        stream.reader.look_closely(ArmInstant::ZERO, true);
         (stream.control, stream.retry_at, stream.gathers) = (None, None, None);
         (stream.gap, stream.told, stream.dry, stream.credit.full) = (false, false, false, false);
         stream
@@ -121,7 +123,7 @@ impl Stream {
     }
 
     /// A look while it is found out what became of what was sent.
-    pub(super) fn resolve(&mut self, now: Micros, before: Option<QueueSnapshot>) {
+    pub(super) fn resolve(&mut self, now: ArmInstant, before: Option<QueueSnapshot>) {
         let reader = &mut self.reader;
         let (current, left, pose) = (reader.current, reader.left, reader.pose);
         let glance = QueueSnapshot {
@@ -131,7 +133,7 @@ impl Stream {
         };
         self.phase = Phase::Resolve(Some(glance));
         self.reader
-            .look_closely(now.saturating_add(MOVING_PAUSE), true);
+            .look_closely(now.after_micros(MOVING_PAUSE), true);
         if before != Some(glance) {
             return;
         }

@@ -35,7 +35,7 @@ impl Driver {
         let now = self.now();
         self.leading.leads = self.line.wire().is_some_and(|wire| wire.lead(true));
         if let (true, Some(program)) = (self.leading.leads, &mut self.program) {
-            program.stream.leapt(now, 0, false);
+            program.stream.leapt(now, Duration::ZERO, false);
         }
     }
 
@@ -50,7 +50,7 @@ impl Driver {
             None => None,
         };
         match (leap, &mut self.program) {
-            (Some(leap), Some(program)) => program.stream.leapt(now, micros(leap.time), leap.news),
+            (Some(leap), Some(program)) => program.stream.leapt(now, leap.time, leap.news),
             (None, Some(program)) => program.stream.runs(now),
             (_, None) => {
                 self.leading = VirtualTimeDriver::default();
@@ -69,8 +69,7 @@ impl Driver {
             return self.steps(now, patience).then_some((STEP, false));
         }
         self.leading.step = None;
-        let most = program.stream.patience(now);
-        let most = most.map_or(Duration::MAX, Duration::from_micros);
+        let most = program.stream.patience(now).unwrap_or(Duration::MAX);
         Some((most, program.stream.wants_room()))
     }
 
