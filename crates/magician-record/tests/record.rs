@@ -13,8 +13,8 @@ use magician_protocol::commands;
 use magician_protocol::{Ctrl, FrameBuf, NoArgs, Readable};
 use magician_record::mcap::Recorder;
 use magician_sim::{
-    ArmInstant, Controller, HostInstant, LineTiming, LinkId, Observer, Profile, Runner, Scenario, Speed,
-    World,
+    ArmInstant, Controller, HostInstant, LineTiming, LinkId, Observer, Profile, Runner, Scenario,
+    Speed, World,
 };
 use proptest::prelude::*;
 use recording::{EPOCH, Micros, Read, of, read};

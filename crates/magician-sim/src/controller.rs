@@ -10,7 +10,9 @@ use crate::link::{Link, Links};
 use crate::observer::{self, Observer, SampleBudget};
 use crate::profile::PINS;
 use crate::world::{Drawing, ExternalEvent, Press, WorldView};
-use crate::{ArmInstant, Flash, LineState, LinkId, PinState, Profile, ControllerState, StepperState, World};
+use crate::{
+    ArmInstant, ControllerState, Flash, LineState, LinkId, PinState, Profile, StepperState, World,
+};
 
 /// A Dobot Magician's controller, without a clock and without a wire.
 ///

@@ -5,7 +5,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use magician_motion::ToolBias;
-use magician_sim::{Controller, LineTiming, Profile, Runner, Scenario, Speed, ControllerState, World};
+use magician_sim::{
+    Controller, ControllerState, LineTiming, Profile, Runner, Scenario, Speed, World,
+};
 
 use crate::SimSpeed;
 

@@ -101,7 +101,11 @@ fn in_memory(arms: usize) -> Seen {
     let frames = Frames::new();
     let mut runners: Vec<Runner> = (0..arms)
         .map(|_| {
-            let mut runner = Runner::new(Controller::default(), Speed::default(), LineTiming::default());
+            let mut runner = Runner::new(
+                Controller::default(),
+                Speed::default(),
+                LineTiming::default(),
+            );
             runner.receive(
                 HostInstant::ZERO,
                 USB,

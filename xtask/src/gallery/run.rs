@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician_motion::{JointAngles, Pose};
 use magician_protocol::{Ctrl, FrameBuf, Set};
-use magician_sim::{ArmInstant, Controller, LinkId, ControllerState};
+use magician_sim::{ArmInstant, Controller, ControllerState, LinkId};
 
 use super::modes::{Act, Mode};
 
@@ -96,7 +96,7 @@ fn watch(arm: &mut Controller, began: ArmInstant, span: Option<Duration>, looks:
     }
 }
 
-fn observe(state: &ControllerState, began: ArmInstant) -> Look {
+fn look(state: &ControllerState, began: ArmInstant) -> Look {
     Look {
         at: (state.now - began).as_secs_f64(),
         pose: state.pose,

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use magician_protocol::{AlarmSet, FrameBuf};
-use magician_sim::{ArmInstant, Controller, LinkId, Observer, QueueState, ControllerState};
+use magician_sim::{ArmInstant, Controller, ControllerState, LinkId, Observer, QueueState};
 
 use super::file::{File, Topic};
 use super::message::{Alarms, Joints, Log, PoseInFrame};
@@ -130,7 +130,12 @@ impl<W: Write> Recorder<W> {
     }
 
     /// Writes what is not as it was; all of it if `again`.
-    fn see_changes(&mut self, arm: &Controller, state: &ControllerState, again: bool) -> io::Result<()> {
+    fn see_changes(
+        &mut self,
+        arm: &Controller,
+        state: &ControllerState,
+        again: bool,
+    ) -> io::Result<()> {
         let now = state.now.as_micros();
         let seen = Last {
             queue: state.queue,

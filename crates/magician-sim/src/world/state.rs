@@ -138,9 +138,11 @@ impl WorldState {
 }
 
 fn frame_of_belt(scenario: &Scenario, belt: &Belt, now: ArmInstant) -> ObjectPose {
-    scenario.conveyor().map_or_else(ObjectPose::default, |conveyor| {
-        conveyor.frame_after(belt.travel(now))
-    })
+    scenario
+        .conveyor()
+        .map_or_else(ObjectPose::default, |conveyor| {
+            conveyor.frame_after(belt.travel(now))
+        })
 }
 
 /// Inputs and sensors.

@@ -1,6 +1,8 @@
 //! Programs in the flash: stored through the queue, run by the base key (model section 12).
 
-use super::arm::{Bench, Micros, SECOND, arm_with, home, homing_lasts, joints_to, ptp, running_arm, wait};
+use super::arm::{
+    Bench, Micros, SECOND, arm_with, home, homing_lasts, joints_to, ptp, running_arm, wait,
+};
 use magician_protocol::commands::*;
 use magician_protocol::{CpMode, Ctrl};
 use magician_sim::world::Press;

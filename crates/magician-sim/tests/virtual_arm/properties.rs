@@ -4,7 +4,9 @@ use super::host;
 use magician_motion::{Geometry, ToolBias};
 use magician_protocol::{Ctrl, FrameBuf, TABLE};
 use magician_sim::world::{Body, Press};
-use magician_sim::{ArmInstant, Controller, ExternalEvent, Flash, LinkId, Profile, ControllerState};
+use magician_sim::{
+    ArmInstant, Controller, ControllerState, ExternalEvent, Flash, LinkId, Profile,
+};
 use proptest::prelude::*;
 
 /// A number as a host, a bad host or chance sends it. Boxed: strategies lie on the stack with all that they may become.

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use magician_protocol::{Ctrl, FrameBuf};
 use magician_sim::{
-    ArmInstant, Controller, HostInstant, LineTiming, LinkId, Observer, Profile, Scenario, Speed, World,
+    ArmInstant, Controller, HostInstant, LineTiming, LinkId, Observer, Profile, Scenario, Speed,
+    World,
 };
 use proptest::prelude::*;
 
@@ -20,7 +21,7 @@ type Micros = u64;
 struct Runner(magician_sim::Runner);
 
 impl Runner {
-    fn new(controller: Controller, speed: Speed, line: Line) -> Self {
+    fn new(controller: Controller, speed: Speed, line: LineTiming) -> Self {
         Self(magician_sim::Runner::new(controller, speed, line))
     }
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::Pose;
 use magician::protocol::FrameBuf;
-use magician::sim::{ArmInstant, Controller, LineTiming, Profile, Runner, Speed};
+use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
 use magician::{Arm, Ctrl, Options};
 use tokio::io::AsyncReadExt;
 
@@ -25,44 +25,6 @@ pub(crate) async fn real_time() -> Arm {
 
 pub(crate) async fn fast() -> Arm {
     Arm::connect("sim").await.unwrap()
-}
-
-/// A stream to a virtual arm that the test can look into while the handle is gone.
-pub(crate) struct Bench {
-    far: tokio::io::DuplexStream,
-    pub(crate) controller: Controller,
-    pub(crate) laser: bool,
-}
-
-impl Bench {
-    pub(crate) fn new() -> (tokio::io::DuplexStream, Self) {
-        let (near, far) = duplex(1 << 16);
-        let controller = Controller::new(Profile::default());
-        (
-            near,
-            Self {
-                far,
-                controller,
-                laser: false,
-            },
-        )
-    }
-
-    /// Answers until the other end is gone.
-    pub(crate) async fn serve(mut self) -> Self {
-        let begun = Instant::now();
-        let mut bytes = [0; 256];
-        while let Ok(count @ 1..) = self.far.read(&mut bytes).await {
-            self.controller.advance(ArmInstant::ZERO + begun.elapsed());
-            self.controller
-                .receive(magician::sim::LinkId(0), &bytes[..count]);
-            self.laser |= self.controller.state().laser;
-            while let Some(reply) = self.controller.poll_transmit(magician::sim::LinkId(0)) {
-                let _ = self.far.write_all(reply.bytes()).await;
-            }
-        }
-        self
-    }
 }
 
 /// An arm at the end of a pipe that the test holds: it hears requests, and answers as told.

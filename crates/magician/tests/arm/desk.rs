@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use magician::commands::DeviceSn;
 use magician::protocol::{FrameBuf, Text};
-use magician::sim::{ArmInstant, Controller, LinkId, Profile, ControllerState};
+use magician::sim::{ArmInstant, Controller, ControllerState, Event, LinkId, Profile};
 use magician::{Arm, Ctrl, Options};
 use tokio::io::{AsyncReadExt, AsyncWriteExt, DuplexStream, duplex};
 use tokio::task::JoinHandle;

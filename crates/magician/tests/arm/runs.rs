@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use magician::commands::{Pose, WaitCmd};
 use magician::protocol::FrameBuf;
-use magician::sim::{ArmInstant, Controller, LineTiming, Profile, Runner, Speed};
+use magician::sim::{Controller, LineTiming, Profile, Runner, Speed};
 use magician::{
     Action, Arm, Ctrl, ErrorCode, ErrorKind, Given, Options, Remedy, RunOptions, Setting, words,
 };
@@ -130,25 +130,8 @@ async fn an_index_that_was_cleared_will_not_come() {
 
 #[tokio::test(start_paused = true)]
 async fn an_arm_that_is_reset_ends_a_wait_and_says_what_is_gone() {
-    let (near, mut far) = duplex(1 << 16);
-    let bench = tokio::spawn(async move {
-        let begun = Instant::now();
-        let (mut controller, mut booted) = (Controller::new(Profile::default()), begun);
-        let mut bytes = [0; 256];
-        let mut off = false;
-        while let Ok(count @ 1..) = far.read(&mut bytes).await {
-            if !off && begun.elapsed() > Duration::from_secs(2) {
-                (controller, booted, off) =
-                    (Controller::new(Profile::default()), Instant::now(), true);
-            }
-            controller.advance(ArmInstant::ZERO + booted.elapsed());
-            controller.receive(magician::sim::LinkId(0), &bytes[..count]);
-            while let Some(reply) = controller.poll_transmit(magician::sim::LinkId(0)) {
-                let _ = far.write_all(reply.bytes()).await;
-            }
-        }
-    });
-    let arm = Arm::over(near, Options::default()).await.unwrap();
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
     let wait = words::wait(Duration::from_millis(500));
     let mut run = arm.start(std::iter::repeat_n(wait, 30));
     let resetting = async {

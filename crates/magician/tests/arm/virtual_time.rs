@@ -7,7 +7,7 @@ use std::time::Duration;
 use magician::faults::Faults;
 use magician::protocol::Set;
 use magician::protocol::commands::{DeviceTime, Pose};
-use magician::sim::{ArmInstant, ExternalEvent, Scenario, ControllerState};
+use magician::sim::{ArmInstant, ControllerState, ExternalEvent, Scenario};
 use magician::{Arm, ErrorKind, Options, RunOptions, VirtualArm, blocking, words};
 use tokio::task::yield_now;
 use tokio::time::Instant;

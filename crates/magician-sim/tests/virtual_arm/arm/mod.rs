@@ -6,7 +6,7 @@ use magician_protocol::{
     Ctrl, Flag, FrameBuf, IoFunction, Layout, NoArgs, PtpMode, QueuedCmdIndex, Readable, Writable,
 };
 use magician_sim::scenario::Scenario;
-use magician_sim::{ArmInstant, Controller, Event, LinkId, Profile, ControllerState, World};
+use magician_sim::{ArmInstant, Controller, ControllerState, Event, LinkId, Profile, World};
 
 /// The link that most tests talk over.
 pub const USB: LinkId = LinkId(0);

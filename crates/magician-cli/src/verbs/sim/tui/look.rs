@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_motion::{Geometry, JointAngles, Pose, ToolBias};
 use magician_sim::scenario::{Color, ToolKind};
 use magician_sim::world::{Drawing, ObjectPose, Rest};
-use magician_sim::{ArmInstant, Controller, PinState, ControllerState};
+use magician_sim::{ArmInstant, Controller, ControllerState, PinState};
 
 /// The arm and its world at an instant.
 #[derive(Clone, Debug, PartialEq)]
