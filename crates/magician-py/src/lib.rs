@@ -10,12 +10,14 @@
 //! * [`frames`] are what programs for other people's libraries send.
 //! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
 //!   [`picture::Picture`] what either shows of itself.
+//! * [`command`] is the `magician` command, linked in.
 //! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`voice`] says in them what a
 //!   Python program does, not what the command line does.
 //! * [`runtime`] has the package's threads and [`logging`] what the driver says.
 
 mod call;
 mod cell;
+mod command;
 mod core;
 mod errors;
 mod frames;
@@ -39,6 +41,8 @@ mod _magician {
     #[pymodule_export]
     use crate::cell::Cell;
     #[pymodule_export]
+    use crate::command::run_command;
+    #[pymodule_export]
     use crate::core::{Core, Events, Jog, Program, StateWatch};
     #[pymodule_export]
     use crate::core::{command, decode, discover, encode, end, find, forked, ports, tools};
@@ -58,7 +62,6 @@ mod _magician {
         use magician::words::{CONVEYOR_FARTHEST, CONVEYOR_FASTEST, CONVEYOR_PULSES_PER_MM};
 
         crate::runtime::first_interpreter(module.py())?;
-        crate::logging::begin();
         module.add("__version__", env!("CARGO_PKG_VERSION"))?;
         module.add("CONVEYOR_PULSES_PER_MM", CONVEYOR_PULSES_PER_MM)?;
         module.add("CONVEYOR_FASTEST", CONVEYOR_FASTEST)?;

@@ -117,6 +117,8 @@ pub(crate) fn ready(py: Python<'_>) -> PyResult<()> {
     if Process::known().is_some() {
         return Ok(());
     }
+    // Not as the module is imported: where the command runs, the log is the command's.
+    logging::begin();
     let process = Process::start(std::process::id()).map_err(|error| errors::raise(py, &error))?;
     let mut slot = &FIRST;
     while let Some(before) = slot.get() {

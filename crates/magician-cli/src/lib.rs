@@ -1,0 +1,112 @@
+//! The `magician` command: find, look, move and simulate a Dobot Magician arm.
+//!
+//! The command holds no robot knowledge: a verb reads its arguments, asks the crates below, and
+//! shows what they say. Each verb is one file in `verbs`.
+//!
+//! A library, so that the Python package can bring the command along; it has no other interface than [`run`].
+#![forbid(unsafe_code)]
+
+mod args;
+mod catalogue;
+mod columns;
+mod config;
+mod context;
+mod diagnostics;
+mod failure;
+mod fence;
+mod interrupt;
+mod json;
+mod log;
+mod mounted;
+mod note;
+mod options;
+mod output;
+mod paint;
+mod permission;
+mod progress;
+mod recording;
+mod saved;
+mod serving;
+mod source;
+mod terminal;
+mod throttle;
+mod usage;
+mod values;
+mod verbs;
+mod voice;
+
+use std::ffi::OsString;
+use std::panic::{self, AssertUnwindSafe};
+
+use crate::args::{COMMAND_LINE, Cli, asks_for_json, usage};
+use crate::context::Context;
+use crate::failure::{Failure, Kind};
+use crate::output::Output;
+
+/// Runs the command and returns its exit status. The first of the arguments is the name it was started by.
+///
+/// For a process of its own: it takes over the process's signals, its panic hook and its log.
+#[must_use]
+pub fn run(arguments: &[OsString]) -> u8 {
+    match guarded(|| follow(arguments)) {
+        Ok(()) => 0,
+        Err(failure) => {
+            failure.report(asks_for_json(arguments));
+            failure.kind.status()
+        }
+    }
+}
+
+fn follow(arguments: &[OsString]) -> Result<(), Failure> {
+    let mut output = Output::stdout();
+    let cli = match Cli::read(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            let done = usage(&error, asks_for_json(arguments), &mut output);
+            return done.and(output.flush());
+        }
+    };
+    log::begin(&cli.global);
+    let mut context = Context::new(cli.global.clone(), output, COMMAND_LINE);
+    cli.run(&mut context)
+}
+
+/// Runs the command; a panic becomes a failure of kind bug.
+fn guarded(work: impl FnOnce() -> Result<(), Failure>) -> Result<(), Failure> {
+    let place = std::sync::Arc::new(std::sync::Mutex::new(String::new()));
+    let seen = place.clone();
+    panic::set_hook(Box::new(move |info| {
+        if let Ok(mut text) = seen.lock() {
+            *text = info.to_string();
+        }
+    }));
+    panic::catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
+        let what = place.lock().map(|text| text.clone()).unwrap_or_default();
+        let version = env!("CARGO_PKG_VERSION");
+        Err(Failure::new(
+            Kind::Bug,
+            format!(
+                "this is a bug in magician {version}: {what}\n\
+                 please report it, with the command you ran, in the issue tracker of this program"
+            ),
+        ))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_a_bug_with_its_place_and_where_to_report() {
+        let failure = guarded(|| panic!("the ceiling fell")).unwrap_err();
+        assert_eq!(failure.kind.status(), 1);
+        assert!(
+            failure.message.contains("the ceiling fell"),
+            "{}",
+            failure.message
+        );
+        assert!(failure.message.contains("lib.rs"), "{}", failure.message);
+        assert!(failure.message.contains("report"), "{}", failure.message);
+    }
+}
