@@ -11,6 +11,7 @@
 //! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
 //!   [`picture::Picture`] what either shows of itself.
 //! * [`command`] is the `magician` command, linked in.
+//! * [`kinematics`] computes poses and joint angles of whole arrays.
 //! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`voice`] says in them what a
 //!   Python program does, not what the command line does.
 //! * [`runtime`] has the package's threads and [`logging`] what the driver says.
@@ -21,6 +22,7 @@ mod command;
 mod core;
 mod errors;
 mod frames;
+mod kinematics;
 mod logging;
 mod picture;
 mod program;
@@ -50,6 +52,8 @@ mod _magician {
     use crate::errors::every_error;
     #[pymodule_export]
     use crate::frames::command_id;
+    #[pymodule_export]
+    use crate::kinematics::{forward, inverse, inverse_of, reach};
     #[pymodule_export]
     use crate::picture::{Ink, Picture, draw_arm};
     #[pymodule_export]

@@ -13,6 +13,7 @@
   protocol.
 * :func:`load` makes a :class:`Plan` of a file, :meth:`Plan.path` of an array of points; ``arm.run(plan)`` has an arm do
   it.
+* :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`.
 * :mod:`magician.errors` is what can go wrong, :mod:`magician.events` what can happen.
 
@@ -31,6 +32,7 @@ from ._ports import Found, SerialPort, discover, ports
 from .alarms import Alarm
 from .commands import Pose
 from .errors import Error
+from .kinematics import forward, inverse, is_reachable, reach
 from .programs import Complaint, Plan, Rehearsal, Report, Sheet, Step, Surface, load
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult
@@ -83,8 +85,12 @@ __all__ = [
     "discover",
     "errors",
     "events",
+    "forward",
+    "inverse",
+    "is_reachable",
     "load",
     "ports",
+    "reach",
     "readings",
     "words",
 ]

@@ -308,6 +308,19 @@ class Arm(Bound):
         """The angles of the joints, degrees."""
         return (await self.pose()).joints
 
+    async def bias(self) -> tuple[float, float, float]:
+        """Where the tip of the arm's tool is, x, y, z in mm from the wrist (document 1.8.1)."""
+        bias = await until(self._core.get(commands.EndEffectorParams))
+        return bias.x_bias, bias.y_bias, bias.z_bias
+
+    async def is_reachable(self, x: float, y: float, z: float, r: float = 0.0) -> bool:
+        """Whether the tip of the arm's tool can be at a pose, mm and degrees: :func:`magician.is_reachable` for the
+        tool that is set. Whether the way there is free is not looked at: a motion is checked before it is sent.
+        """
+        from .kinematics import is_reachable
+
+        return is_reachable(x, y, z, r, tool=await self.bias())
+
     async def rail_position(self) -> float:
         """Where the arm stands on its rail, mm (document 1.4.3)."""
         return (await until(self._core.get(commands.PoseL))).pose_l

@@ -424,11 +424,24 @@ def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) 
     """
     if name is None:
         return commands.EndEffectorParams(*checked(x=x, y=y, z=z))
-    if name not in _TOOLS:
-        raise InvalidInputError(f"unknown tool {name!r}; known are {', '.join(_TOOLS)}")
+    bias = bias_of(name)
     if (x, y, z) != (0, 0, 0):
         raise InvalidInputError("a tool has a name, or x, y, z")
-    return commands.EndEffectorParams(*_TOOLS[name])
+    return commands.EndEffectorParams(*bias)
+
+
+def bias_of(tool: Tool | Sequence[float]) -> tuple[float, float, float]:
+    """Where the tip of a tool is, x, y, z in mm from the wrist: of its name, or as it is given.
+
+    >>> bias_of("suction")
+    (59.7, 0.0, 0.0)
+    """
+    if isinstance(tool, str):
+        if tool not in _TOOLS:
+            raise InvalidInputError(f"unknown tool {tool!r}; known are {', '.join(_TOOLS)}")
+        return _TOOLS[tool]
+    x, y, z = numbers("tool", tool, 3)
+    return x, y, z
 
 
 def suction(on: bool) -> commands.SetEndEffectorSuctionCup:
