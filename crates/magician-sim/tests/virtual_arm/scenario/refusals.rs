@@ -167,7 +167,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "[[object]]\nname = \"b\"\nsize = [9, 9, 9]\nat = [10, 0]\non = \"c\"",
         5,
         6,
-        "there is no 'c'",
+        "there is no earlier object 'c'",
     ),
     (
         "[[object]]\nname = \"b\"\nsize = [9, 9, 9]\nat = [10, 0]\non = \"table\"\nz = 5",
@@ -179,13 +179,13 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "[[object]]\nname = \"b\"\nsize = [9, 9, 9]\nat = [155, 0]",
         4,
         6,
-        "stands in 'cube'",
+        "overlaps 'cube'",
     ),
     (
         "[[object]]\nname = \"b\"\nsize = [9, 9, 9]\nat = [155, 0]\nz = -51",
         4,
         6,
-        "stands in 'cube'",
+        "overlaps 'cube'",
     ),
     // Sensors.
     (
@@ -198,7 +198,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "[[sensor]]\nkind = \"color\"\nport = \"GP1\"\nat = [1, 2, 3]\nbelt_at = 4",
         5,
         11,
-        "one place",
+        "one position",
     ),
     (
         "[[sensor]]\nkind = \"color\"\nport = \"GP1\"\nbelt_at = 400",
@@ -280,7 +280,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
         "[[hand]]\nkind = \"unlock\"\nat = 1\n[[hand]]\nkind = \"guide\"\nat = 2\njoints = [0, 0, 0, 0]\nover = 1",
         8,
         8,
-        "from where",
+        "has no start",
     ),
     ("[[key]]\npress = \"long\"", 1, 1, "missing field `at`"),
     // Faults.
