@@ -395,7 +395,7 @@ port = 'COM3'
         for (text, line, part) in [
             ("arms = 3".to_owned(), 1, "[arms.NAME]"),
             ("[arms]\nwhite = 3".to_owned(), 2, "[arms.white]"),
-            ("[arms.white]\nlaser = false".to_owned(), 1, "which arm"),
+            ("[arms.white]\nlaser = false".to_owned(), 1, "has no port"),
             (
                 "[arms.white]\nport = 'nowhere'".to_owned(),
                 2,
