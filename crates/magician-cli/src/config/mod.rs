@@ -323,7 +323,7 @@ mod tests {
         }
         for (text, line, part) in [
             ("prot = 'COM3'", 1, "unknown setting `prot`"),
-            ("\nport = 3", 2, "quotes"),
+            ("\nport = 3", 2, "quoted"),
             ("window = 9", 1, "1 to 8"),
             ("[draw]\nsped = 3", 2, "draw.sped"),
             ("draw = 3", 1, "[draw]"),

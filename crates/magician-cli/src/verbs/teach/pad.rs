@@ -380,7 +380,7 @@ mod tests {
         for key in [KeyCode::Enter, KeyCode::Char('r'), KeyCode::Char('v')] {
             console.press(key);
             let (_, said) = console.pad.message.clone().unwrap();
-            assert!(said.contains("the arm moves"), "{said}");
+            assert!(said.contains("the arm is moving"), "{said}");
         }
         assert_eq!(*console.teach.editor.program.steps(), before);
         assert_eq!(console.teach.editor.program.via(), None);
