@@ -152,7 +152,7 @@ def test_times_have_a_least_and_a_most() -> None:
 
 def test_numbers_of_other_kinds_are_numbers(arm: Arm) -> None:
     numpy = pytest.importorskip("numpy")
-    arm.move_to(numpy.float32(210), numpy.int16(10), Decimal("20.5"), r=numpy.float64(0))  # type: ignore[arg-type]
+    arm.move_to(numpy.float32(210), numpy.int16(10), Decimal("20.5"), r=numpy.float64(0))  # type: ignore[call-overload]
     assert arm.pose().position == pytest.approx((210, 10, 20.5, 0), abs=1e-3)
     assert repr(words.move_by(dx=numpy.float64(1.5))).count("float64") == 0
     arm.wait_for(numpy.uint64(0))

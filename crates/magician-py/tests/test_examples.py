@@ -15,8 +15,9 @@ import pytest
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
-@pytest.mark.parametrize("module", [magician, magician.words], ids=lambda module: module.__name__)
-def test_docstrings(module: ModuleType) -> None:
+@pytest.mark.parametrize("module", [magician.words, magician.places], ids=lambda module: module.__name__)
+def test_docstrings(module: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     failed, tried = doctest.testmod(module)
     assert tried and not failed
 

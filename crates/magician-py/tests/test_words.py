@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 from magician import commands, errors, words
@@ -9,7 +10,7 @@ from magician.commands import Output, PtpMode, Stepper
 
 def test_moves() -> None:
     assert words.move_to(1, 2, 3, 4) == commands.PtpCmd(PtpMode.MOVJ_XYZ, 1, 2, 3, 4)
-    modes = {
+    modes: dict[Callable[..., commands.PtpCmd], int] = {
         words.line_to: 2, words.jump_to: 0, words.jump_line_to: 9, words.move_joints: 4, words.line_joints: 5,
         words.jump_joints: 3, words.move_by: 8, words.line_by: 7, words.move_joints_by: 6,
     }  # fmt: skip

@@ -46,7 +46,7 @@ def blocking(text: str) -> str:
     """The same program without an event loop."""
     text = sections(text)
     text = re.sub(r"\bawait until(\w*)\(", r"wait\1(", text)
-    text = re.sub(r"(from \._native import )(.*)", lambda found: found[1] + re.sub(r"\buntil", "wait", found[2]), text)
+    text = re.sub(r"from \._native import (\([^)]*\)|.*)", lambda found: re.sub(r"\buntil", "wait", found[0]), text)
     text = re.sub(r"\bawait ", "", text)
     text = re.sub(r"\basync (def|with|for)\b", r"\1", text)
     for aio, plain in NAMES.items():

@@ -1,16 +1,18 @@
 """Drive a Dobot Magician desktop arm, or a virtual one.
 
->>> import magician
->>> with magician.Arm("sim") as arm:  # or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
-...     arm.home()
-...     arm.move_to(220, 60, 20)
-...     pose = arm.pose()
->>> pose.x, pose.y, pose.z
-(220.0, 60.0, 20.0)
+::
+
+    import magician
+
+    with magician.Arm("sim") as arm:  # or "/dev/ttyUSB0", "COM3", "udp:192.168.1.5"
+        arm.home()
+        arm.move_to(220, 60, 20)
+        x, y, z, r = arm.pose()
 
 * :class:`Arm` is a connected arm; :class:`magician.aio.Arm` the same for asyncio.
 * :mod:`magician.words` makes commands of intentions, for programs; :mod:`magician.commands` has every command of the
   protocol.
+* :mod:`magician.places` keeps poses by name, and has work planes and pallets.
 * :func:`load` makes a :class:`Plan` of a file, :meth:`Plan.path` of an array of points; ``arm.run(plan)`` has an arm do
   it.
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
@@ -24,15 +26,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from . import alarms, commands, errors, events, readings, words
-from ._blocking import Arm, Check, Events, Job, Jog, Run, StateWatch
+from . import alarms, commands, errors, events, pins, places, readings, words
+from ._blocking import Arm, Check, Events, Job, Jog, Motion, Run, StateWatch
 from ._native import __version__
 from ._pictures import Drawing, Picture, Stroke
 from ._ports import Found, SerialPort, discover, ports
 from .alarms import Alarm
-from .commands import Pose
+from .commands import Output, Port, Pose
 from .errors import Error
 from .kinematics import forward, inverse, is_reachable, reach
+from .pins import Pin
+from .places import Frame, Pallet, Poses
 from .programs import Complaint, Plan, Rehearsal, Report, Sheet, Step, Surface, load
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult
@@ -51,16 +55,23 @@ __all__ = [
     "Error",
     "Events",
     "Found",
+    "Frame",
     "Info",
     "Job",
     "Jog",
     "Joints",
     "Link",
+    "Motion",
+    "Output",
+    "Pallet",
     "Picture",
+    "Pin",
     "Place",
     "Plan",
     "PlanProgress",
+    "Port",
     "Pose",
+    "Poses",
     "Position",
     "Progress",
     "Ran",
@@ -89,6 +100,8 @@ __all__ = [
     "inverse",
     "is_reachable",
     "load",
+    "pins",
+    "places",
     "ports",
     "reach",
     "readings",

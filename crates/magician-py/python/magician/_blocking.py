@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from itertools import islice
+from time import monotonic
 from types import TracebackType
-from typing import Any, Literal, TypeVar, overload
+from typing import Any, Generic, Literal, TypeVar, overload
 
 from . import _told, commands, events, words
-from ._arguments import addresses, ending, flag, flags, hearing, not_a_file, number, seconds, whole
+from ._arguments import ending, flag, flags, hearing, not_a_file, number, seconds, whole
 from ._bound import Bound
 from ._magician import Core
 from ._magician import Events as NativeEvents
@@ -15,24 +17,38 @@ from ._magician import Job as NativeJob
 from ._magician import Jog as NativeJog
 from ._magician import Program as NativeProgram
 from ._magician import StateWatch as NativeStateWatch
+from ._motions import Ended, Going, Steps, homing, performing
 from ._naming import find
-from ._native import Where, connecting, opened, wait, wait_done, wait_stopped
+from ._native import (
+    Where,
+    connecting,
+    opened,
+    wait,
+    wait_done,
+    wait_ended,
+    wait_moment,
+    wait_steps,
+    wait_stopped,
+)
 from ._pictures import Picture
 from ._protocol import Command, Query, Queueable, Readable, Writable
 from ._reports import report
+from ._targets import JointTarget, Target, joints, keeps_r, kept, listed, spot
 from ._telling import Telling
 from .alarms import Alarm
-from .commands import IoFunction, Port, Pose, RailVersion, SensorVersion, Stepper
-from .errors import ClosedError, Error, UnexpectedError
+from .commands import Pose, RailVersion
+from .errors import ClosedError, Error, InvalidInputError, ResponseTimeoutError, UnexpectedError
+from .pins import FunctionLike, PinLike, PortLike, StepperLike, VersionLike, pins
 from .programs import Plan, Report
 from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult, Watcher
 from .words import Direction, Four, Tool
 
-__all__ = ["Arm", "Check", "Events", "Job", "Jog", "Run", "StateWatch"]
+__all__ = ["Arm", "Check", "Events", "Job", "Jog", "Motion", "Run", "StateWatch"]
 
 _R = TypeVar("_R", bound=Readable)
 _A = TypeVar("_A", bound=Command)
+_T = TypeVar("_T")
 
 Check = Literal["reach", "unknown_start", "jog", "laser", "alarms"]
 """A check that a program passes before a byte of it is sent:
@@ -128,6 +144,7 @@ class Arm(Bound):
             return
         try:
             if error is None:
+                self._settle()
                 if self.link.state == "up":
                     wait(self._core.darken())
                 self.detach()
@@ -144,6 +161,36 @@ class Arm(Bound):
         if not self._core.is_here():
             return "<Arm of another process>"
         return f"<Arm at {self.name}, {self.link.state}>"
+
+    # Motions, one after the other.
+
+    _last: Going | None = None
+
+    def _settle(self) -> None:
+        """Waits until what was begun without waiting has ended."""
+        last, self._last = self._last, None
+        if last is not None and not last.told:
+            wait_ended(last, self._core)
+
+    def _drop(self) -> None:
+        """What was begun without waiting, and has not been sent, is not to be sent."""
+        last, self._last = self._last, None
+        if last is not None:
+            last.drop()
+
+    def _go(self, steps: Steps, wait: bool) -> Motion[Any]:
+        if flag("wait", wait):
+            self._settle()
+            return Motion(self._core, Ended(wait_steps(steps, self._core)))
+        if self._last is not None and self._last.over:
+            # How the one before ended is told to somebody.
+            self._settle()
+        self._last = going = Going(steps, self._last)
+        return Motion(self._core, going)
+
+    def _move(self, *program: Queueable, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
+        percent = number("speed", speed, above=0, most=100, unit="%")
+        return self._go(performing(self._core, program, speed=percent), wait)
 
     # The connection.
 
@@ -187,6 +234,7 @@ class Arm(Bound):
         does nothing.
         """
         if self._core.is_here():
+            self._drop()
             wait(self._core.close())
 
     def reconnected(self) -> None:
@@ -276,24 +324,24 @@ class Arm(Bound):
         self,
         rate: float = 10.0,
         *,
-        inputs: Iterable[int] = (),
-        outputs: Iterable[int] = (),
-        analogs: Iterable[int] = (),
+        inputs: Iterable[PinLike] = (),
+        outputs: Iterable[PinLike] = (),
+        analogs: Iterable[PinLike] = (),
     ) -> StateWatch:
         """Keeps an eye on the arm: pose, queue, alarms and link, so many times a second (0.01 to 1000).
 
         ``for status in arm.state(20): ...`` gives every reading. However many watches there are, the arm is asked
         once, at the highest rate that somebody wants, and less often when the line is busy.
 
-        :param inputs: EIO addresses (1 to 20) of digital inputs to read as well; they must have been multiplexed.
+        :param inputs: Pins of digital inputs to read as well (:class:`~magician.Pin`); they must have been multiplexed.
         :param outputs: the same, of digital outputs.
         :param analogs: the same, of analog inputs.
 
         Raises :class:`~magician.errors.InvalidInputError` for a rate or an address out of range.
         """
         rate = number("rate", rate, least=0.01, most=1000, unit="Hz")
-        pins = addresses("inputs", inputs), addresses("outputs", outputs), addresses("analogs", analogs)
-        return StateWatch(self._core.state(rate, *pins))
+        watched = pins("inputs", inputs), pins("outputs", outputs), pins("analogs", analogs)
+        return StateWatch(self._core.state(rate, *watched))
 
     def events(self) -> Events:
         """What happens from now on, for any number of listeners: alarms, commands that finish, a line that breaks.
@@ -345,6 +393,8 @@ class Arm(Bound):
         not answered.
         """
         told: Writable = find(command, "set", fields) if isinstance(command, str) else command
+        if keeps_r(told):
+            raise InvalidInputError("r is left out, and what the arm has now is not asked for here: give r")
         allowed = flag("allow_dangerous", allow_dangerous), flag("allow_laser", allow_laser)
         wait(self._core.set(told, *allowed))
 
@@ -362,6 +412,8 @@ class Arm(Bound):
         when it cannot be told whether the arm took it, else as :meth:`get`.
         """
         told: Queueable = find(command, "set", fields) if isinstance(command, str) else command
+        if keeps_r(told):
+            raise InvalidInputError("r is left out, and what the arm has when it comes to this is not known: give r")
         return wait(self._core.enqueue(told, flag("allow_laser", allow_laser)))
 
     def raw(
@@ -389,6 +441,7 @@ class Arm(Bound):
 
     # Programs.
 
+    @overload
     def perform(
         self,
         program: Iterable[Queueable],
@@ -398,25 +451,62 @@ class Arm(Bound):
         require_homed: bool = False,
         keep: bool = False,
         allow_laser: bool = False,
-    ) -> Ran:
+        wait: Literal[True] = True,
+    ) -> Ran: ...
+    @overload
+    def perform(
+        self,
+        program: Iterable[Queueable],
+        *,
+        skip: Collection[Check] = (),
+        require_homed: bool = False,
+        keep: bool = False,
+        allow_laser: bool = False,
+        wait: Literal[False],
+    ) -> Motion[Ran]: ...
+    def perform(
+        self,
+        program: Iterable[Queueable],
+        *,
+        progress: Callable[[Progress], object] | None = None,
+        skip: Collection[Check] = (),
+        require_homed: bool = False,
+        keep: bool = False,
+        allow_laser: bool = False,
+        wait: bool = True,
+    ) -> Ran | Motion[Ran]:
         """Checks commands as the arm stands now, before any of them is sent, runs them, and waits for their end.
 
         They flow through the arm's queue, however many they are; robot words make them: :mod:`magician.words`.
 
-        :param progress: called now and then with how far it is.
+        :param progress: called now and then with how far it is; while it is waited for.
         :param skip: checks to leave out.
         :param require_homed: refuses an arm that has not been homed since it was switched on, as far as its alarms
             tell.
         :param keep: runs commands of an earlier program that still wait in the queue, before these.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
+        :param wait: Whether to wait for the end. ``False`` returns at once, with a :class:`Motion`.
 
         Raises :class:`~magician.errors.UnreachableError` with value and limit and
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
         alarm holds the queue, :class:`~magician.errors.ClosedError` when a stop came, else as :meth:`enqueue`.
         """
         asked = flags(require_homed=require_homed, keep=keep, allow_laser=allow_laser)
-        call = self._core.perform(not_a_file(program), _names(skip), **asked)
-        return Ran(*wait_done(call, self._core, _hearing(progress)))
+        names, hear = _names(skip), _hearing(progress)
+        given = listed(program)
+        if hear is None or not flag("wait", wait):
+            if hear is not None:
+                raise InvalidInputError("progress is told to whoever waits: leave it out, or wait=False")
+            motion = self._go(performing(self._core, given, skip=names, **asked), wait)
+            return motion.wait() if wait else motion
+        self._settle()
+        call = self._core.perform(self._kept(given), names, **asked)
+        return Ran(*wait_done(call, self._core, hear))
+
+    def _kept(self, program: Iterable[Queueable]) -> Sequence[Queueable]:
+        """The commands, each with its r, as the arm stands now."""
+        given = listed(program)
+        return kept(given, (self._known_pose()).r) if any(map(keeps_r, given)) else given
 
     def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
         """Checks commands as the arm stands now, and tells how many seconds they take.
@@ -424,7 +514,8 @@ class Arm(Bound):
         To the microsecond what a virtual arm takes; ``math.inf`` if one of them has no end that is known: homing, a
         wait for an input. Raises as the check of :meth:`perform`.
         """
-        return wait(self._core.estimate(not_a_file(program), _names(skip)))
+        names = _names(skip)
+        return wait(self._core.estimate(self._kept(program), names))
 
     def begin(
         self,
@@ -456,14 +547,15 @@ class Arm(Bound):
             "laser_horizon": seconds("laser_horizon", laser_horizon),
             "patience": seconds("patience", patience),
         }
-        return Run(self._core, self._core.begin(not_a_file(program), how))
+        return Run(self._core, self._core.begin(kept(program, None), how))
 
     # Motion: each of these goes there and waits until it has.
 
-    def home(self) -> None:
+    def home(self, *, wait: bool = True) -> Motion[None]:
         """Homes the arm, waits until it is done, and clears the alarms: up to half a minute (document 1.6.2)."""
-        wait_done(self._core.home(), self._core)
+        return self._go(homing(self._core), wait)
 
+    @overload
     def move_to(
         self,
         x: float,
@@ -473,128 +565,351 @@ class Arm(Bound):
         *,
         linear: bool = False,
         rail: float | None = None,
-    ) -> None:
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    @overload
+    def move_to(
+        self,
+        to: Target,
+        /,
+        *,
+        r: float | None = None,
+        linear: bool = False,
+        rail: float | None = None,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    def move_to(
+        self,
+        x: Any,
+        y: float | None = None,
+        z: float | None = None,
+        r: float | None = None,
+        *,
+        linear: bool = False,
+        rail: float | None = None,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
         """Goes to a pose, all joints together or on a straight line, and waits until it is there.
 
-        :param x: mm forward from the base axis.
+        :param x: mm forward from the base axis; or a pose, or x, y, z and perhaps r in a row:
+            ``arm.move_to(arm.pose())``.
         :param y: mm to the arm's left.
         :param z: mm up from the shoulder axis; the table is below 0.
         :param r: rotation of the tool, degrees; left out keeps it.
         :param linear: whether the tool goes on a straight line.
         :param rail: mm on the rail (0 to 1000), to go to at the same time.
+        :param speed: Share of the set speeds and accelerations for this move alone, percent, as :meth:`speed` sets it
+            for all.
+        :param wait: Whether to wait until it is there. ``False`` returns at once, with a :class:`Motion`.
 
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
         """
-        r = (self._known_pose()).r if r is None else r
-        move: words.Move = words.line_to(x, y, z, r) if linear else words.move_to(x, y, z, r)
-        self.perform([move if rail is None else words.with_rail(move, rail)])
+        to = spot(x, y, z, r)
+        move: words.Move = words.line_to(*to) if linear else words.move_to(*to)
+        return self._move(move if rail is None else words.with_rail(move, rail), speed=speed, wait=wait)
 
-    def line_to(self, x: float, y: float, z: float, r: float | None = None) -> None:
-        """Goes to a pose on a straight line (mm, degrees; r left out keeps it) and waits until it is there."""
-        self.move_to(x, y, z, r, linear=True)
+    @overload
+    def line_to(
+        self, x: float, y: float, z: float, r: float | None = None, *, speed: float | None = None, wait: bool = True
+    ) -> Motion[Ran]: ...
+    @overload
+    def line_to(
+        self, to: Target, /, *, r: float | None = None, speed: float | None = None, wait: bool = True
+    ) -> Motion[Ran]: ...
+    def line_to(
+        self,
+        x: Any,
+        y: float | None = None,
+        z: float | None = None,
+        r: float | None = None,
+        *,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
+        """Goes to a pose on a straight line (mm, degrees; r left out keeps it) and waits until it is there: as
+        :meth:`move_to`.
+        """
+        return self._move(words.line_to(*spot(x, y, z, r)), speed=speed, wait=wait)
 
-    def jump_to(self, x: float, y: float, z: float, r: float | None = None, *, linear: bool = False) -> None:
-        """Goes to a pose over obstacles: up, across, down (mm, degrees; r left out keeps it). Waits until it is there.
+    @overload
+    def jump_to(
+        self,
+        x: float,
+        y: float,
+        z: float,
+        r: float | None = None,
+        *,
+        linear: bool = False,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    @overload
+    def jump_to(
+        self,
+        to: Target,
+        /,
+        *,
+        r: float | None = None,
+        linear: bool = False,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    def jump_to(
+        self,
+        x: Any,
+        y: float | None = None,
+        z: float | None = None,
+        r: float | None = None,
+        *,
+        linear: bool = False,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
+        """Goes to a pose over obstacles: up, across, down (mm, degrees; r left out keeps it). Waits until it is there:
+        as :meth:`move_to`.
 
         :meth:`jump_height` says how high. ``linear``: across on a straight line (E28: seen to do nothing on some
         firmware).
         """
-        r = (self._known_pose()).r if r is None else r
-        self.perform([words.jump_line_to(x, y, z, r) if linear else words.jump_to(x, y, z, r)])
+        to = spot(x, y, z, r)
+        move = words.jump_line_to(*to) if linear else words.jump_to(*to)
+        return self._move(move, speed=speed, wait=wait)
 
     def move_by(
-        self, dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0, *, linear: bool = False
-    ) -> None:
+        self,
+        dx: float = 0,
+        dy: float = 0,
+        dz: float = 0,
+        dr: float = 0,
+        *,
+        linear: bool = False,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
         """Moves by so much (mm, degrees) from where it is: ``arm.move_by(dz=20)``."""
-        self.perform([words.line_by(dx, dy, dz, dr) if linear else words.move_by(dx, dy, dz, dr)])
+        word = words.line_by if linear else words.move_by
+        return self._move(word(dx, dy, dz, dr), speed=speed, wait=wait)
 
-    def line_by(self, dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> None:
+    def line_by(
+        self,
+        dx: float = 0,
+        dy: float = 0,
+        dz: float = 0,
+        dr: float = 0,
+        *,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
         """Moves by so much (mm, degrees) from where it is, on a straight line."""
-        self.move_by(dx, dy, dz, dr, linear=True)
+        return self.move_by(dx, dy, dz, dr, linear=True, speed=speed, wait=wait)
 
+    @overload
     def move_joints(
-        self, j1: float, j2: float, j3: float, j4: float | None = None, *, linear: bool = False
-    ) -> None:
-        """Goes to joint angles, degrees; j4 left out keeps it. ``linear``: with the tool on a straight line."""
-        j4 = (self._known_pose()).j4 if j4 is None else j4
+        self,
+        j1: float,
+        j2: float,
+        j3: float,
+        j4: float | None = None,
+        *,
+        linear: bool = False,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    @overload
+    def move_joints(
+        self,
+        to: JointTarget,
+        /,
+        *,
+        linear: bool = False,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    def move_joints(
+        self,
+        j1: Any,
+        j2: float | None = None,
+        j3: float | None = None,
+        j4: float | None = None,
+        *,
+        linear: bool = False,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
+        """Goes to joint angles, degrees, or to those of a pose; j4 left out keeps it. ``linear``: with the tool on a
+        straight line.
+        """
         word = words.line_joints if linear else words.move_joints
-        self.perform([word(j1, j2, j3, j4)])
+        return self._turn(word, joints(j1, j2, j3, j4), speed, wait)
 
-    def line_joints(self, j1: float, j2: float, j3: float, j4: float | None = None) -> None:
+    @overload
+    def line_joints(
+        self,
+        j1: float,
+        j2: float,
+        j3: float,
+        j4: float | None = None,
+        *,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    @overload
+    def line_joints(
+        self,
+        to: JointTarget,
+        /,
+        *,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    def line_joints(
+        self,
+        j1: Any,
+        j2: float | None = None,
+        j3: float | None = None,
+        j4: float | None = None,
+        *,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
         """Goes to joint angles, degrees, with the tool on a straight line; j4 left out keeps it."""
-        self.move_joints(j1, j2, j3, j4, linear=True)
+        return self._turn(words.line_joints, joints(j1, j2, j3, j4), speed, wait)
 
-    def jump_joints(self, j1: float, j2: float, j3: float, j4: float | None = None) -> None:
+    @overload
+    def jump_joints(
+        self,
+        j1: float,
+        j2: float,
+        j3: float,
+        j4: float | None = None,
+        *,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    @overload
+    def jump_joints(
+        self,
+        to: JointTarget,
+        /,
+        *,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]: ...
+    def jump_joints(
+        self,
+        j1: Any,
+        j2: float | None = None,
+        j3: float | None = None,
+        j4: float | None = None,
+        *,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
         """Goes to joint angles, degrees, over obstacles; j4 left out keeps it."""
-        j4 = (self._known_pose()).j4 if j4 is None else j4
-        self.perform([words.jump_joints(j1, j2, j3, j4)])
+        return self._turn(words.jump_joints, joints(j1, j2, j3, j4), speed, wait)
 
-    def move_joints_by(self, d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> None:
+    def _turn(
+        self,
+        word: Callable[[float, float, float, float], Queueable],
+        to: tuple[float, float, float, float | None],
+        speed: float | None,
+        wait: bool,
+    ) -> Motion[Ran]:
+        j1, j2, j3, j4 = to
+
+        def make(pose: Pose | None) -> Sequence[Queueable]:
+            return [word(j1, j2, j3, pose.j4 if pose is not None and j4 is None else j4 or 0.0)]
+
+        percent = number("speed", speed, above=0, most=100, unit="%")
+        return self._go(performing(self._core, make, asks=j4 is None, speed=percent), wait)
+
+    def move_joints_by(
+        self,
+        d1: float = 0,
+        d2: float = 0,
+        d3: float = 0,
+        d4: float = 0,
+        *,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
         """Turns the joints by so many degrees from where they are."""
-        self.perform([words.move_joints_by(d1, d2, d3, d4)])
+        return self._move(words.move_joints_by(d1, d2, d3, d4), speed=speed, wait=wait)
 
-    def arc_to(self, via: Four, to: Four) -> None:
+    def arc_to(self, via: Four, to: Four, *, wait: bool = True) -> Motion[Ran]:
         """Goes to ``to`` along the arc through ``via``; both are x, y, z, r (document 1.12.2, E33)."""
-        self.perform([words.arc_to(via, to)])
+        return self._move(words.arc_to(via, to), wait=wait)
 
-    def circle(self, via: Four, over: Four, turns: int = 1) -> None:
+    def circle(self, via: Four, over: Four, turns: int = 1, *, wait: bool = True) -> Motion[Ran]:
         """Goes round the circle through here, ``via`` and ``over`` (x, y, z, r), and ends where it began."""
-        self.perform([words.circle(via, over, turns)])
+        return self._move(words.circle(via, over, turns), wait=wait)
 
-    def path_to(self, x: float, y: float, z: float) -> None:
+    def path_to(self, x: float, y: float, z: float, *, wait: bool = True) -> Motion[Ran]:
         """Goes to a point as a path of one segment, mm. Longer ones are programs of :func:`words.path_to`."""
-        self.perform([words.path_to(x, y, z)])
+        return self._move(words.path_to(x, y, z), wait=wait)
 
-    def path_by(self, dx: float = 0, dy: float = 0, dz: float = 0) -> None:
+    def path_by(self, dx: float = 0, dy: float = 0, dz: float = 0, *, wait: bool = True) -> Motion[Ran]:
         """As :meth:`path_to`, by so much from where it is."""
-        self.perform([words.path_by(dx, dy, dz)])
+        return self._move(words.path_by(dx, dy, dz), wait=wait)
 
     def wait(self, seconds: float) -> None:
         """Makes the arm wait: its queue, and with it a virtual arm's time. It is not :func:`time.sleep`."""
-        self.perform([words.wait(seconds)])
+        self._move(words.wait(seconds))
 
-    def wait_for_level(self, address: int, high: bool) -> None:
+    def wait_for_level(self, address: PinLike, high: bool) -> None:
         """Waits until a digital input (EIO address 1 to 20) has this level, for ever if need be (document 1.14.1)."""
-        self.perform([words.wait_for_level(address, high)])
+        self._move(words.wait_for_level(address, high))
 
-    def wait_below(self, address: int, threshold: int) -> None:
+    def wait_below(self, address: PinLike, threshold: int) -> None:
         """Waits until an analog input (EIO address 1 to 20) is below a threshold (0 to 4095 counts, 4095 at 3.3 V)."""
-        self.perform([words.wait_below(address, threshold)])
+        self._move(words.wait_below(address, threshold))
 
-    def wait_at_most(self, address: int, threshold: int) -> None:
+    def wait_at_most(self, address: PinLike, threshold: int) -> None:
         """As :meth:`wait_below`, until the input is at most the threshold."""
-        self.perform([words.wait_at_most(address, threshold)])
+        self._move(words.wait_at_most(address, threshold))
 
-    def wait_at_least(self, address: int, threshold: int) -> None:
+    def wait_at_least(self, address: PinLike, threshold: int) -> None:
         """As :meth:`wait_below`, until the input is at least the threshold."""
-        self.perform([words.wait_at_least(address, threshold)])
+        self._move(words.wait_at_least(address, threshold))
 
-    def wait_above(self, address: int, threshold: int) -> None:
+    def wait_above(self, address: PinLike, threshold: int) -> None:
         """As :meth:`wait_below`, until the input is above the threshold."""
-        self.perform([words.wait_above(address, threshold)])
+        self._move(words.wait_above(address, threshold))
 
     def check_lost_steps(self) -> None:
         """Compares the joints with their sensors; a lost step raises an alarm (E36)."""
-        self.perform([words.check_lost_steps()])
+        self._move(words.check_lost_steps())
 
     # The rail.
 
-    def rail(self, on: bool, version: RailVersion) -> None:
+    def rail(self, on: bool, version: RailVersion | int | str) -> None:
         """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15)."""
         self.set(words.rail(on, version))
 
-    def move_with_rail(self, x: float, y: float, z: float, r: float, rail: float) -> None:
+    def move_with_rail(
+        self, x: float, y: float, z: float, r: float, rail: float, *, speed: float | None = None, wait: bool = True
+    ) -> Motion[Ran]:
         """Goes to a pose and to ``rail`` mm on the rail (0 to 1000) at the same time."""
-        self.perform([words.move_with_rail(x, y, z, r, rail)])
+        return self._move(words.move_with_rail(x, y, z, r, rail), speed=speed, wait=wait)
 
-    def rail_to(self, position: float) -> None:
+    def rail_to(self, position: float, *, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
         """Moves the carriage alone to so many mm (0 to 1000)."""
-        self.perform([words.rail_to(position, self._known_pose())])
+        there = words.rail_to(position, Pose(0, 0, 0, 0, (0, 0, 0, 0))).l
 
-    def rail_by(self, distance: float) -> None:
+        def make(pose: Pose | None) -> Sequence[Queueable]:
+            assert pose is not None
+            return [words.rail_to(there, pose)]
+
+        percent = number("speed", speed, above=0, most=100, unit="%")
+        return self._go(performing(self._core, make, asks=True, speed=percent), wait)
+
+    def rail_by(self, distance: float, *, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
         """Moves the carriage alone, by so many mm."""
-        self.perform([words.rail_by(distance)])
+        return self._move(words.rail_by(distance), speed=speed, wait=wait)
 
     # How fast, and how high: from the next motion on.
 
@@ -688,66 +1003,66 @@ class Arm(Bound):
         """
         self.set(words.laser(on), allow_laser=allow_laser)
 
-    def multiplex(self, address: int, function: IoFunction) -> None:
+    def multiplex(self, address: PinLike, function: FunctionLike) -> None:
         """Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, E40)."""
         self.set(words.multiplex(address, function))
 
-    def output(self, address: int, high: bool, *, allow_laser: bool = False) -> None:
+    def output(self, address: PinLike, high: bool, *, allow_laser: bool = False) -> None:
         """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2).
 
         :param allow_laser: Whether the laser's pins, EIO 2 and 4, of an arm that is not virtual may be raised.
         """
         self.set(words.output(address, high), allow_laser=allow_laser)
 
-    def pwm(self, address: int, frequency: float, duty_cycle: float, *, allow_laser: bool = False) -> None:
+    def pwm(self, address: PinLike, frequency: float, duty_cycle: float, *, allow_laser: bool = False) -> None:
         """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and the percentage of high.
 
         :param allow_laser: Whether the laser's pin, EIO 4, of an arm that is not virtual may be driven.
         """
         self.set(words.pwm(address, frequency, duty_cycle), allow_laser=allow_laser)
 
-    def servo(self, address: int, pulse_ms: float) -> None:
+    def servo(self, address: PinLike, pulse_ms: float) -> None:
         """Turns a hobby servo on a pulse-width pin by the length of its pulses: 1 to 2 ms, 1.5 ms is the middle of
         most."""
         self.set(words.servo(address, pulse_ms))
 
-    def level_at(self, address: int) -> bool:
+    def level_at(self, address: PinLike) -> bool:
         """The level of a digital input (EIO address 1 to 20; document 1.15.4)."""
         return (self.get(words.level_at(address))).level
 
-    def analog_at(self, address: int) -> float:
+    def analog_at(self, address: PinLike) -> float:
         """What lies at an analog input (EIO address 1 to 20), V, 0 to 3.3 (document 1.15.5)."""
         return (self.get(words.analog_at(address))).volts
 
-    def motor(self, index: Stepper, speed: int) -> None:
+    def motor(self, index: StepperLike, speed: int) -> None:
         """Runs an external motor at so many pulses/s, the sign is the direction; 0 stops it (document 1.15.6)."""
         self.set(words.motor(index, speed))
 
-    def motor_by(self, index: Stepper, speed: int, distance: int) -> None:
+    def motor_by(self, index: StepperLike, speed: int, distance: int, *, wait: bool = True) -> Motion[Ran]:
         """Runs an external motor so many pulses far and waits for its end; the sign of the speed is the direction."""
-        self.perform([words.motor_by(index, speed, distance)])
+        return self._move(words.motor_by(index, speed, distance), wait=wait)
 
-    def conveyor(self, index: Stepper, mm_per_s: float) -> None:
+    def conveyor(self, index: StepperLike, mm_per_s: float) -> None:
         """Runs the conveyor belt on this motor output at so many mm/s, the sign is the direction; 0 stops it."""
         self.set(words.conveyor(index, mm_per_s))
 
-    def conveyor_by(self, index: Stepper, mm: float, mm_per_s: float) -> None:
+    def conveyor_by(self, index: StepperLike, mm: float, mm_per_s: float, *, wait: bool = True) -> Motion[Ran]:
         """Moves the conveyor belt on this motor output by so many mm and waits until it stands again."""
-        self.perform([words.conveyor_by(index, mm, mm_per_s)])
+        return self._move(words.conveyor_by(index, mm, mm_per_s), wait=wait)
 
-    def color_sensor(self, port: Port, on: bool, version: SensorVersion) -> None:
+    def color_sensor(self, port: PortLike, on: bool, version: VersionLike) -> None:
         """Switches the colour sensor on a port (document 1.15.7, E42)."""
         self.set(words.color_sensor(port, on, version))
 
-    def color_at(self, port: Port) -> Color | None:
+    def color_at(self, port: PortLike) -> Color | None:
         """The colour that the sensor on a port sees, or ``None`` where two are as strong."""
         return (self.get(words.color_at(port))).color
 
-    def infrared(self, port: Port, on: bool, version: SensorVersion) -> None:
+    def infrared(self, port: PortLike, on: bool, version: VersionLike) -> None:
         """Switches the infrared sensor on a port (document 1.15.8, E43)."""
         self.set(words.infrared(port, on, version))
 
-    def infrared_at(self, port: Port) -> bool:
+    def infrared_at(self, port: PortLike) -> bool:
         """Whether something is in front of the infrared sensor on a port."""
         return (self.get(words.infrared_at(port))).state
 
@@ -763,6 +1078,7 @@ class Arm(Bound):
 
     def clear_queue(self) -> None:
         """Drops what waits in the queue; the command under way finishes (document 1.19.6). A run under way ends."""
+        self._drop()
         self.set(commands.QueuedCmdClear())
 
     def current_index(self) -> int:
@@ -800,6 +1116,7 @@ class Arm(Bound):
 
         Raises :class:`~magician.errors.ResponseTimeoutError` when the arm does not answer or does not come to a stand.
         """
+        self._drop()
         wait(self._core.stop())
 
     def request_stop(self) -> None:
@@ -809,6 +1126,7 @@ class Arm(Bound):
         The stop is sent ahead of everything else, for up to three seconds until it is answered; while the line is lost,
         it is the first thing that is said when it is back.
         """
+        self._drop()
         self._core.request_stop()
 
     def stop_gentle(self) -> None:
@@ -816,6 +1134,7 @@ class Arm(Bound):
 
         What waits stays; :meth:`start_queue` goes on with it. A run under way ends.
         """
+        self._drop()
         wait(self._core.stop_gentle())
 
     # Jogging.
@@ -860,6 +1179,7 @@ class Arm(Bound):
         start = wait(self._core.start_of(_plan(plan).native))
         return Picture(plan.native.preview(start, None, None))
 
+    @overload
     def run(
         self,
         program: Plan | Iterable[Queueable],
@@ -876,7 +1196,44 @@ class Arm(Bound):
         lift: float | None = None,
         allow_laser: bool = False,
         restore: bool = True,
-    ) -> RunResult:
+        wait: Literal[True] = True,
+    ) -> RunResult: ...
+    @overload
+    def run(
+        self,
+        program: Plan | Iterable[Queueable],
+        *,
+        first_step: int = 1,
+        resume: bool = False,
+        check: bool = True,
+        keep: bool = False,
+        require_homed: bool = False,
+        unhomed: bool = False,
+        stay: bool = False,
+        park: tuple[float, float, float] | None = None,
+        lift: float | None = None,
+        allow_laser: bool = False,
+        restore: bool = True,
+        wait: Literal[False],
+    ) -> Job: ...
+    def run(
+        self,
+        program: Plan | Iterable[Queueable],
+        *,
+        progress: Watcher = False,
+        first_step: int = 1,
+        resume: bool = False,
+        check: bool = True,
+        keep: bool = False,
+        require_homed: bool = False,
+        unhomed: bool = False,
+        stay: bool = False,
+        park: tuple[float, float, float] | None = None,
+        lift: float | None = None,
+        allow_laser: bool = False,
+        restore: bool = True,
+        wait: bool = True,
+    ) -> RunResult | Job:
         """Has the arm do a plan, or commands, and waits for the end. All of it is checked before the first byte is
         sent.
 
@@ -901,11 +1258,18 @@ class Arm(Bound):
         :param lift: How far the pen goes up, mm; that of :func:`~magician.load`, or 10.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
         :param restore: Whether speeds and heights of jumps that the plan changes are given back at its end.
+        :param wait: Whether to wait for the end. ``False`` returns as soon as what was begun before has ended, with a
+            :class:`Job`, as :meth:`start` does.
         :raises UnreachableError, InvalidInputError: The check refuses a step: which, why, and both values.
         :raises AlarmError: An alarm holds the queue.
         :raises ClosedError: A stop came first.
         """
         hearing(progress)
+        if progress is not False and not flag("wait", wait):
+            raise InvalidInputError("progress is told to whoever waits: leave it out, or wait=False")
+        if not isinstance(program, Plan):
+            program = self._kept(program)
+        self._settle()
         job = self.start(
             program,
             first_step=first_step,
@@ -920,7 +1284,7 @@ class Arm(Bound):
             allow_laser=allow_laser,
             restore=restore,
         )
-        return job.wait(progress=progress)
+        return job.wait(progress=progress) if flag("wait", wait) else job
 
     def start(
         self,
@@ -957,6 +1321,44 @@ class Arm(Bound):
         }
         return Job(self._core, self._core.start(plan.native, how), len(plan))
 
+    def stream(
+        self,
+        program: Iterable[Queueable],
+        *,
+        ahead: int = 32,
+        skip: Collection[Check] = (),
+        allow_laser: bool = False,
+    ) -> Ran:
+        """Runs commands of a generator, which may have no end, and waits for their end.
+
+        While the arm does some of them, the next are taken: the generator is at most twice ``ahead`` commands before
+        the arm. They are checked ``ahead`` at a time, as the arm then stands, before any of these is sent. Between them
+        the arm comes to a stand, as between any two moves; a path is whole in :meth:`perform`.
+
+        :param ahead: How many commands are checked and sent together, 1 to 10000.
+        :param skip: As for :meth:`perform`.
+        :param allow_laser: As for :meth:`perform`.
+        """
+        ahead, names = whole("ahead", ahead, 1, 10_000), _names(skip)
+        coming = iter(not_a_file(program))
+        count, first, last = 0, None, None
+        going: Motion[Ran] | None = None
+        try:
+            while True:
+                part = list(islice(coming, ahead))
+                if going is not None:
+                    ran = going.wait()
+                    count, first, last = count + ran.commands, first or ran.first, ran.last
+                if not part:
+                    return Ran(count, first, last)
+                going = self._go(performing(self._core, part, skip=names, allow_laser=allow_laser), False)
+        except BaseException as error:
+            if going is not None and not going.done():
+                going.cancel()
+                self._drop()
+                wait_stopped(self._core, error)
+            raise
+
     # Pictures.
 
     def picture(self) -> Picture:
@@ -969,6 +1371,47 @@ class Arm(Bound):
             return self._core.snapshot().wait().svg
         except Error:
             return None
+
+
+class Motion(Bound, Generic[_T]):
+    """A motion that was begun with ``wait=False``: it goes on by itself.
+
+    Motions of an arm go one after the other: what is asked for meanwhile waits for its turn. One that fails, or is
+    cancelled, takes those behind it along; if nobody waits for it, the next call that moves the arm, or the end of the
+    ``with`` block, raises its error. A ``with`` block that ends well waits for the last.
+
+    >>> motion = arm.move_to(220, 60, 20, wait=False)
+    >>> motion.done()
+    False
+    >>> motion.wait()
+    Ran(commands=1, first=1, last=1)
+    """
+
+    def __init__(self, core: Core, going: Going | Ended) -> None:
+        self._core = core
+        self._going = going
+
+    def __repr__(self) -> str:
+        return f"<Motion, {'under way' if not self.done() else 'done' if self._going.failure is None else 'failed'}>"
+
+    def done(self) -> bool:
+        """Whether it has ended, well or not."""
+        return self._going.over
+
+    def wait(self, timeout: float | None = None) -> _T:
+        """Waits for its end, and returns what it came to. To interrupt that stops the arm.
+
+        :param timeout: At most so many seconds; the motion goes on.
+        :raises ResponseTimeoutError: It was still under way then.
+        :raises ClosedError: It was cancelled, or stopped; else what the motion raises when it is waited for.
+        """
+        limit = None if timeout is None else seconds("timeout", timeout)
+        found: _T = wait_ended(self._going, self._core, limit)
+        return found
+
+    def cancel(self) -> None:
+        """Stops the arm, if the motion has begun, and drops what waits behind it. Returns at once."""
+        self._going.cancel()
 
 
 class Jog(Bound):
@@ -1072,14 +1515,35 @@ class Job(Bound):
         """
         self._job.stop()
 
-    def wait(self, *, progress: Watcher = False) -> RunResult:
+    def cancel(self) -> None:
+        """:meth:`stop`, by the name that handles have."""
+        self.stop()
+
+    def done(self) -> bool:
+        """Whether it has ended, well or not."""
+        return self.state == "ended"
+
+    def wait(self, timeout: float | None = None, *, progress: Watcher = False) -> RunResult:
         """Waits for its end. Whatever ends the wait early stops the job, as in :meth:`Arm.run`.
 
+        :param timeout: At most so many seconds; the job goes on.
         :param progress: As in :meth:`Arm.run`.
+        :raises ResponseTimeoutError: It was still under way then.
         :raises ClosedError: It was stopped; else as :meth:`Arm.run`.
         """
         hearing(progress)
         telling = Telling(self._steps, progress)
+        if timeout is not None:
+            end = monotonic() + seconds("timeout", timeout)
+            try:
+                while not self.done() and monotonic() < end:
+                    telling(self._job.progress())
+                    wait_moment()
+            except BaseException:
+                self.stop()
+                raise
+            if not self.done():
+                raise ResponseTimeoutError(f"the job is still under way after {timeout:g} s; it goes on")
         try:
             found = wait(self._job.outcome(), telling)
         except GeneratorExit:

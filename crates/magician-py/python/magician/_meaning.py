@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from enum import Enum
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 __all__ = ["Color", "Joints", "Position"]
 
@@ -59,6 +60,19 @@ class PoseMeaning:
     """Where the arm is."""
 
     __slots__ = ()
+
+    def __iter__(self: _Pose) -> Iterator[float]:
+        """x, y, z and r, as :attr:`position` has them: ``x, y, z, r = arm.pose()``, ``arm.move_to(*arm.pose())``."""
+        return iter((self.x, self.y, self.z, self.r))
+
+    def __len__(self) -> int:
+        return 4
+
+    def __array__(self: _Pose, dtype: Any = None, copy: bool | None = None) -> Any:
+        """x, y, z and r as an array of NumPy's."""
+        from numpy import array
+
+        return array((self.x, self.y, self.z, self.r), dtype=float if dtype is None else dtype)
 
     @property
     def position(self: _Pose) -> Position:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import os
+import time
 import weakref
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol, TypeVar, runtime_checkable
@@ -11,7 +13,13 @@ from typing import Any, Protocol, TypeVar, runtime_checkable
 from . import _magician
 from ._arguments import flags, seconds, whole
 from ._magician import Call, Core
-from .errors import Error
+from ._motions import Ended, Going, Steps
+from .errors import Error, ResponseTimeoutError
+
+_LOOK = 0.1
+"""How long a thread waits for a motion before it looks whether it was interrupted, s."""
+_MOMENT = 0.02
+"""How often something that cannot tell is looked at, s."""
 
 __version__ = _magician.__version__
 
@@ -92,6 +100,46 @@ def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
         raise
 
 
+def wait_steps(steps: Steps, core: Core) -> Any:
+    """Waits in this thread for calls, one after the other."""
+    try:
+        call, moves = next(steps)
+        while True:
+            try:
+                value = wait_done(call, core) if moves else wait(call)
+            except BaseException as error:
+                call, moves = steps.throw(error)
+            else:
+                call, moves = steps.send(value)
+    except StopIteration as end:
+        return end.value
+
+
+def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:
+    """Waits in this thread for a motion that goes on by itself: whoever interrupts that stops the arm."""
+    if not going.over:
+        import threading
+
+        ended = threading.Event()
+        going.when_over(ended.set)
+        until = None if timeout is None else time.monotonic() + timeout
+        try:
+            # In pieces: a wait without an end is not interrupted everywhere.
+            while not ended.wait(_LOOK if until is None else max(0.0, min(_LOOK, until - time.monotonic()))):
+                if until is not None and time.monotonic() >= until:
+                    break
+        except BaseException as interruption:
+            going.cancel()
+            wait_stopped(core, interruption)
+            raise
+    return _ended(going, timeout)
+
+
+def wait_moment() -> None:
+    """Waits for a moment."""
+    time.sleep(_MOMENT)
+
+
 def wait_stopped(core: Core, interruption: BaseException) -> None:
     """Stops the arm because of this, which is told if that is not certain."""
     try:
@@ -116,6 +164,61 @@ async def until_done(call: Call[T], core: Core, listener: Listener | None = None
         if not call.taken():
             await until_stopped(core, interruption)
         raise
+
+
+async def until_steps(steps: Steps, core: Core) -> Any:
+    """Waits in the running event loop for calls, one after the other."""
+    try:
+        call, moves = next(steps)
+        while True:
+            try:
+                value = await (until_done(call, core) if moves else until(call))
+            except GeneratorExit:
+                steps.close()
+                raise
+            except BaseException as error:
+                call, moves = steps.throw(error)
+            else:
+                call, moves = steps.send(value)
+    except StopIteration as end:
+        return end.value
+
+
+async def until_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:
+    """Waits in the running event loop for a motion that goes on by itself: whoever cancels that stops the arm."""
+    if not going.over:
+        import asyncio
+
+        loop = asyncio.get_running_loop()
+        ended: asyncio.Future[None] = loop.create_future()
+
+        def end() -> None:
+            if not ended.done():
+                ended.set_result(None)
+
+        def tell() -> None:
+            # A loop that was closed has nobody who waits any more.
+            with contextlib.suppress(RuntimeError):
+                loop.call_soon_threadsafe(end)
+
+        going.when_over(tell)
+        try:
+            await asyncio.wait((ended,), timeout=timeout)
+        except GeneratorExit:
+            going.cancel()
+            raise
+        except BaseException as interruption:
+            going.cancel()
+            await until_stopped(core, interruption)
+            raise
+    return _ended(going, timeout)
+
+
+async def until_moment() -> None:
+    """Waits for a moment."""
+    import asyncio
+
+    await asyncio.sleep(_MOMENT)
 
 
 async def until_stopped(core: Core, interruption: BaseException) -> None:
@@ -164,6 +267,16 @@ async def _until(call: Call[T], listener: Listener | None) -> T:
         call.cancel()
         raise
     return call.result()
+
+
+def _ended(going: Going | Ended, timeout: float | None) -> Any:
+    if not going.over:
+        raise ResponseTimeoutError(f"the motion is still under way after {timeout:g} s; it goes on")
+    if isinstance(going, Going):
+        going.told = True
+    if going.failure is not None:
+        raise going.failure
+    return going.value
 
 
 def _doubt(interruption: BaseException, failure: Error) -> None:

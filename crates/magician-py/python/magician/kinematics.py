@@ -33,7 +33,7 @@ else:
     # Hints can be read without NumPy.
     Mask = Any
 
-__all__ = ["AnyTool", "Inverses", "Poses", "Ring", "forward", "inverse", "is_reachable", "reach"]
+__all__ = ["AnyTool", "JointArray", "PoseArray", "Ring", "forward", "inverse", "is_reachable", "reach"]
 
 AnyTool = Tool | Sequence[float]
 """A tool: its name, or its bias, x, y, z in mm from the wrist."""
@@ -42,7 +42,7 @@ Ring = list[tuple[float, float]]
 """Corners of a closed polygon, x and y in mm."""
 
 
-class Poses(NamedTuple):
+class PoseArray(NamedTuple):
     """Poses of many joint angles."""
 
     poses: Floats
@@ -51,7 +51,7 @@ class Poses(NamedTuple):
     """Which rows of the joint angles are within the limits of the joints."""
 
 
-class Inverses(NamedTuple):
+class JointArray(NamedTuple):
     """Joint angles of many poses."""
 
     joints: Floats
@@ -65,12 +65,12 @@ def forward(j1: float, j2: float, j3: float, j4: float = 0.0, /, *, tool: AnyToo
 @overload
 def forward(joints: Joints, /, *, tool: AnyTool = "none") -> Position: ...
 @overload
-def forward(joints: Points, /, *, tool: AnyTool = "none") -> Poses: ...
-def forward(*joints: Any, tool: AnyTool = "none") -> Position | Poses:
+def forward(joints: Points, /, *, tool: AnyTool = "none") -> PoseArray: ...
+def forward(*joints: Any, tool: AnyTool = "none") -> Position | PoseArray:
     """The pose of the tool's tip at joint angles, degrees (model section 2).
 
     ``forward(0, 45, 45, 0)`` and ``forward(arm.joints())`` return a :class:`Position`; ``forward(array)`` of shape
-    (n, 4) returns :class:`Poses`. Angles beyond the limits of the joints have a pose too.
+    (n, 4) returns :class:`PoseArray`. Angles beyond the limits of the joints have a pose too.
 
     :param tool: whose tip: ``"none"``, ``"suction"``, ``"gripper"``, ``"pen"``, ``"laser"``, or its bias x, y, z in mm.
     """
@@ -82,7 +82,7 @@ def forward(*joints: Any, tool: AnyTool = "none") -> Position | Poses:
     if columns != 4:
         raise InvalidInputError(f"joint angles have the shape (n, 4), j1 to j4 in degrees; these have {columns} columns")
     poses, reachable = _magician.forward(data, bias)
-    return Poses(to_numpy(poses, 4), _mask(reachable))
+    return PoseArray(to_numpy(poses, 4), _mask(reachable))
 
 
 @overload
@@ -90,12 +90,12 @@ def inverse(x: float, y: float, z: float, r: float = 0.0, /, *, tool: AnyTool = 
 @overload
 def inverse(pose: Position, /, *, tool: AnyTool = "none") -> Joints: ...
 @overload
-def inverse(poses: Points, /, *, r: float = 0.0, tool: AnyTool = "none") -> Inverses: ...
-def inverse(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> Joints | Inverses:
+def inverse(poses: Points, /, *, r: float = 0.0, tool: AnyTool = "none") -> JointArray: ...
+def inverse(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> Joints | JointArray:
     """The joint angles that bring the tool's tip to a pose, within the limits of the joints (model section 2).
 
     ``inverse(200, 0, 50, 0)`` returns :class:`Joints`; ``inverse(array)`` of shape (n, 3) or (n, 4) returns
-    :class:`Inverses`, in which rows that cannot be reached are NaN and marked.
+    :class:`JointArray`, in which rows that cannot be reached are NaN and marked.
 
     :param r: the rotation of the tool, degrees, of rows without one.
     :param tool: as for :func:`forward`.
@@ -110,7 +110,7 @@ def inverse(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> Joints | Inve
         return Joints(*_magician.inverse_of((x, y, z, turn), bias))
     data, columns = rows(pose[0])
     joints, reachable = _magician.inverse(data, columns, number("r", r), bias)
-    return Inverses(to_numpy(joints, 4), _mask(reachable))
+    return JointArray(to_numpy(joints, 4), _mask(reachable))
 
 
 @overload

@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import IO, Any, Literal, NamedTuple, overload
 
 from . import _magician
-from ._arguments import flag, flags, not_a_file, number, numbers, seconds, text, whole
+from ._arguments import flag, flags, number, numbers, seconds, text, whole
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from ._points import Floats, Points, SupportsArray, column, rows, to_numpy, to_tuples
 from ._protocol import Queueable
 from ._reports import Complaint, Note, Placed, Report, report
+from ._targets import kept
 from ._values import Value
 from .alarms import Alarm
 from .errors import InvalidInputError
@@ -206,10 +207,10 @@ class Plan:
     ) -> Plan:
         """A plan of commands, as :mod:`magician.words` makes them.
 
-        :raises InvalidInputError: A command cannot be queued.
+        :raises InvalidInputError: A command cannot be queued, or a move keeps an r that no move before it has.
         """
         return cls(
-            _magician.Plan.of_commands(text("title", title), not_a_file(commands), _tool(tool), _surface(surface))
+            _magician.Plan.of_commands(text("title", title), kept(commands, None), _tool(tool), _surface(surface))
         )
 
     @classmethod

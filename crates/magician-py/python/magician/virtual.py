@@ -23,6 +23,7 @@ from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from .alarms import Alarm
 from .errors import InvalidInputError
+from .pins import PinLike, pin
 
 __all__ = ["Place", "VirtualArm", "WorldObject"]
 
@@ -308,13 +309,13 @@ class VirtualArm(Bound):
 
     # What is done to it from outside.
 
-    def set_input(self, address: int, level: bool) -> None:
+    def set_input(self, address: PinLike, level: bool) -> None:
         """Puts a level on a digital input, EIO address 1 to 20: somebody presses a button."""
-        self._native.set_input(whole("address", address, 1, 20), flag("level", level))
+        self._native.set_input(pin("address", address), flag("level", level))
 
-    def set_analog(self, address: int, value: int) -> None:
+    def set_analog(self, address: PinLike, value: int) -> None:
         """Puts a voltage on an analog input, EIO address 1 to 20: 0 to 4095 for 0 to 3.3 V."""
-        self._native.set_analog(whole("address", address, 1, 20), whole("value", value, 0, 4095))
+        self._native.set_analog(pin("address", address), whole("value", value, 0, 4095))
 
     def press_key(self, *, long: bool = False) -> None:
         """Presses the key at the base: short runs the stored program or stops it, long homes the arm."""

@@ -26,23 +26,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Literal
+from typing import Any, Literal, overload
 
 from . import _magician, commands
 from ._arguments import checked, flag, number, numbers, whole
-from .commands import (
-    IoFunction,
-    JogCommand,
-    Output,
-    Port,
-    PtpMode,
-    RailVersion,
-    SensorVersion,
-    Stepper,
-    TriggerCondition,
-    TriggerMode,
-)
+from ._targets import KEPT, JointTarget, Target, joints, spot
+from .commands import JogCommand, Output, PtpMode, RailVersion, TriggerCondition, TriggerMode
 from .errors import InvalidInputError
+from .pins import (
+    FunctionLike,
+    PinLike,
+    PortLike,
+    StepperLike,
+    VersionLike,
+    pin,
+    rail_version,
+    sensor_version,
+    stepper,
+)
+from .pins import function as _function
+from .pins import port as _port
 
 __all__ = [
     "CONVEYOR_FARTHEST",
@@ -189,49 +192,93 @@ def _counts(threshold: int) -> int:
     return whole("threshold", threshold, 0, 4095)
 
 
-def _pin(address: int) -> int:
-    return whole("address", address, 1, 20)
+def _pin(address: PinLike) -> int:
+    return pin("address", address)
+
+
+def _spot(x: Any, y: float | None, z: float | None, r: float | None) -> tuple[float, float, float, float]:
+    *place, turned = spot(x, y, z, r)
+    return place[0], place[1], place[2], KEPT if turned is None else turned
+
+
+def _joints(j1: Any, j2: float | None, j3: float | None, j4: float | None) -> tuple[float, float, float, float]:
+    *three, last = joints(j1, j2, j3, j4)
+    if last is None:
+        raise TypeError("j4 is left out; it takes a number")
+    return three[0], three[1], three[2], last
 
 
 # Where the arm goes, and which way.
 
 
-def move_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
-    """Goes to a pose, all joints together; the tool's way is a curve (document 1.10.5, MOVJ)."""
-    return commands.PtpCmd(PtpMode.MOVJ_XYZ, *checked(x=x, y=y, z=z, r=r))
+@overload
+def move_to(x: float, y: float, z: float, r: float | None = None) -> commands.PtpCmd: ...
+@overload
+def move_to(to: Target, /, *, r: float | None = None) -> commands.PtpCmd: ...
+def move_to(x: Any, y: float | None = None, z: float | None = None, r: float | None = None) -> commands.PtpCmd:
+    """Goes to a pose, all joints together; the tool's way is a curve (document 1.10.5, MOVJ).
+
+    :param x: x in mm, or a whole pose (``arm.pose()``), or x, y, z and perhaps r in a row.
+    :param r: Rotation of the tool, degrees; left out keeps that of the move before, or of the arm.
+    """
+    return commands.PtpCmd(PtpMode.MOVJ_XYZ, *_spot(x, y, z, r))
 
 
-def line_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
-    """Goes to a pose on a straight line (MOVL)."""
-    return commands.PtpCmd(PtpMode.MOVL_XYZ, *checked(x=x, y=y, z=z, r=r))
+@overload
+def line_to(x: float, y: float, z: float, r: float | None = None) -> commands.PtpCmd: ...
+@overload
+def line_to(to: Target, /, *, r: float | None = None) -> commands.PtpCmd: ...
+def line_to(x: Any, y: float | None = None, z: float | None = None, r: float | None = None) -> commands.PtpCmd:
+    """Goes to a pose on a straight line (MOVL); its target as that of :func:`move_to`."""
+    return commands.PtpCmd(PtpMode.MOVL_XYZ, *_spot(x, y, z, r))
 
 
-def jump_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
+@overload
+def jump_to(x: float, y: float, z: float, r: float | None = None) -> commands.PtpCmd: ...
+@overload
+def jump_to(to: Target, /, *, r: float | None = None) -> commands.PtpCmd: ...
+def jump_to(x: Any, y: float | None = None, z: float | None = None, r: float | None = None) -> commands.PtpCmd:
     """Goes to a pose over obstacles: up, across with all joints together, down (JUMP).
 
     :func:`jump_height` says how high.
     """
-    return commands.PtpCmd(PtpMode.JUMP_XYZ, *checked(x=x, y=y, z=z, r=r))
+    return commands.PtpCmd(PtpMode.JUMP_XYZ, *_spot(x, y, z, r))
 
 
-def jump_line_to(x: float, y: float, z: float, r: float) -> commands.PtpCmd:
+@overload
+def jump_line_to(x: float, y: float, z: float, r: float | None = None) -> commands.PtpCmd: ...
+@overload
+def jump_line_to(to: Target, /, *, r: float | None = None) -> commands.PtpCmd: ...
+def jump_line_to(x: Any, y: float | None = None, z: float | None = None, r: float | None = None) -> commands.PtpCmd:
     """As :func:`jump_to`, across on a straight line (E28: seen to do nothing on some firmware)."""
-    return commands.PtpCmd(PtpMode.JUMP_MOVL_XYZ, *checked(x=x, y=y, z=z, r=r))
+    return commands.PtpCmd(PtpMode.JUMP_MOVL_XYZ, *_spot(x, y, z, r))
 
 
-def move_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd:
-    """Goes to joint angles, degrees."""
-    return commands.PtpCmd(PtpMode.MOVJ_ANGLE, *checked(j1=j1, j2=j2, j3=j3, j4=j4))
+@overload
+def move_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd: ...
+@overload
+def move_joints(to: JointTarget, /) -> commands.PtpCmd: ...
+def move_joints(j1: Any, j2: float | None = None, j3: float | None = None, j4: float | None = None) -> commands.PtpCmd:
+    """Goes to joint angles, degrees; or to those of a pose."""
+    return commands.PtpCmd(PtpMode.MOVJ_ANGLE, *_joints(j1, j2, j3, j4))
 
 
-def line_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd:
+@overload
+def line_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd: ...
+@overload
+def line_joints(to: JointTarget, /) -> commands.PtpCmd: ...
+def line_joints(j1: Any, j2: float | None = None, j3: float | None = None, j4: float | None = None) -> commands.PtpCmd:
     """Goes to joint angles with the tool on a straight line."""
-    return commands.PtpCmd(PtpMode.MOVL_ANGLE, *checked(j1=j1, j2=j2, j3=j3, j4=j4))
+    return commands.PtpCmd(PtpMode.MOVL_ANGLE, *_joints(j1, j2, j3, j4))
 
 
-def jump_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd:
+@overload
+def jump_joints(j1: float, j2: float, j3: float, j4: float) -> commands.PtpCmd: ...
+@overload
+def jump_joints(to: JointTarget, /) -> commands.PtpCmd: ...
+def jump_joints(j1: Any, j2: float | None = None, j3: float | None = None, j4: float | None = None) -> commands.PtpCmd:
     """Goes to joint angles over obstacles."""
-    return commands.PtpCmd(PtpMode.JUMP_ANGLE, *checked(j1=j1, j2=j2, j3=j3, j4=j4))
+    return commands.PtpCmd(PtpMode.JUMP_ANGLE, *_joints(j1, j2, j3, j4))
 
 
 def move_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
@@ -484,14 +531,14 @@ def wait(seconds: float) -> commands.WaitCmd:
     return commands.WaitCmd(round(number("seconds", seconds, least=0, most=0xFFFF_FFFF / 1000, unit="s") * 1000))
 
 
-def wait_for_level(address: int, high: bool) -> commands.TrigCmd:
+def wait_for_level(address: PinLike, high: bool) -> commands.TrigCmd:
     """Makes the queue wait until a digital input (EIO address 1 to 20) has this level, for ever if need be (document
     1.14.1).
     """
     return commands.TrigCmd(_pin(address), TriggerMode.LEVEL, TriggerCondition.EQUAL_OR_BELOW, int(flag("high", high)))
 
 
-def wait_below(address: int, threshold: int) -> commands.TrigCmd:
+def wait_below(address: PinLike, threshold: int) -> commands.TrigCmd:
     """Makes the queue wait until an analog input (EIO address 1 to 20) is below a threshold, for ever if need be.
 
     The threshold is 0 to 4095 counts, 4095 at 3.3 V (document 1.14.1, E35).
@@ -499,34 +546,34 @@ def wait_below(address: int, threshold: int) -> commands.TrigCmd:
     return commands.TrigCmd(_pin(address), TriggerMode.ANALOG, TriggerCondition.EQUAL_OR_BELOW, _counts(threshold))
 
 
-def wait_at_most(address: int, threshold: int) -> commands.TrigCmd:
+def wait_at_most(address: PinLike, threshold: int) -> commands.TrigCmd:
     """As :func:`wait_below`, until the input is at most the threshold."""
     return commands.TrigCmd(
         _pin(address), TriggerMode.ANALOG, TriggerCondition.DIFFERENT_OR_AT_MOST, _counts(threshold)
     )
 
 
-def wait_at_least(address: int, threshold: int) -> commands.TrigCmd:
+def wait_at_least(address: PinLike, threshold: int) -> commands.TrigCmd:
     """As :func:`wait_below`, until the input is at least the threshold."""
     return commands.TrigCmd(_pin(address), TriggerMode.ANALOG, TriggerCondition.AT_LEAST, _counts(threshold))
 
 
-def wait_above(address: int, threshold: int) -> commands.TrigCmd:
+def wait_above(address: PinLike, threshold: int) -> commands.TrigCmd:
     """As :func:`wait_below`, until the input is above the threshold."""
     return commands.TrigCmd(_pin(address), TriggerMode.ANALOG, TriggerCondition.ABOVE, _counts(threshold))
 
 
-def multiplex(address: int, function: IoFunction) -> commands.IoMultiplexing:
+def multiplex(address: PinLike, function: FunctionLike) -> commands.IoMultiplexing:
     """Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, E40)."""
-    return commands.IoMultiplexing(_pin(address), function)
+    return commands.IoMultiplexing(_pin(address), _function(function))
 
 
-def output(address: int, high: bool) -> commands.IoDo:
+def output(address: PinLike, high: bool) -> commands.IoDo:
     """Sets the level of a digital output (EIO address 1 to 20; document 1.15.2)."""
     return commands.IoDo(_pin(address), flag("high", high))
 
 
-def pwm(address: int, frequency: float, duty_cycle: float) -> commands.IoPwm:
+def pwm(address: PinLike, frequency: float, duty_cycle: float) -> commands.IoPwm:
     """Sets a pulse-width output (EIO address 1 to 20): Hz (10 to 1000000), and percent of the time that it is high.
 
     Document 1.15.3.
@@ -538,7 +585,7 @@ def pwm(address: int, frequency: float, duty_cycle: float) -> commands.IoPwm:
     )
 
 
-def servo(address: int, pulse_ms: float) -> commands.IoPwm:
+def servo(address: PinLike, pulse_ms: float) -> commands.IoPwm:
     """Turns a hobby servo on a pulse-width pin (EIO 4, 6, 8, 11 or 14) by the length of its pulses, 50 a second.
 
     1.5 ms is the middle of most, 1 to 2 ms what all of them take, 0.5 to 2.5 ms what many do; 0 lets go, 20 ms is the
@@ -556,7 +603,7 @@ def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | c
     >>> jump = with_outputs(jump_to(220, 0, 20, 0), [Output(percent=50, address=17, high=True)])
     """
     _move(move)
-    po = tuple(outputs)
+    po = tuple(Output(share, pin("address", at) if isinstance(at, str) else at, high) for share, at, high in outputs)
     most = 56 if isinstance(move, (commands.PtpWithLCmd, commands.PtpPoWithLCmd)) else 57
     if len(po) > most:
         raise InvalidInputError(f"{len(po)} outputs on the way, limit {most}")
@@ -568,12 +615,12 @@ def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | c
 # The sliding rail under the arm. Its carriage goes from 0 to 1000 mm.
 
 
-def rail(on: bool, version: RailVersion) -> commands.SetDeviceWithL:
+def rail(on: bool, version: RailVersion | int | str) -> commands.SetDeviceWithL:
     """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15).
 
     An arm that was not told moves without its rail, and says nothing.
     """
-    return commands.SetDeviceWithL(flag("on", on), version)
+    return commands.SetDeviceWithL(flag("on", on), rail_version(version))
 
 
 def move_with_rail(x: float, y: float, z: float, r: float, rail: float) -> commands.PtpWithLCmd:
@@ -631,30 +678,25 @@ def jog_rail_speed(velocity: float, acceleration: float) -> commands.JogLParams:
 # Motors beside the arm, and the conveyor belt that one of them drives.
 
 
-def motor(index: Stepper, speed: int) -> commands.EMotor:
+def motor(index: StepperLike, speed: int) -> commands.EMotor:
     """Runs an external motor at so many pulses a second (to about 1,000,000 either way); 0 stops it (document 1.15.6).
 
     The sign is the direction. The queue goes on at once.
     """
     speed = whole("speed", speed, -(2**31), 2**31 - 1)
-    return commands.EMotor(_output(index), speed != 0, speed)
+    return commands.EMotor(stepper(index), speed != 0, speed)
 
 
-def motor_by(index: Stepper, speed: int, distance: int) -> commands.EMotorS:
+def motor_by(index: StepperLike, speed: int, distance: int) -> commands.EMotorS:
     """Runs an external motor so many pulses far; the sign of the speed (pulses/s) is the direction.
 
     In the queue it has finished when the motor has. Not in the vendor's document.
     """
     speed = whole("speed", speed, -(2**31), 2**31 - 1)
-    return commands.EMotorS(_output(index), True, speed, whole("distance", distance, 0, 2**32 - 1))
+    return commands.EMotorS(stepper(index), True, speed, whole("distance", distance, 0, 2**32 - 1))
 
 
-def _output(index: Stepper) -> Stepper:
-    """A motor output that there is."""
-    return Stepper(whole("index", index, 0, len(Stepper) - 1))
-
-
-def conveyor(index: Stepper, mm_per_s: float) -> commands.EMotor:
+def conveyor(index: StepperLike, mm_per_s: float) -> commands.EMotor:
     """Runs the conveyor belt on this motor output at so many mm/s (to about 6,600 either way).
 
     The sign is the direction, 0 stops it. It runs on until it is told otherwise, and the queue goes on at once.
@@ -665,7 +707,7 @@ def conveyor(index: Stepper, mm_per_s: float) -> commands.EMotor:
     return motor(index, _pulse_rate(mm_per_s))
 
 
-def conveyor_by(index: Stepper, mm: float, mm_per_s: float) -> commands.EMotorS:
+def conveyor_by(index: StepperLike, mm: float, mm_per_s: float) -> commands.EMotorS:
     """Moves the conveyor belt on this motor output by so many mm, at so many mm/s (of either sign).
 
     The sign of the way is the direction. In the queue it has finished when the belt stands again. The arm counts whole
@@ -684,31 +726,31 @@ def _pulse_rate(mm_per_s: float) -> int:
 # Sensors beside the arm.
 
 
-def color_sensor(port: Port, on: bool, version: SensorVersion) -> commands.SetColorSensor:
+def color_sensor(port: PortLike, on: bool, version: VersionLike) -> commands.SetColorSensor:
     """Switches the colour sensor on a port (document 1.15.7, E42). ``arm.color_at(port)`` tells what it sees."""
-    return commands.SetColorSensor(flag("on", on), port, version)
+    return commands.SetColorSensor(flag("on", on), _port(port), sensor_version(version))
 
 
-def infrared(port: Port, on: bool, version: SensorVersion) -> commands.SetIrSwitch:
+def infrared(port: PortLike, on: bool, version: VersionLike) -> commands.SetIrSwitch:
     """Switches the infrared sensor on a port (document 1.15.8, E43). ``arm.infrared_at(port)`` tells what it sees."""
-    return commands.SetIrSwitch(flag("on", on), port, version)
+    return commands.SetIrSwitch(flag("on", on), _port(port), sensor_version(version))
 
 
-def color_at(port: Port) -> commands.GetColorSensor:
+def color_at(port: PortLike) -> commands.GetColorSensor:
     """What to ask a colour sensor by: ``arm.get(words.color_at(port)).color``."""
-    return commands.GetColorSensor(port)
+    return commands.GetColorSensor(_port(port))
 
 
-def infrared_at(port: Port) -> commands.GetIrSwitch:
+def infrared_at(port: PortLike) -> commands.GetIrSwitch:
     """What to ask an infrared sensor by: ``arm.get(words.infrared_at(port)).state``."""
-    return commands.GetIrSwitch(port)
+    return commands.GetIrSwitch(_port(port))
 
 
-def level_at(address: int) -> commands.GetIoDi:
+def level_at(address: PinLike) -> commands.GetIoDi:
     """What to ask a digital input by (EIO address 1 to 20): ``arm.get(words.level_at(19)).level``."""
     return commands.GetIoDi(_pin(address))
 
 
-def analog_at(address: int) -> commands.GetIoAdc:
+def analog_at(address: PinLike) -> commands.GetIoAdc:
     """What to ask an analog input by (EIO address 1 to 20): ``arm.get(words.analog_at(12)).volts``."""
     return commands.GetIoAdc(_pin(address))

@@ -1,0 +1,145 @@
+"""Where a motion leads: numbers, poses, and what a program leaves for the arm to know."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, cast
+
+from ._arguments import not_a_file, number, numbers
+from ._meaning import Joints, Position
+from .commands import (
+    ArcCmd,
+    CpCmd,
+    CpLeCmd,
+    HomeCmd,
+    JogCmd,
+    Pose,
+    PtpCmd,
+    PtpMode,
+    PtpPoCmd,
+    PtpPoWithLCmd,
+    PtpWithLCmd,
+    Queueable,
+)
+from .errors import InvalidInputError
+
+__all__ = ["KEPT", "JointTarget", "Target", "joints", "keeps_r", "kept", "listed", "spot"]
+
+Target = Pose | Position | Sequence[float]
+"""Where to go: a pose, or x, y, z and perhaps r in a row."""
+JointTarget = Pose | Joints | Sequence[float]
+"""Where to go with the joints: those of a pose, or J1 to J3 and perhaps J4 in a row."""
+
+KEPT = cast(float, None)
+"""The r of a move that keeps it: :func:`kept` says which it is as soon as that is known."""
+
+_POINTS = (PtpCmd, PtpPoCmd, PtpWithLCmd, PtpPoWithLCmd)
+_INCREMENTS = (PtpMode.MOVL_XYZ_INC, PtpMode.MOVJ_XYZ_INC)
+# J4 stands along a path, and homing goes where it was told to.
+_DRIFTING = (CpCmd, CpLeCmd, HomeCmd, JogCmd)
+_ANGLES = (PtpMode.JUMP_ANGLE, PtpMode.MOVJ_ANGLE, PtpMode.MOVL_ANGLE)
+
+
+def spot(x: Any, y: float | None, z: float | None, r: float | None) -> tuple[float, float, float, float | None]:
+    """x, y, z, and r if it was given: of four numbers, or of one target."""
+    if isinstance(x, Pose) and y is None and z is None:
+        given: Sequence[float] = x.position
+    elif y is not None or z is not None or _is_one(x):
+        # By their names, so that what is no number, or was left out, is told so.
+        given = (number("x", _there("x", cast(Any, x))), number("y", _there("y", y)), number("z", _there("z", z)))
+        return given[0], given[1], given[2], number("r", r, unit="deg")
+    else:
+        values = tuple(x)
+        given = numbers("to", values, 4 if len(values) == 4 else 3)
+    own = given[3] if len(given) == 4 else None
+    return given[0], given[1], given[2], own if r is None else number("r", r, unit="deg")
+
+
+def joints(j1: Any, j2: float | None, j3: float | None, j4: float | None) -> tuple[float, float, float, float | None]:
+    """J1 to J3, and J4 if it was given: of four numbers, or of one target."""
+    if isinstance(j1, Pose) and j2 is None and j3 is None:
+        given: Sequence[float] = j1.joint_angle
+    elif j2 is not None or j3 is not None or _is_one(j1):
+        two, three = _there("j2", j2), _there("j3", j3)
+        return number("j1", _there("j1", cast(Any, j1))), number("j2", two), number("j3", three), number("j4", j4)
+    else:
+        values = tuple(j1)
+        given = numbers("to", values, 4 if len(values) == 4 else 3)
+    own = given[3] if len(given) == 4 else None
+    return given[0], given[1], given[2], own if j4 is None else number("j4", j4)
+
+
+def _is_one(value: object) -> bool:
+    """Whether it is meant as a number, and not as a row of them."""
+    # An array of NumPy's has a `__float__`, and one without dimensions is a number.
+    return isinstance(value, (str, bytes)) or not hasattr(value, "__len__") or getattr(value, "ndim", 1) == 0
+
+
+def _there(name: str, value: float | None) -> float:
+    if value is None:
+        raise TypeError(f"{name} is left out; a move takes a pose, a row of numbers, or all of them")
+    return value
+
+
+def listed(commands: Iterable[Queueable]) -> list[Queueable]:
+    """The commands of a program. The first that is none ends it: there may be more than could be listed."""
+    made: list[Queueable] = []
+    for each in not_a_file(commands):
+        if not hasattr(each, "LAYOUT"):
+            raise TypeError(f"{each!r} is no command of magician.commands")
+        made.append(each)
+    return made
+
+
+def keeps_r(command: object) -> bool:
+    """Whether a command is a move that keeps r, and does not know which."""
+    return isinstance(command, _POINTS) and cast(Any, command.r) is None
+
+
+def kept(commands: Iterable[Queueable], r: float | None) -> list[Queueable]:
+    """The commands with every r, ``r`` being that of the arm before them if it is known.
+
+    :raises InvalidInputError: A move keeps what nobody knows: after a path, homing, or at the start of a plan.
+    """
+    made: list[Queueable] = []
+    for nth, command in enumerate(listed(commands)):
+        if isinstance(command, _POINTS):
+            if keeps_r(command):
+                if r is None:
+                    raise InvalidInputError(
+                        f"{type(command).__name__}: r is left out, and what the arm has then is not known: "
+                        f"{'the program begins here' if nth == 0 else 'a path or homing came before'}; give r",
+                        step=nth,
+                    )
+                command = _with_r(command, r)
+            r = _after(command, r)
+        elif isinstance(command, ArcCmd):
+            r = command.to_point[3]
+        elif isinstance(command, _DRIFTING):
+            r = None
+        made.append(command)
+    return made
+
+
+def _after(move: PtpCmd | PtpPoCmd | PtpWithLCmd | PtpPoWithLCmd, r: float | None) -> float | None:
+    mode = move.ptp_mode
+    if mode in _INCREMENTS:
+        return None if r is None else r + move.r
+    if mode in _ANGLES:
+        return move.x + move.r
+    if mode == PtpMode.MOVJ_ANGLE_INC:
+        return None if r is None else r + move.x + move.r
+    return move.r
+
+
+def _with_r(
+    move: PtpCmd | PtpPoCmd | PtpWithLCmd | PtpPoWithLCmd, r: float
+) -> PtpCmd | PtpPoCmd | PtpWithLCmd | PtpPoWithLCmd:
+    place = move.ptp_mode, move.x, move.y, move.z, r
+    if isinstance(move, PtpPoWithLCmd):
+        return PtpPoWithLCmd(*place, move.l, move.po)
+    if isinstance(move, PtpWithLCmd):
+        return PtpWithLCmd(*place, move.l)
+    if isinstance(move, PtpPoCmd):
+        return PtpPoCmd(*place, move.po)
+    return PtpCmd(*place)
