@@ -14,8 +14,8 @@ const HEAD: &str = r#"#
 # Made by `cargo xtask python` from the protocol's table, which the driver and the virtual arm are made of too.
 """Every command of the protocol, as values.
 
-A value to read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. What is asked for with a pin, a port or a
-target is a question: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. A value to set is an object:
+A value to read is a class: ``arm.get(commands.Pose)`` returns a :class:`Pose`. What is asked for with a pin, a port or
+a target is a question: ``arm.get(commands.GetIoDi(address=19))`` returns an :class:`IoDi`. A value to set is an object:
 ``arm.set(commands.PtpCommonParams(velocity_ratio=50, acceleration_ratio=50))``, and what may be queued goes into
 ``arm.enqueue`` and ``arm.perform`` too.
 
