@@ -39,6 +39,7 @@ from .alarms import Alarm
 from .commands import Pose, RailVersion
 from .errors import ClosedError, Error, InvalidInputError, ResponseTimeoutError, UnexpectedError
 from .pins import FunctionLike, PinLike, PortLike, StepperLike, VersionLike, pins
+from .places import Poses, picking, placing
 from .programs import Plan, Report
 from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult, Watcher
@@ -191,6 +192,33 @@ class Arm(Bound):
     def _move(self, *program: Queueable, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
         percent = number("speed", speed, above=0, most=100, unit="%")
         return self._go(performing(self._core, program, speed=percent), wait)
+
+    def _place(
+        self, x: Any, y: float | None = None, z: float | None = None, r: float | None = None
+    ) -> tuple[float, float, float, float | None]:
+        if isinstance(x, str) and y is None and z is None:
+            try:
+                x = self.poses[x]
+            except KeyError as error:
+                raise InvalidInputError(error.args[0]) from None
+        return spot(x, y, z, r)
+
+    _poses: Poses | None = None
+
+    @property
+    def poses(self) -> Poses:
+        """Poses by their names, in the file ``poses.json`` beside the program: ``arm.poses["tray"] = arm.pose()``, and
+        ``arm.move_to("tray")`` in any program after that. Another file is set: ``arm.poses = Poses("cell.json")``.
+        """
+        if self._poses is None:
+            self._poses = Poses()
+        return self._poses
+
+    @poses.setter
+    def poses(self, poses: Poses) -> None:
+        if not isinstance(poses, Poses):  # pyright: ignore[reportUnnecessaryIsInstance]
+            raise TypeError(f"poses is {poses!r}; it takes a magician.Poses")
+        self._poses = poses
 
     # The connection.
 
@@ -571,7 +599,7 @@ class Arm(Bound):
     @overload
     def move_to(
         self,
-        to: Target,
+        to: Target | str,
         /,
         *,
         r: float | None = None,
@@ -595,7 +623,7 @@ class Arm(Bound):
         """Goes to a pose, all joints together or on a straight line, and waits until it is there.
 
         :param x: mm forward from the base axis; or a pose, or x, y, z and perhaps r in a row:
-            ``arm.move_to(arm.pose())``.
+            ``arm.move_to(arm.pose())``; or the name of one of :attr:`poses`.
         :param y: mm to the arm's left.
         :param z: mm up from the shoulder axis; the table is below 0.
         :param r: rotation of the tool, degrees; left out keeps it.
@@ -608,7 +636,7 @@ class Arm(Bound):
         Raises :class:`~magician.errors.UnreachableError` with both values, before anything is sent, else as
         :meth:`perform`.
         """
-        to = spot(x, y, z, r)
+        to = self._place(x, y, z, r)
         move: words.Move = words.line_to(*to) if linear else words.move_to(*to)
         return self._move(move if rail is None else words.with_rail(move, rail), speed=speed, wait=wait)
 
@@ -618,7 +646,7 @@ class Arm(Bound):
     ) -> Motion[Ran]: ...
     @overload
     def line_to(
-        self, to: Target, /, *, r: float | None = None, speed: float | None = None, wait: bool = True
+        self, to: Target | str, /, *, r: float | None = None, speed: float | None = None, wait: bool = True
     ) -> Motion[Ran]: ...
     def line_to(
         self,
@@ -633,7 +661,7 @@ class Arm(Bound):
         """Goes to a pose on a straight line (mm, degrees; r left out keeps it) and waits until it is there: as
         :meth:`move_to`.
         """
-        return self._move(words.line_to(*spot(x, y, z, r)), speed=speed, wait=wait)
+        return self._move(words.line_to(*self._place(x, y, z, r)), speed=speed, wait=wait)
 
     @overload
     def jump_to(
@@ -650,7 +678,7 @@ class Arm(Bound):
     @overload
     def jump_to(
         self,
-        to: Target,
+        to: Target | str,
         /,
         *,
         r: float | None = None,
@@ -675,9 +703,51 @@ class Arm(Bound):
         :meth:`jump_height` says how high. ``linear``: across on a straight line (E28: seen to do nothing on some
         firmware).
         """
-        to = spot(x, y, z, r)
+        to = self._place(x, y, z, r)
         move = words.jump_line_to(*to) if linear else words.jump_to(*to)
         return self._move(move, speed=speed, wait=wait)
+
+    def pick(
+        self,
+        at: Target | str,
+        *,
+        tool: Literal["suction", "gripper"] = "suction",
+        approach: float = 40.0,
+        retreat: float | None = None,
+        hold: float | None = None,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
+        """Picks something up: over it, straight down, suction on or gripper closed, straight up. All of it is checked
+        before it begins.
+
+        :param at: Where the tool holds it: a pose, x, y, z and perhaps r in a row, or the name of one of :attr:`poses`.
+        :param tool: What holds it. A gripper opens on the way down.
+        :param approach: How far above it the way down begins, mm.
+        :param retreat: How far the tool goes up with it, mm; as ``approach`` if left out.
+        :param hold: How long the tool takes to hold it, seconds: 0.3 for suction and 0.5 for a gripper if left out.
+        :param speed: As for :meth:`move_to`.
+        :param wait: As for :meth:`move_to`.
+        """
+        x, y, z, r = self._place(at)
+        return self._move(*picking((x, y, z), r, tool, approach, retreat, hold), speed=speed, wait=wait)
+
+    def place(
+        self,
+        at: Target | str,
+        *,
+        tool: Literal["suction", "gripper"] = "suction",
+        approach: float = 40.0,
+        retreat: float | None = None,
+        hold: float | None = None,
+        speed: float | None = None,
+        wait: bool = True,
+    ) -> Motion[Ran]:
+        """Puts down what the tool holds: over the place, straight down, suction off or gripper open, straight up. The
+        parameters are those of :meth:`pick`.
+        """
+        x, y, z, r = self._place(at)
+        return self._move(*placing((x, y, z), r, tool, approach, retreat, hold), speed=speed, wait=wait)
 
     def move_by(
         self,

@@ -3,6 +3,7 @@
 * :class:`Poses` keeps poses in a file, by name: ``arm.poses["tray"] = arm.pose()``, ``arm.move_to("tray")``.
 * :class:`Frame` is a work plane that three points say: ``arm.line_to(frame(10, 20))``.
 * :class:`Pallet` is rows by columns of places that three or four of its corners say.
+* :func:`picking` and :func:`placing` are what ``arm.pick`` and ``arm.place`` do, as commands for a program.
 
 Lengths are mm, angles degrees. The tool of this arm always points down: a frame may slope, and the tool does not.
 """
@@ -14,16 +15,17 @@ import os
 import sys
 from collections.abc import Iterator, MutableMapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from ._arguments import checked, number, numbers, text, whole
+from . import words
+from ._arguments import checked, number, numbers, seconds, text, whole
 from ._meaning import Position
 from ._targets import Target
 from ._values import Value
-from .commands import Pose
+from .commands import Pose, Queueable
 from .errors import InvalidInputError
 
-__all__ = ["Frame", "Pallet", "Poses"]
+__all__ = ["Frame", "Pallet", "Poses", "picking", "placing"]
 
 _Point = tuple[float, float, float]
 
@@ -263,6 +265,66 @@ class Poses(MutableMapping[str, Position]):
         draft = self.path.with_name(f"{self.path.name}.new")
         draft.write_text(written, encoding="utf-8")
         os.replace(draft, self.path)
+
+
+def picking(
+    at: tuple[float, float, float],
+    r: float | None = None,
+    tool: Literal["suction", "gripper"] = "suction",
+    approach: float = 40.0,
+    retreat: float | None = None,
+    hold: float | None = None,
+) -> list[Queueable]:
+    """The commands of :meth:`magician.Arm.pick`. Without ``r`` the tool keeps its rotation."""
+    opened: list[Queueable] = [words.release()] if _is_gripper(tool) else []
+    take = words.grip() if opened else words.suction(True)
+    return _over(at, r, opened, take, approach, retreat, _held(hold, bool(opened)))
+
+
+def placing(
+    at: tuple[float, float, float],
+    r: float | None = None,
+    tool: Literal["suction", "gripper"] = "suction",
+    approach: float = 40.0,
+    retreat: float | None = None,
+    hold: float | None = None,
+) -> list[Queueable]:
+    """The commands of :meth:`magician.Arm.place`. Without ``r`` the tool keeps its rotation."""
+    gripper = _is_gripper(tool)
+    leave = words.release() if gripper else words.suction(False)
+    return _over(at, r, [], leave, approach, retreat, _held(hold, gripper))
+
+
+def _over(
+    at: tuple[float, float, float],
+    r: float | None,
+    before: list[Queueable],
+    act: Queueable,
+    approach: float,
+    retreat: float | None,
+    hold: float,
+) -> list[Queueable]:
+    x, y, z = at
+    above = number("approach", approach, least=0, unit="mm")
+    after = above if retreat is None else number("retreat", retreat, least=0, unit="mm")
+    return [
+        *before,
+        words.move_to(x, y, z + above, r),
+        words.line_to(x, y, z, r),
+        act,
+        words.wait(hold),
+        words.line_to(x, y, z + after, r),
+    ]
+
+
+def _is_gripper(tool: str) -> bool:
+    if tool not in ("suction", "gripper"):
+        raise InvalidInputError(f"tool is {tool!r}; it takes 'suction' or 'gripper'")
+    return tool == "gripper"
+
+
+def _held(hold: float | None, gripper: bool) -> float:
+    return (0.5 if gripper else 0.3) if hold is None else seconds("hold", hold)
 
 
 def _beside() -> Path:
