@@ -18,7 +18,11 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-PAGES = [ROOT / "crates" / "magician-py" / "README.md", ROOT / "docs" / "PYTHON.md"]
+PAGES = [
+    ROOT / "crates" / "magician-py" / "README.md",
+    ROOT / "docs" / "PYTHON.md",
+    ROOT / "docs" / "PYTHON-TASKS.md",
+]
 BLOCK = re.compile(
     r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n|\n!\[[^\]]*\]\((\S+)\)\n)?", re.DOTALL | re.MULTILINE
 )
@@ -39,7 +43,8 @@ def blocks() -> list[tuple[str, str, str | None, Path | None]]:
 
 def test_there_are_blocks() -> None:
     assert len([name for name, *_ in blocks() if name.startswith("README")]) >= 3
-    assert len([name for name, *_ in blocks() if name.startswith("PYTHON")]) >= 10
+    assert len([name for name, *_ in blocks() if name.startswith("PYTHON.md")]) >= 10
+    assert len([name for name, *_ in blocks() if name.startswith("PYTHON-TASKS")]) >= 18
 
 
 @pytest.mark.parametrize(("name", "program", "said", "picture"), [pytest.param(*each, id=each[0]) for each in blocks()])
