@@ -501,7 +501,9 @@ def test_every_parameter_has_a_line_of_its_own() -> None:
 def test_a_wait_in_a_stopped_queue_says_what_to_do(arm: Arm) -> None:
     arm.stop_gentle()
     index = arm.enqueue(words.wait(3600))
-    with pytest.raises(errors.ResponseTimeoutError, match=r"its queue is stopped; `arm.start_queue\(\)` lets it continue"):
+    with pytest.raises(
+        errors.ResponseTimeoutError, match=r"its queue is stopped; `arm.start_queue\(\)` lets it continue"
+    ):
         arm.wait_for(index)
     assert arm.left_space() == 31
 

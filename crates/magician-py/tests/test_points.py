@@ -122,7 +122,9 @@ def test_arrays_of_other_things_are_refused() -> None:
     table = numpy.array(ROWS)
     for wrong in (complex, object, str, bool, "S8", "M8[s]"):
         values = numpy.zeros((3, 3), dtype=wrong)
-        with pytest.raises(TypeError, match=r"points must be real numbers, not an array of .*: convert it by astype\(float\)"):
+        with pytest.raises(
+            TypeError, match=r"points must be real numbers, not an array of .*: convert it by astype\(float\)"
+        ):
             Plan.path(values)
         with pytest.raises(TypeError, match=r"power must be real numbers"):
             Plan.path(table, power=values[0])
