@@ -86,10 +86,14 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
         code = b""
     program = _program.look_over(path, _text(code), folder)
     _line.send_elsewhere(given.get("--port") or os.environ.get("MAGICIAN_PORT"))
+    copies = {name: "\n".join(map(_program.text, files)) for name, files in program.copies.items()}
+    pydobot = given.get("--pydobot") or _script.which_pydobot(*program.sources, copy=copies.get("pydobot", ""))
     _modules.install(
-        given.get("--pydobot") or _script.which_pydobot(*program.sources),
+        pydobot,
         given.get("--dobotdll") or _script.which_dobotdll(program.sources, folder, program.wrappers),
         program.packages,
+        own=[] if "--pydobot" in given else _modules.needed(copies, program.sources, pydobot),
+        wrappers=program.wrappers,
     )
     sys.argv[:] = arguments
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:

@@ -4,49 +4,67 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
 from types import ModuleType
 
-from . import _serial
-from ._program import WRAPPER
+from . import _library, _script, _serial
+from ._program import OTHER_WRAPPERS, WRAPPER, is_wrapper
 
-__all__ = ["PYDOBOTS", "install"]
+__all__ = ["DOORS", "PYDOBOTS", "install", "needed"]
 
 PYDOBOTS = ("pydobot", "pydobotplus", "pydobot2")
+# What programs import, and the module here that stands in for it.
+DOORS = {
+    **{name: name for name in PYDOBOTS},
+    # The example of pydobotplus imports its inner module by this name.
+    "dobotplus": "pydobotplus",
+    "pydobotpp": "pydobotpp",
+    "pydobotlab": "pydobotlab",
+    "dobotapi": "dobotapi",
+    "dobotWrapperPy": "dobotwrapperpy",
+    "DobotEDU": "dobotedu",
+    "dobot_edu": "dobotedu",
+    "dobotEdu": "dobotedu",
+    "DobotRPC": "dobotrpc",
+}
 
 
 class _Names(MetaPathFinder):
-    """Finds what stands in before what is installed."""
+    """Finds what stands in before what is installed, but for libraries whose own copy a program needs."""
 
-    def __init__(self, pydobot: str, family: str) -> None:
-        self.family = family
-        self.homes = {name: f"{__package__}.{name}" for name in PYDOBOTS}
-        self.homes["pydobot"] = self.homes[pydobot]
-        # The example of pydobotplus imports its inner module by this name.
-        self.homes["dobotplus"] = self.homes["pydobotplus"]
+    def __init__(self, pydobot: str, family: str, own: Collection[str], wrappers: Sequence[Path]) -> None:
+        self.family, self.wrappers = family, wrappers
+        self.homes = {name: f"{__package__}.{home}" for name, home in DOORS.items() if name not in own}
+        if "pydobot" in self.homes:
+            self.homes["pydobot"] = f"{__package__}.{pydobot}"
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         # Whatever package a program keeps it in.
-        if fullname.rpartition(".")[2] == WRAPPER:
-            return ModuleSpec(fullname, _Family(self.family))
+        if is_wrapper(fullname.rpartition(".")[2]):
+            return ModuleSpec(fullname, _Family(self.family, self.wrappers))
         root, dot, rest = fullname.partition(".")
         home = self.homes.get(root)
         return ModuleSpec(fullname, _Same(home + dot + rest)) if home else None
 
 
-class _Packages(MetaPathFinder):
-    """Finds the packages of the vendor's wrapper that nobody else finds: a program without its copy of the wrapper."""
+class _Missing(MetaPathFinder):
+    """Finds what nobody else finds: the packages of the vendor's wrapper of a program that comes without its copy, and
+    the wrapper under names that are nearly its own. Each of those has connections of its own, as it had a library."""
 
-    def __init__(self, names: Collection[str]) -> None:
-        self.names = names
+    def __init__(self, names: Collection[str], family: str) -> None:
+        self.names, self.family = names, family
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
+        if OTHER_WRAPPERS.fullmatch(fullname.rpartition(".")[2]):
+            return ModuleSpec(fullname, _Another(self.family), is_package=True)
         return ModuleSpec(fullname, None, is_package=True) if fullname in self.names else None
 
 
@@ -67,22 +85,85 @@ class _Same(Loader):
 
 
 class _Family(_Same):
-    """Loads a family of ``DobotDllType``."""
+    """Loads a family of ``DobotDllType``; names that only a program's changed copy of it has come from there."""
+
+    def __init__(self, name: str, wrappers: Sequence[Path]) -> None:
+        super().__init__(name)
+        self.wrappers = wrappers
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         from . import dobotdll
 
         module = dobotdll.family(self.name)
+        # One that is imported from a module of its own name is the same.
+        module.__dict__.setdefault(WRAPPER, module)
+        module.__dict__["__getattr__"] = _Copies(self.wrappers)
         self.spec = module.__spec__
         return module
 
 
-def install(pydobot: str = "pydobot", family: str = "v3", packages: Collection[str] = ()) -> None:
-    """Lets programs of this process import the stand-ins.
+class _Another(_Same):
+    """Loads a family of ``DobotDllType`` once more."""
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        from . import dobotdll
+
+        module = dobotdll.family(self.name, again=True)
+        module.__dict__.update(dict.fromkeys((WRAPPER, "dType"), module), __path__=[])
+        self.spec = module.__spec__
+        return module
+
+
+class _Copies:
+    """A module's ``__getattr__`` that looks into a program's own copies of the vendor's wrapper."""
+
+    def __init__(self, files: Sequence[Path]) -> None:
+        self.files = files
+        self.modules: list[ModuleType] | None = None
+
+    def __call__(self, name: str) -> object:
+        if not name.startswith("__"):
+            if self.modules is None:
+                self.modules = []
+                for file in self.files:
+                    if (spec := spec_from_file_location(f"{__name__}.copy", file)) and spec.loader:
+                        module = module_from_spec(spec)
+                        spec.loader.exec_module(module)
+                        self.modules.append(module)
+            for module in self.modules:
+                if name in module.__dict__:
+                    return module.__dict__[name]
+        raise AttributeError(f"module '{WRAPPER}' has no attribute '{name}'")
+
+
+def needed(copies: Mapping[str, str], sources: Collection[str], pydobot: str) -> list[str]:
+    """The libraries whose own copy a program has (their text by their name), and uses names of that are not here."""
+    found: list[str] = []
+    for name, copy in copies.items():
+        home = pydobot if name == "pydobot" else DOORS[name]
+        modules = [importlib.import_module(f"{__package__}.{home}")]
+        modules += [each for each in vars(modules[0]).values() if isinstance(each, ModuleType)]
+        ours = {name for module in modules for name in vars(module)}
+        ours |= {name for module in modules for name in dir(getattr(module, "Dobot", None))}
+        if _script.needs_copy(*sources, copy=copy, ours=ours):
+            found.append(name)
+    return found
+
+
+def install(
+    pydobot: str = "pydobot",
+    family: str = "v3",
+    packages: Collection[str] = (),
+    *,
+    own: Collection[str] = (),
+    wrappers: Sequence[Path] = (),
+) -> None:
+    """Lets programs of this process import the stand-ins, load the vendor's library, and open the arm's port.
 
     ``pydobot`` is the library that is meant by that name, ``family`` that of ``DobotDllType``, ``packages`` those that
-    it is imported from.
+    it is imported from, ``own`` the libraries whose copy the program needs, ``wrappers`` the copies of the wrapper.
     """
     _serial.install()
-    sys.meta_path.insert(0, _Names(pydobot, family))
-    sys.meta_path.append(_Packages(packages))
+    _library.install(family)
+    sys.meta_path.insert(0, _Names(pydobot, family, own, wrappers))
+    sys.meta_path.append(_Missing(packages, family))

@@ -12,10 +12,11 @@ from typing import Any, NamedTuple
 
 from ..errors import Error
 from ._alarm import Alarm
+from ._forks import Forks
 from ._line import GET, QUEUED, SET
 from ._message import Message
+from ._port import Port
 from ._robot import Robot, floats
-from ._serial import Port
 
 __all__ = [
     "MAX_QUEUE_LEN",
@@ -25,6 +26,7 @@ __all__ = [
     "Dobot",
     "DobotException",
     "Joints",
+    "Methods",
     "Pose",
     "Position",
 ]
@@ -82,37 +84,8 @@ class Pose(NamedTuple):
     joints: Joints
 
 
-class Dobot(Robot):
-    """A connected arm: mm and degrees. What is queued returns its index; :meth:`wait_for_cmd` waits for one.
-
-    Connecting starts and clears the queue, sets all speeds to 200 and the ratios to 100 %, and clears the alarms.
-    """
-
-    def __init__(self, port: str | None = None) -> None:
-        self.logger = logging.Logger(__name__)
-        """Hears of frames, at debug."""
-        self._lock = threading.RLock()
-        self._magician_open(port)
-        self._ser: Port = self._magician_port
-        self.logger.debug("%s open", self._magician_line.name)
-        self._magician_setup()
-        if alarms := self.get_alarms():
-            self.logger.warning("clearing alarms: %s", ", ".join(alarm.name for alarm in alarms))
-            self.clear_alarms()
-
-    def _magician_fault(self, error: Error) -> Exception:
-        return DobotException(str(error))
-
-    def _magician_exchange(self, msg: Message) -> Message:
-        self.logger.debug(">> %s", msg)
-        answer = super()._magician_exchange(msg)
-        self.logger.debug("<< %s", answer)
-        return answer
-
-    def close(self) -> None:
-        """Ends the connection. The arm finishes what it was told."""
-        self._magician_line.close()
-        self.logger.debug("%s closed", self._magician_line.name)
+class Methods(Forks):
+    """The methods; what is queued returns its index, and :meth:`wait_for_cmd` waits for one."""
 
     def get_pose(self) -> Pose:
         """Where the arm is."""
@@ -213,10 +186,6 @@ class Dobot(Robot):
         """Sets where homing ends."""
         self._set_home_coordinate(x, y, z, r)
 
-    def home(self) -> int:
-        """Homes the arm."""
-        return self._magician_queued(self._set_home_cmd())
-
     def grip(self, enable: bool) -> int:
         """Closes or opens the gripper."""
         return self._magician_queued(self._set_end_effector_gripper(enable))
@@ -288,6 +257,41 @@ class Dobot(Robot):
                 sent += 1
         self._set_queued_cmd_start_exec()
         self.wait_for_cmd(self.laze(0, False))
+
+
+class Dobot(Methods):
+    """A connected arm: mm and degrees.
+
+    Connecting starts and clears the queue, sets all speeds to 200 and the ratios to 100 %, and clears the alarms.
+    """
+
+    def __init__(self, port: str | None = None, verbose: bool = False) -> None:
+        self.logger = logging.Logger(__name__)
+        """Hears of frames, at debug."""
+        self._lock = threading.RLock()
+        self._magician_open(port)
+        self._ser: Port = self._magician_port
+        self.logger.debug("%s open", self._magician_line.name)
+        self._magician_setup()
+        if alarms := self.get_alarms():
+            # That it was switched on is no news.
+            if news := [alarm.name for alarm in alarms if alarm]:
+                self.logger.warning("clearing alarms: %s", ", ".join(news))
+            self.clear_alarms()
+
+    def _magician_fault(self, error: Error) -> Exception:
+        return DobotException(str(error))
+
+    def _magician_exchange(self, msg: Message) -> Message:
+        self.logger.debug(">> %s", msg)
+        answer = super()._magician_exchange(msg)
+        self.logger.debug("<< %s", answer)
+        return answer
+
+    def close(self) -> None:
+        """Ends the connection. The arm finishes what it was told."""
+        self._magician_line.close()
+        self.logger.debug("%s closed", self._magician_line.name)
 
 
 def _rows(image: Any) -> Iterable[Iterable[Any]]:

@@ -4,22 +4,34 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import tokenize
 from collections import deque
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["WRAPPER", "Program", "look_over"]
+__all__ = ["OTHER_WRAPPERS", "WRAPPER", "Program", "is_wrapper", "look_over", "text"]
 
 WRAPPER = "DobotDllType"
 """The last part of every name that the vendor's wrapper is imported by: programs keep it in packages of their own."""
 
-LIBRARIES = {"pydobot", "pydobotplus", "pydobot2", "dobotplus"}
+OTHER_WRAPPERS = re.compile(r"dobot\d*dll\d*(type\d*)?", re.IGNORECASE)
+"""Modules that are nearly named so: the wrapper for a second arm, or without its last word."""
+
+LIBRARIES = {
+    "pydobot", "pydobotplus", "pydobot2", "dobotplus", "pydobotpp", "pydobotlab", "dobotapi", "dobotWrapperPy",
+    "DobotEDU", "DobotRPC",
+}  # fmt: skip
 """What is stood in for at the top, wherever its own files lie."""
 
 MOST = 1000
 """Modules that are looked at: no program that was written for an arm has so many."""
+
+
+def is_wrapper(name: str) -> bool:
+    """Whether this is the name of the vendor's wrapper, as programs write it: some file systems ignore case."""
+    return re.fullmatch(r"dobotdlltype", name, re.IGNORECASE) is not None
 
 
 class Program(NamedTuple):
@@ -31,6 +43,8 @@ class Program(NamedTuple):
     """The files of the vendor's wrapper that it imports, or that lie beside its modules."""
     packages: set[str]
     """The packages that it imports the wrapper from."""
+    copies: dict[str, list[Path]]
+    """The files of its own copies of libraries that are stood in for, by name."""
 
 
 class _Import(NamedTuple):
@@ -46,7 +60,7 @@ def look_over(path: Path, source: str, folder: Path) -> Program:
     :param source: Its text.
     :param folder: Where its absolute imports begin.
     """
-    program = Program([], [], set())
+    program = Program([], [], set(), {})
     waiting, met, roots = deque([(path, source)]), {_real(path)}, [folder]
     while waiting and len(program.sources) < MOST:
         path, source = waiting.popleft()
@@ -61,17 +75,23 @@ def look_over(path: Path, source: str, folder: Path) -> Program:
             whole = found.name.split(".") if found.name else []
             names = [whole, *([*whole, member] for member in found.members)]
             for parts in names:
-                if WRAPPER in parts:
-                    parts = parts[: parts.index(WRAPPER) + 1]
-                    if not found.level:
-                        program.packages.update(".".join(parts[:at]) for at in range(1, len(parts)))
+                at = next((at for at, part in enumerate(parts) if is_wrapper(part)), None)
+                if at is not None:
+                    parts = parts[: at + 1]
+                last = max((at for at, part in enumerate(parts) if OTHER_WRAPPERS.fullmatch(part)), default=0)
+                if not found.level:
+                    program.packages.update(".".join(parts[:end]) for end in range(1, last + 1))
                 for base in _bases(found, path, roots):
                     for file in _files(base, parts):
-                        if file.stem == WRAPPER:
+                        if is_wrapper(file.stem):
                             _note(file, program.wrappers)
-                        elif (found.level or parts[0] not in LIBRARIES) and _real(file) not in met:
+                        elif not found.level and parts[0] in LIBRARIES:
+                            package = sorted(file.parent.glob("*.py")) if file.name == "__init__.py" else []
+                            for each in (file, *package):
+                                _note(each, program.copies.setdefault(parts[0], []))
+                        elif _real(file) not in met:
                             met.add(_real(file))
-                            waiting.append((file, _text(file)))
+                            waiting.append((file, text(file)))
     return program
 
 
@@ -133,7 +153,7 @@ def _real(path: Path) -> str:
     return os.path.realpath(path)
 
 
-def _text(file: Path) -> str:
+def text(file: Path) -> str:
     """A module as text, in the encoding that it names; one that cannot be read is empty."""
     try:
         with tokenize.open(file) as opened:

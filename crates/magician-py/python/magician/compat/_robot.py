@@ -9,7 +9,7 @@ from enum import Enum
 from ..errors import Error
 from ._line import GET, QUEUED, SET, Line
 from ._message import Message
-from ._serial import Port
+from ._port import Port
 
 __all__ = ["Robot"]
 

@@ -3,53 +3,119 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from importlib import metadata
 from pathlib import Path
+from typing import NamedTuple
 
-__all__ = ["which_dobotdll", "which_pydobot"]
+__all__ = ["needs_copy", "which_dobotdll", "which_pydobot"]
 
-# What only one of the libraries that are imported as `pydobot` has.
+# What only one of the libraries that are imported as `pydobot` has, wherever a program says it.
 NEWER = {
-    "Alarm", "DobotException", "MODE_PTP", "clear_alarms", "conveyor_belt", "conveyor_belt_distance", "engrave",
-    "get_alarms", "get_pose", "go_arc", "jog_r", "jog_x", "jog_y", "jog_z", "laze", "set_home", "set_io",
-    "wait_for_cmd",
+    "Alarm", "DobotException", "Joints", "MODE_PTP", "Position", "clear_alarms", "conveyor_belt",
+    "conveyor_belt_distance", "engrave", "get_alarms", "get_pose", "go_arc", "jog_r", "jog_x", "jog_y", "jog_z", "laze",
+    "set_home", "wait_for_cmd",
 }  # fmt: skip
-OLDER = {"ControlValues", "CommunicationProtocolIDs", "PTPMode", "get_eio", "pose", "set_eio", "verbose"}
+OLDER = {"ControlValues", "CommunicationProtocolIDs", "PTPMode", "get_eio", "set_eio"}
 PLUS = {"CustomPosition", "dobotplus", "get_color", "get_ir", "move_rel", "set_color", "set_ir"}
+# Words that programs have from elsewhere too: they count where they are said of an arm.
+OLDER_OF_ARMS = {"pose", "ser", "verbose", "wait"}
+NEWER_OF_ARMS = {"_ser", "_extract_cmd_index", "home", "set_io"}
+LIBRARIES = ("pydobot", "pydobotplus", "pydobot2", "dobotplus")
+ARM = "Dobot"
 
 
-def names(source: str) -> set[str]:
-    """What a program imports, and the names after a dot and of keywords."""
-    try:
-        tree = ast.parse(source)
-    except (SyntaxError, ValueError):
-        return set()
-    found: set[str] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Attribute):
-            found.add(node.attr)
-        elif isinstance(node, ast.keyword) and node.arg:
-            found.add(node.arg)
-        elif isinstance(node, ast.ImportFrom):
-            found |= {*(node.module or "").split("."), *(each.name for each in node.names)}
+class Seen(NamedTuple):
+    """Names in a program."""
+
+    imported: set[str]
+    anywhere: set[str]
+    of_arms: set[str]
+
+
+def names(*sources: str) -> Seen:
+    """What a program imports from these libraries, the names after a dot, and those after one that holds an arm."""
+    seen, arms = Seen(set(), set(), set()), {"super()"}
+    trees = [tree for tree in map(_tree, sources) if tree is not None]
+    for node in (node for tree in trees for node in ast.walk(tree)):
+        if isinstance(node, ast.ImportFrom):
+            parts = (node.module or "").split(".")
+            if not node.level and parts[0] in LIBRARIES:
+                seen.imported.update(parts, (each.name for each in node.names))
         elif isinstance(node, ast.Import):
-            found |= {part for each in node.names for part in each.name.split(".")}
-    return found
+            for each in node.names:
+                if (parts := each.name.split("."))[0] in LIBRARIES:
+                    seen.imported.update(parts)
+        elif isinstance(node, (ast.Assign, ast.AnnAssign)) and node.value is not None and _makes_arm(node.value):
+            arms.update(map(_name, node.targets if isinstance(node, ast.Assign) else [node.target]))
+        elif isinstance(node, ast.NamedExpr) and _makes_arm(node.value):
+            arms.add(_name(node.target))
+        elif isinstance(node, ast.Call) and _makes_arm(node):
+            seen.of_arms.update(each.arg for each in node.keywords if each.arg)
+        elif isinstance(node, ast.ClassDef) and any(_name(base) == ARM for base in node.bases):
+            arms.add("self")
+    for node in (node for tree in trees for node in ast.walk(tree)):
+        if isinstance(node, ast.Attribute):
+            seen.anywhere.add(node.attr)
+            if _name(node.value) in arms:
+                seen.of_arms.add(node.attr)
+    return seen
 
 
-def which_pydobot(*sources: str) -> str:
-    """Which library ``import pydobot`` means in a program of these modules: the one that is installed, else the one
-    whose names are used."""
-    used = {name for source in sources for name in names(source)}
-    if "dobotplus" in used:
+def _tree(source: str) -> ast.Module | None:
+    try:
+        return ast.parse(source)
+    except (SyntaxError, ValueError):
+        return None
+
+
+def _makes_arm(node: ast.AST) -> bool:
+    return any(isinstance(call, ast.Call) and _name(call.func) == ARM for call in ast.walk(node))
+
+
+def _name(node: ast.AST) -> str:
+    """The last part of a name: ``robot`` of ``self.robot``."""
+    if isinstance(node, ast.Attribute):
+        return node.attr
+    if isinstance(node, ast.Call):
+        return f"{_name(node.func)}()"
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def which_pydobot(*sources: str, copy: str = "") -> str:
+    """Which library ``import pydobot`` means in a program of these modules: the one that its imports name, the one of
+    its own ``copy`` (the text of that), the one that is installed, or the one whose names are used."""
+    imported, anywhere, of_arms = names(*sources)
+    if "dobotplus" in imported | anywhere or imported & PLUS:
         return "pydobotplus"
+    if imported & NEWER and not imported & OLDER:
+        return "pydobot2"
+    if imported & OLDER:
+        return "pydobot"
+    if copy:
+        if "def get_pose" not in copy:
+            return "pydobot"
+        return "pydobotplus" if "def move_rel" in copy else "pydobot2"
     for other in ("pydobot2", "pydobot"):
         if _installed(other):
             return other
-    if used & PLUS and not used & OLDER:
+    older = anywhere & OLDER or of_arms & OLDER_OF_ARMS
+    if anywhere & PLUS and not older:
         return "pydobotplus"
-    return "pydobot2" if used & NEWER and not used & OLDER else "pydobot"
+    return "pydobot2" if not older and (anywhere & NEWER or of_arms & NEWER_OF_ARMS) else "pydobot"
+
+
+def needs_copy(*sources: str, copy: str, ours: Collection[str]) -> bool:
+    """Whether a program uses what only its own copy of the library has: then that is run, over the port here."""
+    tree = _tree(copy)
+    if tree is None:
+        return False
+    have: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            have.add(node.name)
+    imported, _, of_arms = names(*sources)
+    return bool(((imported | of_arms) & have) - set(ours))
 
 
 def _installed(name: str) -> bool:
@@ -60,7 +126,7 @@ def _installed(name: str) -> bool:
     return True
 
 
-def which_dobotdll(sources: Iterable[str], folder: Path, wrappers: Iterable[Path] = ()) -> str:
+def which_dobotdll(sources: Collection[str], folder: Path, wrappers: Iterable[Path] = ()) -> str:
     """Which family of ``DobotDllType`` a program of these modules means: that of the file that it imports, or that lies
     beside it, else of its calls."""
     for file in (*wrappers, folder / "DobotDllType.py", *folder.glob("*/DobotDllType.py")):
@@ -71,14 +137,16 @@ def which_dobotdll(sources: Iterable[str], folder: Path, wrappers: Iterable[Path
         if "masterId" in text:
             return "v3"
         return "v2" if "dobotId" in text else "v1"
+    for source in sources:
+        # A program that loads the C library itself says by its own structures which one.
+        if "CDLL" in source or "LoadLibrary" in source:
+            return "v3" if "masterId" in source or "masterDevInfo" in source else "v2" if "dobotId" in source else "v1"
     return "v2" if any(map(_has_ids, sources)) else "v3"
 
 
 def _has_ids(source: str) -> bool:
     """Whether moves have a number more than their own."""
-    try:
-        calls = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Call)]
-    except (SyntaxError, ValueError):
-        return False
+    tree = _tree(source)
+    calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)] if tree else []
     named = [call for call in calls if isinstance(call.func, ast.Attribute) and call.func.attr == "SetPTPCmd"]
     return any(len(call.args) + len(call.keywords) > 7 for call in named)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import importlib
 import re
 import sys
@@ -10,91 +11,12 @@ from collections.abc import Iterator
 from typing import Any
 
 from .._ports import SerialPort, ports
-from ._line import Line, elsewhere
+from . import _opening
+from ._line import elsewhere
 
-__all__ = ["Port", "PortInfo", "comports", "grep", "install"]
+__all__ = ["PortInfo", "comports", "grep", "install"]
 
 ADAPTER = "CP2102 USB to UART Bridge Controller (by magician.compat)"
-
-
-class Port:
-    """The serial port of a connected arm, as far as programs look at it beside the library.
-
-    Frames that are written to it are sent, and their answers can be read from it.
-    """
-
-    def __init__(self, line: Line) -> None:
-        self._line = line
-        self._written = bytearray()
-        self._answers = bytearray()
-        self.port = self.name = line.name
-        """The port's name."""
-        self.baudrate = 115200
-        """What it was told to be; not every way to an arm has one."""
-        self.timeout: float | None = None
-        """Not looked at: every answer comes by its deadline."""
-
-    @property
-    def is_open(self) -> bool:
-        """Whether the connection is open."""
-        return not self._line.closed
-
-    def isOpen(self) -> bool:
-        """Whether the connection is open."""
-        return self.is_open
-
-    @property
-    def in_waiting(self) -> int:
-        """Bytes that can be read."""
-        return len(self._answers)
-
-    def inWaiting(self) -> int:
-        """Bytes that can be read."""
-        return self.in_waiting
-
-    def write(self, data: bytes | bytearray) -> int:
-        """Sends the frames in these bytes, each when it is whole."""
-        self._written += data
-        while (start := self._written.find(b"\xaa\xaa")) >= 0 and len(self._written) > start + 2:
-            end = start + 4 + self._written[start + 2]
-            if len(self._written) < end:
-                break
-            frame = bytes(self._written[start:end])
-            del self._written[:end]
-            if len(frame) >= 6 and not sum(frame[3:]) & 0xFF:
-                ctrl, params = self._line.exchange(frame[3], frame[4], frame[5:-1])
-                body = bytes((frame[3], ctrl)) + params
-                self._answers += b"\xaa\xaa" + bytes((len(body),)) + body + bytes((-sum(body) & 0xFF,))
-        return len(data)
-
-    def read(self, size: int = 1) -> bytes:
-        """So many bytes of answers, or as many as there are."""
-        taken = bytes(self._answers[:size])
-        del self._answers[:size]
-        return taken
-
-    def read_all(self) -> bytes:
-        """All bytes of answers."""
-        return self.read(len(self._answers))
-
-    def reset_input_buffer(self) -> None:
-        """Forgets answers that were not read."""
-        self._answers.clear()
-
-    flushInput = reset_input_buffer
-
-    def reset_output_buffer(self) -> None:
-        """Forgets a frame that was written in part."""
-        self._written.clear()
-
-    flushOutput = reset_output_buffer
-
-    def flush(self) -> None:
-        """Does nothing: a frame is sent when it is whole."""
-
-    def close(self) -> None:
-        """Ends the connection."""
-        self._line.close()
 
 
 class PortInfo:
@@ -178,24 +100,25 @@ def grep(regexp: str, include_links: bool = False) -> Iterator[Any]:
             yield info
 
 
-class SerialException(OSError):
-    """Stands in for pyserial's where that is not installed."""
+class _Glob:
+    """``glob.glob`` that finds the arm too where programs look for a serial port."""
 
+    def __init__(self, real: Any) -> None:
+        self.real = real
 
-class SerialTimeoutException(SerialException):
-    """Stands in for pyserial's where that is not installed."""
-
-
-class Serial:
-    """Stands in for pyserial's port where that is not installed."""
-
-    def __init__(self, *_: object, **__: object) -> None:
-        raise ImportError("this program opens a serial port itself, which needs pyserial: pip install pyserial")
+    def __call__(self, pathname: Any, *rest: Any, **named: Any) -> list[Any]:
+        found = list(self.real(pathname, *rest, **named))
+        port = elsewhere()
+        return _Ports([port, *found]) if port and re.match(r"/dev/(tty|cu|serial)|COM", str(pathname)) else found
 
 
 def install() -> None:
-    """Lets ``serial.tools.list_ports`` be the list here; the rest of pyserial stays what it is, if it is installed."""
+    """Lets ``serial.tools.list_ports`` be the list here, and ``serial.Serial`` the arm where all connections go to one;
+    the rest of pyserial stays what it is, if it is installed."""
+    if elsewhere():
+        glob.glob = _Glob(glob.glob)
     try:
+        serial: Any = importlib.import_module("serial")
         list_ports = importlib.import_module("serial.tools.list_ports")
     except ImportError:
         _stand_in()
@@ -203,6 +126,9 @@ def install() -> None:
     if list_ports.__dict__["comports"] is not comports:
         _real[:] = [list_ports.__dict__["comports"]]
         list_ports.__dict__.update(comports=comports, grep=grep)
+    if elsewhere():
+        _opening.send_others_to(serial.Serial, serial.SerialException)
+        serial.Serial = _opening.Serial
 
 
 def _stand_in() -> None:
@@ -210,8 +136,17 @@ def _stand_in() -> None:
     util = types.ModuleType("serial.serialutil")
     tools = types.ModuleType("serial.tools")
     ports = types.ModuleType("serial.tools.list_ports")
-    named: dict[str, object] = {each.__name__: each for each in (Serial, SerialException, SerialTimeoutException)}
+    named: dict[str, object] = {
+        each.__name__: each
+        for each in (
+            _opening.PortNotOpenError,
+            _opening.Serial,
+            _opening.SerialException,
+            _opening.SerialTimeoutException,
+        )
+    }
     numbers = {"FIVEBITS": 5, "SIXBITS": 6, "SEVENBITS": 7, "EIGHTBITS": 8, "STOPBITS_ONE": 1, "STOPBITS_TWO": 2}
+    named["SerialBase"] = _opening.Serial
     letters = {"PARITY_NONE": "N", "PARITY_EVEN": "E", "PARITY_ODD": "O"}
     serial.__dict__.update(named, **numbers, **letters, tools=tools, serialutil=util)
     util.__dict__.update(named)

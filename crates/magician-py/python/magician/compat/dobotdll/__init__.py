@@ -7,6 +7,7 @@ get the ``api`` that answers for it.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from types import ModuleType
 
 from ._door import Door
@@ -16,10 +17,16 @@ __all__ = ["FAMILIES", "Door", "family"]
 FAMILIES = ("v1", "v2", "v3")
 
 
-def family(name: str) -> ModuleType:
-    """The module for programs without ids (``v1``), with ``dobotId`` (``v2``), or with ``masterId`` (``v3``)."""
+def family(name: str, *, again: bool = False) -> ModuleType:
+    """The module for programs without ids (``v1``), with ``dobotId`` (``v2``), or with ``masterId`` (``v3``).
+
+    With ``again``, one more of it: programs load the C library twice for two arms.
+    """
     if name not in FAMILIES:
         raise ValueError(f"{name} is no family of DobotDllType; there are {', '.join(FAMILIES)}")
     module = importlib.import_module(f"{__package__}.{name}")
+    if again and (spec := module.__spec__) and spec.loader:
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
     module.__dict__["load"] = lambda: Door(module)
     return module

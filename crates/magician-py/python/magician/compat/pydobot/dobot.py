@@ -11,18 +11,44 @@ from enum import Enum
 from ...errors import Error, PortError
 from .._line import GET, QUEUED, SET
 from .._message import Message
-from .._robot import Robot
-from .._serial import Port
+from .._newer import MODE_PTP, DobotException, Joints, Methods, Pose, Position
+from .._port import Port
 from .enums import PTPMode
 from .enums.CommunicationProtocolIDs import CommunicationProtocolIDs
 from .enums.ControlValues import ControlValues
 
-__all__ = ["CommunicationProtocolIDs", "ControlValues", "Dobot", "Message", "PTPMode"]
+__all__ = [
+    "MODE_PTP",
+    "MODE_PTP_JUMP_ANGLE",
+    "MODE_PTP_JUMP_MOVL_XYZ",
+    "MODE_PTP_JUMP_XYZ",
+    "MODE_PTP_MOVJ_ANGLE",
+    "MODE_PTP_MOVJ_INC",
+    "MODE_PTP_MOVJ_XYZ",
+    "MODE_PTP_MOVJ_XYZ_INC",
+    "MODE_PTP_MOVL_ANGLE",
+    "MODE_PTP_MOVL_INC",
+    "MODE_PTP_MOVL_XYZ",
+    "CommunicationProtocolIDs",
+    "ControlValues",
+    "Dobot",
+    "DobotException",
+    "Joints",
+    "Message",
+    "PTPMode",
+    "Pose",
+    "Position",
+]
+
+# Programs for pydobot of before 2020 have the modes as numbers.
+MODE_PTP_JUMP_XYZ, MODE_PTP_MOVJ_XYZ, MODE_PTP_MOVL_XYZ = 0, 1, 2
+MODE_PTP_JUMP_ANGLE, MODE_PTP_MOVJ_ANGLE, MODE_PTP_MOVL_ANGLE = 3, 4, 5
+MODE_PTP_MOVJ_INC, MODE_PTP_MOVL_INC, MODE_PTP_MOVJ_XYZ_INC, MODE_PTP_JUMP_MOVL_XYZ = 6, 7, 8, 9
 
 _BLANK = " " * 29
 
 
-class Dobot(Robot):
+class Dobot(Methods):
     """A connected arm, with the interface of pydobot 1.3: mm and degrees; only ``wait=True`` waits.
 
     Connecting starts and clears the queue, sets all speeds to 200 and the ratios to 100 %.
@@ -105,11 +131,11 @@ class Dobot(Robot):
         """Goes in a straight line; with ``wait``, returns when the arm is there."""
         self._set_ptp_cmd(x, y, z, r, mode=PTPMode.MOVL_XYZ, wait=wait)
 
-    def suck(self, enable: bool) -> None:
+    def suck(self, enable: bool) -> None:  # type: ignore[override]
         """Switches the suction cup, in the queue."""
         self._set_end_effector_suction_cup(enable)
 
-    def grip(self, enable: bool) -> None:
+    def grip(self, enable: bool) -> None:  # type: ignore[override]
         """Closes or opens the gripper, in the queue."""
         self._set_end_effector_gripper(enable)
 

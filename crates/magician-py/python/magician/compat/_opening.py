@@ -1,0 +1,229 @@
+"""``serial.Serial`` for programs that speak the arm's protocol themselves.
+
+What they write goes to the arm frame by frame, and its answers are there to be read: as many bytes as are asked for, or
+what has come when the timeout ends.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import Any
+
+from ..errors import ClosedError, Error, InvalidInputError, PortError
+from ._line import Line, elsewhere
+from ._port import Port
+
+__all__ = ["PortNotOpenError", "Serial", "SerialException", "SerialTimeoutException", "send_others_to"]
+
+ARM_BAUD = 115200
+
+
+class SerialException(OSError):
+    """Stands in for pyserial's where that is not installed."""
+
+
+class SerialTimeoutException(SerialException):
+    """Stands in for pyserial's where that is not installed."""
+
+
+class PortNotOpenError(SerialException):
+    """Stands in for pyserial's where that is not installed."""
+
+
+# pyserial's own port and exception, if it is installed.
+_theirs: list[Any] = []
+
+
+def send_others_to(port: Any, exception: Any) -> None:
+    """Ports at another speed than the arm's are this, and faults are this exception."""
+    _theirs[:] = [port, exception]
+
+
+def _fault(error: Error) -> Exception:
+    kind: type[Exception] = _theirs[1] if _theirs else SerialException
+    return kind(str(error))
+
+
+class Serial:
+    """A serial port, with the interface of pyserial's.
+
+    It connects when the first frame is written, if every connection goes to one arm: a program may open it to look, or
+    to speak to something else at that speed.
+    """
+
+    def __new__(cls, port: str | None = None, baudrate: int = 9600, *rest: Any, **named: Any) -> Any:
+        """A port at another speed than the arm's is pyserial's."""
+        if _theirs and port is not None and baudrate != ARM_BAUD:
+            return _theirs[0](port, baudrate, *rest, **named)
+        return super().__new__(cls)
+
+    def __init__(
+        self,
+        port: str | None = None,
+        baudrate: int = 9600,
+        bytesize: int = 8,
+        parity: str = "N",
+        stopbits: float = 1,
+        timeout: float | None = None,
+        xonxoff: bool = False,
+        rtscts: bool = False,
+        write_timeout: float | None = None,
+        dsrdtr: bool = False,
+        inter_byte_timeout: float | None = None,
+        exclusive: bool | None = None,
+        **_: object,
+    ) -> None:
+        self.port = self.name = self.portstr = port
+        """What was named; the arm may be elsewhere."""
+        self.baudrate, self.bytesize, self.parity, self.stopbits = baudrate, bytesize, parity, stopbits
+        self.xonxoff, self.rtscts, self.dsrdtr, self.exclusive = xonxoff, rtscts, dsrdtr, exclusive
+        self.timeout = timeout
+        """How long (s) a read waits for all its bytes; ``None`` without end."""
+        self.write_timeout, self.inter_byte_timeout = write_timeout, inter_byte_timeout
+        self.dtr = self.rts = True
+        self.cts = self.dsr = self.cd = True
+        self.ri = False
+        self.is_open = False
+        """Whether it is open."""
+        self._arm: Port | None = None
+        self._writing = threading.Lock()
+        self._came = threading.Condition()
+        if port is not None:
+            self.open()
+
+    def open(self) -> None:
+        """Opens it."""
+        self.name = self.portstr = self.port
+        self.is_open = True
+        if elsewhere() is None:
+            self._port()
+
+    def _port(self) -> Port:
+        if not self.is_open:
+            raise _fault(ClosedError("the port is not open"))
+        if self._arm is None:
+            try:
+                self._arm = Port(Line(self.port))
+            except Error as error:
+                self.is_open = False
+                raise _fault(error) from error
+        return self._arm
+
+    def isOpen(self) -> bool:
+        """Whether it is open."""
+        return self.is_open
+
+    def close(self) -> None:
+        """Closes it. The arm finishes what it was told."""
+        self.is_open = False
+        arm, self._arm = self._arm, None
+        if arm is not None:
+            arm.close()
+        with self._came:
+            self._came.notify_all()
+
+    def write(self, data: Any) -> int:
+        """Sends the frames in these bytes, each when it is whole, and takes in what they are answered."""
+        data = bytes(data)
+        with self._writing:
+            if not self.is_open:
+                self._port()
+            # Something else than an arm is spoken to.
+            if self._arm is not None or data[:1] == b"\xaa":
+                try:
+                    self._port().write(data)
+                except (ClosedError, InvalidInputError, PortError) as error:
+                    raise _fault(error) from error
+                except Error:
+                    # An arm says nothing to what it does not know; a read will wait for it.
+                    pass
+        with self._came:
+            self._came.notify_all()
+        return len(data)
+
+    def read(self, size: int = 1) -> bytes:
+        """So many bytes, or what there is of them when the timeout ends."""
+        deadline = None if self.timeout is None else time.monotonic() + self.timeout
+        with self._came:
+            while self.is_open and self.in_waiting < size:
+                left = None if deadline is None else deadline - time.monotonic()
+                if left is not None and left <= 0:
+                    break
+                self._came.wait(left)
+            if not self.is_open:
+                self._port()
+            return self._arm.read(size) if self._arm is not None else b""
+
+    def readinto(self, buffer: Any) -> int:
+        """Fills a buffer, or as much of it as there is when the timeout ends."""
+        data = self.read(len(buffer))
+        buffer[: len(data)] = data
+        return len(data)
+
+    def read_all(self) -> bytes:
+        """All bytes that are there."""
+        return self._port().read_all() if self._arm is not None else b""
+
+    def read_until(self, expected: bytes = b"\n", size: int | None = None) -> bytes:
+        """Bytes up to a mark, or to as many as are asked for, or to the timeout."""
+        line = bytearray()
+        while not line.endswith(expected) and (size is None or len(line) < size):
+            byte = self.read(1)
+            if not byte:
+                break
+            line += byte
+        return bytes(line)
+
+    def readline(self, size: int = -1) -> bytes:
+        """Bytes up to the end of a line."""
+        return self.read_until(size=None if size < 0 else size)
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that can be read."""
+        return self._arm.in_waiting if self._arm is not None else 0
+
+    def inWaiting(self) -> int:
+        """Bytes that can be read."""
+        return self.in_waiting
+
+    out_waiting = 0
+    """Bytes that are not sent: none."""
+
+    def reset_input_buffer(self) -> None:
+        """Forgets answers that were not read."""
+        if self._arm is not None:
+            self._arm.reset_input_buffer()
+
+    def reset_output_buffer(self) -> None:
+        """Forgets a frame that was written in part."""
+        if self._arm is not None:
+            self._arm.reset_output_buffer()
+
+    flushInput, flushOutput = reset_input_buffer, reset_output_buffer
+
+    def flush(self) -> None:
+        """Does nothing: a frame is sent when it is whole."""
+
+    def readable(self) -> bool:
+        """It is."""
+        return True
+
+    writable = readable
+
+    def setDTR(self, value: bool = True) -> None:
+        """Notes the line's level; the arm does not look at it."""
+        self.dtr = value
+
+    def setRTS(self, value: bool = True) -> None:
+        """Notes the line's level; the arm does not look at it."""
+        self.rts = value
+
+    def __enter__(self) -> Serial:
+        if not self.is_open:
+            self.open()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

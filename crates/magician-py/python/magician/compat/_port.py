@@ -1,0 +1,87 @@
+"""The serial port of a connected arm."""
+
+from __future__ import annotations
+
+from ._line import Line
+
+__all__ = ["Port"]
+
+
+class Port:
+    """The serial port of a connected arm, as far as programs look at it beside the library.
+
+    Frames that are written to it are sent, and their answers can be read from it.
+    """
+
+    def __init__(self, line: Line) -> None:
+        self._line = line
+        self._written = bytearray()
+        self._answers = bytearray()
+        self.port = self.name = line.name
+        """The port's name."""
+        self.baudrate = 115200
+        """What it was told to be; not every way to an arm has one."""
+        self.timeout: float | None = None
+        """Not looked at: every answer comes by its deadline."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the connection is open."""
+        return not self._line.closed
+
+    def isOpen(self) -> bool:
+        """Whether the connection is open."""
+        return self.is_open
+
+    @property
+    def in_waiting(self) -> int:
+        """Bytes that can be read."""
+        return len(self._answers)
+
+    def inWaiting(self) -> int:
+        """Bytes that can be read."""
+        return self.in_waiting
+
+    def write(self, data: bytes | bytearray) -> int:
+        """Sends the frames in these bytes, each when it is whole."""
+        self._written += data
+        while (start := self._written.find(b"\xaa\xaa")) >= 0 and len(self._written) > start + 2:
+            end = start + 4 + self._written[start + 2]
+            if len(self._written) < end:
+                break
+            frame = bytes(self._written[start:end])
+            del self._written[:end]
+            if len(frame) >= 6 and not sum(frame[3:]) & 0xFF:
+                ctrl, params = self._line.exchange(frame[3], frame[4], frame[5:-1])
+                body = bytes((frame[3], ctrl)) + params
+                self._answers += b"\xaa\xaa" + bytes((len(body),)) + body + bytes((-sum(body) & 0xFF,))
+        return len(data)
+
+    def read(self, size: int = 1) -> bytes:
+        """So many bytes of answers, or as many as there are."""
+        taken = bytes(self._answers[:size])
+        del self._answers[:size]
+        return taken
+
+    def read_all(self) -> bytes:
+        """All bytes of answers."""
+        return self.read(len(self._answers))
+
+    def reset_input_buffer(self) -> None:
+        """Forgets answers that were not read."""
+        self._answers.clear()
+
+    flushInput = reset_input_buffer
+
+    def reset_output_buffer(self) -> None:
+        """Forgets a frame that was written in part."""
+        self._written.clear()
+
+    flushOutput = reset_output_buffer
+
+    def flush(self) -> None:
+        """Does nothing: a frame is sent when it is whole."""
+
+    def close(self) -> None:
+        """Ends the connection."""
+        self._line.close()
