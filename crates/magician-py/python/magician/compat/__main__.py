@@ -27,7 +27,7 @@ import runpy
 import signal
 import sys
 import types
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 
@@ -103,7 +103,8 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
             runpy.run_module(arguments[0], run_name="__main__", alter_sys=True)
         else:
             # What this file takes from the future is not the script's.
-            _execute(compile(code, str(path), "exec", dont_inherit=True), str(path))
+            given_names = _modules.of_dobotlab() if _script.expects_magician(program.sources[0]) else {}
+            _execute(compile(code, str(path), "exec", dont_inherit=True), str(path), given_names)
     except SystemExit:
         raise
     except KeyboardInterrupt as interrupt:
@@ -140,8 +141,9 @@ def _text(code: bytes) -> str:
         return code.decode("utf-8", "replace")
 
 
-def _execute(code: types.CodeType, path: str) -> None:
+def _execute(code: types.CodeType, path: str, names: Mapping[str, object]) -> None:
     main = types.ModuleType("__main__")
+    main.__dict__.update(names)
     main.__dict__.update(__file__=path, __builtins__=__builtins__, __cached__=None, __spec__=None, __package__=None)
     sys.modules["__main__"] = main
     exec(code, main.__dict__)

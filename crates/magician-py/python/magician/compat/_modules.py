@@ -14,7 +14,7 @@ from types import ModuleType
 from . import _library, _script, _serial
 from ._program import OTHER_WRAPPERS, WRAPPER, is_wrapper
 
-__all__ = ["DOORS", "PYDOBOTS", "install", "needed"]
+__all__ = ["DOORS", "PYDOBOTS", "install", "needed", "of_dobotlab"]
 
 PYDOBOTS = ("pydobot", "pydobotplus", "pydobot2")
 # What programs import, and the module here that stands in for it.
@@ -134,6 +134,13 @@ class _Copies:
                 if name in module.__dict__:
                     return module.__dict__[name]
         raise AttributeError(f"module '{WRAPPER}' has no attribute '{name}'")
+
+
+def of_dobotlab() -> dict[str, object]:
+    """What DobotLab puts into scripts."""
+    from . import dobotedu
+
+    return {name: getattr(dobotedu, name) for name in ("magician", "magicbox", "m_lite", "go", "dobot_edu")}
 
 
 def needed(copies: Mapping[str, str], sources: Collection[str], pydobot: str) -> list[str]:

@@ -8,7 +8,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import NamedTuple
 
-__all__ = ["needs_copy", "which_dobotdll", "which_pydobot"]
+__all__ = ["expects_magician", "needs_copy", "which_dobotdll", "which_pydobot"]
 
 # What only one of the libraries that are imported as `pydobot` has, wherever a program says it.
 NEWER = {
@@ -124,6 +124,27 @@ def _installed(name: str) -> bool:
     except metadata.PackageNotFoundError:
         return False
     return True
+
+
+def expects_magician(source: str) -> bool:
+    """Whether a script takes ``magician`` to be there, as DobotLab puts it into scripts."""
+    tree = _tree(source)
+    if tree is None:
+        return False
+    used = False
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name) and node.id == "magician":
+            if not isinstance(node.ctx, ast.Load):
+                return False
+            used = True
+        elif isinstance(node, (ast.Import, ast.ImportFrom)):
+            if any(
+                each.name.partition(".")[0] in ("magician", "*") or each.asname == "magician" for each in node.names
+            ):
+                return False
+        elif isinstance(node, ast.arg) and node.arg == "magician":
+            return False
+    return used
 
 
 def which_dobotdll(sources: Collection[str], folder: Path, wrappers: Iterable[Path] = ()) -> str:

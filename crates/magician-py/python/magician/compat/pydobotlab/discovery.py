@@ -1,0 +1,98 @@
+"""pydobotlab's search for arms: the ports with an arm's adapter, or the one that all connections go to."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..._ports import ports
+from .._line import elsewhere
+from .._serial import comports
+
+__all__ = [
+    "KNOWN_DOBOT_USB_IDS",
+    "DiscoveredDobot",
+    "Discovery",
+    "PortInfo",
+    "ProbeFailure",
+    "discover",
+    "discover_with_diagnostics",
+    "find_free_port",
+    "is_dobot",
+    "is_port_in_use",
+    "list_ports",
+]
+
+KNOWN_DOBOT_USB_IDS = {(0x10C4, 0xEA60), (0x1A86, 0x7523), (0x0483, 0x5750)}
+
+
+class PortInfo(NamedTuple):
+    """A port."""
+
+    device: str
+    description: str
+    vid: int | None = None
+    pid: int | None = None
+
+
+class DiscoveredDobot(NamedTuple):
+    """A port with an arm's adapter. Nobody is asked: its serial number is the adapter's."""
+
+    port: str
+    serial_number: str
+    description: str
+
+
+class ProbeFailure(NamedTuple):
+    """Not made here."""
+
+    port: str
+    reason: str
+    detail: str = ""
+
+
+def list_ports(*, only_known_adapters: bool = False) -> list[PortInfo]:
+    """The serial ports."""
+    found = [PortInfo(each.device, each.description, each.vid, each.pid) for each in comports()]
+    return [each for each in found if not only_known_adapters or (each.vid, each.pid) in KNOWN_DOBOT_USB_IDS]
+
+
+def discover(*, only_known_adapters: bool = False, timeout: float | None = None) -> list[DiscoveredDobot]:
+    """The ports that an arm is likely at."""
+    if port := elsewhere():
+        return [DiscoveredDobot(port, "", "by magician.compat")]
+    return [
+        DiscoveredDobot(each.path, each.serial_number or "", each.name or "") for each in ports() if each.likely_arm
+    ]
+
+
+def discover_with_diagnostics(
+    *, only_known_adapters: bool = False, timeout: float | None = None
+) -> tuple[list[DiscoveredDobot], list[ProbeFailure]]:
+    """The same, and no failures."""
+    return discover(), []
+
+
+def find_free_port(*, only_known_adapters: bool = False) -> str | None:
+    """The first port that an arm is likely at."""
+    return next((each.port for each in discover()), None)
+
+
+def is_dobot(port: str, *, timeout: float | None = None) -> bool:
+    """Whether an arm is likely at a port."""
+    return any(each.port == port for each in discover())
+
+
+def is_port_in_use(port: str) -> bool:
+    """Not looked at."""
+    return False
+
+
+class Discovery:
+    """The same functions in a class."""
+
+    list_ports = staticmethod(list_ports)
+    is_dobot = staticmethod(is_dobot)
+    discover = staticmethod(discover)
+    discover_with_diagnostics = staticmethod(discover_with_diagnostics)
+    find_free_port = staticmethod(find_free_port)
+    is_port_in_use = staticmethod(is_port_in_use)
