@@ -2,10 +2,9 @@ from __future__ import annotations
 
 import math
 
+import magician
 import numpy as np
 import pytest
-
-import magician
 from magician import Joints, Position, forward, inverse, is_reachable, reach
 from magician.errors import InvalidInputError, UnreachableError
 
@@ -16,6 +15,7 @@ def test_one_pose_is_the_arms():
         pose, bias = arm.pose(), arm.bias()
         assert forward(pose.joints, tool=bias) == pytest.approx(pose.position, abs=1e-3)
         assert inverse(pose.position, tool=bias) == pytest.approx(pose.joints, abs=1e-3)
+        assert inverse(pose, tool=bias) == inverse(pose.position, tool=bias)
         assert arm.is_reachable(*pose.position)
         assert not arm.is_reachable(600, 0, 0)
 

@@ -21,6 +21,7 @@ from . import _magician
 from ._arguments import number, numbers
 from ._meaning import Joints, Position
 from ._points import Floats, Points, rows, to_numpy
+from .commands import Pose
 from .errors import InvalidInputError
 from .words import Tool, bias_of
 
@@ -80,7 +81,9 @@ def forward(*joints: Any, tool: AnyTool = "none") -> Position | PoseArray:
         return Position(*_floats(_magician.forward(rows([(*one, 0.0)[:4]])[0], bias)[0]))
     data, columns = rows(joints[0])
     if columns != 4:
-        raise InvalidInputError(f"joint angles have the shape (n, 4), j1 to j4 in degrees; these have {columns} columns")
+        raise InvalidInputError(
+            f"joint angles have the shape (n, 4), j1 to j4 in degrees; these have {columns} columns"
+        )
     poses, reachable = _magician.forward(data, bias)
     return PoseArray(to_numpy(poses, 4), _mask(reachable))
 
@@ -88,7 +91,7 @@ def forward(*joints: Any, tool: AnyTool = "none") -> Position | PoseArray:
 @overload
 def inverse(x: float, y: float, z: float, r: float = 0.0, /, *, tool: AnyTool = "none") -> Joints: ...
 @overload
-def inverse(pose: Position, /, *, tool: AnyTool = "none") -> Joints: ...
+def inverse(pose: Position | Pose, /, *, tool: AnyTool = "none") -> Joints: ...
 @overload
 def inverse(poses: Points, /, *, r: float = 0.0, tool: AnyTool = "none") -> JointArray: ...
 def inverse(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> Joints | JointArray:
@@ -116,7 +119,7 @@ def inverse(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> Joints | Join
 @overload
 def is_reachable(x: float, y: float, z: float, r: float = 0.0, /, *, tool: AnyTool = "none") -> bool: ...
 @overload
-def is_reachable(pose: Position, /, *, tool: AnyTool = "none") -> bool: ...
+def is_reachable(pose: Position | Pose, /, *, tool: AnyTool = "none") -> bool: ...
 @overload
 def is_reachable(poses: Points, /, *, r: float = 0.0, tool: AnyTool = "none") -> Mask: ...
 def is_reachable(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> bool | Mask:
@@ -145,6 +148,8 @@ def _one(name: str, values: tuple[Any, ...]) -> tuple[float, ...] | None:
     """The numbers of one pose; none for an array of them."""
     if len(values) == 1:
         only = values[0]
+        if name == "pose" and isinstance(only, Pose):
+            only = only.position
         if not isinstance(only, (Position, Joints)):
             return None
         values = only
