@@ -175,7 +175,10 @@ fn a_refusal_says_where_and_why() {
         ("X,Y,Z\n1,2,3,4\n", ["line 2, column 7", "more than the 3"]),
         ("X,Y,R\n200,0,0\n", ["line 1", "there is no column Z"]),
         ("X,Y,Z,X\n", ["line 1, column 7", "another column"]),
-        ("X,Y,Z,Pause\n1,2,3,-1\n", ["line 2, column 7", "between 0"]),
+        (
+            "X,Y,Z,Pause\n1,2,3,-1\n",
+            ["line 2, column 7", "must be 0 to"],
+        ),
         ("X,Y,Z,Mode\n1,2,3,FLY\n", ["line 2, column 7", "'FLY'"]),
         ("X,Y,Z,Gripper\n1,2,3,9\n", ["line 2, column 7", "'9'"]),
         ("X,Y,Z,Gripper,Suction\n1,2,3,1,1\n", ["line 2", "one tool"]),
@@ -346,5 +349,5 @@ fn a_recording_that_is_cut_off_or_goes_back_is_told_of() {
     assert!(refused("t,x,y,z\n0,200,0,0\n1e9,210,0,0\n").contains("too long"));
     // Two rows a fortnight apart take no memory for what lies between.
     assert!(refused("t,x,y,z\n0,200,0,0\n1e6,210,0,0\n").contains("too long"));
-    assert!(refused("t,x,y,z\nnan,200,0,0\n").contains("a time is a number"));
+    assert!(refused("t,x,y,z\nnan,200,0,0\n").contains("a time must be a number"));
 }

@@ -69,9 +69,9 @@ fn the_first_rule_that_holds_is_the_one() {
             "S400, as $30 says",
             25.0,
         ),
-        ("", "100", "taken to be S1000", 10.0),
-        ("", "1000", "taken to be S1000", 100.0),
-        ("$30=0\n", "100", "taken to be S1000", 10.0),
+        ("", "100", "assumed to be S1000", 10.0),
+        ("", "1000", "assumed to be S1000", 100.0),
+        ("$30=0\n", "100", "assumed to be S1000", 10.0),
     ] {
         let text = program(head, s);
         assert_eq!(powers(&text), [power], "{text}");

@@ -30,8 +30,8 @@ fn what_is_wrong_says_where_and_why() {
             "line 2, column 1: the line has coordinates but no motion: G80 has ended the last one",
         ),
         ("G1 @5", "line 1, column 4: '@' is not valid in G-code"),
-        ("G1.55 X2", "line 1, column 1: there is no G1.55"),
-        ("G-1", "line 1, column 1: there is no G-1"),
+        ("G1.55 X2", "line 1, column 1: unknown code G1.55"),
+        ("G-1", "line 1, column 1: unknown code G-1"),
         (
             "G1 X250 F0",
             "line 1, column 9: the speed is F0, it must be above 0",

@@ -213,7 +213,7 @@ fn problems_say_where_and_what_would_be_right() {
         (
             step(r#"{"command":"Dance"}"#),
             (3, 14, 7),
-            "there is no command \"Dance\" to set",
+            "unknown command \"Dance\" to set",
         ),
         (
             step(r#"{"command":"DeviceName"}"#),

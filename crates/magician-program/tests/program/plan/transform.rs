@@ -275,14 +275,14 @@ fn what_has_no_place_is_refused_by_its_number() {
             by: [1.0; 4],
             line: true,
         },
-        "goes on from where the arm stands",
+        "starts at the arm's position",
     );
     refused(
         Action::Arc {
             via: [1.0; 4],
             to: [2.0; 4],
         },
-        "goes on from where the arm stands",
+        "starts at the arm's position",
     );
     let ptp_mode = PtpMode::Unknown(77);
     refused(
