@@ -36,9 +36,9 @@ const BACKLOG: usize = 4096;
 ///
 /// ```
 /// use magician_protocol::{FrameBuf, NoArgs, Readable, commands::Pose};
-/// use magician_sim::{Controller, HostInstant, Line, LinkId, Profile, Runner, Speed};
+/// use magician_sim::{Controller, HostInstant, LineTiming, LinkId, Profile, Runner, Speed};
 ///
-/// let line = Line { baud: Some(115_200), ..Line::default() };
+/// let line = LineTiming { baud: Some(115_200), ..LineTiming::default() };
 /// let mut runner = Runner::new(Controller::new(Profile::default()), Speed::Max, line);
 /// let request = FrameBuf::get(&NoArgs, Pose::ROW)?;
 /// runner.receive(HostInstant::ZERO, LinkId(0), request.bytes());

@@ -17,7 +17,7 @@ type Nobody = Option<Box<dyn Observer + Send>>;
 
 /// After so long an answer will not come any more.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// An arm that has been on for longer is not waited for: who knows what a scenario would do meanwhile.
+/// An arm that has been on for longer is not waited for: a scenario might act meanwhile.
 const LONGEST_UPTIME: ArmInstant = ArmInstant::from_micros(3_600_000_000);
 const SILENCE: Duration = Duration::from_millis(INTER_BYTE_TIMEOUT_MS);
 

@@ -25,7 +25,7 @@ pub(super) struct Replies {
     output: Wire,
     /// With the time by which the last byte has passed.
     queue: VecDeque<(HostInstant, FrameBuf)>,
-    /// Nobody waits for them.
+    /// They have no reader.
     pub(super) hung_up: bool,
 }
 

@@ -51,7 +51,7 @@ impl Transport for Sim {
             };
             // Timers may fire a little early; an instant that has come is waited for a moment.
             let Some(comes) = cell.comes(at.max(now.after_micros(1))) else {
-                // Whoever lets time pass wakes this; what is due already goes on when others had their turn.
+                // Advancing the clock wakes this; what is due already goes on after the others' turn.
                 if at <= now {
                     cx.waker().wake_by_ref();
                 }
