@@ -86,7 +86,7 @@ def listed(commands: Iterable[Queueable]) -> list[Queueable]:
     made: list[Queueable] = []
     for each in not_a_file(commands):
         if not hasattr(each, "LAYOUT"):
-            raise TypeError(f"{each!r} is no command of magician.commands")
+            raise TypeError(f"{each!r} is not a command of magician.commands")
         made.append(each)
     return made
 
