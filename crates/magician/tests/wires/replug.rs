@@ -107,7 +107,7 @@ async fn an_adapter_that_is_not_here_says_where_to_look() {
     for (text, hint) in [
         ("usb:dead:beef", "is not plugged in"),
         ("usb:dead:beef:A7", "list-ports"),
-        ("arm:NOBODY", "the arm NOBODY is not here"),
+        ("arm:NOBODY", "the arm NOBODY was not found"),
     ] {
         let error = RawLine::open(&text.parse().unwrap()).await.err().unwrap();
         assert_eq!(error.kind(), ErrorKind::Port);
