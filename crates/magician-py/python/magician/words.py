@@ -58,6 +58,7 @@ __all__ = [
     "analog_at",
     "arc_speed",
     "arc_to",
+    "bias_of",
     "check_lost_steps",
     "circle",
     "color_at",
