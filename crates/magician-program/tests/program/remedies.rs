@@ -322,7 +322,7 @@ fn what_other_files_leave_open_is_an_option() {
     let playback = remedies(Format::Playback, playback.as_bytes(), |_, setup| {
         setup.surface = None;
     });
-    has(&playback, &["tool NAME says it"]);
+    has(&playback, &["tool NAME sets it"]);
     let points = b"X,Y,Z,R,Velocity\n220,0,20,0,30\n";
     let points = remedies(Format::Points, points, |_, setup| setup.surface = None);
     has(&points, &["speed_ratio PERCENT says how fast"]);

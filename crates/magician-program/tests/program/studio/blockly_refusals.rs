@@ -143,17 +143,17 @@ fn choices_that_the_studio_does_not_have_are_refused() {
     is(
         "dobot_pump",
         &[("io", "2")],
-        "io of dobot_pump is 2; 0 to 1 can be",
+        "io of dobot_pump is 2, it must be 0 to 1",
     );
     is(
         "dobot_gripper",
         &[("io", "0.5")],
-        "io of dobot_gripper is 0.5; 0 to 2 can be",
+        "io of dobot_gripper is 0.5, it must be 0 to 2",
     );
     is(
         "dobot_set_output",
         &[("io", "21"), ("value", "1")],
-        "io of dobot_set_output is 21; 1 to 20 can be",
+        "io of dobot_set_output is 21, it must be 1 to 20",
     );
     is(
         "dobot_setiomultiplexing",
