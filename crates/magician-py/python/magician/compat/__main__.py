@@ -1,4 +1,5 @@
-"""Runs a script that was written for pydobot, pydobotplus, pydobot2 or DobotDllType, as it is.
+"""Runs a script that was written for another library of the arm, as it is: pydobot, pydobotplus, pydobot2, pydobotpp,
+pydobotlab, dobotapi, dobotWrapperPy, DobotEDU, DobotDllType, the vendor's C library by ctypes, or pyserial alone.
 
     python -m magician.compat script.py [argument...]
     python -m magician.compat -m module [argument...]

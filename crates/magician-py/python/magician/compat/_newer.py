@@ -265,15 +265,16 @@ class Dobot(Methods):
     Connecting starts and clears the queue, sets all speeds to 200 and the ratios to 100 %, and clears the alarms.
     """
 
-    def __init__(self, port: str | None = None, verbose: bool = False) -> None:
-        self.logger = logging.Logger(__name__)
-        """Hears of frames, at debug."""
+    logger = logging.Logger(__name__)
+    """Hears of frames, at debug."""
+
+    def __init__(self, port: str | None = None, verbose: bool = False, *, should_clear_alarms: bool = True) -> None:
         self._lock = threading.RLock()
         self._magician_open(port)
         self._ser: Port = self._magician_port
         self.logger.debug("%s open", self._magician_line.name)
         self._magician_setup()
-        if alarms := self.get_alarms():
+        if (alarms := self.get_alarms()) and should_clear_alarms:
             # That it was switched on is no news.
             if news := [alarm.name for alarm in alarms if alarm]:
                 self.logger.warning("clearing alarms: %s", ", ".join(news))

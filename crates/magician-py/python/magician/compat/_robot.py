@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import warnings
 from enum import Enum
+from typing import Any
 
 from ..errors import Error
 from ._line import GET, QUEUED, SET, Line
@@ -43,6 +44,14 @@ class Robot:
             raise self._magician_fault(error) from error
         self._magician_port = Port(self._magician_line)
         self._magician_answer: Message | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        # A class that opens the port itself and does not call this one's constructor: it is connected when it speaks.
+        if name in ("_magician_line", "_magician_port", "_magician_answer"):
+            theirs = self.__dict__.get("_ser") or self.__dict__.get("ser")
+            self._magician_open(getattr(theirs, "port", None))
+            return self.__dict__[name]
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}", name=name, obj=self)
 
     def _magician_setup(self) -> None:
         """What the libraries send to every arm that they connect to."""

@@ -278,6 +278,11 @@ class Door:
 
     __getitem__ = __getattr__
 
+    @property
+    def _FuncPtr(self) -> type[Function]:
+        """The type of its functions, as ctypes' libraries have one."""
+        return Function
+
     def called(self, name: str, arguments: Sequence[Any]) -> int:
         """Does what the C function does that a program calls itself."""
         kinds = self._prototypes[name]

@@ -1,0 +1,57 @@
+"""The names of dobotapi's values."""
+
+from __future__ import annotations
+
+import math
+from enum import IntEnum
+from typing import NamedTuple
+
+from .._alarm import Alarm
+from .._newer import MODE_PTP
+
+__all__ = ["GPIO", "MODE_PTP", "Alarm", "Joints", "Pose", "Position", "Position2D"]
+
+
+class GPIO(IntEnum):
+    """The sockets, as the arm counts them."""
+
+    PORT_GP1 = 0
+    PORT_GP2 = 1
+    PORT_GP4 = 2
+    PORT_GP5 = 3
+
+
+class Position(NamedTuple):
+    """mm, and degrees for the tool's rotation."""
+
+    x: float
+    y: float
+    z: float
+    rotation: float = 0.0
+
+
+class Position2D(NamedTuple):
+    """mm."""
+
+    x: float
+    y: float
+
+
+class Joints(NamedTuple):
+    """Degrees."""
+
+    jointA: float
+    jointB: float
+    jointC: float
+    jointD: float
+
+    def ConvertToRadians(self) -> Joints:
+        """The same in radians."""
+        return Joints(*map(math.radians, self))
+
+
+class Pose(NamedTuple):
+    """Where the arm is."""
+
+    position: Position
+    joints: Joints

@@ -1,0 +1,5 @@
+"""Where dobotapi has its frames."""
+
+from .._message import Message
+
+__all__ = ["Message"]

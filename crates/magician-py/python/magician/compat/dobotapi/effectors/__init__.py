@@ -1,0 +1,1 @@
+"""dobotapi's tools."""

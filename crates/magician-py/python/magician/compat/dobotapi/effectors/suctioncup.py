@@ -1,0 +1,25 @@
+"""dobotapi's suction cup."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..dobot import Dobot
+
+__all__ = ["SuctionCup"]
+
+
+class SuctionCup:
+    """The suction cup of an arm."""
+
+    def __init__(self, bot: Dobot) -> None:
+        self.bot = bot
+
+    def suck(self) -> None:
+        """Switches it on."""
+        self.bot.tool(62, True, True)
+
+    def idle(self) -> None:
+        """Switches it off."""
+        self.bot.tool(62, True, False)

@@ -1,0 +1,9 @@
+"""dobotapi's exceptions."""
+
+from .._newer import DobotException
+
+__all__ = ["DobotException", "NoComportsAvaliable"]
+
+
+class NoComportsAvaliable(Exception):
+    """There is no serial port."""

@@ -1,0 +1,18 @@
+"""dobotapi's list of ports."""
+
+from __future__ import annotations
+
+from .._serial import comports
+from .exceptions import NoComportsAvaliable
+
+__all__ = ["get_coms_port"]
+
+
+def get_coms_port() -> list[str]:
+    """The serial ports.
+
+    :raises NoComportsAvaliable: There is none.
+    """
+    if found := comports():
+        return [each.device for each in found]
+    raise NoComportsAvaliable

@@ -1,0 +1,20 @@
+"""dobotWrapperPy for programs that were written for it."""
+
+from ..pydobot import Dobot
+from . import dobotapi, dobotasync, dobotConnection, enums, paramsStructures
+from .dobotapi import DobotApi
+from .dobotasync import DobotAsync
+from .dobotConnection import DobotConnection
+
+# `Dobot` is of its version 1.1, whose interface is pydobot's.
+__all__ = [
+    "Dobot",
+    "DobotApi",
+    "DobotAsync",
+    "DobotConnection",
+    "dobotConnection",
+    "dobotapi",
+    "dobotasync",
+    "enums",
+    "paramsStructures",
+]

@@ -1,0 +1,5 @@
+"""The motors' sockets."""
+
+from .._enums import EMotorIndex
+
+__all__ = ["EMotorIndex"]

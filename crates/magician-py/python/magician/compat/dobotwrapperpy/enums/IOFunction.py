@@ -1,0 +1,5 @@
+"""What a pin does."""
+
+from .._enums import IOFunction
+
+__all__ = ["IOFunction"]

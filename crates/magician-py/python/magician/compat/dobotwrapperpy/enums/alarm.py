@@ -1,0 +1,5 @@
+"""The alarms."""
+
+from ..._alarm import Alarm
+
+__all__ = ["Alarm"]

@@ -1,0 +1,5 @@
+"""What jogging moves along."""
+
+from .._enums import JogMode
+
+__all__ = ["JogMode"]

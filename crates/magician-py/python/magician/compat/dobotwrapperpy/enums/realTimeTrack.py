@@ -1,0 +1,5 @@
+"""How a path is planned."""
+
+from .._enums import RealTimeTrack
+
+__all__ = ["RealTimeTrack"]

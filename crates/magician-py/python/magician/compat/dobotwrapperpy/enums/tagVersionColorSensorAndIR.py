@@ -1,0 +1,5 @@
+"""The sensor's version."""
+
+from .._enums import TagVersionColorSensorAndIR
+
+__all__ = ["TagVersionColorSensorAndIR"]

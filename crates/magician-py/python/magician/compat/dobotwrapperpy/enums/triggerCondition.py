@@ -1,0 +1,5 @@
+"""What a trigger waits for."""
+
+from .._enums import TriggerCondition
+
+__all__ = ["TriggerCondition"]

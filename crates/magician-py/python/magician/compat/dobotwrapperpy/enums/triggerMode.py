@@ -1,0 +1,5 @@
+"""What a trigger looks at."""
+
+from .._enums import TriggerMode
+
+__all__ = ["TriggerMode"]

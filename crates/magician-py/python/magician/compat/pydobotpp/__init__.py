@@ -1,0 +1,18 @@
+"""pydobotpp for programs that were written for it."""
+
+from . import dobot, dobot_interface, message
+from .dobot import Dobot
+from .dobot_interface import Alarm, GPIOPort, Joints, Pose, Position, PTPMode
+
+__all__ = [
+    "Alarm",
+    "Dobot",
+    "GPIOPort",
+    "Joints",
+    "PTPMode",
+    "Pose",
+    "Position",
+    "dobot",
+    "dobot_interface",
+    "message",
+]

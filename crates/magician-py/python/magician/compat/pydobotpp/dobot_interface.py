@@ -1,0 +1,18 @@
+"""The names of pydobotpp's values."""
+
+from enum import IntEnum
+
+from .._alarm import Alarm
+from .._newer import MODE_PTP as PTPMode
+from .._newer import Joints, Pose, Position
+
+__all__ = ["Alarm", "GPIOPort", "Joints", "PTPMode", "Pose", "Position"]
+
+
+class GPIOPort(IntEnum):
+    """The sockets, as the arm counts them."""
+
+    GP1 = 0
+    GP2 = 1
+    GP4 = 2
+    GP5 = 3

@@ -1,0 +1,5 @@
+"""Where pydobotpp has its frames."""
+
+from .._message import Message
+
+__all__ = ["Message"]
