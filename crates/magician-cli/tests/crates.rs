@@ -66,10 +66,13 @@ const DEPENDENCIES: [(&str, &[&str]); 18] = [
         "magician-py",
         &[
             "magician-protocol",
+            "magician-motion",
             "magician-sim",
             "magician",
             "magician-program",
             "magician-job",
+            // The command comes along as it is: one function.
+            "magician-cli",
         ],
     ),
     // Compares systems with each other.

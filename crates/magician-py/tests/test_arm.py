@@ -265,8 +265,8 @@ def test_verbs_refuse_what_makes_no_sense(arm: Arm) -> None:
     untyped: Any = arm
     calls: list[tuple[Callable[[], object], type[Exception], str]] = [
         (lambda: untyped.get(commands.WaitCmd), errors.InvalidInputError, "cannot be read"),
-        (lambda: untyped.get(commands.IoDi), errors.InvalidInputError, r"asked for with GetIoDi\(\.\.\.\)"),
-        (lambda: untyped.get(arm.pose()), errors.InvalidInputError, "no question"),
+        (lambda: untyped.get(commands.IoDi), errors.InvalidInputError, r"IoDi: read it with GetIoDi\(\.\.\.\)"),
+        (lambda: untyped.get(arm.pose()), errors.InvalidInputError, "it is not a query"),
         (lambda: untyped.get(3), TypeError, "no command"),
         (lambda: untyped.set(arm.pose()), errors.InvalidInputError, "cannot be set, only read"),
         (lambda: untyped.set(commands.GetIoDi(1)), errors.InvalidInputError, "cannot be set, only read"),
@@ -399,7 +399,7 @@ def test_ports(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         assert arm.name == "sim:2"
     if not any(port.likely_arm for port in magician.ports()):
         monkeypatch.setenv("MAGICIAN_PORT", "")
-        with pytest.raises(errors.PortError, match=r'no arm found .* port="sim" is a virtual arm'):
+        with pytest.raises(errors.PortError, match=r'no arm found .* port="sim" uses a virtual arm'):
             Arm()
     with pytest.raises(errors.InvalidInputError, match="window"):
         Arm("udp:127.0.0.1", window=4)

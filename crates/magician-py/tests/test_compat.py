@@ -230,7 +230,7 @@ def test_a_port_that_is_not_there_is_an_error_for_everybody(monkeypatch: pytest.
         """As pyserial has one."""
 
     monkeypatch.setitem(sys.modules, "serial", type("serial", (), {"SerialException": Theirs}))
-    with pytest.raises(Theirs, match="no port") as caught:
+    with pytest.raises(Theirs, match="does not exist") as caught:
         pydobot.Dobot("/dev/not-there")
     assert isinstance(caught.value, errors.PortError)
     with pytest.raises(DobotException) as other:

@@ -108,7 +108,7 @@ def test_arguments_of_load_that_make_no_sense_are_told(samples: Path) -> None:
         magician.load(samples / "engrave_gradient.png", width=10, height=10)
     with pytest.raises(InvalidInputError, match="power is percent"):
         magician.load(samples / "engrave_gradient.png", power=(50, 20))
-    with pytest.raises(InvalidInputError, match="where the tool stands"):
+    with pytest.raises(InvalidInputError, match="relative to the arm's position"):
         magician.load(_named("from.nc", b"G91\nG1 X10 F600\n"))
     assert len(magician.load(_named("from.nc", b"G91\nG1 X10 F600\n"), start=(200, 0, 0)))
 
@@ -128,7 +128,7 @@ def test_help_speaks_of_arguments(samples: Path) -> None:
         magician.load(samples / "house.svg", scale=10)
     (note,) = magician.load(samples / "house.svg").notes
     assert note.help == "order=False keeps the order of the file" and note.help in str(note)
-    with pytest.raises(InvalidInputError, match=r"at=\([0-9.]+, -?[0-9.]+\) fits at this size"):
+    with pytest.raises(InvalidInputError, match=r"at=\([0-9.]+, -?[0-9.]+\) fits there"):
         magician.load(samples / "house.svg", at=(0, 0), fit=True)
 
 
@@ -194,7 +194,7 @@ def test_gcode_is_placed_or_taken_as_it_stands(samples: Path) -> None:
         magician.load(file, raw=True, surface=-50)
     with pytest.raises(InvalidInputError, match="place=True places G-code"):
         magician.load(file, raw=True, pen_z=1)
-    with pytest.raises(InvalidInputError, match=r"leave out raw; at=\(x, y\) says"):
+    with pytest.raises(InvalidInputError, match=r"leave out raw; at=\(x, y\) sets"):
         magician.load(samples / "house.svg", raw=True)
 
 

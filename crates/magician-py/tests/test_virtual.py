@@ -50,7 +50,7 @@ def test_objects_are_looked_at_as_they_are_now() -> None:
     assert cube.position.z == pytest.approx(0, abs=0.1)
     assert cell.suction and cell.position.z == pytest.approx(20, abs=1e-3)
     assert "the tool takes red cube" in cell.events() and cell.events() == []
-    with pytest.raises(KeyError, match="there are 'red cube'"):
+    with pytest.raises(KeyError, match="known are 'red cube'"):
         cell.object("green cube")
 
 

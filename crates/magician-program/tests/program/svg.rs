@@ -855,7 +855,11 @@ fn what_is_no_drawing_is_refused_with_its_place() {
     );
     assert!(diagnostic("<html/>").message.contains("<html>, not <svg>"));
     assert!(diagnostic([0xff, 0xfe, 0x3c]).message.contains("not UTF-8"));
-    assert!(diagnostic([0x1f, 0x8b, 0x08]).message.contains("compressed"));
+    assert!(
+        diagnostic([0x1f, 0x8b, 0x08])
+            .message
+            .contains("compressed")
+    );
     assert!(diagnostic("").message.starts_with("the XML cannot be read"));
     assert!(
         diagnostic("<svg xmlns='http://www.w3.org/2000/svg' width='0' height='9'/>")
@@ -883,7 +887,10 @@ fn bombs_do_not_go_off() {
         bomb += &format!("<g id='l{level}'>{used}</g>");
     }
     let diagnostic_of = |text: String| diagnostic(text).message;
-    assert!(diagnostic_of(page(&(bomb + "</defs><use href='#l11'/>"))).contains("all references expanded"));
+    assert!(
+        diagnostic_of(page(&(bomb + "</defs><use href='#l11'/>")))
+            .contains("all references expanded")
+    );
     let deep = "<g>".repeat(5000) + &"</g>".repeat(5000);
     assert!(diagnostic_of(page(&deep)).contains("nested more than"));
     let chain: String = (0..1000)
