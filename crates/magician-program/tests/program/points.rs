@@ -188,7 +188,7 @@ fn a_refusal_says_where_and_why() {
         ("{\"row0\": {\"X\": 1, \"Y\": 2}}", ["line 1", "has no z"]),
         (
             "{\"row0\": {\"X\": [1]}}",
-            ["line 1, column 16", "number or a text"],
+            ["line 1, column 16", "number or a string"],
         ),
         ("{\"row0\": 5}", ["line 1, column 10", "object"]),
         ("{\"row1\": {}, \"row01\": {}}", ["line 1", "twice"]),

@@ -31,7 +31,7 @@ const PERIOD: Micros = 20_000;
 /// let mut arm = Controller::default();
 /// let mut recorder = Recorder::new(Vec::new(), 0)?;
 /// recorder.observe(&arm);
-/// arm.advance_observed(1_000_000, &mut recorder);
+/// arm.advance_observed(ArmInstant::from_micros(1_000_000), &mut recorder);
 /// let file = recorder.finish()?;
 ///
 /// let poses = mcap::MessageStream::new(&file)?

@@ -9,6 +9,7 @@ use super::linked::Package;
 
 const MIT: &str = include_str!("../../../../LICENSE-MIT");
 const APACHE: &str = include_str!("../../../../LICENSE-APACHE");
+const BOOST: &str = include_str!("../texts/BSL-1.0.txt");
 
 /// The texts of a crate.
 #[derive(Debug)]
@@ -92,6 +93,8 @@ fn standard(package: &Package) -> Result<String, Box<dyn Error>> {
         Ok(mit(&[&format!("Copyright (c) {holders}")]))
     } else if offers("Apache-2.0") {
         Ok(APACHE.to_owned())
+    } else if offers("BSL-1.0") {
+        Ok(BOOST.to_owned())
     } else {
         Err(format!("{name} comes without a text of its licence, {licence:?}").into())
     }
