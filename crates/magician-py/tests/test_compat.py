@@ -336,6 +336,8 @@ def test_ports_of_a_program_can_be_sent_elsewhere(monkeypatch: pytest.MonkeyPatc
         assert listed[0].device == listed[17].device == "udp:127.0.0.1"
         assert "USB" in listed[0].description and listed[0].vid == 4292
         assert [info.device for info in _serial.grep("10C4:EA60")] == ["udp:127.0.0.1"]
+        assert all(part in listed[0].device for part in ("ttyUSB", "COM", "usbserial", "udp"))
+        assert listed[0].device.startswith("COM") and "Bluetooth" not in listed[0].device
         device, description, hwid = listed[0]
         assert (device, str(listed[0])) == ("udp:127.0.0.1", f"{device} - {description}") and "VID:PID" in hwid
     finally:

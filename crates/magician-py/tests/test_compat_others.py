@@ -102,7 +102,7 @@ def test_pydobotpp_stops_when_it_is_closed(frames: list[str]) -> None:
     bot.close()
     assert frames == ["242/1", "245/1", "240/1", "61/3 0000", "63/3 0100", "62/3 0100", "241/1", "245/1"]
     bot.close()
-    assert pydobotpp.GPIOPort.GP5 == 3
+    assert int(pydobotpp.GPIOPort.GP5) == 3
 
 
 def test_dobotwrapperpy_sends_structures(frames: list[str]) -> None:

@@ -68,6 +68,20 @@ class PortInfo:
         return f"<PortInfo {self.device}>"
 
 
+class _AnyPort(str):
+    """The name of the port that all connections go to. Programs pick theirs by a part of its name: it has each."""
+
+    PARTS = re.compile(r"(/dev/)?(tty|cu)(\.|USB|ACM|AMA|S)?|COM|usb(serial|modem)?|/dev/?", re.IGNORECASE)
+
+    def __contains__(self, part: str, /) -> bool:  # type: ignore[override]
+        return super().__contains__(part) or self.PARTS.fullmatch(part) is not None
+
+    def startswith(self, prefix: str | tuple[str, ...], *rest: Any) -> bool:
+        """Whether it begins so, or could."""
+        each = prefix if isinstance(prefix, tuple) else (prefix,)
+        return super().startswith(prefix, *rest) or any(self.PARTS.fullmatch(part) for part in each)
+
+
 class _Ports(list[Any]):
     """The list when all connections go to one arm: it is there at every place where a program's author had theirs."""
 
@@ -89,6 +103,7 @@ def comports(include_links: bool = False) -> list[Any]:
     first = [info for info in found if info.device == port]
     if not first:
         first = [PortInfo(SerialPort(port, 0x10C4, 0xEA60, ADAPTER, "Silicon Labs", None, None, True))]
+        first[0].device = _AnyPort(port)
     return _Ports(first + [info for info in found if info.device != port])
 
 
