@@ -116,6 +116,26 @@ raise ValueError("so it goes")
     assert done.stderr.startswith("magician.compat: ended by an exception, so the arm at sim is stopped\n")
 
 
+def test_a_program_that_waits_for_the_index_to_grow_ends(tmp_path: Path) -> None:
+    """On an arm that takes no time too: all is done before the program asks."""
+    script = """
+port = serial.Serial("COM3", 115200)
+def index():
+    port.write(package(246, 0))
+    return struct.unpack("<Q", port.read(14)[5:-1])[0]
+port.write(package(240, 1))
+port.read(6)
+for y in (20, 40):
+    port.write(package(84, 3, struct.pack("<B4f", 1, 220, y, 30, 5)) + package(110, 3, bytes(4)))
+    port.read(28)
+    asked = index()
+    while index() <= asked:
+        pass
+print(index() == index())
+"""
+    assert run(tmp_path, script).stdout == "True\n"
+
+
 def test_other_devices_are_not_the_arm(tmp_path: Path) -> None:
     script = """
 board = serial.Serial("COM9", 115200, timeout=0)

@@ -79,6 +79,8 @@ class Line:
         """Whether the queue runs, as far as this connection has said so."""
         self._stopped = False
         self._bench = _bench(self.name)
+        self.instant = self._bench is not None and self._bench.speed == 0.0
+        """Whether the arm is one that takes no time."""
         self._core: Core = remembered(wait(_connecting(self.name, self._bench, timeout)))
         self._core.detach()
         self._leaving = threading.Lock()

@@ -6,6 +6,8 @@ from ._line import Line
 
 __all__ = ["Port"]
 
+CURRENT_INDEX = 246
+
 
 class Port:
     """The serial port of a connected arm, as far as programs look at it beside the library.
@@ -17,6 +19,9 @@ class Port:
         self._line = line
         self._written = bytearray()
         self._answers = bytearray()
+        # A virtual arm that takes no time has done a command before it is asked. Programs wait until its index grows:
+        # the first answer after a command is the index before.
+        self._news = False
         self.port = self.name = line.name
         """The port's name."""
         self.baudrate = 115200
@@ -53,6 +58,11 @@ class Port:
             del self._written[:end]
             if len(frame) >= 6 and not sum(frame[3:]) & 0xFF:
                 ctrl, params = self._line.exchange(frame[3], frame[4], frame[5:-1])
+                if frame[4] & 2:
+                    self._news = self._line.instant
+                elif frame[3] == CURRENT_INDEX and self._news and any(params):
+                    self._news = False
+                    params = (int.from_bytes(params, "little") - 1).to_bytes(len(params), "little")
                 body = bytes((frame[3], ctrl)) + params
                 self._answers += b"\xaa\xaa" + bytes((len(body),)) + body + bytes((-sum(body) & 0xFF,))
         return len(data)
