@@ -14,6 +14,7 @@ An array in place of the numbers has one row for each pose, mm and degrees; the 
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
@@ -91,7 +92,9 @@ def forward(*joints: Any, tool: AnyTool = "none") -> Position | PoseArray:
 @overload
 def inverse(x: float, y: float, z: float, r: float = 0.0, /, *, tool: AnyTool = "none") -> Joints: ...
 @overload
-def inverse(pose: Position | Pose, /, *, tool: AnyTool = "none") -> Joints: ...
+def inverse(  # type: ignore[overload-overlap]  # pyright: ignore[reportOverlappingOverload]  # A pose is an array too.
+    pose: Position | Pose, /, *, tool: AnyTool = "none"
+) -> Joints: ...
 @overload
 def inverse(poses: Points, /, *, r: float = 0.0, tool: AnyTool = "none") -> JointArray: ...
 def inverse(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> Joints | JointArray:
@@ -119,7 +122,9 @@ def inverse(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> Joints | Join
 @overload
 def is_reachable(x: float, y: float, z: float, r: float = 0.0, /, *, tool: AnyTool = "none") -> bool: ...
 @overload
-def is_reachable(pose: Position | Pose, /, *, tool: AnyTool = "none") -> bool: ...
+def is_reachable(  # type: ignore[overload-overlap]  # pyright: ignore[reportOverlappingOverload]
+    pose: Position | Pose, /, *, tool: AnyTool = "none"
+) -> bool: ...
 @overload
 def is_reachable(poses: Points, /, *, r: float = 0.0, tool: AnyTool = "none") -> Mask: ...
 def is_reachable(*pose: Any, r: float = 0.0, tool: AnyTool = "none") -> bool | Mask:
@@ -159,7 +164,9 @@ def _one(name: str, values: tuple[Any, ...]) -> tuple[float, ...] | None:
 
 
 def _floats(data: bytes) -> list[float]:
-    return memoryview(data).cast("d").tolist()
+    values = array("d")
+    values.frombytes(data)
+    return values.tolist()
 
 
 def _mask(data: bytes) -> Mask:
