@@ -96,8 +96,12 @@ _real: list[Any] = []
 
 def comports(include_links: bool = False) -> list[Any]:
     """The serial ports of this computer; the arm that all connections go to, if they do, comes first."""
-    found = list(_real[0](include_links)) if _real else [PortInfo(port) for port in ports()]
     port = elsewhere()
+    # pyserial's list globs too, and finds the arm by that.
+    found = list(_real[0](include_links)) if _real else [PortInfo(port) for port in ports()]
+    if port and not port.startswith("/dev/"):
+        # pyserial's list globs too, and finds the arm by that.
+        found = [info for info in found if info.device != port]
     if port is None:
         return found
     first = [info for info in found if info.device == port]
