@@ -73,7 +73,7 @@ fn move_to(cx: &mut Context<'_>, to: &Destination) -> Effects {
     }
 }
 
-/// Where on the rail an to leads; without the rail its number is ignored (model section 12).
+/// Where on the rail a move leads; without the rail its number is ignored (model section 12).
 fn rail_target(cx: &Context<'_>, to: &Destination) -> Option<f64> {
     let rail = f64::from(to.rail.filter(|_| cx.has_rail())?);
     Some(match to.mode {
