@@ -868,7 +868,7 @@ fn what_is_no_drawing_is_refused_with_its_place() {
     );
     let far = diagnostic(page("<path id='far' d='M0 0L1e8 1e8' stroke='red'/>"));
     assert_eq!(far.name.as_deref(), Some("far"));
-    assert!(far.message.contains("at most 100000 mm"), "{far}");
+    assert!(far.message.contains("limit 100000 mm"), "{far}");
     let beyond = diagnostic(page(
         "\n<path id='arc' d='M0 0A4e38 4e38 0 0 1 9 9' stroke='red'/>",
     ));
