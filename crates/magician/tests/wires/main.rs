@@ -6,6 +6,7 @@ mod replug;
 mod spoilt;
 
 use std::path::Path;
+use std::sync::Mutex;
 use std::sync::mpsc::channel;
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -106,18 +107,24 @@ fn a_port_in_use_names_its_user() {
     assert!(error.to_string().contains("this program itself"), "{error}");
 }
 
+/// Held where a port is closed and opened again, and where a process is started: until it is another program, a child has the open ports
+/// of all tests, and they stay locked.
+static CHILDREN: Mutex<()> = Mutex::new(());
+
 #[cfg(target_os = "linux")]
 #[test]
 fn a_port_that_another_program_has_locked_is_not_said_to_be_ours() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("arm");
     let _served = serve(|server| server.pty(&path));
+    let starting = CHILDREN.lock().unwrap();
     let other = std::process::Command::new("flock")
         .arg(path.canonicalize().unwrap())
         .args(["sh", "-c", "echo locked; read _"])
         .stdin(std::process::Stdio::piped())
         .stdout(std::process::Stdio::piped())
         .spawn();
+    drop(starting);
     let Ok(mut other) = other else { return };
     let mut line = String::new();
     let out = other.stdout.take().unwrap();
@@ -155,8 +162,10 @@ fn a_runtime_that_goes_first_stops_the_arm_over_a_pseudo_terminal() {
         }
         // Dropped here; the task that would stop the arm never runs again.
     });
+    let no_children = CHILDREN.lock().unwrap();
     drop(runtime);
     let arm = blocking::Arm::connect(serial(&path)).unwrap();
+    drop(no_children);
     arm.wait_still().unwrap();
     assert_eq!(arm.left_space().unwrap(), 32);
 }
