@@ -29,7 +29,8 @@ fn a_job_has_the_whole_terminal_obeys_the_same_keys_and_gives_it_back() {
     assert!(place.number("pose", "z") > PAPER + 9.0);
     terminal.types("p");
     terminal.until_drawn("running");
-    terminal.interrupts("s", "interrupted: the pen is up by");
+    // After a pause the pen may be up already, or not yet down again.
+    terminal.interrupts("s", "interrupted: ");
     assert!(is_as_it_was(&terminal));
 }
 
@@ -46,7 +47,7 @@ fn ctrl_z_gives_the_terminal_back_and_takes_it_again() {
     terminal.tell(Signal::CONT);
     terminal.until("\x1b[?1049h");
     terminal.until_drawn("running");
-    terminal.interrupts("\x03", "interrupted: the pen is up by");
+    terminal.interrupts("\x03", "interrupted: ");
     assert!(is_as_it_was(&terminal));
 }
 
