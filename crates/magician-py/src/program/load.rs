@@ -182,9 +182,7 @@ fn format_of(name: &str, bytes: &[u8], said: Option<&str>) -> Result<Format, Str
         Some(said) => said.parse(),
         None => Format::of(name, bytes).ok_or_else(|| {
             let names = Format::ALL.map(Format::name).join(", ");
-            format!(
-                "unrecognised file type; give format=, one of {names}"
-            )
+            format!("unrecognised file type; give format=, one of {names}")
         }),
     }
 }

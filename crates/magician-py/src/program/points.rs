@@ -42,10 +42,7 @@ impl PyPlan {
         let bad = |problem: Diagnostic| super::raise(py, None, &problem);
         let tool = tool(py, way.tool.as_deref())?;
         let by = travel(&way.by).ok_or_else(|| {
-            let text = format!(
-                "unknown by `{}`: it is path, line, joints or jump",
-                way.by
-            );
+            let text = format!("unknown by `{}`: it is path, line, joints or jump", way.by);
             errors::raise(py, &Error::invalid(text))
         })?;
         let plan = py.detach(|| {
