@@ -267,12 +267,12 @@ def test_verbs_refuse_what_makes_no_sense(arm: Arm) -> None:
         (lambda: untyped.get(commands.WaitCmd), errors.InvalidInputError, "cannot be read"),
         (lambda: untyped.get(commands.IoDi), errors.InvalidInputError, r"IoDi: read it with GetIoDi\(\.\.\.\)"),
         (lambda: untyped.get(arm.pose()), errors.InvalidInputError, "it is not a query"),
-        (lambda: untyped.get(3), TypeError, "no command"),
+        (lambda: untyped.get(3), TypeError, "not a command"),
         (lambda: untyped.set(arm.pose()), errors.InvalidInputError, "cannot be set, only read"),
         (lambda: untyped.set(commands.GetIoDi(1)), errors.InvalidInputError, "cannot be set, only read"),
         (lambda: untyped.enqueue(commands.LostStepParams(5)), errors.InvalidInputError, "queue"),
         (lambda: untyped.perform([commands.LostStepParams(5)]), errors.InvalidInputError, "queue"),
-        (lambda: untyped.perform([None]), TypeError, "no command"),
+        (lambda: untyped.perform([None]), TypeError, "not a command"),
     ]
     for call, error, message in calls:
         with pytest.raises(error, match=message):
