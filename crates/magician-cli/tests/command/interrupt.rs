@@ -161,7 +161,7 @@ fn a_move_whose_arm_dies_is_a_port_error() {
 
 #[test]
 fn doctor_drops_what_it_put_into_the_queue() {
-    let place = Place::answering_after("30");
+    let place = Place::answering_after("100");
     let before = place.look(&["queue"]);
     let child = place.busy(&["doctor", "--yes"], &["queue"]);
     assert!(signal("-INT", child.id()));
