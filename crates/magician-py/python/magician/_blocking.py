@@ -70,6 +70,9 @@ def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], o
     return None if progress is None else lambda parts: progress(Progress(*parts))
 
 
+_PROGRESS_WAITS = "progress is reported during a wait: leave out progress or wait=False"
+
+
 def _plan(plan: Any) -> Plan:
     if not isinstance(plan, Plan):
         raise TypeError(f"expected a Plan, not {plan!r}: magician.load and Plan.of make one")
@@ -524,7 +527,7 @@ class Arm(Bound):
         given = listed(program)
         if hear is None or not flag("wait", wait):
             if hear is not None:
-                raise InvalidInputError("progress is told to whoever waits: leave it out, or wait=False")
+                raise InvalidInputError(_PROGRESS_WAITS)
             motion = self._go(performing(self._core, given, skip=names, **asked), wait)
             return motion.wait() if wait else motion
         self._settle()
@@ -1336,7 +1339,7 @@ class Arm(Bound):
         """
         hearing(progress)
         if progress is not False and not flag("wait", wait):
-            raise InvalidInputError("progress is told to whoever waits: leave it out, or wait=False")
+            raise InvalidInputError(_PROGRESS_WAITS)
         if not isinstance(program, Plan):
             program = self._kept(program)
         self._settle()

@@ -1,7 +1,7 @@
-"""Motions that go on by themselves, one after the other, while the program does something else.
+"""Motions in the background, one after the other, while the program does something else.
 
-What a motion takes is a generator of calls of the native part: it is driven by whoever waits for it, or, when nobody
-does, by the thread that tells of calls that have ended.
+A motion takes a generator of calls of the native part. A wait drives it; without one, the thread that reports ended
+calls does.
 """
 
 from __future__ import annotations

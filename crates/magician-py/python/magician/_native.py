@@ -116,7 +116,7 @@ def wait_steps(steps: Steps, core: Core) -> Any:
 
 
 def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:
-    """Waits in this thread for a motion that goes on by itself: whoever interrupts that stops the arm."""
+    """Waits in this thread for a motion in the background; an interruption stops the arm."""
     if not going.over:
         import threading
 
@@ -185,7 +185,7 @@ async def until_steps(steps: Steps, core: Core) -> Any:
 
 
 async def until_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:
-    """Waits in the running event loop for a motion that goes on by itself: whoever cancels that stops the arm."""
+    """Waits in the running event loop for a motion in the background; cancelling the wait stops the arm."""
     if not going.over:
         import asyncio
 

@@ -82,7 +82,7 @@ def _there(name: str, value: float | None) -> float:
 
 
 def listed(commands: Iterable[Queueable]) -> list[Queueable]:
-    """The commands of a program. The first that is none ends it: there may be more than could be listed."""
+    """The commands of a program, up to the first item that is not a command: a program may be endless."""
     made: list[Queueable] = []
     for each in not_a_file(commands):
         if not hasattr(each, "LAYOUT"):
@@ -99,7 +99,7 @@ def keeps_r(command: object) -> bool:
 def kept(commands: Iterable[Queueable], r: float | None) -> list[Queueable]:
     """The commands with every r, ``r`` being that of the arm before them if it is known.
 
-    :raises InvalidInputError: A move keeps what nobody knows: after a path, homing, or at the start of a plan.
+    :raises InvalidInputError: A move keeps an unknown r: after a path, homing, or at the start of a plan.
     """
     made: list[Queueable] = []
     for nth, command in enumerate(listed(commands)):
