@@ -157,7 +157,7 @@ fn crates_depend_on_what_is_said_of_them_and_on_nothing_else() {
     assert_eq!(members, said);
 }
 
-/// With the feature `exhaustive` a new variant breaks whoever matches it. A library that switches it on does so for all programs that use
+/// With the feature `exhaustive` a new variant breaks the code that matches it. A library that switches it on does so for all programs that use
 /// the library; so of these crates only programs of ours do.
 #[test]
 fn what_may_grow_is_exhaustive_for_programs_of_ours_alone() {
