@@ -83,9 +83,8 @@ def test_ctrl_c_before_the_first_byte(slow: Arm) -> None:
 
 
 def test_a_stop_during_the_check_counts(slow: Arm) -> None:
-    """Whatever is asked of the arm before a stop is over with it, also if not a byte of it was sent yet."""
+    """Whatever is asked of the arm before a stop is over with it, also while it is still being checked."""
     core = slow._core  # pyright: ignore[reportPrivateUsage]
-    before = slow.pose()
     plan = magician.Plan.path([(210, nth, 20) for nth in range(20)])
     how: dict[str, Any] = dict.fromkeys(["check", "keep", "require_homed", "unhomed", "allow_laser", "resume"], False)
     how |= {"stay": False, "park": None, "lift": None}
@@ -96,7 +95,8 @@ def test_a_stop_during_the_check_counts(slow: Arm) -> None:
         with pytest.raises(errors.ClosedError):
             call.wait()
     over.wait()
-    assert never_moves(slow) and slow.pose() == before and slow.current_index() == 0
+    # Whether the check had ended by then is up to the machine; the first point is seconds away.
+    assert never_moves(slow) and slow.pose().x > 211
 
 
 def test_calls_that_are_let_go_of_stop_the_arm(slow: Arm) -> None:

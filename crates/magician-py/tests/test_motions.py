@@ -204,7 +204,7 @@ def test_handles_of_jobs(slow: Arm) -> None:
     assert job.done()
     anything: Any = slow
     for verb in (anything.run, anything.perform):
-        with pytest.raises(errors.InvalidInputError, match="whoever waits"):
+        with pytest.raises(errors.InvalidInputError, match="during a wait"):
             verb([words.wait(0)], wait=False, progress=print)
 
 
