@@ -64,21 +64,21 @@ const PROGRAMS: [Program; 7] = [
         file: "jump_suction_named_v170.playback",
         format: Format::Playback,
         title: "A DobotStudio playback file",
-        says: "Jumps between named points, and the suction cup. Beside its points: the way that the tool takes.",
+        says: "Jumps between named points, and the suction cup. The input shows its points and the path of the tool.",
     },
 ];
 
 const INTRODUCTION: &str = "\
 # Programs on the virtual arm
 
-Each of these files is read, turned into commands and run on a virtual arm, which answers byte for byte and moves as the
-real one does: pen and laser leave what they leave there. Left the input, right what the arm left, both of the same size.
+Each of these files is read, turned into commands and run on a virtual arm, which replies byte for byte and moves like the
+real one: pen and laser leave the same lines. The left picture is the input, the right one the result, at the same scale.
 
-How well they match is measured by rasterising both, input and result, and by how far each pixel of one is from the
-nearest of the other. The input is followed by code that shares nothing with the readers of this software but the parser
-of SVG. For an image it is the difference in darkness, in cells of a millimetre.
+Both are rasterised and compared: the figures say how far each pixel of one is from the nearest pixel of the other.
+The input is drawn by code that shares nothing with our readers except the SVG parser. For an image the figure is the
+difference in darkness, in cells of one millimetre.
 
-`cargo xtask programs` runs and draws them all again. The files: `crates/magician-program/samples`.
+`cargo xtask programs` runs and draws them all again. The files are in `crates/magician-program/samples`.
 ";
 
 /// Runs every program, draws it into `docs/programs` and lists them in `docs/PROGRAMS.md`.
