@@ -54,14 +54,14 @@ _T = TypeVar("_T")
 Check = Literal["reach", "unknown_start", "jog", "laser", "alarms"]
 """A check that a program passes before a byte of it is sent:
 
-* ``reach``: targets and ways out of reach or beyond a limit;
-* ``unknown_start``: ways that nobody can check, because nobody knows where they begin: after homing to a point that is
-  not known, or when the arm was moving as the check began;
+* ``reach``: targets and paths out of reach or beyond a limit;
+* ``unknown_start``: paths that cannot be checked because their start is unknown: after homing to a point that is not
+  known, or when the arm was moving as the check began;
 * ``jog``: jogs, which go on until a limit ends them with an alarm;
 * ``laser``: a laser that burns while the arm waits, homes, or travels with its joints, and one that is left burning;
 * ``alarms``: an alarm that holds the queue when the program begins. Homing runs all the same.
 
-Numbers that are none, speeds that are none and values that the protocol does not have are refused whatever is left out.
+NaN, speeds of 0 or less and values that the protocol does not have are always refused, whichever checks are left out.
 """
 
 
@@ -90,13 +90,13 @@ class Arm(Bound):
 
     Lengths are mm, angles degrees, times seconds. Every call ends: with its answer, or with an exception of
     :mod:`magician.errors` by its deadline. An arm may be used from any thread and any task; a :meth:`stop` overtakes
-    whatever is going on.
+    all other calls.
 
-    A ``with`` block that is left by an exception stops the arm and its laser; one that ends well lets go of the arm as
-    it is, but for a laser that was lit and belongs to nothing under way: it goes out. To interrupt a call that waits
-    for a motion, with Ctrl-C or by cancelling it, stops the arm before the interruption goes on its way. A connection
-    that is closed, forgotten, or still open when the interpreter ends stops what it set going, unless it was told to
-    :meth:`detach`.
+    A ``with`` block that ends with an exception stops the arm and its laser. One that ends normally leaves the arm as
+    it is, except that a laser that is still lit without a running program is switched off. Interrupting a call that
+    waits for a motion, with Ctrl-C or by cancelling it, stops the arm before the exception propagates. A connection
+    that is closed, garbage-collected, or still open when the interpreter exits stops the motions that it started,
+    unless :meth:`detach` was called.
 
     This is a convenience, not a safety function: the arm has a power switch.
     """
@@ -120,19 +120,19 @@ class Arm(Bound):
             the one arm that is plugged in.
         :param timeout: seconds after which every single call to the arm ends. Waiting for a motion has deadlines of
             its own.
-        :param window: most requests in flight, 1 to 8. More than 1 is for arms of which it is known that they take
-            requests back to back; ``magician doctor`` can measure it.
-        :param probe: whether to make sure at the start that an arm answers.
-        :param reconnect: whether a line that breaks is looked for again: the same port, and the same arm at it.
+        :param window: maximum number of requests in flight, 1 to 8. Use more than 1 only for an arm that is known to
+            take requests back to back; ``magician doctor`` can measure it.
+        :param probe: whether to check at the start that an arm answers.
+        :param reconnect: whether to reconnect after the line was lost: to the same port, and the same arm at it.
         :param echo: over UDP, how many seconds after a datagram the network may still deliver a second copy of it.
-        :param fence: bounds that everything over this connection keeps to, instead of those of ``[arms.NAME.fence]``
-            in the file of settings: ``floor`` (the lowest z of the tool's tip, mm), ``box`` (two corners that it
-            stays between), ``keep_out`` (a list of boxes), ``top_speed`` (mm/s), ``strongest_laser`` (percent). What
-            would cross it is refused before it is sent.
+        :param fence: limits for everything sent over this connection, instead of those of ``[arms.NAME.fence]`` in
+            the settings file: ``floor`` (the lowest z of the tool's tip, mm), ``box`` (two corners that it stays
+            between), ``keep_out`` (a list of boxes), ``top_speed`` (mm/s), ``strongest_laser`` (percent). A command
+            that would cross it is refused before it is sent.
 
-        Raises :class:`~magician.errors.PortError` when the port is not there, not allowed or in use,
-        :class:`~magician.errors.ResponseTimeoutError` when nothing answers, :class:`~magician.errors.UnexpectedError`
-        when something else does.
+        Raises :class:`~magician.errors.PortError` when the port does not exist, is in use or access is denied,
+        :class:`~magician.errors.ResponseTimeoutError` when no arm answers, :class:`~magician.errors.UnexpectedError`
+        when another device answers.
         """
         how = {"probe": probe, "reconnect": reconnect}
         call = connecting(port, timeout=timeout, window=window, echo=echo, fence=fence, **how)
@@ -155,7 +155,7 @@ class Arm(Bound):
             elif self.link.state != "closed":
                 wait_stopped(self._core, error)
         finally:
-            # Whoever does not want to wait for the stop has the connection end as well.
+            # If the wait for the stop is interrupted, the connection is closed all the same.
             self.close()
 
     def __repr__(self) -> str:
@@ -171,13 +171,13 @@ class Arm(Bound):
     _last: Going | None = None
 
     def _settle(self) -> None:
-        """Waits until what was begun without waiting has ended."""
+        """Waits until motions that were begun without waiting have ended."""
         last, self._last = self._last, None
         if last is not None and not last.told:
             wait_ended(last, self._core)
 
     def _drop(self) -> None:
-        """What was begun without waiting, and has not been sent, is not to be sent."""
+        """Drops motions that were begun without waiting and have not been sent."""
         last, self._last = self._last, None
         if last is not None:
             last.drop()
@@ -187,7 +187,7 @@ class Arm(Bound):
             self._settle()
             return Motion(self._core, Ended(wait_steps(steps, self._core)))
         if self._last is not None and self._last.over:
-            # How the one before ended is told to somebody.
+            # The end of the motion before is reported to its own caller.
             self._settle()
         self._last = going = Going(steps, self._last)
         return Motion(self._core, going)
@@ -227,7 +227,7 @@ class Arm(Bound):
 
     @property
     def name(self) -> str:
-        """What the connection is called in messages: the port as it was given."""
+        """The name of the connection in messages: the port as it was given."""
         return self._core.name()
 
     @property
@@ -241,27 +241,28 @@ class Arm(Bound):
 
     @property
     def link(self) -> Link:
-        """How the line to the arm stands at present. A line that says nothing is up; the calls over it end by their
+        """The present state of the line to the arm. A silent line counts as up; the calls over it end by their
         deadlines.
         """
         return _told.link(self._core.link())
 
     @property
     def moving(self) -> bool:
-        """Whether something that was set going over this connection may be under way: a motion, or a queue that runs.
+        """Whether a motion or a queue that this connection started may still be running.
 
-        It errs towards yes: what has finished counts until that was read. What others set going does not count.
+        It errs towards yes: a motion counts until its end was read. Motions that other programs started do not count.
         """
         return self._core.moving()
 
     def detach(self) -> None:
-        """Lets what was set going over this connection go on when it ends, however it ends."""
+        """Lets the motions and the queue that this connection started go on when it ends, however it ends."""
         self._core.detach()
 
     def close(self) -> None:
-        """Ends the connection, and returns when that is done: what it set going is stopped, unless it was detached.
+        """Closes the connection and returns when that is done. Motions that it started are stopped, unless it was
+        detached.
 
-        Every other call on it fails with :class:`~magician.errors.ClosedError`, those under way too. Closing it again
+        All other calls on it fail with :class:`~magician.errors.ClosedError`, those under way too. Closing it again
         does nothing.
         """
         if self._core.is_here():
@@ -271,22 +272,22 @@ class Arm(Bound):
     def reconnected(self) -> None:
         """Waits until the line is up again, at once when it is up.
 
-        Nothing is sent again by itself: what was under way when the line broke has ended with an error, and it is yours
-        to look at the arm and to go on.
+        Nothing is sent again automatically: calls that were under way when the line was lost have ended with an error.
+        Look at the arm before you go on.
 
-        Raises :class:`~magician.errors.PortError` when it is not looked for, :class:`~magician.errors.ClosedError` when
-        the connection ends meanwhile.
+        Raises :class:`~magician.errors.PortError` when the connection does not reconnect,
+        :class:`~magician.errors.ClosedError` when it is closed meanwhile.
         """
         wait(self._core.reconnected())
 
     def stats(self) -> Stats:
-        """What went over the line so far, and how many commands the arm's queue holds."""
+        """Counts of the traffic on the line so far, and the number of commands that the arm's queue holds."""
         return Stats(*wait(self._core.stats()))
 
     # Where the arm is, and how it is.
 
     def pose(self) -> Pose:
-        """Where the arm is: ``x``, ``y``, ``z`` (mm) and ``r`` (degrees) of the tool, ``j1`` to ``j4`` (degrees), as
+        """The arm's pose: ``x``, ``y``, ``z`` (mm) and ``r`` (degrees) of the tool, ``j1`` to ``j4`` (degrees), as
         commanded.
 
         Document 1.4.1.
@@ -294,7 +295,7 @@ class Arm(Bound):
         return wait(self._core.get(Pose))
 
     def _known_pose(self) -> Pose:
-        """Where the arm is, as its last motion left it a moment ago; else it is asked."""
+        """The pose that the last motion reached a moment ago; otherwise the arm is asked."""
         return wait(self._core.known_pose(Pose))
 
     def joints(self) -> Joints:
@@ -302,24 +303,24 @@ class Arm(Bound):
         return (self.pose()).joints
 
     def bias(self) -> tuple[float, float, float]:
-        """Where the tip of the arm's tool is, x, y, z in mm from the wrist (document 1.8.1)."""
+        """The tip of the arm's tool, x, y, z in mm from the wrist (document 1.8.1)."""
         bias = wait(self._core.get(commands.EndEffectorParams))
         return bias.x_bias, bias.y_bias, bias.z_bias
 
     def is_reachable(self, x: float, y: float, z: float, r: float = 0.0) -> bool:
-        """Whether the tip of the arm's tool can be at a pose, mm and degrees: :func:`magician.is_reachable` for the
-        tool that is set. Whether the way there is free is not looked at: a motion is checked before it is sent.
+        """Whether the tip of the arm's tool can reach a pose, mm and degrees: :func:`magician.is_reachable` for the
+        tool that is set. The path there is not checked; a motion is, before it is sent.
         """
         from .kinematics import is_reachable
 
         return is_reachable(x, y, z, r, tool=self.bias())
 
     def rail_position(self) -> float:
-        """Where the arm stands on its rail, mm (document 1.4.3)."""
+        """The arm's position on its rail, mm (document 1.4.3)."""
         return (wait(self._core.get(commands.PoseL))).pose_l
 
     def info(self) -> Info:
-        """Who the arm is: name, serial number, firmware, how long it has been switched on."""
+        """The arm's name, serial number, firmware, and the time since it was switched on."""
         name = self.get(commands.DeviceName)
         serial = self.get(commands.DeviceSn)
         version = self.get(commands.DeviceVersion)
@@ -341,11 +342,11 @@ class Arm(Bound):
         )
 
     def alarms(self) -> tuple[Alarm, ...]:
-        """The alarms that stand, each with its cause and its cure. That some stand is no error (document 1.5.1)."""
+        """The alarms that are set, each with its cause and its remedy (document 1.5.1)."""
         return (wait(self._core.get(commands.AlarmsState))).alarms_state
 
     def clear_alarms(self, *, allow_laser: bool = False) -> None:
-        """Clears the alarms, and with them the hold on the queue if no cause stands any more (document 1.5.2).
+        """Clears the alarms; the queue goes on if their causes are gone (document 1.5.2).
 
         :param allow_laser: as for :meth:`start_queue`.
         """
@@ -359,10 +360,10 @@ class Arm(Bound):
         outputs: Iterable[PinLike] = (),
         analogs: Iterable[PinLike] = (),
     ) -> StateWatch:
-        """Keeps an eye on the arm: pose, queue, alarms and link, so many times a second (0.01 to 1000).
+        """Watches the arm: pose, queue, alarms and link, ``rate`` times a second (0.01 to 1000).
 
-        ``for status in arm.state(20): ...`` gives every reading. However many watches there are, the arm is asked
-        once, at the highest rate that somebody wants, and less often when the line is busy.
+        ``for status in arm.state(20): ...`` gives every reading. All watches share one set of reads, at the
+        highest rate that any of them asks for, and less often when the line is busy.
 
         :param inputs: Pins of digital inputs to read as well (:class:`~magician.Pin`); they must have been multiplexed.
         :param outputs: the same, of digital outputs.
@@ -375,11 +376,11 @@ class Arm(Bound):
         return StateWatch(self._core.state(rate, *watched))
 
     def events(self) -> Events:
-        """What happens from now on, for any number of listeners: alarms, commands that finish, a line that breaks.
+        """Events from now on, for any number of listeners: alarms, finished commands, a lost line.
 
-        Events are noticed in what passes over the line anyway: they cost no reads of their own, and without any reads
-        there are none. Who wants to hear of an alarm within 100 ms keeps a :meth:`state` watch at 10 Hz. A listener may
-        fall 256 events behind; then it misses the oldest.
+        Events come from frames that pass over the line anyway: they cause no reads of their own, and without reads
+        there are none. To learn of an alarm within 100 ms, keep a :meth:`state` watch at 10 Hz. A listener may fall 256
+        events behind; then it misses the oldest.
         """
         return Events(self._core.events())
 
@@ -415,10 +416,10 @@ class Arm(Bound):
 
         Or by any name of the command: ``arm.set("PTPCommonParams", velocity_ratio=50, acceleration_ratio=50)``.
 
-        :param allow_dangerous: lets through what can brick, unlearn or unlock something: firmware, serial number,
+        :param allow_dangerous: allows commands that can brick, decalibrate or unlock the arm: firmware, serial number,
             sensor calibration, Wi-Fi, :class:`~magician.commands.ResetPose`.
-        :param allow_laser: Whether the laser of an arm that is not virtual may burn: without it what lights the laser
-            (or raises its pins EIO 2 and 4) is refused.
+        :param allow_laser: Whether the laser of a real arm may burn: without it a command that lights the laser (or
+            raises its pins EIO 2 and 4) is refused.
 
         Raises as :meth:`get`, and :class:`~magician.errors.UncertainError` when an action that must not be repeated was
         not answered.
@@ -434,13 +435,13 @@ class Arm(Bound):
     @overload
     def enqueue(self, command: str, *, allow_laser: bool = False, **fields: Any) -> int: ...
     def enqueue(self, command: Queueable | str, *, allow_laser: bool = False, **fields: Any) -> int:
-        """Puts a command into the arm's queue and tells its index. It does not start the queue: see
+        """Puts a command into the arm's queue and returns its index. It does not start the queue: see
         :meth:`start_queue`.
 
         :param allow_laser: as for :meth:`set`.
 
-        Raises :class:`~magician.errors.QueueFullError` when there is no room, :class:`~magician.errors.UncertainError`
-        when it cannot be told whether the arm took it, else as :meth:`get`.
+        Raises :class:`~magician.errors.QueueFullError` when the queue is full, :class:`~magician.errors.UncertainError`
+        when it is not known whether the arm took it, else as :meth:`get`.
         """
         told: Queueable = find(command, "set", fields) if isinstance(command, str) else command
         if keeps_r(told):
@@ -456,7 +457,7 @@ class Arm(Bound):
         allow_dangerous: bool = False,
         allow_laser: bool = False,
     ) -> bytes:
-        """Sends any frame and returns the parameters of the one that answers it.
+        """Sends any frame and returns the parameters of its answer.
 
         :param id: id of the command, 0 to 255.
         :param ctrl: control byte: 0 a get, 1 a set, 3 a queued set.
@@ -510,17 +511,16 @@ class Arm(Bound):
 
         They flow through the arm's queue, however many they are; robot words make them: :mod:`magician.words`.
 
-        :param progress: called now and then with how far it is; while it is waited for.
+        :param progress: called now and then with the progress, while this call waits.
         :param skip: checks to leave out.
-        :param require_homed: refuses an arm that has not been homed since it was switched on, as far as its alarms
-            tell.
+        :param require_homed: refuses an arm whose alarms say that it was not homed since it was switched on.
         :param keep: runs commands of an earlier program that still wait in the queue, before these.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
         :param wait: Whether to wait for the end. ``False`` returns at once, with a :class:`Motion`.
 
         Raises :class:`~magician.errors.UnreachableError` with value and limit and
         :class:`~magician.errors.InvalidInputError` from the check, :class:`~magician.errors.AlarmError` as soon as an
-        alarm holds the queue, :class:`~magician.errors.ClosedError` when a stop came, else as :meth:`enqueue`.
+        alarm holds the queue, :class:`~magician.errors.ClosedError` after a stop, else as :meth:`enqueue`.
         """
         asked = flags(require_homed=require_homed, keep=keep, allow_laser=allow_laser)
         names, hear = _names(skip), _hearing(progress)
@@ -542,7 +542,7 @@ class Arm(Bound):
     def estimate(self, program: Iterable[Queueable], *, skip: Collection[Check] = ()) -> float:
         """Checks commands as the arm stands now, and tells how many seconds they take.
 
-        To the microsecond what a virtual arm takes; ``math.inf`` if one of them has no end that is known: homing, a
+        It is a virtual arm's time, to the microsecond; ``math.inf`` if the end of one of them is not known: homing, a
         wait for an input. Raises as the check of :meth:`perform`.
         """
         names = _names(skip)
@@ -559,15 +559,14 @@ class Arm(Bound):
         patience: float = 30.0,
         allow_laser: bool = False,
     ) -> Run:
-        """A program that can go on after the line has broken; nothing is sent before :meth:`Run.finish`, and nothing is
+        """A program that can go on after the line was lost. Nothing is sent before :meth:`Run.finish`, and nothing is
         checked.
 
         :param keep: runs commands of an earlier program that still wait in the queue, before these.
-        :param horizon: most motion that the arm has in its queue, seconds, so that it does not go on for long when this
-            program dies: the arm has no watchdog. Two commands are in it however long they take.
+        :param horizon: maximum motion in the arm's queue, seconds, so that the arm does not go on for long when this
+            program dies: it has no watchdog. At least two commands are queued, however long they take.
         :param laser_horizon: the same while the laser may be lit.
-        :param trust_pose: lets an interrupted run go on although nobody knows where its last finished command left the
-            arm.
+        :param trust_pose: lets an interrupted run go on although the end pose of its last finished command is unknown.
         :param patience: how long the run waits for an arm that does not answer on a line that is there, seconds; never
             less than the timeout of single calls. Meanwhile its progress tells how long the arm has been ``silent``.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
@@ -763,7 +762,7 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Moves by so much (mm, degrees) from where it is: ``arm.move_by(dz=20)``."""
+        """Moves by a distance (mm, degrees) from the present pose: ``arm.move_by(dz=20)``."""
         word = words.line_by if linear else words.move_by
         return self._move(word(dx, dy, dz, dr), speed=speed, wait=wait)
 
@@ -777,7 +776,7 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Moves by so much (mm, degrees) from where it is, on a straight line."""
+        """Moves by a distance (mm, degrees) from the present pose, on a straight line."""
         return self.move_by(dx, dy, dz, dr, linear=True, speed=speed, wait=wait)
 
     @overload
@@ -910,7 +909,7 @@ class Arm(Bound):
         speed: float | None = None,
         wait: bool = True,
     ) -> Motion[Ran]:
-        """Turns the joints by so many degrees from where they are."""
+        """Turns the joints by these angles, degrees, from their present ones."""
         return self._move(words.move_joints_by(d1, d2, d3, d4), speed=speed, wait=wait)
 
     def arc_to(self, via: Four, to: Four, *, wait: bool = True) -> Motion[Ran]:
@@ -918,7 +917,7 @@ class Arm(Bound):
         return self._move(words.arc_to(via, to), wait=wait)
 
     def circle(self, via: Four, over: Four, turns: int = 1, *, wait: bool = True) -> Motion[Ran]:
-        """Goes round the circle through here, ``via`` and ``over`` (x, y, z, r), and ends where it began."""
+        """Goes round the circle through the present pose, ``via`` and ``over`` (x, y, z, r), back to that pose."""
         return self._move(words.circle(via, over, turns), wait=wait)
 
     def path_to(self, x: float, y: float, z: float, *, wait: bool = True) -> Motion[Ran]:
@@ -926,7 +925,7 @@ class Arm(Bound):
         return self._move(words.path_to(x, y, z), wait=wait)
 
     def path_by(self, dx: float = 0, dy: float = 0, dz: float = 0, *, wait: bool = True) -> Motion[Ran]:
-        """As :meth:`path_to`, by so much from where it is."""
+        """As :meth:`path_to`, by a distance from the present pose."""
         return self._move(words.path_by(dx, dy, dz), wait=wait)
 
     def wait(self, seconds: float) -> None:
@@ -934,7 +933,7 @@ class Arm(Bound):
         self._move(words.wait(seconds))
 
     def wait_for_level(self, address: PinLike, high: bool) -> None:
-        """Waits until a digital input (EIO address 1 to 20) has this level, for ever if need be (document 1.14.1)."""
+        """Waits until a digital input (EIO address 1 to 20) has this level, without a time limit (document 1.14.1)."""
         self._move(words.wait_for_level(address, high))
 
     def wait_below(self, address: PinLike, threshold: int) -> None:
@@ -970,7 +969,7 @@ class Arm(Bound):
         return self._move(words.move_with_rail(x, y, z, r, rail), speed=speed, wait=wait)
 
     def rail_to(self, position: float, *, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
-        """Moves the carriage alone to so many mm (0 to 1000)."""
+        """Moves only the carriage, to this position on the rail, mm (0 to 1000)."""
         there = words.rail_to(position, Pose(0, 0, 0, 0, (0, 0, 0, 0))).l
 
         def make(pose: Pose | None) -> Sequence[Queueable]:
@@ -981,7 +980,7 @@ class Arm(Bound):
         return self._go(performing(self._core, make, asks=True, speed=percent), wait)
 
     def rail_by(self, distance: float, *, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
-        """Moves the carriage alone, by so many mm."""
+        """Moves only the carriage, by this distance, mm."""
         return self._move(words.rail_by(distance), speed=speed, wait=wait)
 
     # How fast, and how high: from the next motion on.
@@ -1002,7 +1001,7 @@ class Arm(Bound):
         self.set(words.line_speed(velocity, acceleration))
 
     def path_speed(self, velocity: float, acceleration: float) -> None:
-        """Most speed (mm/s) and acceleration (mm/s2) on a continuous path (document 1.11.1, E31)."""
+        """Maximum speed (mm/s) and acceleration (mm/s2) on a continuous path (document 1.11.1, E31)."""
         self.set(words.path_speed(velocity, acceleration))
 
     def arc_speed(self, velocity: float, acceleration: float) -> None:
@@ -1042,18 +1041,18 @@ class Arm(Bound):
         self.set(words.home_at(x, y, z, r))
 
     def lost_step_threshold(self, degrees: float) -> None:
-        """From how many degrees on a joint counts as lost; 5 at power-up (document 1.18.1)."""
+        """The deviation from which a joint counts as having lost steps, degrees; 5 at power-up (document 1.18.1)."""
         self.set(words.lost_step_threshold(degrees))
 
     # The tool, pins, motors and sensors: at once.
 
     def tool(self, name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) -> None:
-        """Tells the arm where the tool sits: by its name, or by x, y, z in mm from the wrist; poses count from there
-        on."""
+        """Tells the arm its tool: by its name, or by the tip's x, y, z in mm from the wrist; from then on poses are
+        those of that tip."""
         self.set(words.tool(name, x=x, y=y, z=z))
 
     def suction(self, on: bool) -> None:
-        """Sucks, or lets go; it takes about 0.3 s to hold (document 1.8.3)."""
+        """Switches the suction cup on or off; it takes about 0.3 s to hold (document 1.8.3)."""
         self.set(words.suction(on))
 
     def grip(self) -> None:
@@ -1077,7 +1076,7 @@ class Arm(Bound):
         self.set(words.laser(on), allow_laser=allow_laser)
 
     def multiplex(self, address: PinLike, function: FunctionLike) -> None:
-        """Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, E40)."""
+        """Sets the function of an EIO pin (1 to 20), before the pin can be used (document 1.15.1, E40)."""
         self.set(words.multiplex(address, function))
 
     def output(self, address: PinLike, high: bool, *, allow_laser: bool = False) -> None:
@@ -1104,23 +1103,23 @@ class Arm(Bound):
         return (self.get(words.level_at(address))).level
 
     def analog_at(self, address: PinLike) -> float:
-        """What lies at an analog input (EIO address 1 to 20), V, 0 to 3.3 (document 1.15.5)."""
+        """The voltage at an analog input (EIO address 1 to 20), V, 0 to 3.3 (document 1.15.5)."""
         return (self.get(words.analog_at(address))).volts
 
     def motor(self, index: StepperLike, speed: int) -> None:
-        """Runs an external motor at so many pulses/s, the sign is the direction; 0 stops it (document 1.15.6)."""
+        """Runs an external motor at a speed in pulses/s, whose sign is the direction; 0 stops it (document 1.15.6)."""
         self.set(words.motor(index, speed))
 
     def motor_by(self, index: StepperLike, speed: int, distance: int, *, wait: bool = True) -> Motion[Ran]:
-        """Runs an external motor so many pulses far and waits for its end; the sign of the speed is the direction."""
+        """Runs an external motor for a number of pulses and waits; the sign of the speed is the direction."""
         return self._move(words.motor_by(index, speed, distance), wait=wait)
 
     def conveyor(self, index: StepperLike, mm_per_s: float) -> None:
-        """Runs the conveyor belt on this motor output at so many mm/s, the sign is the direction; 0 stops it."""
+        """Runs the conveyor belt on this motor output at a speed in mm/s, whose sign is the direction; 0 stops it."""
         self.set(words.conveyor(index, mm_per_s))
 
     def conveyor_by(self, index: StepperLike, mm: float, mm_per_s: float, *, wait: bool = True) -> Motion[Ran]:
-        """Moves the conveyor belt on this motor output by so many mm and waits until it stands again."""
+        """Moves the conveyor belt on this motor output by a distance in mm and waits until it stands still."""
         return self._move(words.conveyor_by(index, mm, mm_per_s), wait=wait)
 
     def color_sensor(self, port: PortLike, on: bool, version: VersionLike) -> None:
@@ -1128,7 +1127,7 @@ class Arm(Bound):
         self.set(words.color_sensor(port, on, version))
 
     def color_at(self, port: PortLike) -> Color | None:
-        """The colour that the sensor on a port sees, or ``None`` where two are as strong."""
+        """The colour that the sensor on a port sees, or ``None`` if two are equally strong."""
         return (self.get(words.color_at(port))).color
 
     def infrared(self, port: PortLike, on: bool, version: VersionLike) -> None:
@@ -1144,13 +1143,13 @@ class Arm(Bound):
     def start_queue(self, *, allow_laser: bool = False) -> None:
         """Lets the queue run (document 1.19.1).
 
-        :param allow_laser: on an arm that is not virtual, lets it run also when commands of another program wait in it:
-            nobody can read there whether they burn.
+        :param allow_laser: on a real arm, lets it run also when commands of another program wait in it, since they may
+            burn and cannot be read back.
         """
         self.set(commands.QueuedCmdStartExec(), allow_laser=allow_laser)
 
     def clear_queue(self) -> None:
-        """Drops what waits in the queue; the command under way finishes (document 1.19.6). A run under way ends."""
+        """Clears the queue; the command under way finishes (document 1.19.6). A run under way ends."""
         self._drop()
         self.set(commands.QueuedCmdClear())
 
@@ -1163,49 +1162,47 @@ class Arm(Bound):
         return (self.get(commands.QueuedCmdLeftSpace)).left_space
 
     def wait_for(self, index: int, *, progress: Callable[[Progress], object] | None = None) -> None:
-        """Waits until the queued command of this index has finished, with an eye on alarms and on an arm that stands
-        still.
+        """Waits until the queued command of this index has finished, and watches for alarms and standstill.
 
         Raises :class:`~magician.errors.AlarmError` when an alarm holds the queue, :class:`~magician.errors.ClosedError`
-        when a stop came, :class:`~magician.errors.ResponseTimeoutError` when nothing moves for too long: soon in a
-        queue that this connection has stopped, after five seconds in one that it has not started, as another program
-        may be about to.
+        after a stop, :class:`~magician.errors.ResponseTimeoutError` when nothing moves for too long: soon in a queue
+        that this connection has stopped, after five seconds in one that it has not started, since another program may
+        start it.
         """
         index = whole("index", index, 0, 0xFFFF_FFFF_FFFF_FFFF)
         wait_done(self._core.wait_for(index), self._core, _hearing(progress))
 
     def wait_still(self) -> None:
-        """Waits until the arm stands: two equal poses in succession.
+        """Waits until the arm stands still: two equal poses in succession.
 
         Raises :class:`~magician.errors.ResponseTimeoutError` when it still moves after five seconds.
         """
         wait_done(self._core.wait_still(), self._core)
 
     def stop(self) -> None:
-        """Stops the motion, switches the laser off, drops what waits in the queue, and makes sure that the arm stands.
+        """Stops the motion, switches the laser off, clears the queue, and waits until the arm stands still.
 
-        It overtakes everything; commands that have not gone out end with :class:`~magician.errors.ClosedError`. Suction
-        and gripper stay as they are. Any thread or task may call it while others wait.
+        It overtakes all other calls; commands that were not sent yet end with :class:`~magician.errors.ClosedError`.
+        Suction and gripper stay as they are. Any thread or task may call it while others wait.
 
-        Raises :class:`~magician.errors.ResponseTimeoutError` when the arm does not answer or does not come to a stand.
+        Raises :class:`~magician.errors.ResponseTimeoutError` when the arm does not answer or does not stop.
         """
         self._drop()
         wait(self._core.stop())
 
     def request_stop(self) -> None:
-        """Has the arm stopped as :meth:`stop` does, and returns at once: for signal handlers, callbacks and other
-        threads.
+        """Stops the arm as :meth:`stop` does, but returns at once: for signal handlers, callbacks and other threads.
 
-        The stop is sent ahead of everything else, for up to three seconds until it is answered; while the line is lost,
-        it is the first thing that is said when it is back.
+        The stop is sent ahead of all other requests, and repeated for up to three seconds until it is answered; while
+        the line is lost, it is the first request after reconnecting.
         """
         self._drop()
         self._core.request_stop()
 
     def stop_gentle(self) -> None:
-        """Lets the command under way finish and then holds the queue (document 1.19.2).
+        """Lets the command under way finish and then stops the queue (document 1.19.2).
 
-        What waits stays; :meth:`start_queue` goes on with it. A run under way ends.
+        Waiting commands stay; :meth:`start_queue` goes on with them. A run under way ends.
         """
         self._drop()
         wait(self._core.stop_gentle())
@@ -1213,7 +1210,7 @@ class Arm(Bound):
     # Jogging.
 
     def jog(self, direction: Direction | commands.JogCmd, *, keep: float = 0.3, ratio: float | None = None) -> Jog:
-        """Jogs a coordinate, a joint or the rail while a ``with`` block lasts and keeps it up: a dead man's control.
+        """Jogs a coordinate, a joint or the rail for as long as a ``with`` block calls ``keep``: a dead man's switch.
 
         ::
 
@@ -1221,15 +1218,15 @@ class Arm(Bound):
                 while button_is_pressed():
                     jog.keep()
 
-        It acts at once, past the queue. One jog at a time: a new one takes the place of one under way.
+        It acts at once, outside the queue. There is one jog at a time: a new one replaces the one under way.
 
         :param direction: ``"x+"`` to ``"r-"`` a coordinate, ``"j1+"`` to ``"j4-"`` a joint, ``"rail+"`` and
             ``"rail-"``.
         :param keep: seconds, 0.02 to 2, after which it ends unless :meth:`Jog.keep` was called.
-        :param ratio: share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. Left out: as
-            it is.
+        :param ratio: share of the set jog speed, 1 to 100 %. It is set before the jog begins, and stays. If left out it
+            is not changed.
 
-        The arm itself has no such watchdog: when the computer dies or the cable breaks, a jog goes on to the end of its
+        The arm itself has no such watchdog: if the computer dies or the cable breaks, a jog goes on to the end of its
         range.
         """
         command = words.jog(direction) if isinstance(direction, str) else direction
@@ -1237,18 +1234,18 @@ class Arm(Bound):
         return Jog(self._core, command, keep, number("ratio", ratio, least=1, most=100, unit="%"))
 
     def stop_jog(self) -> None:
-        """Ends any jog, at once and for sure: repeated until the arm stands."""
+        """Ends any jog at once, and repeats that until the arm stands still."""
         wait(self._core.stop_jog())
 
     # Programs.
 
     def check(self, plan: Plan) -> Report:
-        """Follows a plan from where this arm stands, with the settings that it has; moves nothing."""
+        """Checks a plan from the arm's present pose and settings; moves nothing."""
         start = wait(self._core.start_of(_plan(plan).native))
         return report(plan.native.check(start))
 
     def preview(self, plan: Plan) -> Picture:
-        """The picture of a plan, from where this arm stands; moves nothing."""
+        """The picture of a plan, from the arm's present pose; moves nothing."""
         start = wait(self._core.start_of(_plan(plan).native))
         return Picture(plan.native.preview(start, None, None))
 
@@ -1307,35 +1304,34 @@ class Arm(Bound):
         restore: bool = True,
         wait: bool = True,
     ) -> RunResult | Job:
-        """Has the arm do a plan, or commands, and waits for the end. All of it is checked before the first byte is
-        sent.
+        """Runs a plan, or commands, and waits for the end. All of it is checked before the first byte is sent.
 
-        The queue is kept full enough that the arm never waits for the next command, and no fuller than that: at most
-        two seconds of motion go on if this program dies. Whatever ends the wait early (Ctrl-C, a cancelled task, an
-        exception in ``progress``) stops the arm first, and lifts the pen of a drawing; notes on the exception tell so,
-        and how many steps are done. A second Ctrl-C stops the arm at once and moves nothing.
+        The queue is kept just full enough that the arm never waits for the next command: at most two seconds of motion
+        go on if this program dies. If the wait ends early (Ctrl-C, a cancelled task, an exception in ``progress``), the
+        arm stops first, and lifts the pen of a drawing; notes on the exception say so, and how many steps are done. A
+        second Ctrl-C stops the arm at once and moves nothing.
 
         :param program: A :class:`~magician.Plan`, or commands as :mod:`magician.words` makes them.
         :param progress: ``True`` shows a line on stderr; a function is called with a :class:`~magician.PlanProgress` up
             to 10 times a second.
-        :param first_step: Begins there, counted from 1: sets what the steps before would have set, and goes there from
-            above.
+        :param first_step: The step to begin with, counted from 1: the settings of the steps before are applied, and the
+            arm goes there from above.
         :param resume: Goes on where a run of the same plan was interrupted, by Python or by the command.
-        :param check: Whether to refuse what the arm cannot do.
-        :param keep: Whether to run first what an earlier program left in the queue.
+        :param check: Whether to refuse a plan that the arm cannot do.
+        :param keep: Whether to run first the commands that an earlier program left in the queue.
         :param require_homed: Whether to refuse an arm that was not homed since it was switched on.
         :param unhomed: Whether to draw or engrave with an arm (a virtual one aside) that was not homed since it was
             switched on. It may go to the wrong place.
         :param stay: Whether the pen stays down at the end, and when the drawing is stopped, instead of going up.
-        :param park: Where the tip of the tool (x, y, z) is taken when all is done: up first, then across.
+        :param park: The position (x, y, z) to which the tip of the tool goes at the end: up first, then across.
         :param lift: How far the pen goes up, mm; that of :func:`~magician.load`, or 10.
         :param allow_laser: Whether the laser of an arm that is not virtual may burn.
-        :param restore: Whether speeds and heights of jumps that the plan changes are given back at its end.
-        :param wait: Whether to wait for the end. ``False`` returns as soon as what was begun before has ended, with a
-            :class:`Job`, as :meth:`start` does.
-        :raises UnreachableError, InvalidInputError: The check refuses a step: which, why, and both values.
+        :param restore: Whether speeds and jump heights that the plan changes are restored at its end.
+        :param wait: Whether to wait for the end. ``False`` returns as soon as earlier motions have ended, with a
+            :class:`Job`, as :meth:`start` does. :raises UnreachableError, InvalidInputError: The check refuses a step;
+            the message says which and why, with both values.
         :raises AlarmError: An alarm holds the queue.
-        :raises ClosedError: A stop came first.
+        :raises ClosedError: It was stopped.
         """
         hearing(progress)
         if progress is not False and not flag("wait", wait):
@@ -1377,7 +1373,8 @@ class Arm(Bound):
     ) -> Job:
         """Starts a plan, or commands, and returns at once: the :class:`Job` waits for the end, pauses and resumes.
 
-        The parameters are those of :meth:`run`. A job that nobody refers to any more is stopped.
+        The parameters are those of :meth:`run`. A job without a reference to it is stopped when it is
+        garbage-collected.
 
         >>> job = arm.start(plan)
         >>> job.pause()
@@ -1435,7 +1432,7 @@ class Arm(Bound):
     # Pictures.
 
     def picture(self) -> Picture:
-        """The arm as it stands, from above and from the side."""
+        """A picture of the arm's present pose, from above and from the side."""
         return Picture(wait(self._core.snapshot()))
 
     def _repr_svg_(self) -> str | None:
@@ -1449,9 +1446,9 @@ class Arm(Bound):
 class Motion(Bound, Generic[_T]):
     """A motion that was begun with ``wait=False``: it goes on by itself.
 
-    Motions of an arm go one after the other: what is asked for meanwhile waits for its turn. One that fails, or is
-    cancelled, takes those behind it along; if nobody waits for it, the next call that moves the arm, or the end of the
-    ``with`` block, raises its error. A ``with`` block that ends well waits for the last.
+    The motions of an arm run one after another: a new one waits for its turn. If one fails or is cancelled, those
+    behind it are dropped; if its :meth:`wait` is not called, the next call that moves the arm, or the end of the
+    ``with`` block, raises its error. A ``with`` block that ends normally waits for the last motion.
 
     >>> motion = arm.move_to(220, 60, 20, wait=False)
     >>> motion.done()
@@ -1472,23 +1469,23 @@ class Motion(Bound, Generic[_T]):
         return self._going.over
 
     def wait(self, timeout: float | None = None) -> _T:
-        """Waits for its end, and returns what it came to. To interrupt that stops the arm.
+        """Waits for its end, and returns the result. Interrupting the wait stops the arm.
 
-        :param timeout: At most so many seconds; the motion goes on.
+        :param timeout: Maximum time to wait, seconds; the motion goes on after it.
         :raises ResponseTimeoutError: It was still under way then.
-        :raises ClosedError: It was cancelled, or stopped; else what the motion raises when it is waited for.
+        :raises ClosedError: It was cancelled or stopped. Otherwise it raises the errors of the motion.
         """
         limit = None if timeout is None else seconds("timeout", timeout)
         found: _T = wait_ended(self._going, self._core, limit)
         return found
 
     def cancel(self) -> None:
-        """Stops the arm, if the motion has begun, and drops what waits behind it. Returns at once."""
+        """Stops the arm, if the motion has begun, and drops the motions behind it. Returns at once."""
         self._going.cancel()
 
 
 class Jog(Bound):
-    """A jog: see :meth:`Arm.jog`. It begins when its ``with`` block does, and at its end the arm stands."""
+    """A jog: see :meth:`Arm.jog`. It begins with its ``with`` block; at the end of the block the arm stops."""
 
     def __init__(self, core: Core, command: commands.JogCmd, keep: float, ratio: float | None) -> None:
         self._core = core
@@ -1515,11 +1512,11 @@ class Jog(Bound):
                 raise
 
     def keep(self) -> None:
-        """Lets it go on. It costs nothing: nothing is sent.
+        """Keeps the jog going. Nothing is sent.
 
         Raises when it has ended: :class:`~magician.errors.ResponseTimeoutError` when this was called too late,
-        :class:`~magician.errors.PortError` when the line broke, :class:`~magician.errors.ClosedError` when a stop or
-        another jog came.
+        :class:`~magician.errors.PortError` when the line was lost, :class:`~magician.errors.ClosedError` after a stop
+        or another jog.
         """
         if self._jog is None:
             raise ClosedError("the jog has not begun, or was ended: it runs inside `with arm.jog(...) as jog`")
@@ -1549,42 +1546,43 @@ class Job(Bound):
         return PlanProgress(done, self._steps, left, silent)
 
     def pause(self) -> None:
-        """Pauses it, and returns when it is paused: the piece under way has ended, nothing of it waits in the arm, the
-        laser is off, the pen is up. The arm may be moved then. While it checks, it is paused before anything is sent.
+        """Pauses it, and returns when it is paused: the stroke under way has ended, none of its commands wait in the
+        arm, the laser is off, the pen is up. The arm may be moved then. During the check it pauses before anything is
+        sent.
 
         :raises ClosedError: It is ending, or over.
         """
         wait(self._job.pause())
 
     def resume(self) -> None:
-        """Goes on with a paused job: above the place where it ended, down, and on. A job that burns burns again.
+        """Goes on with a paused job: above the point where it paused, down, and on. A laser job burns again.
 
-        :raises UnexpectedError: The arm was reset meanwhile, or nobody can tell where it stands: home it first.
-        :raises InvalidInputError: The job is not paused, or the arm moves. It stays as it is, as after any error here.
+        :raises UnexpectedError: The arm was reset meanwhile, or its pose is not certain: home it first.
+        :raises InvalidInputError: The job is not paused, or the arm moves. After any error the job stays paused.
         """
         wait(self._job.resume())
 
     @property
     def speed(self) -> int:
-        """How fast it goes what is not sent yet, in percent of what the plan says: 100 at first."""
+        """The speed of the commands that are not sent yet, in percent of the plan's: 100 at first."""
         return self._job.speed()
 
     def set_speed(self, percent: int) -> None:
-        """Has it go faster or slower from here on: what is not sent yet, also after a pause, goes at this share of its
+        """Changes the speed of the commands that are not sent yet, also after a pause, to this share of the plan's
         speed.
 
-        What the arm has already keeps the speed that it was sent with. A job that burns goes at another speed only
-        where all that it burns has its power in proportion to speed (M4), which follows then.
+        Commands that the arm already has keep their speed. The speed of a laser job can change only if all of its laser
+        power is in proportion to speed (M4); the power then follows.
 
         :param percent: 10 to 100.
-        :raises InvalidInputError: The job burns, and its power is right for its speed only.
+        :raises InvalidInputError: It is a laser job whose power is set for one speed only.
         :raises ClosedError: It is ending, or over.
         """
         self._job.set_speed(int(number("percent", percent, least=10, most=100, unit="%")))
 
     def stop(self) -> None:
-        """Stops it, and returns: the arm stops, the laser goes off, the pen goes up; :meth:`wait` tells the end.
-        A second stop ends that, and moves nothing.
+        """Stops it, and returns at once: the arm stops, the laser goes off, the pen goes up; :meth:`wait` waits for
+        that. A second stop ends it without moving the pen.
         """
         self._job.stop()
 
@@ -1597,9 +1595,9 @@ class Job(Bound):
         return self.state == "ended"
 
     def wait(self, timeout: float | None = None, *, progress: Watcher = False) -> RunResult:
-        """Waits for its end. Whatever ends the wait early stops the job, as in :meth:`Arm.run`.
+        """Waits for its end. Interrupting the wait stops the job, as in :meth:`Arm.run`.
 
-        :param timeout: At most so many seconds; the job goes on.
+        :param timeout: Maximum time to wait, seconds; the job goes on after it.
         :param progress: As in :meth:`Arm.run`.
         :raises ResponseTimeoutError: It was still under way then.
         :raises ClosedError: It was stopped; else as :meth:`Arm.run`.
@@ -1628,15 +1626,15 @@ class Job(Bound):
 
 
 class StateWatch(Bound):
-    """A look at the arm's state, kept fresh: see :meth:`Arm.state`. It ends with the connection, with its ``with``
-    block, or when it is forgotten.
+    """The arm's state, kept up to date: see :meth:`Arm.state`. It ends with the connection, with its ``with`` block, or
+    when it is garbage-collected.
     """
 
     def __init__(self, watch: NativeStateWatch) -> None:
         self._watch: NativeStateWatch | None = watch
 
     def close(self) -> None:
-        """Ends it. Whoever waits for what comes next gets that, and then the end."""
+        """Ends it. A call that waits for the next reading still gets it; then the loop ends."""
         self._watch = None
 
     def __enter__(self) -> StateWatch:
@@ -1655,13 +1653,13 @@ class StateWatch(Bound):
 
     @property
     def latest(self) -> Status | None:
-        """The state as it was read last, by this watch or another one; ``None`` before the first whole reading,
-        and when the watch was closed."""
+        """The state as it was read last, by this watch or another one; ``None`` before the first complete reading, and
+        when the watch was closed."""
         latest = None if self._watch is None else self._watch.latest()
         return None if latest is None else _told.status(latest)
 
     def changed(self) -> Status:
-        """Waits for the next reading, for as long as it takes. A line that is lost or found counts as one.
+        """Waits for the next reading, for as long as it takes. Losing or regaining the line counts as one.
 
         Raises :class:`~magician.errors.ClosedError` when the connection has ended, or the watch was closed.
         """
@@ -1680,15 +1678,15 @@ class StateWatch(Bound):
 
 
 class Events(Bound):
-    """What happens: see :meth:`Arm.events`. It ends with the connection, with its ``with`` block, or when it is
-    forgotten.
+    """The arm's events: see :meth:`Arm.events`. It ends with the connection, with its ``with`` block, or when it is
+    garbage-collected.
     """
 
     def __init__(self, native: NativeEvents) -> None:
         self._events: NativeEvents | None = native
 
     def close(self) -> None:
-        """Ends it. Whoever waits for what comes next gets that, and then the end."""
+        """Ends it. A call that waits for the next event still gets it; then the loop ends."""
         self._events = None
 
     def __enter__(self) -> Events:
@@ -1715,19 +1713,12 @@ class Events(Bound):
 class Run(Bound):
     """A program on its way through the arm's queue: see :meth:`Arm.begin`.
 
-    :meth:`finish` runs it. When that fails and it :attr:`is_interrupted`, the line broke or an answer left a doubt that
-    could not be settled then: the arm has finished what it had, and :meth:`finish` called once more goes on at the very
-    command that it did not take. After anything else it is over, and :meth:`finish` fails::
+    :meth:`finish` runs it. If that fails and it :attr:`is_interrupted`, the line was lost, or it was not known whether
+    the arm took a command. The arm then finishes its queue, and another call of :meth:`finish` goes on with the first
+    command that the arm did not take. After any other error the run is over, and :meth:`finish` fails::
 
-        run = arm.begin(program)
-        while True:
-            try:
-                run.finish()
-                break
-            except errors.PortError:
-                if not run.is_interrupted:
-                    raise
-                arm.reconnected()  # and ask whoever is there whether to go on
+        run = arm.begin(program) while True: try: run.finish() break except errors.PortError: if not
+        run.is_interrupted: raise arm.reconnected()  # and ask the user whether to go on
     """
 
     def __init__(self, core: Core, native: NativeProgram) -> None:
@@ -1739,23 +1730,23 @@ class Run(Bound):
         return f"<Run, {self.ran.commands} commands done{', interrupted' if self.is_interrupted else ''}>"
 
     def finish(self, *, progress: Callable[[Progress], object] | None = None) -> Ran:
-        """Runs what has not been run, to its end.
+        """Runs the rest of the program, to its end.
 
-        Raises as :meth:`Arm.perform`, but for the check; when it goes on, :class:`~magician.errors.UnexpectedError` if
-        the arm does not stand where it should, :class:`~magician.errors.ClosedError` if it is over.
+        Raises as :meth:`Arm.perform`, except for the check. When it goes on after an interruption, it raises
+        :class:`~magician.errors.UnexpectedError` if the arm is not where it should be, and
+        :class:`~magician.errors.ClosedError` if the run is over.
         """
         return Ran(*wait_done(self._run.finish(), self._core, _hearing(progress)))
 
     @property
     def is_interrupted(self) -> bool:
-        """Whether it ended before its end and :meth:`finish` may go on with it. A stop that comes later still ends it
-        for good.
+        """Whether it was interrupted and :meth:`finish` may go on with it. A later stop still ends it for good.
         """
         return self._run.is_interrupted()
 
     @property
     def ran(self) -> Ran:
-        """What it has done so far; while it runs, what it had done before."""
+        """The commands done so far; while it runs, those done before this :meth:`finish`."""
         ran = self._run.ran()
         if ran is not None:
             self._ran = Ran(*ran)
