@@ -10,16 +10,14 @@
         x, y, z, r = arm.pose()
 
 * :class:`Arm` is a connected arm; :class:`magician.aio.Arm` the same for asyncio.
-* :mod:`magician.words` makes commands of intentions, for programs; :mod:`magician.commands` has every command of the
-  protocol.
+* :mod:`magician.words` builds commands for programs; :mod:`magician.commands` has every command of the protocol.
 * :mod:`magician.places` keeps poses by name, and has work planes and pallets.
-* :func:`load` makes a :class:`Plan` of a file, :meth:`Plan.path` of an array of points; ``arm.run(plan)`` has an arm do
-  it.
+* :func:`load` makes a :class:`Plan` from a file, :meth:`Plan.path` from an array of points; ``arm.run(plan)`` runs it.
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`.
-* :mod:`magician.errors` is what can go wrong, :mod:`magician.events` what can happen.
+* :mod:`magician.errors` has the exceptions, :mod:`magician.events` the events.
 
-Lengths are mm, angles degrees, times seconds. What the driver has to say goes to the logger ``magician``.
+Lengths are mm, angles degrees, times seconds. The driver logs to the logger ``magician``.
 """
 
 from __future__ import annotations

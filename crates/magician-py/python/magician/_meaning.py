@@ -115,13 +115,13 @@ class _Color(Protocol):
 
 
 class ColorMeaning:
-    """What a colour sensor sees."""
+    """The reading of a colour sensor."""
 
     __slots__ = ()
 
     @property
     def color(self: _Color) -> Color | None:
-        """The strongest of the three; ``None`` where two are as strong, and of a sensor that sees nothing."""
+        """The strongest of the three; ``None`` if two are equally strong, or the sensor sees nothing."""
         r, g, b = self.r, self.g, self.b
         if r > g and r > b:
             return Color.RED
@@ -138,7 +138,7 @@ class _Infrared(Protocol):
 
 
 class InfraredMeaning:
-    """What an infrared sensor sees."""
+    """The reading of an infrared sensor."""
 
     __slots__ = ()
 
@@ -168,11 +168,11 @@ class _Analog(Protocol):
 
 
 class AnalogMeaning:
-    """What lies at an analog input."""
+    """The reading of an analog input."""
 
     __slots__ = ()
 
     @property
     def volts(self: _Analog) -> float:
-        """What lies at the input, V, 0 to 3.3."""
+        """The voltage at the input, V, 0 to 3.3."""
         return self.value / 4095 * 3.3

@@ -80,7 +80,7 @@ class Stroke(Value):
 
 
 class Drawing(Sequence[Stroke]):
-    """What pen and laser have left: its strokes, in the order in which they came about. A notebook shows it."""
+    """The strokes that pen and laser have left, in the order in which they were made. A notebook shows it."""
 
     __slots__ = ("_native",)
 

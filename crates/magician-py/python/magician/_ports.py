@@ -15,7 +15,7 @@ __all__ = ["Found", "SerialPort", "discover", "discover_async", "ports"]
 
 
 class SerialPort(Value):
-    """A serial port of this computer, and what is known of the USB device behind it."""
+    """A serial port of this computer, with the details of its USB device."""
 
     path: str
     """What to connect to: ``/dev/ttyUSB0``, ``COM3``."""
@@ -55,18 +55,18 @@ class Found(Value):
 def ports() -> list[SerialPort]:
     """The serial ports of this computer, likely arms first.
 
-    Raises :class:`~magician.errors.PortError` when the system does not tell.
+    Raises :class:`~magician.errors.PortError` when the system cannot list them.
     """
     return [SerialPort(*parts) for parts in _magician.ports()]
 
 
 def discover(hosts: Iterable[str] = (), *, within: float = 1.0) -> list[Found]:
-    """Asks the networks of this computer for arms on Wi-Fi, and collects who answers within so many seconds.
+    """Searches the networks of this computer for arms on Wi-Fi: those that answer in ``within`` seconds.
 
     :param hosts: names or addresses to ask instead, which may be in other networks; then it ends when all have
         answered.
 
-    That nobody answers is no error. Raises :class:`~magician.errors.InvalidInputError` for what is no host,
+    It returns an empty list if none answers. Raises :class:`~magician.errors.InvalidInputError` for an invalid host,
     :class:`~magician.errors.PortError` when a host's name is not known or this computer has no network.
     """
     return [Found(*parts) for parts in wait(_asking(hosts, within))]

@@ -41,7 +41,7 @@ class OpenEnum(IntEnum):
 
 
 class Command(Value):
-    """What travels in a frame of one kind: the fields of a command, as attributes."""
+    """The fields of a command, as attributes."""
 
     ID: ClassVar[int]
     """Id in the frame."""
@@ -62,11 +62,11 @@ class Command(Value):
 
 
 class Answer(Command):
-    """What the arm answers to a question: see :class:`Query`."""
+    """The arm's answer to a query: see :class:`Query`."""
 
 
 class Readable(Answer):
-    """What can be read by its class: ``arm.get(commands.Pose)``."""
+    """A value that can be read by its class: ``arm.get(commands.Pose)``."""
 
 
 class Query(Command, Generic[A_co]):
@@ -74,8 +74,8 @@ class Query(Command, Generic[A_co]):
 
 
 class Writable(Command):
-    """What can be set, or ordered, at once: ``arm.set(...)``."""
+    """A value or an action that can be set at once: ``arm.set(...)``."""
 
 
 class Queueable(Writable):
-    """What may go into the arm's queue as well: ``arm.enqueue(...)``, ``arm.perform([...])``."""
+    """A command that may go into the arm's queue as well: ``arm.enqueue(...)``, ``arm.perform([...])``."""

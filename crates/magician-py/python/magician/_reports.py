@@ -22,7 +22,7 @@ class Placed(Value):
 
 
 class Note(Value):
-    """What was left out of a file or taken in a certain way; nothing of it is an error."""
+    """A part of a file that was left out or interpreted; it is not an error."""
 
     message: str
     """What."""
@@ -66,12 +66,12 @@ class Complaint(Value):
 
     @property
     def value(self) -> float | None:
-        """What was too much or too little, in :attr:`unit`."""
+        """The value that is too large or too small, in :attr:`unit`."""
         return self.error.value
 
     @property
     def limit(self) -> float | None:
-        """What it may be, in :attr:`unit`."""
+        """The limit that it breaks, in :attr:`unit`."""
         return self.error.limit
 
     @property
@@ -95,7 +95,7 @@ class Complaint(Value):
 
 
 class Report(Value):
-    """What a check has found. A notebook shows it as a table."""
+    """The result of a check. A notebook shows it as a table."""
 
     refused: int
     """How many steps the arm could not do."""
@@ -128,7 +128,7 @@ class Report(Value):
         return self.refused == 0
 
     def raise_if_refused(self) -> None:
-        """Raises what the first complaint is about, if there is one."""
+        """Raises the error of the first complaint, if there is one."""
         for complaint in self.complaints:
             raise complaint.error
 

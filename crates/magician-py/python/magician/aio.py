@@ -1835,8 +1835,7 @@ class Run(Bound):
 
     @property
     def is_interrupted(self) -> bool:
-        """Whether it was interrupted and :meth:`finish` may go on with it. A later stop still ends it for good.
-        """
+        """Whether it was interrupted and :meth:`finish` may go on with it. A later stop still ends it for good."""
         return self._run.is_interrupted()
 
     @property

@@ -242,7 +242,7 @@ class Plan:
         :param speed: Along a path, mm/s; as the arm is set if ``None``.
         :param acceleration: Along a path, mm/s².
         :param power: Of the laser along a path, percent: one for all, or one for each point, shape (n,).
-        :raises InvalidInputError: A number that is none, another shape, an r that changes on a path.
+        :raises InvalidInputError: NaN where a number is needed, another shape, an r that changes on a path.
         """
         data, columns = rows(points)
         count = len(data) // (8 * columns)
@@ -267,7 +267,7 @@ class Plan:
     def from_json(cls, json: str) -> Plan:
         """The plan in the text of a plan file.
 
-        :raises InvalidInputError: It is none; line, column, and what would be right.
+        :raises InvalidInputError: It is not a plan file; the message has line, column, and what is expected.
         """
         return cls(_magician.Plan.of_json(text("json", json)))
 
@@ -275,7 +275,7 @@ class Plan:
 
     @property
     def title(self) -> str:
-        """What it is called."""
+        """Its title."""
         return self.native.title
 
     @property
@@ -285,12 +285,12 @@ class Plan:
 
     @property
     def format(self) -> str | None:
-        """What that file was: ``"svg"``, ``"gcode"``."""
+        """The format of that file: ``"svg"``, ``"gcode"``."""
         return self.native.format
 
     @property
     def notes(self) -> list[Note]:
-        """What was left out of the file or taken in a certain way."""
+        """The parts of the file that were left out or interpreted."""
         return [
             Note(message, line or None, column or None, name, help, code)
             for line, column, name, message, help, code in self.native.notes
@@ -315,8 +315,8 @@ class Plan:
 
     @property
     def surface_is_assumed(self) -> bool:
-        """Whether nobody has said how high the paper lies: it is taken to be the table of a virtual arm, and no other
-        arm runs it."""
+        """Whether the work surface height is unknown: it is then assumed to be the table of a virtual arm, and no real
+        arm runs the plan."""
         return self.native.assumed
 
     @property
@@ -337,21 +337,21 @@ class Plan:
         return to_numpy(self.native.targets(), 3)
 
     def check(self) -> Report:
-        """Follows it as an arm would that was just homed and has no other settings than its own: what is out of reach,
-        how long it takes, how far the tool goes. ``arm.check(plan)`` begins where that arm stands."""
+        """Checks it for an arm that was just homed and has its settings from power-up: steps out of reach, the time it
+        takes, the length of the tool's path. ``arm.check(plan)`` begins at that arm's present pose."""
         if self._report is None:
             self._report = report(self.native.check(None))
         return self._report
 
     @property
     def estimate(self) -> float | None:
-        """How long an arm takes for it, s; ``None`` if a step has no end that is known. As :meth:`check` has it."""
+        """The time an arm takes for it, s; ``None`` if the end of a step is not known. It is that of :meth:`check`."""
         return self.check().seconds
 
     def preview(
         self, path: str | os.PathLike[str] | None = None, *, side: bool | None = None, sheet: Sheet | None = None
     ) -> Picture:
-        """What will be drawn, burnt or carried, and where, in true size.
+        """A picture of everything that will be drawn, burnt or carried, in true size.
 
         :param path: A ``.svg`` or ``.png`` file to write.
         :param side: Whether there is a view from the side; if left out, for plans that pick and place.
@@ -366,7 +366,7 @@ class Plan:
     def rehearse(
         self, *, tool: Tool | None = None, table: float | None = None, watch: float | None = None
     ) -> Rehearsal:
-        """Has a virtual arm of its own do it, at full speed, byte for byte as an arm would.
+        """Runs it on a virtual arm of its own, as fast as possible, byte for byte as on a real arm.
 
         :param tool: The tool on the arm; the plan's own if it names one, else the one that its steps need.
         :param table: The z at which the tool touches the table, mm; the plan's surface if it has one.
@@ -392,9 +392,9 @@ class Plan:
     # Changing it.
 
     def moved(self, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Plan:
-        """The same in another place, so many mm further.
+        """The same plan in another place, moved by these distances in mm.
 
-        :raises InvalidInputError: A step cannot be moved: it leads to joint angles, or goes on from where nobody knows.
+        :raises InvalidInputError: A step cannot be moved: it goes to joint angles, or begins at an unknown pose.
         """
         return Plan(self.native.moved((number("x", x), number("y", y), number("z", z))))
 
@@ -415,7 +415,7 @@ class Plan:
         return Plan(self.native.rotated(number("degrees", degrees, unit="deg"), _two("about", about)))
 
     def repeated(self, times: int) -> Plan:
-        """Its steps so many times over. ``plan * 3`` is the same."""
+        """Its steps repeated ``times`` times. ``plan * 3`` is the same."""
         return Plan(self.native.repeated(whole("times", times, 0, _MOST)))
 
     def on_grid(self, rows: int, columns: int, pitch: tuple[float, float]) -> Plan:
@@ -450,7 +450,7 @@ class Plan:
         above to where the step begins. For an arm that was just homed; ``arm.run(plan, first_step=...)`` begins where
         that arm stands.
 
-        :raises InvalidInputError: There is no such step, or nobody knows where it begins.
+        :raises InvalidInputError: There is no such step, or the pose at which it begins is unknown.
         """
         return Plan(self.native.starting_at(whole("step", step, 1, max(1, len(self))), None))
 
@@ -472,9 +472,9 @@ class Plan:
         return self.native.to_json()
 
     def to_playback(self) -> tuple[str, list[str]]:
-        """The text of a file for DobotStudio's Teaching & Playback, and what such a file cannot say.
+        """The text of a file for DobotStudio's Teaching & Playback, and notes on what such a file cannot express.
 
-        :raises InvalidInputError: A step has no place in such a file.
+        :raises InvalidInputError: A step cannot be written to such a file.
         """
         return self.native.to_playback()
 
@@ -482,8 +482,8 @@ class Plan:
         """Writes it to a ``.plan.json`` (``.json``, ``.plan``) or, for DobotStudio, ``.playback`` file. :func:`load`
         reads both.
 
-        :returns: What the file cannot say; nothing, for a plan file.
-        :raises InvalidInputError: The name ends otherwise, or a step has no place in such a file.
+        :returns: Notes on what the file cannot express; none for a plan file.
+        :raises InvalidInputError: The name has another ending, or a step cannot be written to such a file.
         :raises OSError: The file cannot be written.
         """
         to = Path(path)
@@ -609,9 +609,9 @@ def load(
     :param spacing: Distance between the lines of an image, mm; 0.2 if left out.
     :param overscan: Run-up and run-out of the tool at the ends of a line, mm; as needed if left out.
     :param gamma: Exponent of the darkness; above 1 burns light parts less.
-    :returns: The plan. :attr:`Plan.notes` tells what was left out or taken in a certain way.
-    :raises InvalidInputError: It cannot be read (with line and column), cannot be placed so, or an argument makes no
-        sense.
+    :returns: The plan. :attr:`Plan.notes` lists the parts that were left out or interpreted.
+    :raises InvalidInputError: It cannot be read (with line and column), cannot be placed like this, or an argument is
+        invalid.
     :raises OSError: The file cannot be opened.
     """
     name, data = _open(file)

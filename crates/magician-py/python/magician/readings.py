@@ -1,4 +1,4 @@
-"""What an arm tells of itself and of what it does."""
+"""Readings: the arm's identity, its state, and the results of runs."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Progress(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """What a run has done."""
+    """The result of a run."""
 
     commands: int
     """How many commands the arm took and finished."""
@@ -86,7 +86,7 @@ class Ran(NamedTuple):
 
 
 class Stats(NamedTuple):
-    """What went over the line so far."""
+    """Counts of the traffic on the line so far."""
 
     sent: int
     """Frames sent."""
@@ -107,7 +107,7 @@ class Stats(NamedTuple):
 
 
 class Info(Value):
-    """Who an arm is."""
+    """The identity of an arm."""
 
     port: str
     """What the connection is called."""

@@ -1,4 +1,4 @@
-"""Runs of plans: how far they are, and what they come to."""
+"""Runs of plans: their progress and their results."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class PlanProgress(Value):
 
 
 class RunResult(Value):
-    """What a run has come to."""
+    """The result of a run."""
 
     steps: int
     """Steps that were done."""

@@ -1,14 +1,14 @@
-"""What people say to a robot arm, as commands.
+"""Command builders: functions named for the arm's motions, tools and settings.
 
-A word returns a command as a value and does nothing else: ``arm.perform([...])`` checks and runs them, ``arm.enqueue``
-takes them one at a time, and programs may keep them in lists. The methods of an arm that have the same names do it and
+Each returns a command as a value and does nothing else: ``arm.perform([...])`` checks and runs them, ``arm.enqueue``
+queues one at a time, and programs may keep them in lists. The methods of an arm with the same names run the command and
 wait.
 
 Lengths are mm, angles degrees, times seconds; the frame is the arm's: origin where the base axis meets the shoulder
-axis, X forward, Y to the arm's left, Z up. The table is below z = 0. E numbers are those of the errata that the
-vendor's document needs.
+axis, X forward, Y to the arm's left, Z up. The table is below z = 0. E numbers cite the errata to the vendor's
+document.
 
-The file is long because it is the list of them, each with its sentence.
+The file is long because it lists all of them, each with its documentation.
 
 >>> from magician import words
 >>> pick = [
@@ -283,17 +283,17 @@ def jump_joints(j1: Any, j2: float | None = None, j3: float | None = None, j4: f
 
 
 def move_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
-    """Moves by so much (mm, degrees) from where the arm then is, all joints together."""
+    """Moves by a distance (mm, degrees) from the pose that the arm then has, all joints together."""
     return commands.PtpCmd(PtpMode.MOVJ_XYZ_INC, *checked(dx=dx, dy=dy, dz=dz, dr=dr))
 
 
 def line_by(dx: float = 0, dy: float = 0, dz: float = 0, dr: float = 0) -> commands.PtpCmd:
-    """Moves by so much (mm, degrees) from where the arm then is, on a straight line."""
+    """Moves by a distance (mm, degrees) from the pose that the arm then has, on a straight line."""
     return commands.PtpCmd(PtpMode.MOVL_XYZ_INC, *checked(dx=dx, dy=dy, dz=dz, dr=dr))
 
 
 def move_joints_by(d1: float = 0, d2: float = 0, d3: float = 0, d4: float = 0) -> commands.PtpCmd:
-    """Turns the joints by so many degrees from where they then are."""
+    """Turns the joints by these angles, degrees, from those that they then have."""
     return commands.PtpCmd(PtpMode.MOVJ_ANGLE_INC, *checked(d1=d1, d2=d2, d3=d3, d4=d4))
 
 
@@ -308,7 +308,7 @@ def arc_to(via: Four, to: Four) -> commands.ArcCmd:
 
 
 def circle(via: Four, over: Four, turns: int = 1) -> commands.CircleCmd:
-    """Goes round the circle through here, ``via`` and ``over``, so many turns, and ends where it began.
+    """Goes round the circle through the present pose, ``via`` and ``over``, ``turns`` times, and ends where it began.
 
     Both are x, y, z, r; r stays what it is. Not in the vendor's document (E33).
     """
@@ -325,12 +325,12 @@ def path_to(x: float, y: float, z: float) -> commands.CpCmd:
 
 
 def path_by(dx: float = 0, dy: float = 0, dz: float = 0) -> commands.CpCmd:
-    """Adds a segment to a continuous path, by so much from the end of the one before."""
+    """Adds a segment to a continuous path, by a distance from the end of the segment before."""
     return commands.CpCmd(commands.CpMode.RELATIVE, number("dx", dx), number("dy", dy), number("dz", dz), 0)
 
 
 def engrave_to(x: float, y: float, z: float, power: float) -> commands.CpLeCmd:
-    """As :func:`path_to`, with the laser at so many percent (0 to 100) on the way (document 1.11.3, E32).
+    """As :func:`path_to`, with the laser at ``power`` percent (0 to 100) on the way (document 1.11.3, E32).
 
     End the path with ``laser(False)`` or a segment of power 0.
     """
@@ -339,7 +339,7 @@ def engrave_to(x: float, y: float, z: float, power: float) -> commands.CpLeCmd:
 
 
 def engrave_by(dx: float, dy: float, dz: float, power: float) -> commands.CpLeCmd:
-    """As :func:`engrave_to`, by so much from the end of the segment before."""
+    """As :func:`engrave_to`, by a distance from the end of the segment before."""
     way = number("dx", dx), number("dy", dy), number("dz", dz)
     return commands.CpLeCmd(commands.CpMode.RELATIVE, *way, _power(power))
 
@@ -366,7 +366,7 @@ _AXES: dict[str, tuple[bool, JogCommand]] = {
 
 
 def jog(direction: Direction) -> commands.JogCmd:
-    """Moves a coordinate, a joint or the rail until told to stop: ``"x+"``, ``"j2-"``, ``"rail+"`` (document 1.9.4,
+    """Moves a coordinate, a joint or the rail until it is stopped: ``"x+"``, ``"j2-"``, ``"rail+"`` (document 1.9.4,
     E25).
 
     It is for ``arm.jog``, which ends it; in a program it would go on until a limit ends it with an alarm.
@@ -465,7 +465,7 @@ def jog_axis_speed(velocity: Four, acceleration: Four) -> commands.JogCoordinate
 
 
 def tool(name: Tool | None = None, *, x: float = 0, y: float = 0, z: float = 0) -> commands.EndEffectorParams:
-    """Tells the arm where the tool sits: by its name, or by x, y, z in mm from the wrist; poses count from there on.
+    """Tells the arm its tool: by its name, or by the tip's x, y, z in mm from the wrist. Poses are those of that tip.
 
     >>> tool("suction").x_bias
     59.7
@@ -565,7 +565,7 @@ def wait_above(address: PinLike, threshold: int) -> commands.TrigCmd:
 
 
 def multiplex(address: PinLike, function: FunctionLike) -> commands.IoMultiplexing:
-    """Says what an EIO pin (1 to 20) does; a pin must be told before it is used (document 1.15.1, E40)."""
+    """Sets the function of an EIO pin (1 to 20), before the pin can be used (document 1.15.1, E40)."""
     return commands.IoMultiplexing(_pin(address), _function(function))
 
 
@@ -598,7 +598,7 @@ def servo(address: PinLike, pulse_ms: float) -> commands.IoPwm:
 def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | commands.PtpPoWithLCmd:
     """Lets a point-to-point move switch outputs on its way, in any order and at most 57, with the rail 56.
 
-    They replace those that it had (document 1.10.9 and 1.10.10, E29).
+    They replace the move's outputs so far (document 1.10.9 and 1.10.10, E29).
 
     >>> from magician.commands import Output
     >>> jump = with_outputs(jump_to(220, 0, 20, 0), [Output(percent=50, address=17, high=True)])
@@ -619,7 +619,7 @@ def with_outputs(move: Move, outputs: Iterable[Output]) -> commands.PtpPoCmd | c
 def rail(on: bool, version: RailVersion | int | str) -> commands.SetDeviceWithL:
     """Says whether the arm stands on a rail, and of which generation (document 1.3.4, E15).
 
-    An arm that was not told moves without its rail, and says nothing.
+    Without this command an arm moves without its rail, and raises no error.
     """
     return commands.SetDeviceWithL(flag("on", on), rail_version(version))
 
@@ -632,8 +632,8 @@ def move_with_rail(x: float, y: float, z: float, r: float, rail: float) -> comma
 
 
 def with_rail(move: Move, rail: float) -> commands.PtpWithLCmd | commands.PtpPoWithLCmd:
-    """Lets any point-to-point move take the rail along, to ``rail`` mm (0 to 1000), or by so much if the move is by an
-    increment.
+    """Adds a motion of the rail to any point-to-point move: to ``rail`` mm (0 to 1000), or by that distance if the move
+    is an increment.
 
     Arm and rail start and end together. Outputs that the move switches stay, at most 56 (document 1.10.7 and 1.10.10).
 
@@ -649,7 +649,7 @@ def with_rail(move: Move, rail: float) -> commands.PtpWithLCmd | commands.PtpPoW
 
 
 def rail_to(position: float, pose: commands.Pose) -> commands.PtpWithLCmd:
-    """Moves the carriage alone to so many mm (0 to 1000): the arm keeps the joints of the pose that it reported last.
+    """Moves only the carriage, to this position in mm (0 to 1000): the arm keeps the joints of the pose read last.
 
     :func:`rail_by` needs no pose.
     """
@@ -657,7 +657,7 @@ def rail_to(position: float, pose: commands.Pose) -> commands.PtpWithLCmd:
 
 
 def rail_by(distance: float) -> commands.PtpWithLCmd:
-    """Moves the carriage alone, by so many mm; the arm keeps its joints."""
+    """Moves only the carriage, by this distance in mm; the arm keeps its joints."""
     return commands.PtpWithLCmd(PtpMode.MOVJ_ANGLE_INC, 0, 0, 0, 0, number("distance", distance, unit="mm"))
 
 
@@ -680,7 +680,7 @@ def jog_rail_speed(velocity: float, acceleration: float) -> commands.JogLParams:
 
 
 def motor(index: StepperLike, speed: int) -> commands.EMotor:
-    """Runs an external motor at so many pulses a second (to about 1,000,000 either way); 0 stops it (document 1.15.6).
+    """Runs an external motor at a speed in pulses/s (to about 1,000,000 either way); 0 stops it (document 1.15.6).
 
     The sign is the direction. The queue goes on at once.
     """
@@ -689,7 +689,7 @@ def motor(index: StepperLike, speed: int) -> commands.EMotor:
 
 
 def motor_by(index: StepperLike, speed: int, distance: int) -> commands.EMotorS:
-    """Runs an external motor so many pulses far; the sign of the speed (pulses/s) is the direction.
+    """Runs an external motor for a number of pulses; the sign of the speed (pulses/s) is the direction.
 
     In the queue it has finished when the motor has. Not in the vendor's document.
     """
@@ -698,9 +698,9 @@ def motor_by(index: StepperLike, speed: int, distance: int) -> commands.EMotorS:
 
 
 def conveyor(index: StepperLike, mm_per_s: float) -> commands.EMotor:
-    """Runs the conveyor belt on this motor output at so many mm/s (to about 6,600 either way).
+    """Runs the conveyor belt on this motor output at a speed in mm/s (to about 6,600 either way).
 
-    The sign is the direction, 0 stops it. It runs on until it is told otherwise, and the queue goes on at once.
+    The sign is the direction, 0 stops it. It runs until the next command for it, and the queue goes on at once.
 
     >>> from magician.commands import Stepper
     >>> feed = [conveyor(Stepper.STEPPER1, 50), wait_for_level(19, True), conveyor(Stepper.STEPPER1, 0)]
@@ -709,10 +709,10 @@ def conveyor(index: StepperLike, mm_per_s: float) -> commands.EMotor:
 
 
 def conveyor_by(index: StepperLike, mm: float, mm_per_s: float) -> commands.EMotorS:
-    """Moves the conveyor belt on this motor output by so many mm, at so many mm/s (of either sign).
+    """Moves the conveyor belt on this motor output by a distance in mm, at a speed in mm/s (of either sign).
 
-    The sign of the way is the direction. In the queue it has finished when the belt stands again. The arm counts whole
-    pulses: the way is exact to 0.0034 mm, and at most 28 km.
+    The sign of the distance is the direction. In the queue it has finished when the belt stands still. The arm counts
+    whole pulses: the distance is exact to 0.0034 mm, and at most 28 km.
     """
     mm = number("mm", mm, least=-CONVEYOR_FARTHEST, most=CONVEYOR_FARTHEST, unit="mm")
     speed = _pulse_rate(math.copysign(number("mm_per_s", mm_per_s), mm))
@@ -728,30 +728,30 @@ def _pulse_rate(mm_per_s: float) -> int:
 
 
 def color_sensor(port: PortLike, on: bool, version: VersionLike) -> commands.SetColorSensor:
-    """Switches the colour sensor on a port (document 1.15.7, E42). ``arm.color_at(port)`` tells what it sees."""
+    """Switches the colour sensor on a port (document 1.15.7, E42). ``arm.color_at(port)`` reads it."""
     return commands.SetColorSensor(flag("on", on), _port(port), sensor_version(version))
 
 
 def infrared(port: PortLike, on: bool, version: VersionLike) -> commands.SetIrSwitch:
-    """Switches the infrared sensor on a port (document 1.15.8, E43). ``arm.infrared_at(port)`` tells what it sees."""
+    """Switches the infrared sensor on a port (document 1.15.8, E43). ``arm.infrared_at(port)`` reads it."""
     return commands.SetIrSwitch(flag("on", on), _port(port), sensor_version(version))
 
 
 def color_at(port: PortLike) -> commands.GetColorSensor:
-    """What to ask a colour sensor by: ``arm.get(words.color_at(port)).color``."""
+    """The query for a colour sensor: ``arm.get(words.color_at(port)).color``."""
     return commands.GetColorSensor(_port(port))
 
 
 def infrared_at(port: PortLike) -> commands.GetIrSwitch:
-    """What to ask an infrared sensor by: ``arm.get(words.infrared_at(port)).state``."""
+    """The query for an infrared sensor: ``arm.get(words.infrared_at(port)).state``."""
     return commands.GetIrSwitch(_port(port))
 
 
 def level_at(address: PinLike) -> commands.GetIoDi:
-    """What to ask a digital input by (EIO address 1 to 20): ``arm.get(words.level_at(19)).level``."""
+    """The query for a digital input (EIO address 1 to 20): ``arm.get(words.level_at(19)).level``."""
     return commands.GetIoDi(_pin(address))
 
 
 def analog_at(address: PinLike) -> commands.GetIoAdc:
-    """What to ask an analog input by (EIO address 1 to 20): ``arm.get(words.analog_at(12)).volts``."""
+    """The query for an analog input (EIO address 1 to 20): ``arm.get(words.analog_at(12)).volts``."""
     return commands.GetIoAdc(_pin(address))

@@ -11,5 +11,5 @@ A whole test::
         sort(arm)
         assert virtual_arm.object("red cube").on_belt
 
-A test that fails says how the arm stood and what had happened.
+The report of a failed test has the arm's state and its last events.
 """
