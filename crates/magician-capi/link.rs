@@ -1,4 +1,4 @@
-//! The names that the vendor's library goes by for those who link with it.
+//! The names of the vendor's library for linking.
 
 fn main() {
     println!("cargo::rerun-if-changed=../link.rs");

@@ -76,7 +76,7 @@ pub fn guard<T: Send>(name: &'static str, otherwise: T, body: impl FnOnce() -> T
         Ok(Err(error)) => format!("this thread cannot wait for the arm: {error}"),
         Err(_) => "this is a bug in the library; please report it".to_owned(),
     };
-    // If reporting itself fails there is nobody left to report to.
+    // If reporting itself fails, that failure cannot be reported.
     let tell = || notice::fault(name, &Fault::new(Code::Timeout, message));
     let _ = catch_unwind(AssertUnwindSafe(tell));
     otherwise

@@ -134,7 +134,7 @@ pub(crate) fn warn(function: &'static str, message: &str) {
     tracing::warn!("{}", named(function, message));
 }
 
-/// Tells of a fault to those who ask for it, with no lock that another thread may hold.
+/// Reports an error to its listeners, without a lock that another thread may hold.
 pub(crate) fn quietly(function: &'static str, fault: &Fault) -> c_int {
     remember(function, &fault.message);
     fault.code as c_int

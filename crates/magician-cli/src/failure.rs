@@ -11,7 +11,7 @@ use crate::json::write_json;
 use crate::paint::Paint;
 use crate::voice::{self, Command};
 
-/// What a person who is asked is told.
+/// The message for a person who is asked.
 pub(crate) const GOGGLES: &str =
     "wear goggles for its wavelength, clear away what must not burn, and stay with it";
 

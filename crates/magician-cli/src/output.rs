@@ -1,4 +1,4 @@
-//! Standard output: buffered, painted only on a terminal, quiet when nobody reads it.
+//! Standard output: buffered, painted only on a terminal, silent when its reader has gone.
 
 use std::fmt::Display;
 use std::io::{self, BufWriter, IsTerminal, Stdout, Write};

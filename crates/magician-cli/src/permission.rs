@@ -49,8 +49,8 @@ impl Context {
         self.ask_for_laser(asks, "this lights the laser of the arm")
     }
 
-    /// Lets the queue run during this verb, if commands of another program wait in it only once a person has said so: nobody
-    /// can read whether they burn.
+    /// Lets the queue run during this verb. If commands of another program wait in it, a person has to confirm: they may
+    /// burn, and cannot be read back.
     pub(crate) fn permit_queue(&mut self) -> Result<(), Failure> {
         if self.laser_is_allowed() || self.is_virtual()? {
             return Ok(());

@@ -6,7 +6,7 @@ use tokio::sync::watch;
 use tokio::task::JoinHandle;
 use tokio::time::{Duration, MissedTickBehavior, interval};
 
-/// Something that is read so often, until this is dropped. A reading that takes its time keeps nobody waiting.
+/// A value that is read periodically, until this is dropped. A slow reading blocks no reader.
 #[derive(Debug)]
 pub struct Polled<T> {
     latest: watch::Receiver<Option<T>>,

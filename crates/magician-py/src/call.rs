@@ -114,8 +114,7 @@ impl Call {
         Self::of(shared, going.map_or(Work::Lasting, Work::Going), None)
     }
 
-    /// Something that moves the arm and tells how far it is. It begins when it is waited for, and whoever lets go of it
-    /// before its end has the arm stopped.
+    /// A motion of the arm with progress. It begins when it is waited for; dropping it before its end stops the arm.
     pub(crate) fn moving<T, F, M>(arm: &Arm, task: impl FnOnce(Reporter) -> F, made: M) -> Self
     where
         T: Send + 'static,

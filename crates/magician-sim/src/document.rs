@@ -50,7 +50,7 @@ pub(crate) fn place(text: &str, offset: usize) -> (usize, usize) {
     })
 }
 
-/// Where TOML is wrong, and why, in words for people who write it.
+/// Where TOML is wrong, and why, in words for its author.
 pub(crate) fn locate(text: &str, error: &toml::de::Error) -> (usize, usize, String) {
     let offset = error.span().map_or(0, |span| span.start);
     let (line, column) = place(text, offset);

@@ -171,8 +171,8 @@ impl Runner {
         self.controller.line().plugged
     }
 
-    /// How many times the cable has been pulled. It shows a pull even to those who did not look
-    /// before the cable was back.
+    /// How many times the cable has been pulled. It shows a pull even to a caller that only looks after the cable was
+    /// plugged in again.
     #[must_use]
     pub fn pulls(&self) -> u64 {
         self.controller.line().pulls

@@ -29,7 +29,7 @@ fn main() -> magician::Result<()> {
             run.ran().commands
         );
         arm.reconnected()?;
-        // Here a program that draws or carries asks whoever is there: nothing goes on by itself.
+        // A program that draws or carries asks the user here: nothing goes on by itself.
         println!("it is back");
     }
     println!("{} commands done, each of them once", run.ran().commands);

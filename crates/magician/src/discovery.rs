@@ -100,9 +100,8 @@ impl Search {
         self
     }
 
-    /// Asks, and collects the replies, sorted by address; each arm once. It takes as long as is
-    /// given, except that a search at hosts alone ends when all of them have answered. That nobody
-    /// answers is no error.
+    /// Asks, and collects the replies, sorted by address; each arm once. It takes the given time, except that a search at
+    /// hosts alone ends when all of them have answered. The list may be empty.
     ///
     /// # Errors
     /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) for what is no host, [`ErrorKind::Port`](crate::ErrorKind::Port) when a host's name is

@@ -194,7 +194,7 @@ fn segment(count: u64) -> Item {
 
 #[test]
 fn a_stream_allocates_nothing_whatever_the_line_loses() {
-    // The first reply must not be lost: nobody could tell what became of the first command.
+    // The first reply must not be lost: the fate of the first command would be unknown.
     for (window, loss) in [(1, 0), (4, 0), (1, 23), (4, 101)] {
         let mut bench = Bench::new(window, loss);
         let mut stream = Stream::new(StreamSettings {

@@ -1,8 +1,8 @@
 //! A command that the arm may or may not have taken.
 //!
-//! Stock wrappers send a command again for as long as they get anything but 0. If the arm had taken the first one, it would
-//! move twice. So the doubt closes the way for every command that may not be repeated, and stays: the arm is somewhere
-//! nobody expects, and what comes next was made for another place.
+//! Stock wrappers send a command again for as long as they get anything but 0. If the arm had taken the first one, it
+//! would move twice. So while it is in doubt, every further command that may not be repeated is refused: the arm's
+//! position is unknown, and later commands were made for another one.
 //!
 //! `SetQueuedCmdClear` ends it, once the arm has confirmed that: what was in doubt waits no more. Neither
 //! `SetQueuedCmdStopExec` nor `SetQueuedCmdForceStopExec` does; both leave what waits in the queue, and the next

@@ -20,7 +20,7 @@ struct Member {
     taken: Arc<AtomicBool>,
 }
 
-/// A virtual arm that nobody else is connected to, until this is dropped.
+/// A virtual arm without another connection, until this is dropped.
 #[derive(Debug)]
 pub(super) struct Lease {
     pub(super) arm: VirtualArm,

@@ -155,7 +155,7 @@ fn serve(arm: &mut Controller, mut stream: TcpStream, book: &Seen) -> std::io::R
             let reply: Vec<u8> = std::iter::from_fn(|| arm.poll_transmit(link))
                 .flat_map(|frame| frame.bytes().to_vec())
                 .collect();
-            // Before the answer goes out: who has it may look here.
+            // Before the answer goes out: its receiver may look here.
             let exchange = Exchange {
                 request,
                 reply: reply.clone(),

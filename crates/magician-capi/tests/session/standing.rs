@@ -12,7 +12,7 @@ use magician_capi::session::{Patience, Registry};
 
 use crate::bench::{alone, connect_v1, fault, home, patient, pose_of, run};
 
-/// Where nobody waits before looking.
+/// Without a wait before the first look.
 fn registry() -> Registry {
     let patience = Patience {
         standing: Duration::ZERO,

@@ -46,7 +46,7 @@ fn an_arm_that_is_taken_away_from_many_comes_back_to_them() {
         for _ in 0..8 {
             scope.spawn(|| {
                 while !over.load(Ordering::Relaxed) {
-                    // 2: nobody is connected; 0 also for what was under way when it went.
+                    // 2: no arm is connected; 0 also for calls under way when the connection ended.
                     assert!([0, 2].contains(&pose(&registry).0));
                 }
             });

@@ -86,7 +86,7 @@ impl Device {
         let thread = std::thread::spawn(move || {
             let mut master = File::from(master);
             let mut bytes = [0; 256];
-            // It ends when nobody has the terminal open any more.
+            // It ends when the last client closes the terminal.
             while let Ok(count @ 1..) = master.read(&mut bytes) {
                 let answer = says(&bytes[..count]);
                 let _ = tell.send(bytes[..count].to_vec());

@@ -28,8 +28,9 @@ pub(crate) enum StopPolicy {
     /// Orders what is done once it is answered, or what the connection counts itself until it is done: `set`, `suction`,
     /// `enqueue`.
     Order,
-    /// Sets going what goes on after the verb and the connection cannot count: a queue that others have filled, a move that nobody
-    /// waits for. A signal to a later line of the same shell stops it. `queue start`, `move --no-wait`.
+    /// Starts a motion that goes on after the verb and that the connection cannot track: a queue that other programs have
+    /// filled, a move without a wait. A signal to a later line of the same shell stops it. `queue start`, `move
+    /// --no-wait`.
     HandOver,
     /// Moves, and waits until the arm stands. A signal stops it from the beginning, also where the move is only planned yet.
     /// `move`, `home`, `demo`.
@@ -51,8 +52,8 @@ pub(crate) enum StopPolicy {
 pub(crate) enum Burns {
     /// To the end of the connection, which is a shell's. A signal to a later line puts it out.
     WhileConnected,
-    /// For good: a person asked for that, or nobody but the verb has a connection that could end. Only an error or `laser off` puts
-    /// it out.
+    /// For good: a person asked for that, or only the verb has a connection that could end. Only an error or `laser off`
+    /// puts it out.
     ForGood,
 }
 

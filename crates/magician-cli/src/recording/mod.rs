@@ -1,4 +1,4 @@
-//! What an arm does, in a file, while somebody else moves it: by hand, by its keys, or from another program.
+//! Records an arm that is moved by hand, by its keys, or by another program.
 //!
 //! A [`Recorder`] has a task of its own. What it has seen is in the file within a second, whatever becomes of this program.
 

@@ -143,7 +143,7 @@ impl Live<'_> {
 
 impl Drop for Live<'_> {
     fn drop(&mut self) {
-        // There is nobody left to report this failure to.
+        // The reader has gone: this failure cannot be reported.
         let _ = self.0.line("").and_then(|()| self.0.flush());
     }
 }

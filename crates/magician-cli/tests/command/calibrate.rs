@@ -160,7 +160,7 @@ fn settings_keep_the_rest_of_the_file_as_it_was() {
     ];
     let sheet = [&["calibrate", "sheet"][..], &points].concat();
 
-    // Nobody can be asked, and nothing is kept.
+    // There is no terminal for questions, and nothing is kept.
     let ran = place.run(&sheet);
     assert_eq!(ran.status, 0, "{}", ran.err);
     assert!(ran.out.contains("looks like A4, 0.5 mm off"), "{}", ran.out);

@@ -122,7 +122,7 @@ fn a_port_that_is_held_or_not_there_is_told() {
     let run = doctor(&held.path, &[]);
     assert_eq!(run.status, 4, "{run:?}");
     assert!(says(finding(&run.object(), "line"), "in use by"));
-    // A file of our own: what everybody can lock may be locked by somebody.
+    // A file of our own: a shared one may be locked by another test.
     let file = tempfile::NamedTempFile::new().expect("a file");
     let file = file.path().to_str().expect("UTF-8");
     for (port, text) in [

@@ -1,4 +1,4 @@
-//! What others send, and who may send it, fills no log and goes not unsaid.
+//! Frames of other programs are reported without flooding the log.
 #![cfg(unix)]
 
 use std::io::Write;

@@ -474,7 +474,7 @@ fn a_queue_of_another_program_is_not_let_run_without_yes() {
         assert_eq!(written, Vec::<String>::new(), "{arguments:?}");
     }
     assert_eq!(place.run(&["queue", "start", "--yes"]).status, 0);
-    // With nothing of others in it nobody is asked.
+    // Without commands of other programs in it there is no question.
     assert_eq!(place.run(&["stop"]).status, 0);
     assert_eq!(place.run(&["queue", "start"]).status, 0);
     assert_eq!(place.run(&["alarms", "--clear"]).status, 0);

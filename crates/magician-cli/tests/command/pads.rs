@@ -125,7 +125,7 @@ fn releases_end_a_jog_where_the_terminal_tells_them() {
     place.terminal.types("\x1b[1;1:1C");
     let moved = (0..1000).any(|_| place.axis("y") < 15.0);
     assert!(moved, "the arm does not move back");
-    // The window loses the focus: nobody sees the release.
+    // The window loses the focus: the release is not seen.
     place.terminal.types("\x1b[O");
     place.stands();
     // A suspended program could end no jog: it is not suspended, and lets go.

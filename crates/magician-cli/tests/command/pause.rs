@@ -9,7 +9,7 @@ use crate::magician::terminal::Terminal;
 use rustix::termios::{LocalModes, tcgetattr};
 use serde_json::{Value, json};
 
-/// A job whose lines are read, and who is told lines.
+/// A job with its output, and its input.
 struct Talk {
     child: Child,
     lines: BufReader<ChildStdout>,

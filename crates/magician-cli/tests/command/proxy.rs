@@ -210,7 +210,7 @@ fn a_lost_line_is_found_again_under_programs_that_stay() {
     let before = program.pose();
     drop(arm);
     proxy.until(|line| line.contains("broke off"));
-    // Nobody answers now, and nobody will answer later what is asked now.
+    // No answer comes now, nor later to requests that are sent now.
     assert_ne!(
         run(&["--port", &desk.path("B"), "--timeout", "0.2", "pose"]).status,
         0

@@ -1,4 +1,4 @@
-//! `magician record`: an arm that somebody else moves, as readings and as a program.
+//! `magician record`: an arm that another program moves, as readings and as a program.
 #![cfg(unix)]
 
 use std::path::PathBuf;

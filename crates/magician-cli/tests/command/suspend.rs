@@ -108,7 +108,7 @@ fn what_cannot_go_on_stays_paused_and_says_why() {
     let mut terminal = draws(&place);
     terminal.tell(Signal::TSTP);
     terminal.until_stopped();
-    // Somebody leads the arm into an alarm meanwhile.
+    // Another program moves the arm into an alarm meanwhile.
     let far = [
         "enqueue",
         "PTPCmd",

@@ -288,8 +288,8 @@ impl Connection {
         last.map(QueuedCmdIndex)
     }
 
-    /// Whether the index told last may be too low: it was concluded from the readings of an arm at rest, whose queue
-    /// somebody may have cleared before. The next answer gives its own, and shows by how much.
+    /// Whether the index told last may be too low: it was concluded from the readings of an arm at rest, whose queue may
+    /// have been cleared before. The next answer gives its own, and shows by how much.
     #[must_use]
     pub fn is_last_a_guess(&self) -> bool {
         self.tracker.is_guess()

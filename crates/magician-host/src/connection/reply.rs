@@ -73,7 +73,7 @@ impl Connection {
         }
     }
 
-    /// A reply to a frame that nobody waits for any more came while a fence of the same key is out: it may have been the
+    /// A reply to an abandoned request came while a fence of the same key is out: it may have been the
     /// fence's own. Copies of the fence are not confused with each other, so it goes again at once; on a line found
     /// again there is no time to wait until it counts as lost. Each such reply leaves one frame less of before.
     fn hurry_fence(&mut self, key: Key) {

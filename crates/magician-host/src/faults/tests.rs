@@ -165,7 +165,7 @@ fn datagrams_are_lost_doubled_and_out_of_order() {
     about(line.tally().swapped_chunks, 400.0);
     let mut came = chunks(&out);
     let late = came.windows(2).filter(|pair| pair[0] > pair[1]).count();
-    // The last one may have had nobody to wait for.
+    // No frame may have followed the last one.
     assert!((late as u64).abs_diff(line.tally().swapped_chunks) <= 1);
     came.sort();
     assert_eq!(came.concat(), sent());

@@ -64,9 +64,9 @@ impl Stream {
         1
     }
 
-    /// Cuts the next command, if it is a segment that would burn for longer than the laser's horizon: its first piece goes
-    /// on its own, so that never more than that and the piece under way are in the arm. A segment whose start or time nobody
-    /// knows stays whole.
+    /// Cuts the next command, if it is a segment that would burn for longer than the laser's horizon: its first piece
+    /// goes on its own, so that never more than that and the piece under way are in the arm. A segment whose start or
+    /// time is unknown stays whole.
     pub(super) fn cut(&mut self, next: usize) {
         let Some(entry) = self.entries.get(next) else {
             return;

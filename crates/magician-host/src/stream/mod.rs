@@ -25,8 +25,8 @@
 //!
 //! The *horizon* bounds what the arm does when the host dies: the times of all that is accepted or in flight and not
 //! finished, the one under way counted whole. Two commands are allowed whatever they take, so that the arm always has the
-//! next one. An unknown time fills the horizon. With [`start`](StreamSettings::start) off there is no horizon: whoever only
-//! fills a queue decides himself when it runs.
+//! next one. An unknown time fills the horizon. With [`start`](StreamSettings::start) off there is no horizon: a caller
+//! that only fills a queue decides when it runs.
 //!
 //! # Stopped first, then started
 //!

@@ -93,7 +93,7 @@ async fn a_job_tells_what_it_does() {
     assert_eq!(job.events().next().await, None, "it is over");
 }
 
-/// Who wants it to go on, and then to pause again, gets both, in this order.
+/// A resume and then a pause take effect in this order.
 #[tokio::test(start_paused = true)]
 async fn a_pause_that_is_asked_for_while_it_goes_on_is_not_lost() {
     let program = program(Kind::Lines, 1);
@@ -263,7 +263,7 @@ async fn an_arm_that_was_reset_is_homed_first() {
     job.outcome().await.expect("done");
 }
 
-/// An arm that burns: dark at every pause, and lit by nobody but who resumes.
+/// A laser job: dark at every pause, and lit again only by a resume.
 #[tokio::test(start_paused = true)]
 async fn a_laser_is_off_while_its_job_is_paused() {
     let mut plan = Plan::new("a burn");

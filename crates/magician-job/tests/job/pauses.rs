@@ -29,7 +29,7 @@ async fn is_at_rest(cell: &VirtualArm, arm: &Arm, drawn: bool) {
     assert!(!drawn || f64::from(pose.z) > PAPER + 5.0, "{pose:?}");
 }
 
-/// Somebody moves the arm away.
+/// Another program moves the arm away.
 async fn jog_away(arm: &Arm, nth: u32) {
     let y = if nth.is_multiple_of(2) { 12.0 } else { -12.0 };
     let away = [words::line_by(8.0, y, 6.0, 0.0)];

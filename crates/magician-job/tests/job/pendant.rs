@@ -132,7 +132,7 @@ fn plan() -> Box<Plan> {
 async fn a_hold_that_is_not_renewed_stops_the_jog() {
     let mut place = jogging().await;
     let before = place.y();
-    // Who holds it hangs: the session is served, the control is not.
+    // The holder hangs: the session is served, the control is not.
     place.wait(ms(2000)).await;
     assert!(place.stands().await);
     // Not 2 s of way: 0.3 s, and braking.

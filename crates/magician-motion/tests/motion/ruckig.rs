@@ -1,4 +1,4 @@
-//! Rest-to-rest times against Ruckig without a jerk limit: an implementation of somebody else's.
+//! Rest-to-rest times against Ruckig without a jerk limit: an independent implementation.
 
 use super::support::*;
 use magician_motion::{

@@ -163,7 +163,7 @@ async fn a_second_stop_ends_the_lift_where_it_is() {
     assert!((0.5..59.0).contains(&up), "{up}");
     sleep(Duration::from_secs(5)).await;
     assert_eq!(arm.get::<Pose>().await.expect("a pose"), pose);
-    // Who stops it before the lift was begun has nothing move at all.
+    // A stop before the lift begins moves nothing at all.
     let stops = arm.stopper();
     let lift = arm.lift(10.0);
     stops.request_stop().expect("it is there");

@@ -67,7 +67,7 @@ fn done(name: &str, plan: &Plan) -> (Rehearsal, Report) {
     let done = rehearse(plan, &options).unwrap();
     assert!(done.is_good(), "{name}: {:?} {:?}", done.alarms, done.log);
     assert_eq!(done.steps, plan.steps.len(), "{name}");
-    // How long homing takes nobody knows beforehand.
+    // The duration of homing is not known beforehand.
     let homes = plan.steps.iter().any(|step| step.action == Action::Home);
     let time = Some(done.time).filter(|_| !homes);
     assert_eq!(report.time, time, "{name}");

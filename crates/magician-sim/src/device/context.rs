@@ -75,7 +75,7 @@ impl Context<'_> {
         self.store.settings.told.contains(T::ROW.id)
     }
 
-    /// Whether nobody has set a tool since power-up.
+    /// Whether no tool was set since power-up.
     pub(crate) fn has_tool_of_power_up(&self) -> bool {
         !self.was_set::<EndEffectorParams>()
     }

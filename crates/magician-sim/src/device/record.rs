@@ -1,4 +1,4 @@
-//! What the controller writes down for those who watch it: its events, and what its answers rest on.
+//! The controller's record for observers: its events, and the assumptions behind its answers.
 
 use magician_protocol::Row;
 

@@ -1,4 +1,4 @@
-//! The unlock key on the forearm, and the point that nobody has asked for yet (document 1.7, model section 12).
+//! The unlock key on the forearm, and the point that was not read yet (document 1.7, model section 12).
 //!
 //! While the key is held the motors are released and a hand may move the arm; the queue waits. What the controller then
 //! reports as a new point is asked for and not sent, so it is worked out when it is asked for.
@@ -8,7 +8,7 @@ use magician_protocol::TeachTrigger;
 use super::store::settings::Settings;
 use crate::{ArmInstant, Micros};
 
-/// The unlock key, and the point that nobody has asked for yet.
+/// The unlock key, and the point that was not read yet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Teaching {
     held: bool,

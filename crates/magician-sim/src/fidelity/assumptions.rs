@@ -17,7 +17,7 @@ list_assumptions! {
     ResetPose Vendor "11" "ResetPose sets what is believed of J2 and J3, or has them read from the sensors";
     UntimelyResetPose Choice "(none)" "ResetPose while the arm moves, or to angles beyond a full turn, does nothing" refused;
 
-    // Who the arm is, and its clock.
+    // The arm's identity, and its clock.
     Identity Vendor "15" "name and serial number are kept as they are set, up to 64 and 23 bytes";
     Version Vendor "15" "the firmware version is three bytes, 3.6.14";
     Clock Vendor "15" "the clock counts milliseconds since power-up and wraps at 32 bits";

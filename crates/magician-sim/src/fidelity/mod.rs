@@ -21,7 +21,7 @@ pub enum Confidence {
     Sibling,
     /// Third-party code or text.
     ThirdParty,
-    /// Nobody says: chosen here.
+    /// No source: chosen here.
     Choice,
 }
 

@@ -482,7 +482,7 @@ fn room_shrinks_by_what_is_under_way() {
 fn what_is_on_its_way_when_the_cable_is_pulled_is_lost() {
     for line in [LineTiming::default(), paced(2_000)] {
         let mut runner = runner(Speed::default(), line);
-        // Two replies that nobody took, a request and a half on the line.
+        // Two unread replies, a request and a half on the line.
         runner.receive(0, USB, &[get_pose(), get_pose()].concat());
         runner.receive(0, WIFI, &[get_pose(), get_pose()[..4].to_vec()].concat());
         runner.unplug();

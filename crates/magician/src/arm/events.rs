@@ -9,9 +9,9 @@ use crate::QueueIndex;
 /// How many events are kept for a slow reader.
 pub(super) const KEPT: usize = 256;
 
-/// Something that has happened. It is noticed in what passes over the line anyway, in the answers to waits, runs, reads
-/// and [state watches](Arm::state): events cost no reads of their own, and without any reads there are none. Who wants
-/// to hear of an alarm within 100 ms keeps a state watch at 10 Hz.
+/// An event of the arm or its connection. Events come from frames that pass over the line anyway, the answers to waits,
+/// runs, reads and [state watches](Arm::state): they cause no reads of their own, and without reads there are none. To
+/// learn of an alarm within 100 ms, keep a state watch at 10 Hz.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Event {

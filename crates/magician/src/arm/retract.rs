@@ -75,8 +75,8 @@ impl Arm {
         self.get().await
     }
 
-    /// Whether the arm has been homed since it was switched on, by its own word: alarm 0x00 stands until it is homed, or until
-    /// somebody clears it.
+    /// Whether the arm has been homed since it was switched on, by its own word: alarm 0x00 stands until it is homed or
+    /// cleared.
     ///
     /// # Errors
     /// [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) while alarm 0x00 stands; else as [`get`](Self::get).

@@ -149,8 +149,8 @@ impl Shared {
         });
     }
 
-    /// The last queue change that this connection did not cause, if a caller that began after `since` stops has to hear of it,
-    /// or nobody has.
+    /// The last queue change that this connection did not cause, if it has to be reported to a caller that began after
+    /// `since` stops, or was not reported yet.
     pub(super) fn queue_fault(&self, since: Option<u64>) -> Option<QueueFault> {
         let mut last = held(&self.queue_fault);
         let last_fault = last.as_mut()?;

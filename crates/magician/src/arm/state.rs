@@ -152,9 +152,9 @@ impl Watches {
     }
 }
 
-/// A look at the arm's state, kept fresh. However many there are, the arm is asked once: at the highest rate that
-/// somebody wants, one read at a time and evenly spread (pose, index, space, alarms, then the pins), and less often
-/// when the line is busy. When the last is dropped, nothing is asked any more. It does not keep the connection.
+/// The arm's state, kept up to date. All watches share one set of reads: at the highest rate that any of them asks for,
+/// one read at a time and evenly spread (pose, index, space, alarms, then the pins), and less often when the line is
+/// busy. Dropping the last watch ends the reads. It does not keep the connection.
 ///
 /// ```
 /// # #[tokio::main(flavor = "current_thread")]

@@ -87,7 +87,7 @@ pub(crate) const ADAPTERS: [Kind; 5] = [
     },
 ];
 
-/// The rules of udev that give the adapters of arms to whoever is logged in.
+/// The udev rules that give the adapters of arms to the logged-in user.
 #[cfg_attr(
     not(feature = "measure"),
     allow(unreachable_pub, reason = "measure shows it")

@@ -62,7 +62,7 @@ fn value(line: &str) -> Option<(&str, &str)> {
     Some((name.trim(), text.trim()))
 }
 
-/// Who a device is, from the name of its key. The last part is its serial number, or what the
+/// The identity of a device, from the name of its key. The last part is its serial number, or what the
 /// system made up from its socket; only the latter has a `&` in it.
 fn usb(key: &str) -> Option<Usb> {
     let mut parts = key.rsplit('\\');

@@ -9,7 +9,7 @@
 //!
 //! Every client is a link of its own with its own decoder: each client of a pseudo-terminal in
 //! turn, each UDP peer, each TCP connection. Nothing a client does, or leaves undone, blocks the
-//! arm or grows: replies that nobody reads are dropped, whole frames at a time, as a serial port
+//! arm or grows: unread replies are dropped, whole frames at a time, as a serial port
 //! drops them.
 
 use std::fmt;

@@ -21,8 +21,7 @@ pub trait Service {
         self.open(name)
     }
 
-    /// Bytes that it may send before it should be made to wait. Whoever makes it wait has the endpoints
-    /// take another turn when there is room again.
+    /// Bytes that it may send before it should be made to wait. The endpoints are polled again when there is room.
     fn room(&self, link: LinkId) -> usize;
 
     /// It sent bytes, cut anywhere; datagrams may be longer than the room.

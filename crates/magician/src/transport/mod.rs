@@ -2,7 +2,7 @@
 //!
 //! None of them ends a wait for an answer: that is the connection's, by its deadlines. They tell
 //! when the other end is gone, as far as the system knows: a pulled plug and a closed TCP
-//! connection are noticed, a datagram that nobody takes is not.
+//! connection are noticed, a datagram without a receiver is not.
 
 #[cfg(all(unix, feature = "lines"))]
 mod away;

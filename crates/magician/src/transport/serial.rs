@@ -183,7 +183,7 @@ fn forbidden(path: &str) -> Error {
     )
 }
 
-/// Installs the rule that gives the arm's adapters to whoever is logged in.
+/// Installs the rule that gives the arm's adapters to the logged-in user.
 fn udev() -> String {
     let rules = ports::udev_rules().map(|rule| format!("'{rule}'"));
     let rules = rules.collect::<Vec<_>>().join(" ");

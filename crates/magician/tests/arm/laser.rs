@@ -1,4 +1,4 @@
-//! Who may light the laser, and how it goes out.
+//! Permission to light the laser, and how it goes out.
 
 use std::time::Duration;
 

@@ -1,4 +1,4 @@
-//! Those who watch the state, and those who hear of what happens.
+//! State watches and event listeners.
 
 use std::time::Duration;
 

@@ -103,7 +103,7 @@ async fn a_call_that_is_given_up_is_withdrawn_and_leaves_no_wrong_count() {
     let arm = Arm::over(near, Options::default().probe(false))
         .await
         .unwrap();
-    // The first is out, the second waits behind it; nobody waits for either any more.
+    // The first is out, the second waits behind it; both callers have gone.
     let first = arm.get::<AlarmsState>();
     let second = arm.get::<DeviceName>();
     let both = async { tokio::join!(first, second) };

@@ -184,7 +184,7 @@ async fn whoever_lets_go_of_a_run_leaves_the_clock_to_the_arm() {
         _ = once(&cell, |state| state.queue.current_index > 100) => {}
         ran = arm.run(&program) => panic!("{ran:?}"),
     }
-    // What it left in the queue is done as by an arm at full speed, until somebody stops it.
+    // The commands left in its queue run as on an arm at full speed, until a stop.
     once(&cell, |state| !state.moving && state.queue.waiting == 0).await;
     let left = cell.state().queue.current_index;
     assert!((101..200).contains(&left), "{left}");
@@ -219,7 +219,7 @@ async fn an_arm_that_answers_late_goes_on_by_the_wall() {
     let mut run = arm.start(vec![wait; 40]);
     let run = async {
         let mut run = std::pin::pin!(run.wait(|_| {}));
-        // Before there is a run nobody lets the late answers come.
+        // Before there is a run nothing lets the late answers come.
         loop {
             tokio::select! {
                 biased;
@@ -345,7 +345,7 @@ async fn on_a_line_that_loses_answers_every_command_is_done_once() {
     assert!(whole > 10, "{whole}");
 }
 
-/// Who goes while its program runs stops the arm before it would do the rest at once.
+/// A connection that ends while its program runs stops the arm before it would do the rest at once.
 #[tokio::test(start_paused = true)]
 async fn who_goes_in_the_middle_of_a_program_stops_the_arm() {
     let (cell, arm) = arm(1).await;

@@ -358,7 +358,7 @@ fn child_that_keeps_others_out() {
     }
 }
 
-/// A client process; as nobody if we are root, whom no exclusive flag stops.
+/// A client process; as the user nobody if we are root, since no exclusive flag stops root.
 fn client_process(path: &Path) -> (std::process::Child, String) {
     let this = std::env::current_exe().unwrap();
     let mut command = if rustix::process::geteuid().is_root() {

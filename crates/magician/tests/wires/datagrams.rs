@@ -67,7 +67,7 @@ async fn an_arm_that_is_away_for_a_while_is_no_end() {
     let (peer, mut line, host) = peer().await;
     let address = peer.local_addr().unwrap();
     drop(peer);
-    // The system reports that nobody listens, to the writer or to the reader.
+    // The system reports the missing listener to the writer or to the reader.
     for _ in 0..3 {
         line.send(b"is anybody there").await.unwrap();
     }

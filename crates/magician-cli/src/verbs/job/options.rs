@@ -260,7 +260,7 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
         .ok_or_else(|| format!("expected {N} numbers with commas between them"))
 }
 
-/// Whom G-code is for.
+/// The machine for which G-code was written.
 fn dialect(text: &str) -> Result<Dialect, String> {
     match text {
         "pen" => Ok(Dialect::Pen),

@@ -237,7 +237,7 @@ impl Log {
         };
         let only = &self.style.only;
         let wanted = only.is_empty() || only.contains(&shown.frame.id());
-        // What works is shown because somebody wants to see it; what does not may come at any rate.
+        // Traffic is shown on request; errors may come at any rate.
         if wanted && (!shown.bad || self.passes(shown.word)) {
             match self.style.json {
                 true => self.object(shown.object(who)),

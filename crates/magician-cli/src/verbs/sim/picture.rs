@@ -42,8 +42,8 @@ impl Picture {
         Ok(Self { path, format })
     }
 
-    /// Makes sure that the files can be written, as far as that can be told before there is anything to write: nobody
-    /// should draw for an hour and then hear of it. `arms` is how many there are, if they are numbered.
+    /// Checks that the files can be written, as far as possible before there is anything to write: an error after an hour
+    /// of drawing would be too late. `arms` is how many there are, if they are numbered.
     pub(crate) fn check(&self, arms: Option<u32>) -> Result<(), Failure> {
         match arms {
             None => probe(&self.path),

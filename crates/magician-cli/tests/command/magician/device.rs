@@ -9,7 +9,7 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 /// A pseudo-terminal whose other end answers whatever comes, on a thread that ends with the tests.
 pub(crate) struct Device {
     pub(crate) path: String,
-    /// Keeps the line there while nobody uses it.
+    /// Keeps the line open between programs.
     pub(crate) line: File,
 }
 

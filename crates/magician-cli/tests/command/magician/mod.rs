@@ -26,7 +26,7 @@ pub(crate) struct Run {
     pub(crate) err: String,
 }
 
-/// The command, without the surroundings of the person who tests.
+/// The command, without the tester's environment.
 pub(crate) fn command() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_magician"));
     for variable in [
@@ -37,7 +37,7 @@ pub(crate) fn command() -> Command {
     ] {
         command.env_remove(variable);
     }
-    // No file at all: an empty one that nobody writes.
+    // An empty settings file.
     command.env("MAGICIAN_CONFIG", "/dev/null");
     // What commands leave for each other is the test's alone: arms of other tests have the same serial number.
     let state = format!(

@@ -44,7 +44,7 @@ impl Served {
             .lines()
             .map(|line| line.expect("UTF-8"));
         let doors = lines.by_ref().take(lines_first).collect();
-        // Somebody has to read on, or the arm would wait for us.
+        // The output has to be read, or the arm would wait for it.
         let (sender, log) = channel();
         std::thread::spawn(move || lines.try_for_each(|line| sender.send(line)));
         Self {

@@ -1,4 +1,4 @@
-//! Where the arm is, who it is, and what is set and read back.
+//! The arm's pose and identity, and values that are set and read back.
 
 use std::cell::Cell;
 

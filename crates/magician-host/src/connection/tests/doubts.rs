@@ -124,7 +124,7 @@ fn a_window_of_four_streams_and_reports_a_loss_as_an_interval() {
     }
     pair.ask(Request::get::<DeviceName>(&NoArgs).unwrap(), SECOND)
         .unwrap();
-    // The line loses one request of a batch: nobody can tell which.
+    // The line loses one request of a batch: which one is unknown.
     let tickets: Vec<_> = (0..4)
         .map(|_| pair.host.submit(shared(0).deadline(deadline)))
         .collect();

@@ -27,7 +27,7 @@ pub(super) const NONE: Faults = Faults {
     late: (0, 0),
 };
 
-/// The proxy between an arm and whoever calls.
+/// The proxy between an arm and its clients.
 pub(super) struct Bench {
     pub(super) now: Micros,
     pub(super) proxy: Proxy,

@@ -36,7 +36,7 @@ fn nothing_is_lost_doubled_or_swapped_at_window_1_however_bad_the_line() {
             flip: 0.002,
             ..Faults::default()
         });
-        // What nobody can tell at first is found out on resuming.
+        // A command in doubt is settled on resuming.
         while let Err(failure) = rig.run(600 * SECOND) {
             assert!(
                 matches!(failure, StreamFailure::Request(Failure::Uncertain { .. })),
@@ -87,7 +87,7 @@ fn never_more_than_the_horizon_and_never_fewer_than_two() {
     let (_, count, idle) = watch(&jumps(1_500_000, 8), StreamSettings::default());
     assert_eq!(count, 2);
     assert_eq!(idle, 0);
-    // Nobody knows how long these take.
+    // The duration of these is unknown.
     let (_, count, _) = watch(&jumps(u64::MAX, 5), StreamSettings::default());
     assert_eq!(count, 2);
     // As many as the horizon holds.

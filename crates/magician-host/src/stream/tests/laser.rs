@@ -6,7 +6,7 @@ use super::rig::{Rig, SECOND, START, along, burnt, laser, rest_to_rest, segment,
 use crate::connection::{Request, Settings};
 use crate::stream::{Item, StreamSettings};
 
-/// How long the laser of this arm stays lit from now on, when nobody says anything any more.
+/// How long the laser of this arm stays lit from now on, without further requests.
 fn burns_on(rig: &Rig) -> u64 {
     let mut arm = rig.pair.arm.clone();
     let begin = arm.now();

@@ -19,7 +19,7 @@ fn a_full_queue_is_asked_for_its_places_before_anything_is_sent_to_it_again() {
     while rig.pair.now < 2 * SECOND {
         rig.turn(2 * SECOND);
     }
-    // Somebody else takes every place that gets free.
+    // Another program takes every place that gets free.
     let theirs = FrameBuf::new(110, Ctrl::QUEUED, &[100, 0, 0, 0]).unwrap();
     let (mut heard, mut asked, mut refused) = (rig.pair.heard.len(), true, 0);
     while rig.pair.now < 6 * SECOND && !rig.stream.is_over() {
@@ -76,7 +76,7 @@ fn what_has_not_gone_out_when_a_program_is_given_up_does_not_go_out() {
         if rig.stream.is_over() {
             break;
         }
-        // Somebody else uses the connection, and the arm does not tell what became of that.
+        // Another caller uses the connection, and the arm does not answer it.
         rig.pair.mute = true;
         let theirs = Request::raw(110, Ctrl::QUEUED, &[5, 0, 0, 0]).unwrap();
         rig.pair.host.submit(theirs.deadline(60 * SECOND));

@@ -335,7 +335,7 @@ fn a_queue_with_commands_of_others_is_never_cleared_nor_stopped() {
                 assert_eq!(rig.started[..20], (1..=20).collect::<Vec<_>>());
                 same_line(&rig.done(&program), &program);
             }
-            // Before the others have finished nobody can tell what became of a command.
+            // Before the others have finished the fate of a command is unknown.
             Some(failure) => assert!(
                 matches!(failure, StreamFailure::Request(Failure::Uncertain { .. })),
                 "{failure}"

@@ -73,8 +73,8 @@ impl<'o> Emitter<'o> {
         self.plan.push(Action::Move { to, by }, origin);
     }
 
-    /// To where the program begins, from a place that it does not mean: with all joints, as no straight way is known. Whoever
-    /// lays the plan before an arm leads there from above.
+    /// To the beginning of the program, from a position that it does not define: with all joints, as no straight path is
+    /// known. A run of the plan on an arm goes there from above.
     pub(super) fn enter(&mut self, to: [f64; 3], origin: Origin) {
         self.start = None;
         self.travel_speed(origin);

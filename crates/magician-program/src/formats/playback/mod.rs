@@ -55,9 +55,9 @@ impl PartialEq for Playback {
 }
 
 impl Playback {
-    /// The tool that it was taught with, by the column that it has: items 11 are the gripper's, items 12 the suction cup's.
-    /// `None` for a file without either, as those of DobotStudio 1.4, and for one that has both and uses neither: whoever
-    /// plays it has to say.
+    /// The tool that it was taught with, by the column that it has: items 11 are the gripper's, items 12 the suction
+    /// cup's. `None` for a file without either, as those of DobotStudio 1.4, and for one that has both and uses neither:
+    /// the caller then has to name it.
     #[must_use]
     pub fn tool(&self) -> Option<Tool> {
         let points = || self.rows.iter().map(Row::point);

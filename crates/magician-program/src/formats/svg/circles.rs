@@ -150,7 +150,7 @@ fn collector(ways: &[Vec<usize>], start: usize, seen: &mut HashSet<usize>, order
     }
 }
 
-/// Whom a selector of a style sheet may mean.
+/// The elements that a selector of a style sheet may match.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum SelectorSubject<'s> {
     All,

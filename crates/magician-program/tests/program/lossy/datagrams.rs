@@ -105,7 +105,7 @@ pub(crate) fn draw(plan: &Plan, faults: Faults) -> Result<Came, magician::Error>
     })
 }
 
-/// Looks at the arm at rest, as whoever connects does; an answer that does not come is done without.
+/// Looks at the arm at rest, as every new connection does; a missing answer is tolerated.
 fn greet(pair: &mut Pair) {
     let looks = [
         Request::get::<QueuedCmdLeftSpace>(&NoArgs),

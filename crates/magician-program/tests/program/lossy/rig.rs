@@ -122,7 +122,7 @@ pub(crate) async fn draw_at(plan: &Plan, trouble: Trouble, pace: f64) -> Result<
     Ok(outcome)
 }
 
-/// A line so bad that nobody answers is tried again.
+/// A line so bad that no answer comes is tried again.
 async fn connected(cell: &VirtualArm, options: &Options) -> Result<Arm, Error> {
     let mut tries = 0;
     loop {

@@ -7,7 +7,7 @@ use magician::sim::world::Drawing;
 
 use super::ink::Ink;
 
-/// As far off as nobody sees, mm: half the arm's repeatability.
+/// A deviation that cannot be seen, mm: half the arm's repeatability.
 pub(crate) const NEAR: f64 = 0.1;
 
 /// How one drawing went.

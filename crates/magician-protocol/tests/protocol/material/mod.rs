@@ -10,7 +10,7 @@ use toml::{Table, Value};
 pub const VECTORS: &str = include_str!("../../data/vectors.toml");
 pub const GOLDEN: &str = include_str!("../../data/golden.toml");
 
-/// A frame that somebody else made, and what it says.
+/// A frame from another program, and its values.
 pub struct Recorded {
     pub id: String,
     pub bytes: Vec<u8>,

@@ -1,4 +1,4 @@
-//! Who the arm is (document 1.3), and the ids outside the document that say so too.
+//! The arm's identity (document 1.3), and ids outside the document that report it too.
 
 use magician_protocol::commands::*;
 use magician_protocol::{Bytes, NoArgs};

@@ -13,7 +13,7 @@ use crate::fidelity::{Assumption, AssumptionSet};
 impl Apply for QueuedCmdStartDownload {
     const RESTS_ON: Assumption = Assumption::OfflineProgram;
 
-    /// What was said of the length binds nobody. While the program runs there is nothing to store it in (model
+    /// The announced length is not binding. While the program runs there is nothing to store it in (model
     /// section 12).
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         if cx.queues.program_is_off() {

@@ -19,7 +19,7 @@ impl Context<'_> {
         }
     }
 
-    /// Whether a point waits that nobody has asked for.
+    /// Whether a point waits that was not read yet.
     pub(crate) fn has_new_point(&mut self) -> bool {
         self.look_for_point();
         self.teaching.has_point()
@@ -55,7 +55,7 @@ impl Report for HhtTrigOutputEnabled {
 impl Apply for HhtTrigOutputEnabled {
     const RESTS_ON: Assumption = Assumption::TeachSettings;
 
-    /// Disabled, it forgets a point that nobody has asked for.
+    /// Disabled, it forgets a point that was not read yet.
     fn apply(&self, cx: &mut Context<'_>, _: ExecMode) -> Effects {
         cx.look_for_point();
         cx.store.settings.teach_enabled = *self;

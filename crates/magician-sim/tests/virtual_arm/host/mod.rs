@@ -126,7 +126,7 @@ impl Life {
             1 => self.pass(u64::from(u16::from_le_bytes(script.bytes()))),
             2 => self.pass(u64::from(u32::from_le_bytes(script.bytes())) % 100_000_000),
             3 => {
-                // A motion may take longer than all time; nobody waits for that.
+                // A motion may take longer than all time; it is not waited for.
                 let near = self.arm.now().after_micros(3_600_000_000);
                 if let Some(at) = self.arm.poll_timeout().filter(|at| *at < near) {
                     self.arm.advance(at);

@@ -77,7 +77,7 @@ const CASES: &[(&str, usize, usize, &str)] = &[
     ),
     ("[[arm]]\nhomed = true", 1, 1, "write [arm] and"),
     ("[[tool]]\nkind = \"pen\"", 1, 1, "write [tool] and"),
-    // In the words of those who write it.
+    // In the words of the file's author.
     (
         "[tool]\nkind = \"pen\"\ngive = \"much\"",
         3,
@@ -446,7 +446,7 @@ fn an_error_says_where_it_is() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// A file in which somebody has been careless: no panic, and the flaw is told inside it.
+    /// A carelessly edited file: no panic, and the error names a place inside it.
     #[test]
     fn a_damaged_file_is_refused_inside_it(
         example in 0..EXAMPLES.len(),

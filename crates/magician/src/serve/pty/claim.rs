@@ -1,9 +1,10 @@
 //! Which process serves a path and its pseudo-terminal, as long as the server lives and however it ends. Known on Linux
 //! only.
 //!
-//! A link that is there says nothing: a server that was killed leaves it, and the number of its terminal is somebody else's
-//! soon. So a server holds a name that the system gives up with the process, an abstract socket's; and, to be found by
-//! whoever asks who it is, a record lock on the clients' end. Clients keep each other out by other means (flock, TIOCEXCL).
+//! An existing link proves nothing: a killed server leaves it behind, and the system soon reuses the number of its
+//! terminal. So a server holds a name that the system releases with the process, an abstract socket's; and a record lock
+//! on the clients' end, by which another process can find it. Clients keep each other out by other means (flock,
+//! TIOCEXCL).
 
 use std::os::fd::OwnedFd;
 use std::path::Path;

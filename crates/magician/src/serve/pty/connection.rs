@@ -166,8 +166,8 @@ impl PtyConnection {
 
     /// Some client closed the terminal. If it was the last, the next finds it as new.
     fn client_left(&mut self, cx: &mut Context<'_>, service: &mut dyn Service) -> io::Result<()> {
-        // All that it wrote comes before anything its successor writes, so it is read before the
-        // question who is there; what is read after belongs to a successor.
+        // Its bytes come before those of its successor, so they are read before the terminal is checked for clients;
+        // bytes read later belong to a successor.
         self.read_all(cx, service)?;
         if !self.terminal.alone(&mut self.watch)? {
             let delay = RECHECKS.get(self.rechecks);

@@ -20,8 +20,8 @@ pub(super) struct Watch {
     watch: Option<i32>,
 }
 
-/// What happened to the terminal. Equal events in a row are reported as one, and the order is lost:
-/// who is there now has to be asked.
+/// What happened to the terminal. Equal events in a row are reported as one, and the order is lost: the present clients
+/// have to be asked for.
 pub(super) struct Seen {
     /// A client opened it.
     pub(super) opened: bool,
