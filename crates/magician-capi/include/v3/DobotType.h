@@ -59,7 +59,7 @@ typedef struct tagHOMECmd {
 
 typedef struct tagAutoLevelingCmd {
     uint8_t controlFlag; /* 1 levels */
-    float precision;     /* what is good enough, degrees (nobody has confirmed the unit) */
+    float precision;     /* tolerance, degrees (unit not confirmed) */
 } AutoLevelingCmd;
 
 /* ---- Hand teaching ---- */
@@ -495,7 +495,7 @@ typedef struct tagPluseCmd {
 /* ---- The controller's life ---- */
 
 typedef struct tagDeviceCountInfo {
-    uint64_t deviceRunTime;  /* running time over its life, s (nobody has confirmed the unit) */
+    uint64_t deviceRunTime;  /* running time over its life, s (unit not confirmed) */
     uint32_t devicePowerOn;  /* times it was switched on */
     uint32_t devicePowerOff; /* times it was switched off */
 } DeviceCountInfo;
@@ -560,7 +560,7 @@ enum {
 enum {
     DobotCommunicate_NoError,
     DobotCommunicate_BufferFull,    /* the arm's queue is full: try again */
-    DobotCommunicate_Timeout,       /* no answer, or nobody knows what became of the command */
+    DobotCommunicate_Timeout,       /* no answer, or it is unknown whether the arm took the command */
     DobotCommunicate_InvalidParams, /* an argument makes no sense, or the command is not allowed */
     DobotCommunicate_InvalidDevice  /* no arm has this id */
 };
