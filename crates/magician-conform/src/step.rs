@@ -36,9 +36,9 @@ pub(crate) enum Action {
     /// Sends bytes and looks at nothing.
     Send(Vec<u8>),
     /// Sends a frame and looks at its answer.
-    Ask(FrameBuf, Answer),
+    Ask(FrameBuf, ExpectedAnswer),
     /// Looks at the answer to the frame sent last.
-    Answered(Answer),
+    Answered(ExpectedAnswer),
     /// The next frame from the arm; `None` stands for any byte.
     Reply(Vec<Option<u8>>),
     /// The arm says nothing.
@@ -65,7 +65,7 @@ pub(crate) enum Action {
 
 /// What an answer must be.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Answer {
+pub(crate) struct ExpectedAnswer {
     /// What its fields must be.
     pub(crate) checks: Vec<Check>,
     /// The queue is full: index 0, and bit 2 of Ctrl.
@@ -225,8 +225,8 @@ fn params(layout: &LayoutInfo, fields: &[String]) -> Result<Vec<u8>, String> {
     Ok(bytes.get(..count).unwrap_or_default().to_vec())
 }
 
-fn answer(layout: &LayoutInfo, words: &[String]) -> Result<Answer, String> {
-    let mut answer = Answer::default();
+fn answer(layout: &LayoutInfo, words: &[String]) -> Result<ExpectedAnswer, String> {
+    let mut answer = ExpectedAnswer::default();
     for word in words {
         match word.as_str() {
             "full" => answer.full = true,
@@ -260,7 +260,7 @@ fn any_byte(word: &str) -> Result<Option<u8>, String> {
     }
 }
 
-fn answered(rest: &[String], sent: Option<&FrameBuf>) -> Result<Answer, String> {
+fn answered(rest: &[String], sent: Option<&FrameBuf>) -> Result<ExpectedAnswer, String> {
     let frame = sent
         .ok_or("nothing was sent that could be answered")?
         .frame();

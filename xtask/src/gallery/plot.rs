@@ -8,7 +8,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::modes::Mode;
-use super::run::{Look, Run};
+use super::run::{Run, Sample};
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
@@ -97,7 +97,7 @@ fn seen(place: [f64; 2]) -> (f64, f64) {
     (right, up)
 }
 
-fn from_above(area: &Area<'_>, looks: &[Look]) -> Drawn {
+fn from_above(area: &Area<'_>, looks: &[Sample]) -> Drawn {
     let (near, far) = (46.2, 269.0);
     let turn = ArmModel::MAGICIAN.limits.j1;
     let arc = |radius: f64| {
@@ -124,7 +124,7 @@ fn from_above(area: &Area<'_>, looks: &[Look]) -> Drawn {
     )
 }
 
-fn from_the_side(area: &Area<'_>, looks: &[Look]) -> Drawn {
+fn from_the_side(area: &Area<'_>, looks: &[Sample]) -> Drawn {
     let track = looks
         .iter()
         .map(|look| (look.pose.x.hypot(look.pose.y), look.pose.z))
@@ -170,8 +170,8 @@ fn section() -> Vec<(f64, f64)> {
     outline
 }
 
-fn joint_speeds(area: &Area<'_>, looks: &[Look]) -> Drawn {
-    let axes = |look: &Look| {
+fn joint_speeds(area: &Area<'_>, looks: &[Sample]) -> Drawn {
+    let axes = |look: &Sample| {
         let [j1, j2, j3, j4] = look.joints.to_array();
         [j1, j2, j3, j4, look.rail]
     };

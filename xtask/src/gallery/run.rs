@@ -19,7 +19,7 @@ const USB: LinkId = LinkId(0);
 
 /// The arm at an instant.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub(super) struct Sample {
     pub(super) at: f64,
     pub(super) pose: Pose,
     pub(super) joints: JointAngles,
@@ -28,7 +28,7 @@ pub(super) struct Look {
 
 /// What was seen, in order.
 pub(super) struct Run {
-    pub(super) looks: Vec<Look>,
+    pub(super) looks: Vec<Sample>,
 }
 
 impl Run {
@@ -72,7 +72,7 @@ pub(super) fn run(mode: &Mode) -> Run {
 }
 
 /// As many looks as a picture can show, the first and the last among them.
-fn thinned(looks: &[Look]) -> Vec<Look> {
+fn thinned(looks: &[Sample]) -> Vec<Sample> {
     let step = looks.len() / MOST_LOOKS + 1;
     let last = looks.len().saturating_sub(1);
     let keep = |at: &usize| at.is_multiple_of(step) || *at == last;
@@ -87,7 +87,7 @@ fn rest(arm: &mut Controller) {
 }
 
 /// Looks on for a span, or until nothing is scheduled any more.
-fn watch(arm: &mut Controller, began: ArmInstant, span: Option<Duration>, looks: &mut Vec<Look>) {
+fn watch(arm: &mut Controller, began: ArmInstant, span: Option<Duration>, looks: &mut Vec<Sample>) {
     let end = arm.now() + span.unwrap_or(LONGEST);
     while arm.now() < end && (span.is_some() || arm.poll_timeout().is_some()) {
         let next = arm.now() + LOOK;
@@ -96,8 +96,8 @@ fn watch(arm: &mut Controller, began: ArmInstant, span: Option<Duration>, looks:
     }
 }
 
-fn look(state: &ControllerState, began: ArmInstant) -> Look {
-    Look {
+fn look(state: &ControllerState, began: ArmInstant) -> Sample {
+    Sample {
         at: (state.now - began).as_secs_f64(),
         pose: state.pose,
         joints: state.joints,

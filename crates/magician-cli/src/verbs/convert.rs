@@ -11,7 +11,7 @@ use magician_program::{Action, Diagnostic, DiagnosticCode, Plan, Travel, Work};
 use magician_sim::world::PictureOptions;
 use serde::Serialize;
 
-use super::job::options::{Beam, File, Look, Pen, PlacementOptions, Way};
+use super::job::options::{File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags};
 use super::job::{Job, notes};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -74,10 +74,10 @@ impl Convert {
         let size = self.pen.size();
         let job = Job {
             file: self.file,
-            look: Look::default(),
+            look: PreviewFlags::default(),
             place: self.place,
-            way: Way::default(),
-            beam: Beam::default(),
+            way: RunFlags::default(),
+            beam: LaserFlags::default(),
             pen: self.pen,
             work,
             size,

@@ -4,7 +4,7 @@ use clap::Args;
 use magician_program::Work;
 
 use super::job::Job;
-use super::job::options::{Beam, File, Look, Pen, PlacementOptions, Way};
+use super::job::options::{File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -22,13 +22,13 @@ pub(crate) struct Draw {
     #[command(flatten)]
     file: File,
     #[command(flatten)]
-    look: Look,
+    look: PreviewFlags,
     #[command(flatten)]
     pen: Pen,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
-    way: Way,
+    way: RunFlags,
 }
 
 impl Draw {
@@ -39,7 +39,7 @@ impl Draw {
             look: self.look,
             place: self.place,
             way: self.way,
-            beam: Beam::default(),
+            beam: LaserFlags::default(),
             pen: self.pen,
             work: Work::Draw(trace),
             size,

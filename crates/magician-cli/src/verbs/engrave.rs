@@ -5,7 +5,9 @@ use magician_program::Work;
 use magician_program::raster::{Engrave, Size, Tone};
 
 use super::job::Job;
-use super::job::options::{Beam, File, Look, Pen, PlacementOptions, Way, positive};
+use super::job::options::{
+    File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, positive,
+};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -25,15 +27,15 @@ pub(crate) struct Verb {
     #[command(flatten)]
     file: File,
     #[command(flatten)]
-    look: Look,
+    look: PreviewFlags,
     #[command(flatten)]
-    beam: Beam,
+    beam: LaserFlags,
     #[command(flatten)]
     laser: Laser,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
-    way: Way,
+    way: RunFlags,
 }
 
 /// How it burns.

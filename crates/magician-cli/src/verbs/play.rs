@@ -7,7 +7,9 @@ use magician_program::Work;
 use magician_program::raster::Size;
 
 use super::job::Job;
-use super::job::options::{Beam, File, Look, Pen, PlacementOptions, Way, positive};
+use super::job::options::{
+    File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, positive,
+};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::options::seconds;
@@ -27,11 +29,11 @@ pub(crate) struct Play {
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     pause: Option<Duration>,
     #[command(flatten)]
-    look: Look,
+    look: PreviewFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
-    way: Way,
+    way: RunFlags,
     /// Pen lift at the end, and between the lines of a drawing, mm
     #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
     lift: Option<f64>,
@@ -45,7 +47,7 @@ impl Play {
             look: self.look,
             place: self.place,
             way: self.way,
-            beam: Beam::default(),
+            beam: LaserFlags::default(),
             pen: Pen::lifted(self.lift),
             work: Work::Default,
             size: Size::Natural,

@@ -5,7 +5,9 @@ use magician_program::Work;
 use magician_program::raster::Size;
 
 use super::job::Job;
-use super::job::options::{Beam, File, Look, Pen, PlacementOptions, Way, positive};
+use super::job::options::{
+    File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, positive,
+};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -26,13 +28,13 @@ pub(crate) struct Run {
     #[command(flatten)]
     file: File,
     #[command(flatten)]
-    look: Look,
+    look: PreviewFlags,
     #[command(flatten)]
-    beam: Beam,
+    beam: LaserFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
-    way: Way,
+    way: RunFlags,
     /// Pen lift at the end, and between the lines of a drawing, mm
     #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
     lift: Option<f64>,

@@ -6,7 +6,7 @@ use magician_protocol::{Ctrl, Direction, Event, Frame, FrameBuf, NoArgs, Readabl
 
 use super::{Session, StepError, StepResult, differs};
 use crate::report::{hex, in_words};
-use crate::step::{Answer, reply_layout};
+use crate::step::{ExpectedAnswer, reply_layout};
 use crate::target::Target;
 
 /// Bytes and frames.
@@ -69,7 +69,7 @@ impl<T: Target> Session<T> {
     }
 
     /// The answer to the frame sent last: id and Ctrl as they were, the parameters of its form and no more.
-    pub(super) async fn answered(&mut self, answer: &Answer) -> StepResult {
+    pub(super) async fn answered(&mut self, answer: &ExpectedAnswer) -> StepResult {
         let Some(request) = Frame::new(&self.sent).map(FrameBuf::from) else {
             return differs(
                 "a frame that can be answered",
@@ -164,7 +164,7 @@ fn index_of(row: &Row, ctrl: Ctrl, frame: &FrameBuf) -> Option<u64> {
     queued.then(|| u64::from_le_bytes(params))
 }
 
-fn expectation(row: &Row, ctrl: Ctrl, answer: &Answer) -> String {
+fn expectation(row: &Row, ctrl: Ctrl, answer: &ExpectedAnswer) -> String {
     let mut text = format!("{} with Ctrl {:#04x}", row.form_name(ctrl), ctrl.0);
     if row.sets(ctrl) && ctrl.queued() && !row.steers_queue() {
         text += if answer.full {

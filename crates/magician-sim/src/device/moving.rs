@@ -7,7 +7,7 @@ use magician_protocol::{AlarmSet, Writable};
 use super::Device;
 use super::effect::{Completion, ExecMode};
 use super::motion::plan::{NoPlan, assumption_of_end};
-use super::motion::{Ended, JogPlan, MotionKind, PathPoint, Segment, Stage, Start, Way};
+use super::motion::{Ended, JogPlan, MotionKind, PathLine, PathPoint, Segment, Stage, Start};
 use super::queue::Busy;
 use crate::event::{Event, Refusal};
 use crate::fidelity::Assumption;
@@ -227,7 +227,7 @@ impl Device {
             false => 0.0,
         };
         let (from, planner) = (view.arm(), view.planner_given_rates());
-        let way = Way::from(&planner, [from.pose.x, from.pose.y, from.pose.z], point);
+        let way = PathLine::from(&planner, [from.pose.x, from.pose.y, from.pose.z], point);
         if way.is_empty() {
             // In the queue the speed of the segment before it goes on into the one after it.
             self.halt();
@@ -240,7 +240,9 @@ impl Device {
             queue.forget_ways();
         }
         if queued {
-            queue.resolve_ways(way.to(), |from, point| Way::from(&planner, from, point));
+            queue.resolve_ways(way.to(), |from, point| {
+                PathLine::from(&planner, from, point)
+            });
         }
         let speeds = [entry, self.exit_speed(&segment)];
         match self.view().plan_segment(&planner, &from, segment, speeds) {
@@ -294,7 +296,7 @@ impl Device {
         };
         let planner = view.planner_given_rates();
         let queue = self.queues.active_mut();
-        if queue.resolve_last(|point| Way::from(&planner, from, point)) {
+        if queue.resolve_last(|point| PathLine::from(&planner, from, point)) {
             self.replan_segment();
         }
     }

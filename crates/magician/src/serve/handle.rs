@@ -16,7 +16,7 @@ type Done = Box<dyn FnOnce() + Send>;
 /// it from another task or thread, while its clients are served. [`Server::handle`] gives it.
 ///
 /// Orders are carried out one by one, in the order in which they were given, whether their
-/// [`Answer`] is waited for or not; orders given before the server is ready wait for that.
+/// [`PendingResult`] is waited for or not; orders given before the server is ready wait for that.
 ///
 /// [`Server::handle`]: super::Server::handle
 #[derive(Clone)]
@@ -45,7 +45,7 @@ impl Handle {
     pub fn with<T: Send + 'static>(
         &self,
         call: impl FnOnce(&mut Runner) -> T + Send + 'static,
-    ) -> Answer<T> {
+    ) -> PendingResult<T> {
         let (sender, receiver) = oneshot::channel();
         let order = move |runner: &mut Runner| {
             let value = call(runner);
@@ -55,19 +55,19 @@ impl Handle {
         };
         // If the server has ended, so has the answer.
         let _ = self.orders.send(Box::new(order));
-        Answer(receiver)
+        PendingResult(receiver)
     }
 
     /// Pulls the cable at the arm's end ([`Runner::unplug`]). When this is answered, pseudo-terminals
     /// have vanished as a USB adapter does: the path is gone, and clients have been hung up on. TCP
     /// connections are closed and new ones too, datagrams are not answered.
-    pub fn unplug(&self) -> Answer<()> {
+    pub fn unplug(&self) -> PendingResult<()> {
         self.with(Runner::unplug)
     }
 
     /// Puts the cable back. When this is answered, every endpoint accepts again: a pseudo-terminal
     /// is a new one, at the same path.
-    pub fn plug(&self) -> Answer<()> {
+    pub fn plug(&self) -> PendingResult<()> {
         self.with(Runner::plug)
     }
 }
@@ -81,9 +81,9 @@ pub struct Ended;
 /// unplugged is gone, what was plugged in is there.
 #[derive(Debug)]
 #[must_use = "it is carried out later; only the reply tells when"]
-pub struct Answer<T>(oneshot::Receiver<T>);
+pub struct PendingResult<T>(oneshot::Receiver<T>);
 
-impl<T> Answer<T> {
+impl<T> PendingResult<T> {
     /// Waits where nothing can be awaited.
     ///
     /// # Errors
@@ -96,7 +96,7 @@ impl<T> Answer<T> {
     }
 }
 
-impl<T> Future for Answer<T> {
+impl<T> Future for PendingResult<T> {
     type Output = Result<T, Ended>;
 
     fn poll(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Self::Output> {

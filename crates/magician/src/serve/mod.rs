@@ -47,7 +47,7 @@ mod wake;
 
 pub use discovery::Discovery;
 pub use endpoints::{BoundEndpoints, Endpoints};
-pub use handle::{Answer, Ended, Handle};
+pub use handle::{Ended, Handle, PendingResult};
 pub use service::Service;
 pub use several::{numbered, serve_all};
 

@@ -31,7 +31,7 @@ use magician_program::{
 use magician_protocol::visible_lines;
 
 use self::drive::{Done, Drive};
-use self::options::{Beam, File, Look, Pen, PlacementOptions, Way};
+use self::options::{File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags};
 use self::reading::Read;
 use crate::context::{Context, JobPolicy, StopPolicy};
 use crate::diagnostics::Severity;
@@ -53,10 +53,10 @@ const NOTES: usize = 10;
 #[derive(Debug)]
 pub(crate) struct Job {
     pub(crate) file: File,
-    pub(crate) look: Look,
+    pub(crate) look: PreviewFlags,
     pub(crate) place: PlacementOptions,
-    pub(crate) way: Way,
-    pub(crate) beam: Beam,
+    pub(crate) way: RunFlags,
+    pub(crate) beam: LaserFlags,
     pub(crate) pen: Pen,
     /// What is made of drawings and images.
     pub(crate) work: Work,
@@ -480,7 +480,7 @@ fn say(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
-impl Look {
+impl PreviewFlags {
     /// Whether what the arm cannot do is a check that failed: a picture of it is asked for to see that.
     fn checks(&self) -> bool {
         self.check || self.preview.is_some()

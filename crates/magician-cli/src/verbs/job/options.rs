@@ -43,7 +43,7 @@ pub(crate) struct File {
 /// How strong what burns is.
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "The laser")]
-pub(crate) struct Beam {
+pub(crate) struct LaserFlags {
     /// Scale the laser so that full power is P percent; LEAST..MOST maps all power above 0 to that range
     #[arg(long, value_name = "P|LEAST..MOST", value_parser = power)]
     pub(super) power: Option<Power>,
@@ -52,7 +52,7 @@ pub(crate) struct Beam {
 /// Looks at what would come, without a move.
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Look first, move nothing")]
-pub(crate) struct Look {
+pub(crate) struct PreviewFlags {
     /// Only check: exit status 10 if the arm cannot do all of it
     #[arg(long)]
     pub(super) check: bool,
@@ -127,7 +127,7 @@ pub(crate) struct PlacementOptions {
 /// How it runs.
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "The run")]
-pub(crate) struct Way {
+pub(crate) struct RunFlags {
     /// Speed along the lines that are drawn or burnt, mm/s
     #[arg(long, value_name = "MM/S", value_parser = positive)]
     pub(super) speed: Option<f64>,

@@ -14,7 +14,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::drive::Done;
-use super::options::Look;
+use super::options::PreviewFlags;
 use super::report::{Estimate, Refusal, SHOWN, WayOut, failure};
 use super::tell::clock;
 use super::{Made, notes};
@@ -32,7 +32,7 @@ pub(super) struct Shown<'a> {
     pub(super) made: &'a Made,
     /// The first step, from 0.
     pub(super) from: u64,
-    pub(super) look: &'a Look,
+    pub(super) look: &'a PreviewFlags,
 }
 
 /// A look as JSON has it.

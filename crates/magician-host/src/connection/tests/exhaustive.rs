@@ -55,7 +55,7 @@ struct Scope {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Way {
+enum Direction {
     ToArm,
     ToHost,
 }
@@ -67,7 +67,7 @@ struct World {
     host: Connection,
     toy: Toy,
     /// Frames that were just put on the line; what becomes of them is chosen one by one.
-    undecided: VecDeque<(Way, FrameBuf)>,
+    undecided: VecDeque<(Direction, FrameBuf)>,
     /// Frames on their way, and the ticks at which they come.
     lines: [VecDeque<(u64, FrameBuf)>; 2],
     mishaps: u32,
@@ -184,7 +184,7 @@ impl World {
         }
     }
 
-    fn put(&mut self, way: Way, frame: FrameBuf, late: u64) {
+    fn put(&mut self, way: Direction, frame: FrameBuf, late: u64) {
         let line = &mut self.lines[way as usize];
         let mut at = self.tick + 1 + late;
         if self.scope.settings.ordered {
@@ -201,11 +201,11 @@ impl World {
         if self.back.take_if(|at| *at <= self.tick).is_some() {
             self.host.restored();
         }
-        while let Some(request) = self.take(Way::ToArm) {
+        while let Some(request) = self.take(Direction::ToArm) {
             let reply = self.toy.answer(&request, self.tick);
-            self.undecided.push_back((Way::ToHost, reply));
+            self.undecided.push_back((Direction::ToHost, reply));
         }
-        while let Some(reply) = self.take(Way::ToHost) {
+        while let Some(reply) = self.take(Direction::ToHost) {
             let now = self.now();
             self.host.receive(now, reply.bytes());
             self.listen();
@@ -216,7 +216,7 @@ impl World {
         }
     }
 
-    fn take(&mut self, way: Way) -> Option<FrameBuf> {
+    fn take(&mut self, way: Direction) -> Option<FrameBuf> {
         let line = &mut self.lines[way as usize];
         let at = line.iter().position(|(at, _)| *at <= self.tick)?;
         line.remove(at).map(|(_, frame)| frame)
@@ -224,7 +224,7 @@ impl World {
 
     fn listen(&mut self) {
         while let Some(frame) = self.host.poll_transmit(self.now()) {
-            self.undecided.push_back((Way::ToArm, frame));
+            self.undecided.push_back((Direction::ToArm, frame));
         }
         while let Some(event) = self.host.poll_event() {
             match event {
@@ -331,7 +331,7 @@ impl World {
         self.listen();
     }
 
-    fn decide(mut self, way: Way, frame: &FrameBuf) -> Vec<Self> {
+    fn decide(mut self, way: Direction, frame: &FrameBuf) -> Vec<Self> {
         let mut all = Vec::new();
         if self.mishaps < self.scope.mishaps && !self.finishing {
             let mut lost = self.clone();
@@ -347,7 +347,7 @@ impl World {
                 for late in [0, 2] {
                     let mut other = self.clone();
                     other.mishaps += 1;
-                    other.doubled |= way == Way::ToArm && frame.frame().ctrl().queued();
+                    other.doubled |= way == Direction::ToArm && frame.frame().ctrl().queued();
                     other.put(way, *frame, 0);
                     other.put(way, *frame, late);
                     all.push(other);

@@ -19,7 +19,7 @@ mod view;
 pub(crate) use jog::JogPlan;
 pub(crate) use kind::{Jogged, MotionKind, Stage};
 pub(crate) use outputs::Outputs;
-pub(crate) use path::{PathPoint, Segment, Way};
+pub(crate) use path::{PathLine, PathPoint, Segment};
 pub(crate) use rail::RailPath;
 pub(crate) use state::{Ended, Motion, Start};
 pub(crate) use view::ArmView;

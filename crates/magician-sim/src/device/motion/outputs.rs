@@ -7,7 +7,7 @@ use super::RailPath;
 use crate::Micros;
 
 /// The ways of arm and carriage that make one motion.
-type Way<'a> = (&'a Trajectory, &'a RailPath);
+type Trajectories<'a> = (&'a Trajectory, &'a RailPath);
 
 /// The outputs of one move, and which of them have been switched.
 #[derive(Clone, Debug, Default)]
@@ -24,7 +24,7 @@ const _: () = assert!(PoList::CAPACITY <= u64::BITS as usize);
 impl Outputs {
     /// The outputs of a move, each due when its share of the path is done. One that the move never gets to, because a
     /// limit ends it before, is never switched. Where the arm rests the path is the carriage's.
-    pub(crate) fn new(list: PoList, way: Way<'_>) -> Self {
+    pub(crate) fn new(list: PoList, way: Trajectories<'_>) -> Self {
         let mut outputs = Self {
             list,
             switched: 0,
@@ -40,14 +40,14 @@ impl Outputs {
     }
 
     /// The next one that is due by then; it counts as switched.
-    pub(crate) fn take_due(&mut self, elapsed: Micros, way: Way<'_>) -> Option<PoCmd> {
+    pub(crate) fn take_due(&mut self, elapsed: Micros, way: Trajectories<'_>) -> Option<PoCmd> {
         let (_, entry) = self.next.filter(|(at, _)| *at <= elapsed)?;
         self.switched |= 1 << entry;
         self.look_ahead(way);
         self.list.as_slice().get(entry).copied()
     }
 
-    fn look_ahead(&mut self, (arm, rail): Way<'_>) {
+    fn look_ahead(&mut self, (arm, rail): Trajectories<'_>) {
         let entries = self.list.as_slice().iter().enumerate();
         self.next = entries
             .filter(|(entry, _)| self.switched & (1 << entry) == 0)

@@ -14,7 +14,7 @@ pub(crate) struct PathPoint {
 
 /// Where a segment leads, and how it gets there from the end of the one before.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Way {
+pub(crate) struct PathLine {
     to: [f64; 3],
     segment: CpSegment,
     /// Whether its end can be reached: the arm comes to rest before one that cannot.
@@ -24,13 +24,13 @@ pub(crate) struct Way {
 /// A segment under way: what it needs to be planned anew when more becomes known of what follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Segment {
-    way: Way,
+    way: PathLine,
     look_ahead: LookAhead,
     /// It came through the queue, and the queue's next segments follow it without a stop.
     queued: bool,
 }
 
-impl Way {
+impl PathLine {
     /// The way of a segment that begins at a point.
     pub(crate) fn from(planner: &Planner, start: [f64; 3], point: PathPoint) -> Self {
         let mut to = from_wire(point.numbers);
@@ -64,7 +64,7 @@ impl Way {
 }
 
 impl Segment {
-    pub(crate) fn new(way: Way, look_ahead: LookAhead, queued: bool) -> Self {
+    pub(crate) fn new(way: PathLine, look_ahead: LookAhead, queued: bool) -> Self {
         Self {
             way,
             look_ahead,
@@ -87,7 +87,7 @@ impl Segment {
     }
 
     /// The speed at which it may end before what follows it at once.
-    pub(crate) fn exit_speed<'a>(&self, next: impl Iterator<Item = &'a Way>) -> f64 {
+    pub(crate) fn exit_speed<'a>(&self, next: impl Iterator<Item = &'a PathLine>) -> f64 {
         let next = next.take_while(|way| way.reachable);
         let next = next.map(|way| &way.segment);
         self.look_ahead.exit_speed(&self.way.segment, next)

@@ -8,7 +8,7 @@ use magician_protocol::commands::{CpCmd, CpLeCmd};
 use magician_protocol::{Effect, Set};
 
 use super::io::trigger::Trigger;
-use super::motion::{PathPoint, Way};
+use super::motion::{PathLine, PathPoint};
 use crate::ArmInstant;
 
 /// What a place in the queue holds. Places are few and reused, so the size of a command matters
@@ -62,7 +62,7 @@ pub(crate) struct Entry {
     pub(crate) id: u8,
     pub(crate) command: QueuedCommand,
     /// Where a segment of a continuous path leads, once it is known where it begins.
-    pub(crate) way: Option<Way>,
+    pub(crate) way: Option<PathLine>,
 }
 
 /// What the running command is busy with.
@@ -218,7 +218,7 @@ impl Queue {
 /// The segments of a continuous path that wait, and where they lead.
 impl Queue {
     /// The ways of the segments at the head, as far as they are known.
-    pub(crate) fn ways(&self) -> impl Iterator<Item = &Way> {
+    pub(crate) fn ways(&self) -> impl Iterator<Item = &PathLine> {
         self.waiting.iter().map_while(|entry| entry.way.as_ref())
     }
 
@@ -226,7 +226,7 @@ impl Queue {
     pub(crate) fn resolve_ways(
         &mut self,
         mut from: [f64; 3],
-        way: impl Fn([f64; 3], PathPoint) -> Way,
+        way: impl Fn([f64; 3], PathPoint) -> PathLine,
     ) {
         for entry in &mut self.waiting {
             let Some(point) = entry.command.path_point() else {
@@ -248,12 +248,12 @@ impl Queue {
     }
 
     /// Whether anything waits before the last command, and where that leads if it is known.
-    pub(crate) fn way_before_last(&self) -> Option<Option<Way>> {
+    pub(crate) fn way_before_last(&self) -> Option<Option<PathLine>> {
         self.waiting.iter().rev().nth(1).map(|entry| entry.way)
     }
 
     /// Finds out where the last command leads if it is a segment; whether it is.
-    pub(crate) fn resolve_last(&mut self, way: impl FnOnce(PathPoint) -> Way) -> bool {
+    pub(crate) fn resolve_last(&mut self, way: impl FnOnce(PathPoint) -> PathLine) -> bool {
         let Some(entry) = self.waiting.back_mut() else {
             return false;
         };

@@ -130,10 +130,10 @@ impl<C: Iterator<Item = Set>> Run<C> {
                         let current = (flows || on_time).then_some(seen.current);
                         let looks = self.look(watch, begun, current);
                         match told(looks, before, progress, &mut ending).await {
-                            Look::Seen(None) => {}
-                            Look::Seen(Some(seen)) => progress(seen),
-                            Look::Failed(error) => return self.ends_too(error, ending).await,
-                            Look::Over(end) => return end.map(|end| *end).ok_or_else(Error::closed),
+                            Attended::Seen(None) => {}
+                            Attended::Seen(Some(seen)) => progress(seen),
+                            Attended::Failed(error) => return self.ends_too(error, ending).await,
+                            Attended::Over(end) => return end.map(|end| *end).ok_or_else(Error::closed),
                         }
                         looked = Instant::now();
                     }
@@ -218,7 +218,7 @@ enum Nothing {
 }
 
 /// What came of a look.
-enum Look {
+enum Attended {
     Seen(Option<Progress>),
     Failed(Error),
     /// The run ended before.
@@ -231,15 +231,15 @@ async fn told(
     before: Progress,
     progress: &mut impl FnMut(Progress),
     ending: &mut oneshot::Receiver<End>,
-) -> Look {
+) -> Attended {
     let begun = Instant::now();
     let mut seconds = interval_at(begun + TELL, TELL);
     let mut look = pin!(look);
     loop {
         tokio::select! {
             biased;
-            seen = &mut look => return seen.map_or_else(Look::Failed, Look::Seen),
-            end = &mut *ending => return Look::Over(end.ok().map(Box::new)),
+            seen = &mut look => return seen.map_or_else(Attended::Failed, Attended::Seen),
+            end = &mut *ending => return Attended::Over(end.ok().map(Box::new)),
             _ = seconds.tick() => progress(Progress { silent: begun.elapsed(), ..before }),
         }
     }

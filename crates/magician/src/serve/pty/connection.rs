@@ -10,7 +10,7 @@ use tokio::time::{Sleep, sleep};
 use super::super::outbox::Outbox;
 use super::super::service::{Peer, Service};
 use super::super::{Notice, READS_PER_POLL, ServeError};
-use super::symlink::{Symlink, Way};
+use super::symlink::{LinkPath, Symlink};
 use super::terminal::Terminal;
 use super::watch::{self, Seen, Watch};
 
@@ -39,7 +39,7 @@ pub(super) struct PtyConnection {
 
 impl PtyConnection {
     /// Makes a terminal and has the way lead to it.
-    pub(super) fn open(way: &Way, service: &mut dyn Service) -> Result<Self, ServeError> {
+    pub(super) fn open(way: &LinkPath, service: &mut dyn Service) -> Result<Self, ServeError> {
         let failed = |action| move |source: io::Error| ServeError::at(way, action, source);
         way.check()?;
         let terminal = Terminal::open().map_err(failed("make a pseudo-terminal"))?;

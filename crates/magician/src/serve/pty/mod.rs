@@ -19,12 +19,12 @@ mod watch;
 
 use claim::Claim;
 use connection::PtyConnection;
-use symlink::Way;
+use symlink::LinkPath;
 pub(super) use symlink::check;
 
 /// A path that leads to the arm, and is gone while the arm is unplugged.
 pub(super) struct Pty {
-    way: Way,
+    way: LinkPath,
     /// The terminal that is there, or was the last.
     device: PathBuf,
     /// `None` while the arm is unplugged.
@@ -35,7 +35,7 @@ pub(super) struct Pty {
 
 impl Pty {
     pub(super) fn open(path: &Path, service: &mut dyn Service) -> Result<Self, ServeError> {
-        let way = Way::new(path)?;
+        let way = LinkPath::new(path)?;
         way.check()?;
         let claim = way.claim()?;
         let jack = PtyConnection::open(&way, service)?;

@@ -8,14 +8,14 @@ use super::claim::{Claim, server_of};
 
 /// The path under which clients are to find the terminal.
 #[derive(Clone)]
-pub(super) struct Way {
+pub(super) struct LinkPath {
     /// As it was given.
     given: PathBuf,
     /// The same, whatever the working directory becomes.
     absolute: PathBuf,
 }
 
-impl Way {
+impl LinkPath {
     pub(super) fn new(path: &Path) -> Result<Self, ServeError> {
         let absolute = std::path::absolute(path);
         let absolute = absolute.map_err(|source| ServeError::at(path.display(), LOOK, source))?;
@@ -50,7 +50,7 @@ impl Way {
     }
 }
 
-impl fmt::Display for Way {
+impl fmt::Display for LinkPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.given.display().fmt(f)
     }
@@ -60,20 +60,20 @@ const LOOK: &str = "look at the path";
 
 /// Whether there is no hope of making a symlink at `path`.
 pub(in super::super) fn check(path: &Path) -> Result<(), ServeError> {
-    let way = Way::new(path)?;
+    let way = LinkPath::new(path)?;
     way.check()?;
     way.claim().map(drop)
 }
 
 /// What makes the way lead to the terminal; gone when dropped.
 pub(super) struct Symlink {
-    way: Way,
+    way: LinkPath,
     device: PathBuf,
 }
 
 impl Symlink {
     /// Makes a symlink to `device`, in the place of a symlink that is there.
-    pub(super) fn announce(way: &Way, device: &Path) -> Result<Self, ServeError> {
+    pub(super) fn announce(way: &LinkPath, device: &Path) -> Result<Self, ServeError> {
         let failed = |source| ServeError::at(way, "make the symlink", source);
         if way.check()? {
             fs::remove_file(&way.absolute).map_err(failed)?;

@@ -10,7 +10,7 @@ use magician_sim::{ExternalEvent, Runner};
 
 use super::feed::{Feed, Told};
 use super::keys::{self, Action, Axis, Mode, Nudge, Question};
-use super::look::{Cursor, Look, Push, pushed};
+use super::look::{ArmView, Cursor, Push, pushed};
 use crate::terminal::Help;
 
 /// An arm that can be watched.
@@ -76,7 +76,7 @@ pub(super) struct App {
     cursor: Cursor,
     /// What each input was driven to, address less one.
     driven: [bool; 20],
-    pub(super) look: Option<Look>,
+    pub(super) look: Option<ArmView>,
 }
 
 impl App {
@@ -118,7 +118,7 @@ impl App {
     /// Looks at the arm; whether anything is new.
     pub(super) fn look(&mut self) -> Result<bool, Ended> {
         let cursor = self.cursor;
-        let take = move |runner: &mut Runner| Look::at(runner.controller(), cursor);
+        let take = move |runner: &mut Runner| ArmView::at(runner.controller(), cursor);
         let look = self.subject().handle.with(take).wait()?;
         let handle = &self.subjects[self.shown].feed;
         let told = handle.catch_up(&mut self.told);
@@ -126,7 +126,7 @@ impl App {
     }
 
     /// Takes a look for the present one; whether it is new.
-    pub(super) fn see(&mut self, mut look: Look) -> bool {
+    pub(super) fn see(&mut self, mut look: ArmView) -> bool {
         let ink = std::mem::take(&mut look.ink);
         let drawn = !ink.strokes.is_empty();
         if drawn {

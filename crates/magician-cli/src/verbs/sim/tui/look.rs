@@ -9,7 +9,7 @@ use magician_sim::{ArmInstant, Controller, ControllerState, PinState};
 
 /// The arm and its world at an instant.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Look {
+pub(super) struct ArmView {
     /// The arm; its clock in whole seconds, because more is not readable, and an arm at rest then stays the same for as
     /// long.
     pub(super) state: ControllerState,
@@ -53,7 +53,7 @@ pub(super) struct Cursor {
 /// Corners taken at one look; the rest follows with the next. The arm waits for a look.
 const CORNERS: usize = 2_000;
 
-impl Look {
+impl ArmView {
     pub(super) fn at(controller: &Controller, ink: Cursor) -> Self {
         let mut state = controller.state();
         state.now =
@@ -254,8 +254,8 @@ mod tests {
 
     use super::*;
 
-    fn look() -> Look {
-        Look::at(&Controller::default(), Cursor::default())
+    fn look() -> ArmView {
+        ArmView::at(&Controller::default(), Cursor::default())
     }
 
     #[test]
@@ -302,7 +302,7 @@ mod tests {
         let text = "[table]\nheight = -70\n[[object]]\nname = \"cube\"\nsize = [20, 20, 20]\nat = [220, 50]\ncolor = \"red\"";
         let world = World::from_scenario(&Scenario::from_toml(text).unwrap());
         let controller = Controller::in_world(Profile::default(), world);
-        let look = Look::at(&controller, Cursor::default());
+        let look = ArmView::at(&controller, Cursor::default());
         let [cube] = &look.items[..] else {
             panic!("{:?}", look.items)
         };
@@ -344,7 +344,7 @@ mod tests {
         let mut looks = 0;
         for step in 0..600 {
             arm.advance(ArmInstant::from_micros(step * 100_000));
-            let ink = Look::at(&arm, cursor).ink;
+            let ink = ArmView::at(&arm, cursor).ink;
             looks += usize::from(!ink.strokes.is_empty());
             for stroke in ink.strokes {
                 // A stroke that goes on begins with the corner that is known.
@@ -357,6 +357,6 @@ mod tests {
         let drawn = drawing.strokes().iter().flat_map(|stroke| &stroke.points);
         assert!(drawing.strokes().len() >= 2 && looks > 3);
         assert_eq!(seen, drawn.copied().collect::<Vec<_>>());
-        assert!(Look::at(&arm, cursor).ink.strokes.is_empty());
+        assert!(ArmView::at(&arm, cursor).ink.strokes.is_empty());
     }
 }

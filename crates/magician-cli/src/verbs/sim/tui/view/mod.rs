@@ -15,7 +15,7 @@ use ratatui::widgets::{Block, Paragraph};
 
 use super::app::App;
 use super::keys::Mode;
-use super::look::Look;
+use super::look::ArmView;
 use crate::terminal::{self, Theme};
 
 /// Below this a picture of the arm says nothing.
@@ -51,7 +51,7 @@ const KEYS: [(&str, &str); 17] = [
 #[derive(Clone, Copy)]
 struct View<'a> {
     app: &'a App,
-    look: &'a Look,
+    look: &'a ArmView,
     theme: Theme,
 }
 

@@ -14,7 +14,7 @@ use ratatui::style::Color;
 use super::super::app::{App, Subject};
 use super::super::feed::{Feed, Line};
 use super::super::keys::{Mode, Question, action};
-use super::super::look::{Cursor, Look};
+use super::super::look::{ArmView, Cursor};
 use super::draw;
 use crate::terminal::test::{self, Example, shows};
 use crate::terminal::{Help, Theme};
@@ -31,7 +31,7 @@ fn app(controller: &Controller) -> App {
         conveyor: scenario.conveyor().copied(),
     };
     let mut app = App::new(vec![subject]);
-    app.see(Look::at(controller, Cursor::default()));
+    app.see(ArmView::at(controller, Cursor::default()));
     app
 }
 
@@ -78,7 +78,7 @@ pub(in crate::verbs) fn examples() -> Vec<Example> {
                 "a line that is longer than a log is wide beside all the other panels".to_owned();
             app.told.say(Line { at: 1.5, text });
             change(&mut arm, &mut app);
-            app.see(Look::at(&arm, Cursor::default()));
+            app.see(ArmView::at(&arm, Cursor::default()));
             if let Some(help) = help {
                 app.mode = Mode::Help(help);
             }
@@ -265,10 +265,10 @@ fn the_trail_stays_where_the_tool_has_been() {
     let mut app = app(&arm);
     let count = app.trail.len();
     arm.advance(ArmInstant::from_micros(300_000));
-    app.see(Look::at(&arm, Cursor::default()));
+    app.see(ArmView::at(&arm, Cursor::default()));
     arm.advance(ArmInstant::from_micros(10_000_000));
-    app.see(Look::at(&arm, Cursor::default()));
-    app.see(Look::at(&arm, Cursor::default()));
+    app.see(ArmView::at(&arm, Cursor::default()));
+    app.see(ArmView::at(&arm, Cursor::default()));
     assert_eq!((count, app.trail.len()), (1, 3));
     let last = app.trail.back().unwrap().above;
     assert!((last[0] - 180.0).hypot(last[1] - 150.0) < 0.01, "{last:?}");
