@@ -107,7 +107,7 @@ def kept(commands: Iterable[Queueable], r: float | None) -> list[Queueable]:
             if keeps_r(command):
                 if r is None:
                     raise InvalidInputError(
-                        f"{type(command).__name__}: r is left out, and what the arm has then is not known: "
+                        f"{type(command).__name__}: r is left out, and the arm's r at that point is not known: "
                         f"{'the program begins here' if nth == 0 else 'a path or homing came before'}; give r",
                         step=nth,
                     )

@@ -511,7 +511,7 @@ class Arm(Bound):
         """
         told: Writable = find(command, "set", fields) if isinstance(command, str) else command
         if keeps_r(told):
-            raise InvalidInputError("r is left out, and what the arm has now is not asked for here: give r")
+            raise InvalidInputError("r is left out, and the arm's present r is not read here: give r")
         allowed = flag("allow_dangerous", allow_dangerous), flag("allow_laser", allow_laser)
         await until(self._core.set(told, *allowed))
 
@@ -530,7 +530,7 @@ class Arm(Bound):
         """
         told: Queueable = find(command, "set", fields) if isinstance(command, str) else command
         if keeps_r(told):
-            raise InvalidInputError("r is left out, and what the arm has when it comes to this is not known: give r")
+            raise InvalidInputError("r is left out, and the arm's r at that point is not known: give r")
         return await until(self._core.enqueue(told, flag("allow_laser", allow_laser)))
 
     async def raw(
