@@ -99,7 +99,7 @@ def test_poses_are_kept_by_name(arm: Arm, tmp_path: Path) -> None:
         del again["low"]
     for wrong in ("[1]", "{", '{"a": {"x": 1}}'):
         again.path.write_text(wrong, encoding="utf-8")
-        with pytest.raises(errors.InvalidInputError, match="no file of poses"):
+        with pytest.raises(errors.InvalidInputError, match="not a file of poses"):
             len(again)
 
 

@@ -245,13 +245,13 @@ class Poses(MutableMapping[str, Position]):
         except FileNotFoundError:
             return {}
         except ValueError as error:
-            raise InvalidInputError(f"{self.path} is no file of poses: {error}") from None
+            raise InvalidInputError(f"{self.path} is not a file of poses: {error}") from None
         try:
             return {str(name): Position(*(float(each[axis]) for axis in "xyzr")) for name, each in found.items()}
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             why = f"{type(error).__name__}: {error}"
             raise InvalidInputError(
-                f'{self.path} is no file of poses ({why}); it is {{"NAME": {{"x": 220, "y": 0, "z": 60, "r": 0}}, ...}}'
+                f'{self.path} is not a file of poses ({why}); expected {{"NAME": {{"x": 220, "y": 0, "z": 9, "r": 0}}}}'
             ) from None
 
     def _write(self, poses: dict[str, Position]) -> None:
