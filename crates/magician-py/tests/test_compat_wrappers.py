@@ -135,3 +135,55 @@ def test_a_copy_of_pydobot_is_run_where_only_it_has_a_method(tmp_path: Path, cal
     )
     done = run(tmp_path, {"main.py": script, **files})
     assert (done.returncode, done.stdout, done.stderr) == (0, f"{said}\n", "")
+
+
+LATE = """
+import DobotDllType as dType
+api = dType.load()
+try:
+    dType.GetPose(api)
+except dType.DobotError as error:
+    print("no connection" in str(error))
+assert dType.ConnectDobot(api, "COM3", 115200)[0] == 0
+last = dType.SetPTPCmd(api, 1, 210, 0, 30, 0, 1)[0]
+dType.DisconnectDobot(api)
+while last > dType.GetQueuedCmdCurrentIndex(api)[0]:
+    dType.dSleep(5)
+class Tool:
+    def __del__(self):
+        dType.SetEndEffectorSuctionCupEx(api, 0, 1)
+        print("released", dType.GetPose(api)[0])
+tool = Tool()
+"""
+
+
+@pytest.mark.parametrize("family", ["v1", "v3"])
+def test_calls_after_a_disconnect_do_nothing_and_end(tmp_path: Path, family: str) -> None:
+    (tmp_path / "main.py").write_text(LATE)
+    command = [sys.executable, "-m", "magician.compat", "--port", "sim", "--dobotdll", family, "main.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env={"PATH": ""}, timeout=300)
+    assert (done.returncode, done.stdout) == (0, "True\nreleased 0.0\n")
+    assert done.stderr.splitlines() == [
+        f"magician: {name} after DisconnectDobot: nothing was done"
+        for name in ("GetQueuedCmdCurrentIndex", "SetEndEffectorSuctionCup", "GetPose")
+    ]
+
+
+DESTRUCTOR = """
+import DobotDllType as dType
+class Robot:
+    def __init__(self):
+        self.api = dType.load()
+        dType.ConnectDobot(self.api, "COM3", 115200)
+    def __del__(self):
+        dType.SetPTPCmd(self.api, 1, 210, 0, 30, 0, 1)
+        while dType.GetPose(self.api)[0] != 210: dType.dSleep(1)
+        print("home")
+        dType.DisconnectDobot(self.api)
+robot = Robot()
+"""
+
+
+def test_a_destructor_speaks_to_the_arm_at_the_end_of_a_program(tmp_path: Path) -> None:
+    done = run(tmp_path, {"main.py": DESTRUCTOR})
+    assert (done.returncode, done.stdout, done.stderr) == (0, "home\n", "")

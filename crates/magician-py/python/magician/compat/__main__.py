@@ -21,6 +21,7 @@ leaves it as it is.
 
 from __future__ import annotations
 
+import atexit
 import importlib.util
 import io
 import os
@@ -147,7 +148,20 @@ def _execute(code: types.CodeType, path: str, names: Mapping[str, object]) -> No
     main.__dict__.update(names)
     main.__dict__.update(__file__=path, __builtins__=__builtins__, __cached__=None, __spec__=None, __package__=None)
     sys.modules["__main__"] = main
-    exec(code, main.__dict__)
+    # After what the script has for its own end, and before this package's, which ends the connections.
+    atexit.register(_destroy, main.__dict__)
+    try:
+        exec(code, main.__dict__)
+    except BaseException:
+        # The arm is stopped, and stays so.
+        atexit.unregister(_destroy)
+        raise
+
+
+def _destroy(names: dict[str, object]) -> None:
+    """Lets go of what has a destructor while the arm can be spoken to: many a program's moves it home."""
+    for name in [name for name, value in names.items() if hasattr(type(value), "__del__")]:
+        del names[name]
 
 
 def _alone(error: BaseException) -> tuple[BaseException, types.TracebackType | None]:

@@ -74,11 +74,15 @@ class Door:
         self._prototypes: dict[str, tuple[Any, ...]] = module.__dict__["_PROTOTYPES"]
         self._ids: int = module.__dict__["_IDS"]
         self._arms: dict[int, Line] = {}
+        # Arms that DisconnectDobot has let go, with the index of the last command that was given to each.
+        self._let_go: dict[int, int] = {}
+        self._queued: dict[int, int] = {}
         self._lock = threading.Lock()
         self._timeout = 3.0
         self._allowed: list[str] = []
         self._last = threading.local()
         self._noted: set[str] = set()
+        self._noted_late: set[tuple[str, int]] = set()
 
     def dobot_call(self, name: str, arguments: Sequence[Any]) -> int:
         """Does what the C function of this name does with these arguments, and returns its code."""
@@ -89,9 +93,11 @@ class Door:
                 return own(*arguments)
             line = self._arm(arguments)
             if isinstance(line, int):
-                return line
+                return line if self._id(arguments) not in self._let_go else self._too_late(name, arguments)
             types = self._prototypes[name][self._ids :]
             self._command(name, line, list(zip(types, arguments[self._ids :], strict=False)))
+            if types and _is_index(types[-1]) and name.startswith("Set") and arguments[-1].value:
+                self._queued[self._id(arguments)] = int(arguments[-1].value)
         except Error as error:
             self._last.message = str(error)
             return _code(error)
@@ -165,12 +171,29 @@ class Door:
         if ctrl == QUEUED and index is not None:
             index.value = int.from_bytes(params[:8], "little")
 
+    def _too_late(self, name: str, arguments: Sequence[Any]) -> int:
+        """A call after DisconnectDobot, as in a program's destructor, does nothing and succeeds, as a call does that it
+        cuts short. What was queued counts as done, so that loops which wait for it end."""
+        id = self._id(arguments)
+        if (name, id) not in self._noted_late:
+            self._noted_late.add((name, id))
+            print(f"magician: {name} after DisconnectDobot: nothing was done", file=sys.stderr)
+        for place in map(_given, self._prototypes[name][self._ids :], arguments[self._ids :]):
+            if _is_place(place):
+                ctypes.memset(ctypes.addressof(place), 0, ctypes.sizeof(place))
+        if name == "GetQueuedCmdCurrentIndex":
+            arguments[-1].value = self._let_go[id]
+        return NO_ERROR
+
     # Arms.
+
+    def _id(self, arguments: Sequence[Any]) -> int:
+        """The arm's number, which is a call's first argument where there is one."""
+        return int(getattr(arguments[0], "value", arguments[0])) if self._ids else 0
 
     def _arm(self, arguments: Sequence[Any]) -> Line | int:
         """The arm that a call is about, or the code when there is none."""
-        id = int(getattr(arguments[0], "value", arguments[0])) if self._ids else 0
-        line = self._arms.get(id)
+        line = self._arms.get(self._id(arguments))
         if line is None:
             self._last.message = "there is no connection: ConnectDobot makes one"
             return NO_DEVICE if self._ids == 2 else TIMEOUT
@@ -192,6 +215,8 @@ class Door:
         with self._lock:
             id = next(id for id in range(len(self._arms) + 1) if id not in self._arms)
             self._arms[id] = line
+            self._let_go.pop(id, None)
+            self._queued.pop(id, None)
         return id, line
 
     def _call_SearchDobot(self, found: Any, size: int) -> int:
@@ -232,8 +257,11 @@ class Door:
         info.firmwareName, info.firwareVersion = b"Dobot", ".".join(map(str, version[:3])).encode()
 
     def _call_DisconnectDobot(self, id: Any = 0) -> int:
+        id = int(getattr(id, "value", id))
         with self._lock:
-            line = self._arms.pop(int(getattr(id, "value", id)), None)
+            line = self._arms.pop(id, None)
+            if line is not None:
+                self._let_go[id] = self._queued.pop(id, 0)
         if line is not None:
             line.close()
         return NO_ERROR
