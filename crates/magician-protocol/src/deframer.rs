@@ -1,3 +1,5 @@
+use core::fmt;
+
 use crate::Row;
 use crate::frame::{Ctrl, Frame, MAX_LEN, checksum};
 
@@ -23,6 +25,30 @@ pub enum Rejection {
     Length(u8),
     /// The line fell silent, or the input ended, inside the frame.
     Truncated,
+}
+
+impl Rejection {
+    /// It in a word: `checksum`, `length`, `truncated`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Checksum { .. } => "checksum",
+            Self::Length(_) => "length",
+            Self::Truncated => "truncated",
+        }
+    }
+}
+
+impl fmt::Display for Rejection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Checksum { expected, found } => {
+                write!(f, "checksum is {found:02X}, expected {expected:02X}")
+            }
+            Self::Length(len) => write!(f, "length is {len}, a frame has 2 to 250"),
+            Self::Truncated => f.write_str("the input ends inside the frame"),
+        }
+    }
 }
 
 /// What a [`Deframer`] found.

@@ -1,6 +1,7 @@
 //! Files of what a Dobot Magician arm did.
 //!
 //! * [`trace`]: everything that passed on the lines, byte for byte, as pcapng.
+//! * [`pieces`]: what such bytes are: frames with their meaning, damaged ones, noise; [`hex`]: the text that people paste.
 //! * [`Reading`]s of a host, written to a file of any format ([`WriteReadings`]): as rows ([`csv`]), as JSON lines (`jsonl`,
 //!   feature `json`), as a recording (`mcap`, feature `mcap`).
 //! * `mcap`: what an arm did on a clock, as MCAP for Foxglove and its like; with feature `sim` also all that a virtual arm
@@ -22,10 +23,12 @@
 #![cfg_attr(not(test), warn(clippy::disallowed_methods))]
 
 pub mod csv;
+pub mod hex;
 #[cfg(feature = "json")]
 pub mod jsonl;
 #[cfg(feature = "mcap")]
 pub mod mcap;
+pub mod pieces;
 mod reading;
 #[cfg(feature = "sim")]
 pub mod replay;

@@ -1,8 +1,9 @@
 //! Pieces for people: a line each, its fields below.
 
 use magician_protocol::{DecodeError, Description, Frame, Rejection};
+use magician_record::pieces::{Place, Sink};
 
-use super::{Printer, StreamPosition, word};
+use super::word;
 use crate::columns::wrap;
 use crate::failure::Failure;
 use crate::output::Output;
@@ -42,7 +43,7 @@ impl<'o> Lines<'o> {
 
     fn title(
         &mut self,
-        place: StreamPosition<'_>,
+        place: Place<'_>,
         direction: &str,
         name: &str,
         about: &str,
@@ -57,7 +58,7 @@ impl<'o> Lines<'o> {
         self.out.line(line.trim_end())
     }
 
-    fn bad(&mut self, place: StreamPosition<'_>, what: &str, about: &str) -> Result<(), Failure> {
+    fn bad(&mut self, place: Place<'_>, what: &str, about: &str) -> Result<(), Failure> {
         let position = self.position(place);
         self.bad_at(&position, what, about)
     }
@@ -70,7 +71,7 @@ impl<'o> Lines<'o> {
     }
 
     /// The offset; in a capture the time since its first packet, and the link.
-    fn position(&mut self, place: StreamPosition<'_>) -> String {
+    fn position(&mut self, place: Place<'_>) -> String {
         let Some((_, link)) = place.origin.link else {
             return format!("{:<OFFSET$}", place.offset);
         };
@@ -100,10 +101,12 @@ fn spaced(bytes: &[u8]) -> String {
     pairs.join(" ")
 }
 
-impl Printer for Lines<'_> {
+impl Sink for Lines<'_> {
+    type Error = Failure;
+
     fn frame(
         &mut self,
-        place: StreamPosition<'_>,
+        place: Place<'_>,
         frame: &Frame<'_>,
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Failure> {
@@ -138,23 +141,21 @@ impl Printer for Lines<'_> {
 
     fn rejected(
         &mut self,
-        place: StreamPosition<'_>,
+        place: Place<'_>,
         bytes: &[u8],
         reason: Rejection,
     ) -> Result<(), Failure> {
-        let (what, about) = match reason {
-            Rejection::Checksum { expected, found } => (
-                "checksum",
-                format!("is {found:02X}, expected {expected:02X}"),
-            ),
-            Rejection::Length(len) => ("length", format!("is {len}, a frame has 2 to 250")),
-            Rejection::Truncated => ("truncated", " the input ends inside the frame".to_owned()),
+        let (what, text) = (reason.name(), reason.to_string());
+        // What is in the column of names already is not said again.
+        let about = match text.strip_prefix(what) {
+            Some(about) => about.trim_start().to_owned(),
+            None => format!(" {text}"),
         };
         self.bad(place, what, &about)?;
         self.bytes(bytes)
     }
 
-    fn noise_begins(&mut self, place: StreamPosition<'_>) -> Result<(), Failure> {
+    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
         self.noise = Noise {
             position: self.position(place),
             ..Noise::default()

@@ -1,23 +1,20 @@
 //! `decode`: bytes of the protocol explained.
 
-mod hex;
 mod human;
 mod record;
 mod source;
-mod stream;
 
 use std::ffi::OsString;
 
 use clap::{Args, ValueEnum};
-use magician_protocol::{DecodeError, Description, Direction, Frame, Rejection, describe};
-
+use magician_protocol::Direction;
+use magician_record::pieces::{Decoder, Sink, Tally};
 use magician_record::trace::Packet;
 
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
 pub(crate) use record::hex;
-use stream::{Origin, Tally};
 
 /// Explain bytes of the protocol: hex, a file, or stdin
 #[derive(Args, Debug)]
@@ -52,21 +49,12 @@ enum From {
     Auto,
 }
 
-impl std::convert::From<Direction> for From {
-    fn from(direction: Direction) -> Self {
-        match direction {
-            Direction::Request => Self::Host,
-            Direction::Reply => Self::Arm,
-        }
-    }
-}
-
 impl From {
-    fn describe<'a>(self, frame: &Frame<'a>) -> Result<Description<'a>, DecodeError> {
+    fn direction(self) -> Option<Direction> {
         match self {
-            Self::Host => describe(frame, Direction::Request),
-            Self::Arm => describe(frame, Direction::Reply),
-            Self::Auto => Description::guess(frame),
+            Self::Host => Some(Direction::Request),
+            Self::Arm => Some(Direction::Reply),
+            Self::Auto => None,
         }
     }
 }
@@ -79,105 +67,39 @@ pub(crate) fn word(direction: Direction) -> &'static str {
     }
 }
 
-/// Where a piece begins: its position in the bytes of its direction and link, and what is known of
-/// those.
-#[derive(Clone, Copy, Debug)]
-struct StreamPosition<'a> {
-    offset: u64,
-    origin: Origin<'a>,
-}
-
-/// What becomes of the pieces that the bytes consist of; a run of noise comes in parts.
-trait Printer {
-    fn frame(
-        &mut self,
-        place: StreamPosition<'_>,
-        frame: &Frame<'_>,
-        meaning: Result<Description<'_>, DecodeError>,
-    ) -> Result<(), Failure>;
-    fn rejected(
-        &mut self,
-        place: StreamPosition<'_>,
-        bytes: &[u8],
-        reason: Rejection,
-    ) -> Result<(), Failure>;
-    fn noise_begins(&mut self, place: StreamPosition<'_>) -> Result<(), Failure>;
-    fn noise(&mut self, bytes: &[u8]) -> Result<(), Failure>;
-    fn noise_ends(&mut self) -> Result<(), Failure>;
-    fn flush(&mut self) -> Result<(), Failure>;
-}
-
-impl<P: Printer + ?Sized> Printer for Box<P> {
-    fn frame(
-        &mut self,
-        place: StreamPosition<'_>,
-        frame: &Frame<'_>,
-        meaning: Result<Description<'_>, DecodeError>,
-    ) -> Result<(), Failure> {
-        (**self).frame(place, frame, meaning)
-    }
-
-    fn rejected(
-        &mut self,
-        place: StreamPosition<'_>,
-        bytes: &[u8],
-        reason: Rejection,
-    ) -> Result<(), Failure> {
-        (**self).rejected(place, bytes, reason)
-    }
-
-    fn noise_begins(&mut self, place: StreamPosition<'_>) -> Result<(), Failure> {
-        (**self).noise_begins(place)
-    }
-
-    fn noise(&mut self, bytes: &[u8]) -> Result<(), Failure> {
-        (**self).noise(bytes)
-    }
-
-    fn noise_ends(&mut self) -> Result<(), Failure> {
-        (**self).noise_ends()
-    }
-
-    fn flush(&mut self) -> Result<(), Failure> {
-        (**self).flush()
-    }
-}
+/// What shows the pieces.
+type Printer<'o> = Box<dyn Sink<Error = Failure> + 'o>;
 
 impl Decode {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let out = &mut context.out;
-        let tally = match context.global.json {
-            true => self.read(record::Records { out }),
-            false => self.read(human::Lines::new(out)),
-        }?;
-        verdict(tally)
-    }
-
-    fn read(&self, printer: impl Printer) -> Result<Tally, Failure> {
-        let mut decoder = stream::Decoder::new(self.from, printer);
+        let printer = printer(&mut context.out, context.global.json);
+        let mut decoder = Decoder::new(self.from.direction(), printer);
         source::read(&self.input, &mut decoder)?;
-        decoder.finish()
+        verdict(decoder.finish()?.0)
+    }
+}
+
+fn printer(out: &mut Output, json: bool) -> Printer<'_> {
+    match json {
+        true => Box::new(record::Records { out }),
+        false => Box::new(human::Lines::new(out)),
     }
 }
 
 /// Explains the packets of a capture as they come.
 pub(crate) struct Packets<'o> {
-    decoder: stream::Decoder<Box<dyn Printer + 'o>>,
+    decoder: Decoder<Printer<'o>>,
 }
 
 impl<'o> Packets<'o> {
     pub(crate) fn new(out: &'o mut Output, json: bool) -> Self {
-        let printer: Box<dyn Printer + 'o> = match json {
-            true => Box::new(record::Records { out }),
-            false => Box::new(human::Lines::new(out)),
-        };
-        let decoder = stream::Decoder::new(From::Auto, printer);
+        let decoder = Decoder::new(None, printer(out, json));
         Self { decoder }
     }
 
     /// Explains one more.
     pub(crate) fn packet(&mut self, packet: &Packet<'_>) -> Result<(), Failure> {
-        self.decoder.push(Origin::of(packet), packet.bytes)
+        self.decoder.packet(packet)
     }
 
     /// Shows what has been found so far.
@@ -187,7 +109,7 @@ impl<'o> Packets<'o> {
 
     /// Ends, with a failure if something was not understood.
     pub(crate) fn finish(self) -> Result<(), Failure> {
-        verdict(self.decoder.finish()?)
+        verdict(self.decoder.finish()?.0)
     }
 }
 

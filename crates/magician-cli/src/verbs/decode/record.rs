@@ -4,10 +4,10 @@
 use std::io::Write;
 
 use magician_protocol::{DecodeError, Description, Frame, Rejection, Row};
+use magician_record::pieces::{Origin, Place, Sink};
 use serde::Serialize;
 
-use super::stream::Origin;
-use super::{Printer, StreamPosition, word};
+use super::word;
 use crate::failure::Failure;
 use crate::output::Output;
 
@@ -88,10 +88,12 @@ pub(crate) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02X}")).collect()
 }
 
-impl Printer for Records<'_> {
+impl Sink for Records<'_> {
+    type Error = Failure;
+
     fn frame(
         &mut self,
-        place: StreamPosition<'_>,
+        place: Place<'_>,
         frame: &Frame<'_>,
         meaning: Result<Description<'_>, DecodeError>,
     ) -> Result<(), Failure> {
@@ -116,7 +118,7 @@ impl Printer for Records<'_> {
 
     fn rejected(
         &mut self,
-        place: StreamPosition<'_>,
+        place: Place<'_>,
         bytes: &[u8],
         reason: Rejection,
     ) -> Result<(), Failure> {
@@ -124,16 +126,12 @@ impl Printer for Records<'_> {
             offset: place.offset,
             hex: hex(bytes),
             ok: false,
-            error: match reason {
-                Rejection::Checksum { .. } => "checksum",
-                Rejection::Length(_) => "length",
-                Rejection::Truncated => "truncated",
-            },
+            error: reason.name(),
             seen: Seen::of(place.origin),
         })
     }
 
-    fn noise_begins(&mut self, place: StreamPosition<'_>) -> Result<(), Failure> {
+    fn noise_begins(&mut self, place: Place<'_>) -> Result<(), Failure> {
         Ok(write!(self.out, r#"{{"offset":{},"hex":""#, place.offset)?)
     }
 
@@ -151,7 +149,7 @@ impl Printer for Records<'_> {
 }
 
 /// A whole frame that cannot be decoded: an unknown id, or parameters that fit no form.
-fn misfit<'a>(place: StreamPosition<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit<'a> {
+fn misfit<'a>(place: Place<'a>, frame: &Frame<'_>, error: DecodeError) -> Misfit<'a> {
     let ctrl = frame.ctrl();
     Misfit {
         offset: place.offset,

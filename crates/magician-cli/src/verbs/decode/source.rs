@@ -4,18 +4,21 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, Read, Seek};
 
-use super::Printer;
-use super::hex::{HexError, Parser, Test};
-use super::stream::{Decoder, Origin};
+use magician_record::hex::{HexError, Parser, Test, is_hex};
+use magician_record::pieces::{Decoder, Origin, Sink};
+use magician_record::trace::is_trace;
+
 use crate::failure::Failure;
-use magician_record::trace::{is_trace, read_trace};
 
 const CHUNK: usize = 1 << 16;
 /// How many first bytes tell a capture.
 const MAGIC: usize = 4;
 
 /// Feeds everything that the arguments name into the decoder, in bounded memory.
-pub(super) fn read(input: &[OsString], decoder: &mut Decoder<impl Printer>) -> Result<(), Failure> {
+pub(super) fn read(
+    input: &[OsString],
+    decoder: &mut Decoder<impl Sink<Error = Failure>>,
+) -> Result<(), Failure> {
     if let [argument] = input
         && argument == "-"
     {
@@ -23,15 +26,13 @@ pub(super) fn read(input: &[OsString], decoder: &mut Decoder<impl Printer>) -> R
     }
     let words: Vec<_> = input.iter().map(|word| word.to_string_lossy()).collect();
     let text = words.join(" ");
-    if Test::default().accepts(text.as_bytes()) {
+    if is_hex(&text) {
         return Feed::new(decoder).text(text.as_bytes());
     }
     match input {
         [name] => file(name, &words[0], decoder),
         _ => {
-            let odd = words
-                .iter()
-                .find(|word| !Test::default().accepts(word.as_bytes()));
+            let odd = words.iter().find(|word| !is_hex(word));
             let odd = odd.map_or("", |word| word);
             let message = format!("`{odd}` is not hex; several arguments must all be hex");
             Err(Failure::invalid(message))
@@ -39,7 +40,11 @@ pub(super) fn read(input: &[OsString], decoder: &mut Decoder<impl Printer>) -> R
     }
 }
 
-fn file(path: &OsString, name: &str, decoder: &mut Decoder<impl Printer>) -> Result<(), Failure> {
+fn file(
+    path: &OsString,
+    name: &str,
+    decoder: &mut Decoder<impl Sink<Error = Failure>>,
+) -> Result<(), Failure> {
     let unreadable = |error: io::Error| {
         Failure::invalid(format!(
             "`{name}` is neither hex nor a readable file: {error}"
@@ -98,13 +103,13 @@ fn fill(from: &mut impl Read, chunk: &mut [u8]) -> io::Result<usize> {
 }
 
 /// Carries bytes of some nature to the decoder.
-struct Feed<'d, P: Printer> {
-    decoder: &'d mut Decoder<P>,
+struct Feed<'d, S: Sink<Error = Failure>> {
+    decoder: &'d mut Decoder<S>,
     nature: Nature,
 }
 
-impl<'d, P: Printer> Feed<'d, P> {
-    fn new(decoder: &'d mut Decoder<P>) -> Self {
+impl<'d, S: Sink<Error = Failure>> Feed<'d, S> {
+    fn new(decoder: &'d mut Decoder<S>) -> Self {
         Self {
             decoder,
             nature: Nature::Bytes,
@@ -153,14 +158,7 @@ impl<'d, P: Printer> Feed<'d, P> {
         let mut bytes = Vec::new();
         from.read_to_end(&mut bytes)
             .map_err(|error| broken(name, &error))?;
-        let mut wrong = None;
-        for packet in read_trace(&bytes) {
-            match packet {
-                Ok(packet) => self.decoder.push(Origin::of(&packet), packet.bytes)?,
-                Err(error) => wrong = wrong.or(Some(error)),
-            }
-        }
-        self.decoder.flush()?;
+        let wrong = self.decoder.capture(&bytes)?;
         wrong.map_or(Ok(()), |error| {
             Err(Failure::invalid(format!("{name}: {error}")))
         })
@@ -194,13 +192,9 @@ fn broken(name: &str, error: &io::Error) -> Failure {
 }
 
 fn not_hex(error: HexError) -> Failure {
+    let failure = Failure::invalid(error.to_string());
     match error {
-        HexError::Odd(end) => {
-            Failure::invalid(format!("odd number of hex digits before position {end}"))
-                .hint("for a file with such a name write ./NAME")
-        }
-        HexError::Letter(at) => {
-            Failure::invalid(format!("the text is hex only up to position {at}"))
-        }
+        HexError::Odd(_) => failure.hint("for a file with such a name write ./NAME"),
+        HexError::Letter(_) => failure,
     }
 }

@@ -1,14 +1,33 @@
 //! Hex text as people paste it: `AA AA 02`, `AAAA02`, `0xAA, 0xAA, 0x2`.
 
+use thiserror::Error;
+
+/// Whether text is hex, of one piece: only hex digits, whitespace, commas and `0x`.
+#[must_use]
+pub fn is_hex(text: &str) -> bool {
+    Test::default().accepts(text.as_bytes())
+}
+
+/// The bytes that hex text of one piece stands for.
+///
+/// # Errors
+/// As [`Parser::push`].
+pub fn bytes(text: &str) -> Result<Vec<u8>, HexError> {
+    let (mut parser, mut bytes) = (Parser::default(), Vec::with_capacity(text.len() / 2));
+    parser.push(text.as_bytes(), &mut bytes)?;
+    parser.finish(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// Whether text is hex so far: only hex digits, whitespace, commas and `0x`.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Test {
+pub struct Test {
     after_zero: bool,
 }
 
 impl Test {
     /// Looks at more of the text; false once it cannot be hex.
-    pub(super) fn accepts(&mut self, text: &[u8]) -> bool {
+    pub fn accepts(&mut self, text: &[u8]) -> bool {
         text.iter().all(|letter| {
             let after_zero = std::mem::replace(&mut self.after_zero, *letter == b'0');
             match letter {
@@ -24,17 +43,19 @@ fn separates(letter: u8) -> bool {
 }
 
 /// Why hex text is no bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum HexError {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+pub enum HexError {
     /// A letter that hex text does not have, at this position.
+    #[error("the text is hex only up to position {0}")]
     Letter(u64),
     /// A group of digits that ends before this position has an odd number of them.
+    #[error("odd number of hex digits before position {0}")]
     Odd(u64),
 }
 
 /// Turns hex text into bytes, in any split. A digit alone is a byte.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Parser {
+pub struct Parser {
     position: u64,
     /// Digits since the last separator.
     digits: u64,
@@ -43,7 +64,10 @@ pub(super) struct Parser {
 
 impl Parser {
     /// Reads more of the text, appending its bytes to `bytes`.
-    pub(super) fn push(&mut self, text: &[u8], bytes: &mut Vec<u8>) -> Result<(), HexError> {
+    ///
+    /// # Errors
+    /// What is no hex, or an odd number of digits.
+    pub fn push(&mut self, text: &[u8], bytes: &mut Vec<u8>) -> Result<(), HexError> {
         for letter in text {
             match char::from(*letter).to_digit(16) {
                 Some(digit) => self.digit(digit as u8, bytes),
@@ -70,7 +94,10 @@ impl Parser {
     }
 
     /// Ends a group of digits.
-    pub(super) fn finish(&mut self, bytes: &mut Vec<u8>) -> Result<(), HexError> {
+    ///
+    /// # Errors
+    /// It has an odd number of them.
+    pub fn finish(&mut self, bytes: &mut Vec<u8>) -> Result<(), HexError> {
         let digits = std::mem::take(&mut self.digits);
         match self.high.take() {
             None => Ok(()),
