@@ -71,6 +71,7 @@ const DEPENDENCIES: [(&str, &[&str]); 18] = [
             "magician",
             "magician-program",
             "magician-job",
+            "magician-record",
             // The command comes along as it is: one function.
             "magician-cli",
         ],

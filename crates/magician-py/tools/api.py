@@ -39,6 +39,7 @@ MODULES = {
     "errors": ("magician.errors", "Errors"),
     "virtual": ("magician", "Virtual arms"),
     "_ports": ("magician", "Ports"),
+    "traffic": ("magician.traffic", "What passes on a line"),
 }
 HIDDEN = {"PoseMeaning", "ColorMeaning", "InfraredMeaning", "LevelMeaning", "AnalogMeaning", "report", "clock"}
 

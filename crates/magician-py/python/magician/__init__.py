@@ -15,6 +15,7 @@
 * :func:`load` makes a :class:`Plan` from a file, :meth:`Plan.path` from an array of points; ``arm.run(plan)`` runs it.
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`.
+* :func:`decode` tells what bytes of a line mean, and reads traces.
 * :mod:`magician.errors` has the exceptions, :mod:`magician.events` the events.
 
 Lengths are mm, angles degrees, times seconds. The driver logs to the logger ``magician``.
@@ -40,7 +41,8 @@ from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats,
 from .running import PlanProgress, RunResult
 
 if TYPE_CHECKING:
-    from . import aio
+    from . import aio, traffic
+    from .traffic import decode
     from .virtual import Place, VirtualArm, WorldObject
 
 __all__ = [
@@ -91,6 +93,7 @@ __all__ = [
     "aio",
     "alarms",
     "commands",
+    "decode",
     "discover",
     "errors",
     "events",
@@ -103,12 +106,20 @@ __all__ = [
     "ports",
     "reach",
     "readings",
+    "traffic",
     "words",
 ]
 
 
 # What a program on a thread of its own with an arm of its own can do without; `aio` takes asyncio along.
-_LATER = {"aio": "aio", "Place": "virtual", "VirtualArm": "virtual", "WorldObject": "virtual"}
+_LATER = {
+    "aio": "aio",
+    "Place": "virtual",
+    "VirtualArm": "virtual",
+    "WorldObject": "virtual",
+    "decode": "traffic",
+    "traffic": "traffic",
+}
 
 
 def __getattr__(name: str) -> Any:
@@ -117,7 +128,7 @@ def __getattr__(name: str) -> Any:
     import importlib
 
     module = importlib.import_module(f"{__name__}.{_LATER[name]}")
-    found = globals()[name] = module if name == "aio" else getattr(module, name)
+    found = globals()[name] = module if name == _LATER[name] else getattr(module, name)
     return found
 
 

@@ -7,6 +7,7 @@ from typing import Any, Generic, Literal, TypeVar, final, overload
 from ._protocol import Command, Query, Queueable, Readable, Writable
 from .commands import JogCmd
 from .errors import Error
+from .traffic import Decoded, Rejected
 
 _T = TypeVar("_T", covariant=True)
 _R = TypeVar("_R", bound=Readable)
@@ -41,8 +42,10 @@ __all__ = [
     "find",
     "forked",
     "forward",
+    "hex_bytes",
     "inverse",
     "inverse_of",
+    "pieces",
     "ports",
     "reach",
     "run_command",
@@ -177,6 +180,8 @@ def inverse_of(
     pose: tuple[float, float, float, float], tool: tuple[float, float, float]
 ) -> tuple[float, float, float, float]: ...
 def reach(z: float, r: float, tool: tuple[float, float, float]) -> list[bytes]: ...
+def hex_bytes(text: str) -> bytes | None: ...
+def pieces(data: bytes, file: bool, sender: str | None) -> list[Decoded | Rejected]: ...
 def tools() -> list[tuple[str, tuple[float, float, float]]]: ...
 def ports() -> tuple[tuple[str, int | None, int | None, str | None, str | None, str | None, str | None, bool], ...]: ...
 def discover(hosts: list[str], within: float) -> Call[tuple[tuple[str, str, str, str, str, str | None], ...]]: ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from .alarms import Alarm
 from .errors import (
@@ -32,6 +32,10 @@ from .events import (
     Unaccounted,
 )
 from .readings import Link, Status
+
+if TYPE_CHECKING:
+    from ._protocol import Command
+    from .traffic import Decoded
 
 _ERRORS: dict[str, type[Error]] = {
     each.kind: each
@@ -116,3 +120,20 @@ def status(parts: tuple[Any, ...]) -> Status:
         {address: level != 0 for address, level in outputs},
         dict(analogs),
     )
+
+
+def decoded(
+    seen: tuple[int, bytes, str | None, float | None],
+    form: tuple[int, str, Literal["request", "reply"]],
+    flags: tuple[bool, bool],
+    carried: tuple[Command | None, int | None, bytes],
+    notes: tuple[str, ...],
+) -> Decoded:
+    """A frame that was understood."""
+    from .traffic import Decoded
+
+    offset, data, link, at = seen
+    id, command, direction = form
+    write, queued = flags
+    value, index, params = carried
+    return Decoded(offset, data, id, command, direction, write, queued, value, index, params, notes, link, at)
