@@ -5,7 +5,6 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use magician::ErrorKind;
 use magician::serve::{Endpoint, ServeError};
 
 use crate::failure::{Failure, Kind};
@@ -77,10 +76,6 @@ pub(crate) fn say_ready() {
 
 impl From<ServeError> for Failure {
     fn from(error: ServeError) -> Self {
-        let kind = match &error {
-            ServeError::Address { .. } => ErrorKind::InvalidInput,
-            _ => ErrorKind::Port,
-        };
-        Self::new(Kind::Driver(kind), error.to_string())
+        Self::new(Kind::Driver(error.kind()), error.to_string())
     }
 }

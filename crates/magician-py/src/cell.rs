@@ -35,6 +35,27 @@ impl Cell {
     }
 }
 
+/// The controller of a virtual arm that is switched on in the world of a scenario. `tool` is the bias that was chosen before, if
+/// not the usual one.
+///
+/// # Errors
+/// `magician.errors.InvalidInputError` for a mistake of the scenario.
+pub(crate) fn controller(
+    py: Python<'_>,
+    scenario: Option<&str>,
+    tool: Option<[f64; 3]>,
+) -> PyResult<Controller> {
+    let scenario = scenario.map(Scenario::from_toml).transpose();
+    let scenario = scenario
+        .map_err(|error| errors::raise(py, &Error::invalid(format!("scenario: {error}"))))?;
+    let world = scenario.map(|scenario| World::from_scenario(&scenario));
+    let controller = Controller::in_world(Profile::default(), world.unwrap_or_default());
+    Ok(match tool {
+        Some([x, y, z]) => controller.with_tool(ToolBias::new(x, y, z)),
+        None => controller,
+    })
+}
+
 /// What an object is at an instant.
 struct Seen {
     name: String,
@@ -80,11 +101,7 @@ impl Cell {
         speed: Option<f64>,
         tool: Option<[f64; 3]>,
     ) -> PyResult<Self> {
-        let scenario = scenario.map(Scenario::from_toml).transpose();
-        let scenario = scenario
-            .map_err(|error| errors::raise(py, &Error::invalid(format!("scenario: {error}"))))?;
-        let world = scenario.map(|scenario| World::from_scenario(&scenario));
-        let controller = Controller::in_world(Profile::default(), world.unwrap_or_default());
+        let controller = controller(py, scenario, tool)?;
         let arm = match speed {
             None => VirtualArm::new(controller, SimSpeed::Max).in_virtual_time(),
             Some(0.0) => VirtualArm::new(controller, SimSpeed::Max),
@@ -97,10 +114,6 @@ impl Cell {
                 ));
                 return Err(errors::raise(py, &error));
             }
-        };
-        let arm = match tool {
-            Some([x, y, z]) => arm.tool(ToolBias::new(x, y, z)),
-            None => arm,
         };
         Ok(Self { arm })
     }

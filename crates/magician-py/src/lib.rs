@@ -7,6 +7,7 @@
 //! * [`call::Call`] is something under way: a thread waits for it with the interpreter free and interrupts heard, or an
 //!   event loop is told when it has ended. So the blocking and the asyncio interface are the same one twice.
 //! * [`values`] carries commands between Python and the protocol's table.
+//! * [`serving`] offers a virtual arm to other programs.
 //! * [`traffic`] is what bytes of a line are.
 //! * [`frames`] are what programs for other people's libraries send.
 //! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
@@ -29,6 +30,7 @@ mod picture;
 mod program;
 mod run;
 mod runtime;
+mod serving;
 mod traffic;
 mod values;
 mod voice;
@@ -62,6 +64,8 @@ mod _magician {
     use crate::program::{PyPlan, Start};
     #[pymodule_export]
     use crate::run::Job;
+    #[pymodule_export]
+    use crate::serving::{Served, serve_sim};
     #[pymodule_export]
     use crate::traffic::{hex_bytes, pieces};
 

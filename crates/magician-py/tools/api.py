@@ -38,6 +38,7 @@ MODULES = {
     "events": ("magician.events", "Events"),
     "errors": ("magician.errors", "Errors"),
     "virtual": ("magician", "Virtual arms"),
+    "serving": ("magician", "Virtual arms for other programs"),
     "_ports": ("magician", "Ports"),
     "traffic": ("magician.traffic", "What passes on a line"),
 }

@@ -15,6 +15,7 @@
 * :func:`load` makes a :class:`Plan` from a file, :meth:`Plan.path` from an array of points; ``arm.run(plan)`` runs it.
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`.
+* :func:`sim` serves a virtual arm to other programs.
 * :func:`decode` tells what bytes of a line mean, and reads traces.
 * :mod:`magician.errors` has the exceptions, :mod:`magician.events` the events.
 
@@ -41,7 +42,8 @@ from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats,
 from .running import PlanProgress, RunResult
 
 if TYPE_CHECKING:
-    from . import aio, traffic
+    from . import aio, serving, traffic
+    from .serving import Served, sim
     from .traffic import decode
     from .virtual import Place, VirtualArm, WorldObject
 
@@ -80,6 +82,7 @@ __all__ = [
     "Run",
     "RunResult",
     "SerialPort",
+    "Served",
     "Sheet",
     "StateWatch",
     "Stats",
@@ -106,6 +109,8 @@ __all__ = [
     "ports",
     "reach",
     "readings",
+    "serving",
+    "sim",
     "traffic",
     "words",
 ]
@@ -119,6 +124,9 @@ _LATER = {
     "WorldObject": "virtual",
     "decode": "traffic",
     "traffic": "traffic",
+    "Served": "serving",
+    "serving": "serving",
+    "sim": "serving",
 }
 
 

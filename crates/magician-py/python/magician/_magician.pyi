@@ -28,6 +28,7 @@ __all__ = [
     "Picture",
     "Plan",
     "Program",
+    "Served",
     "Start",
     "StateWatch",
     "__version__",
@@ -49,6 +50,7 @@ __all__ = [
     "ports",
     "reach",
     "run_command",
+    "serve_sim",
     "tools",
 ]
 
@@ -180,6 +182,23 @@ def inverse_of(
     pose: tuple[float, float, float, float], tool: tuple[float, float, float]
 ) -> tuple[float, float, float, float]: ...
 def reach(z: float, r: float, tool: tuple[float, float, float]) -> list[bytes]: ...
+
+@final
+class Served:
+    def endpoints(self) -> list[tuple[Literal["pty", "udp", "tcp", "discovery"], str]]: ...
+    def is_open(self) -> bool: ...
+    def wait(self, timeout: float | None) -> bool: ...
+    def close(self) -> None: ...
+
+def serve_sim(
+    scenario: str | None,
+    speed: float,
+    tool: tuple[float, float, float] | None,
+    *,
+    pty: str | None,
+    udp: str | None,
+    tcp: str | None,
+) -> Served: ...
 def hex_bytes(text: str) -> bytes | None: ...
 def pieces(data: bytes, file: bool, sender: str | None) -> list[Decoded | Rejected]: ...
 def tools() -> list[tuple[str, tuple[float, float, float]]]: ...

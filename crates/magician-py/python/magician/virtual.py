@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from . import _magician, words
@@ -21,6 +20,7 @@ from ._bound import Bound
 from ._magician import Call, Core
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
+from ._scenarios import scenario_text, tool_bias
 from .alarms import Alarm
 from .errors import InvalidInputError
 from .pins import PinLike, pin
@@ -168,7 +168,7 @@ class VirtualArm(Bound):
         if isinstance(speed, str) and speed != "max":
             raise InvalidInputError(f'speed is {speed!r}; it takes a number above 0 (1 is real time) or "max"')
         times = 0.0 if speed == "max" else number("speed", speed, above=0)
-        self._native = _magician.Cell(_text(scenario), times, _bias(tool))
+        self._native = _magician.Cell(scenario_text(scenario), times, tool_bias(tool))
 
     # Talking to it.
 
@@ -377,21 +377,3 @@ class VirtualArm(Bound):
 
     def _repr_svg_(self) -> str:
         return self.picture().svg
-
-
-def _bias(tool: words.Tool | Sequence[float] | None) -> tuple[float, float, float] | None:
-    if tool is None:
-        return None
-    if isinstance(tool, str):
-        told = words.tool(tool)
-        return told.x_bias, told.y_bias, told.z_bias
-    x, y, z = numbers("tool", tool, 3)
-    return x, y, z
-
-
-def _text(scenario: str | os.PathLike[str] | None) -> str | None:
-    if scenario is None:
-        return None
-    if isinstance(scenario, str) and ("\n" in scenario or "=" in scenario):
-        return scenario
-    return Path(scenario).read_text(encoding="utf-8")

@@ -19,6 +19,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::task::Context;
 
+use magician_host::ErrorKind;
 use magician_sim::{Controller, Event, LineTiming, Speed};
 
 mod address;
@@ -220,6 +221,15 @@ fn server(process: Option<u32>) -> String {
 }
 
 impl ServeError {
+    /// Whose problem it is: [`ErrorKind::InvalidInput`] for an address that makes no sense, else [`ErrorKind::Port`].
+    #[must_use]
+    pub fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Address { .. } => ErrorKind::InvalidInput,
+            _ => ErrorKind::Port,
+        }
+    }
+
     fn at(endpoint: impl fmt::Display, action: &'static str, source: impl Into<io::Error>) -> Self {
         Self::Endpoint {
             endpoint: endpoint.to_string(),
