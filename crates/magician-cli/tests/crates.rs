@@ -72,6 +72,7 @@ const DEPENDENCIES: [(&str, &[&str]); 18] = [
             "magician-program",
             "magician-job",
             "magician-record",
+            "magician-conform",
             // The command comes along as it is: one function.
             "magician-cli",
         ],

@@ -134,6 +134,12 @@ impl Case {
             || glob(pattern, &self.id)
     }
 
+    /// Whether it moves an arm that is not virtual: one that could harm it, or is for virtual arms, is left out there.
+    #[must_use]
+    pub fn moves_an_arm(&self) -> bool {
+        self.moves && self.hurts.is_none() && self.sim_only.is_none()
+    }
+
     /// The commands that it sets or queues.
     fn orders(&self) -> Vec<&'static Row> {
         let mut rows = Vec::new();

@@ -158,6 +158,13 @@ impl Suite {
         &self.cases
     }
 
+    /// The first of these patterns that no case matches.
+    pub fn unmatched<'p>(&self, patterns: impl IntoIterator<Item = &'p String>) -> Option<&'p str> {
+        let mut patterns = patterns.into_iter();
+        let pattern = patterns.find(|pattern| !self.cases.iter().any(|case| case.matches(pattern)));
+        pattern.map(String::as_str)
+    }
+
     /// The cases that one of the patterns in `only` means, or all if there are none, without those that one in `skip`
     /// means.
     #[must_use]

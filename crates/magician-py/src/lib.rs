@@ -13,6 +13,7 @@
 //! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
 //!   [`picture::Picture`] what either shows of itself.
 //! * [`command`] is the `magician` command, linked in.
+//! * [`mod@conform`] holds an arm against the conformance suite.
 //! * [`kinematics`] computes poses and joint angles of whole arrays.
 //! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`voice`] says in them what a
 //!   Python program does, not what the command line does.
@@ -21,6 +22,7 @@
 mod call;
 mod cell;
 mod command;
+mod conform;
 mod core;
 mod errors;
 mod frames;
@@ -48,6 +50,8 @@ mod _magician {
     use crate::cell::Cell;
     #[pymodule_export]
     use crate::command::run_command;
+    #[pymodule_export]
+    use crate::conform::conform;
     #[pymodule_export]
     use crate::core::{Core, Events, Jog, Program, StateWatch};
     #[pymodule_export]

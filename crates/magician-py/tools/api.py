@@ -40,6 +40,7 @@ MODULES = {
     "virtual": ("magician", "Virtual arms"),
     "serving": ("magician", "Virtual arms for other programs"),
     "_ports": ("magician", "Ports"),
+    "conformance": ("magician.conformance", "Conformance"),
     "traffic": ("magician.traffic", "What passes on a line"),
 }
 HIDDEN = {"PoseMeaning", "ColorMeaning", "InfraredMeaning", "LevelMeaning", "AnalogMeaning", "report", "clock"}

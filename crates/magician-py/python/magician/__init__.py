@@ -16,6 +16,7 @@
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`.
 * :func:`sim` serves a virtual arm to other programs.
+* :func:`conform` holds an arm against the conformance suite.
 * :func:`decode` tells what bytes of a line mean, and reads traces.
 * :mod:`magician.errors` has the exceptions, :mod:`magician.events` the events.
 
@@ -42,7 +43,8 @@ from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats,
 from .running import PlanProgress, RunResult
 
 if TYPE_CHECKING:
-    from . import aio, serving, traffic
+    from . import aio, conformance, serving, traffic
+    from .conformance import conform
     from .serving import Served, sim
     from .traffic import decode
     from .virtual import Place, VirtualArm, WorldObject
@@ -96,6 +98,8 @@ __all__ = [
     "aio",
     "alarms",
     "commands",
+    "conform",
+    "conformance",
     "decode",
     "discover",
     "errors",
@@ -124,6 +128,8 @@ _LATER = {
     "WorldObject": "virtual",
     "decode": "traffic",
     "traffic": "traffic",
+    "conform": "conformance",
+    "conformance": "conformance",
     "Served": "serving",
     "serving": "serving",
     "sim": "serving",

@@ -34,6 +34,7 @@ __all__ = [
     "__version__",
     "command",
     "command_id",
+    "conform",
     "decode",
     "discover",
     "draw_arm",
@@ -199,6 +200,16 @@ def serve_sim(
     udp: str | None,
     tcp: str | None,
 ) -> Served: ...
+def conform(
+    port: str | None, only: list[str], skip: list[str], patience: float, allow_motion: bool
+) -> list[
+    tuple[
+        tuple[str, str, str, str, Literal["M", "V", "VL", "T", "G"], tuple[str, ...]],
+        Literal["passed", "failed", "skipped"],
+        str | None,
+        tuple[int, str, bytes, str, str, bytes] | None,
+    ]
+]: ...
 def hex_bytes(text: str) -> bytes | None: ...
 def pieces(data: bytes, file: bool, sender: str | None) -> list[Decoded | Rejected]: ...
 def tools() -> list[tuple[str, tuple[float, float, float]]]: ...

@@ -80,7 +80,7 @@ pub(crate) fn with_fence(
 }
 
 /// Where the arm is: the port given, the environment's `MAGICIAN_PORT`, the one arm that is plugged in.
-fn target(port: Option<&str>) -> magician::Result<Target> {
+pub(crate) fn target(port: Option<&str>) -> magician::Result<Target> {
     let environment = std::env::var("MAGICIAN_PORT").ok();
     let named = environment.as_deref().filter(|port| !port.is_empty());
     match port.or(named) {

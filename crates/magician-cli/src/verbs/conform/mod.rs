@@ -77,11 +77,9 @@ impl Conform {
         let suite =
             Suite::built_in().map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
         let cases = suite.select(&self.only, &self.skip);
-        for pattern in self.only.iter().chain(&self.skip) {
-            if !suite.cases().iter().any(|case| case.matches(pattern)) {
-                let message = format!("no case matches `{pattern}`");
-                return Err(Failure::invalid(message).hint("`magician conform --list` shows them"));
-            }
+        if let Some(pattern) = suite.unmatched(self.only.iter().chain(&self.skip)) {
+            let message = format!("no case matches `{pattern}`");
+            return Err(Failure::invalid(message).hint("`magician conform --list` shows them"));
         }
         if self.list {
             return list::show(&cases, context);
@@ -112,8 +110,7 @@ fn target(context: &mut Context) -> Result<Option<Target>, Failure> {
 
 /// Makes sure that a real arm may move, if it would.
 fn permit(target: &Target, cases: &[&Case], context: &Context) -> Result<(), Failure> {
-    let moving = |case: &&&Case| case.moves && case.hurts.is_none() && case.sim_only.is_none();
-    let count = cases.iter().filter(moving).count();
+    let count = cases.iter().filter(|case| case.moves_an_arm()).count();
     if count == 0 || context.global.yes {
         return Ok(());
     }

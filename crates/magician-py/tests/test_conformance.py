@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+
+import magician
+import pytest
+from magician import errors
+from magician.conformance import CaseResult, Mismatch
+
+
+def test_a_virtual_arm_conforms() -> None:
+    found = magician.conform("sim", only=["queue", "framing"])
+    assert found.ok
+    assert len(found.passed) > 20 and not found.failed and not found.skipped
+    assert {each.chapter for each in found.results} == {"queue", "framing"}
+    assert str(found).startswith(f"0 failed, {len(found.passed)} passed")
+    fewer = magician.conform("sim", only=["queue"], skip=["moves"])
+    assert 0 < len(fewer.results) < len(found.results)
+    assert all("moves" not in each.tags for each in fewer.results)
+
+
+def test_an_arm_at_a_line_is_held_against_them_too() -> None:
+    with magician.sim(tcp="127.0.0.1:0", speed="max") as served:
+        found = magician.conform(served.tcp, only=["framing"], skip=["moves"])
+    assert found.ok
+    assert found.passed
+
+
+def test_an_arm_that_is_not_in_the_program_moves_only_if_it_may() -> None:
+    with magician.sim(tcp="127.0.0.1:0", speed="max") as served:
+        with pytest.raises(errors.InvalidInputError, match=r"would move in \d+ cases.* allow_motion=True"):
+            magician.conform(served.tcp)
+        with magician.Arm(served.tcp) as arm:
+            # Nothing was sent: it stands where it was switched on.
+            assert arm.current_index() == 0
+        one = magician.conform(served.tcp, only=["ptp.movl-100-mm"], allow_motion=True)
+        assert len(one.results) == 1
+
+
+def test_what_makes_no_sense_is_refused() -> None:
+    with pytest.raises(errors.InvalidInputError, match='no case matches "quue"'):
+        magician.conform("sim", only=["quue"])
+    with pytest.raises(errors.InvalidInputError, match='give "sim"'):
+        magician.conform("sim:1")
+    with pytest.raises(TypeError, match="only is 'queue'"):
+        magician.conform("sim", only="queue")
+    with pytest.raises(errors.PortError):
+        magician.conform("/dev/there-is-no-such-port", skip=["moves"])
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_ctrl_c_ends_it() -> None:
+    timer = threading.Thread(target=lambda: os.kill(os.getpid(), signal.SIGINT))
+    with magician.sim(tcp="127.0.0.1:0", speed=1) as served:
+        with pytest.raises(KeyboardInterrupt):
+            timer.start()
+            magician.conform(served.tcp, allow_motion=True)
+        timer.join()
+        with magician.Arm(served.tcp) as arm:
+            assert arm.left_space() == 32
+
+
+def test_a_failure_says_where() -> None:
+    mismatch = Mismatch(7, "get Pose -> x=1", b"\xaa", "x=1", "x=2", b"\xbb")
+    result = CaseResult("a.b", "a", "t", "model 1", "M", (), "failed", None, mismatch)
+    assert str(result) == "failed: a.b: get Pose -> x=1: expected x=1, got x=2"
