@@ -15,7 +15,7 @@ from typing import Any
 
 import magician
 import pytest
-from magician import Arm, commands, errors, words
+from magician import Arm, VirtualArm, commands, errors, words
 
 
 @pytest.fixture(autouse=True)
@@ -223,12 +223,15 @@ def test_the_log(caplog: pytest.LogCaptureFixture) -> None:
     logger = logging.getLogger("magician")
     logger.addHandler(handler)
     try:
-        with Arm("sim") as arm, caplog.at_level(logging.WARNING, "magician"):
-            arm.perform([words.wait(0)])  # it was not homed
+        cell = VirtualArm()
+        with cell.arm() as arm, caplog.at_level(logging.WARNING, "magician"):
+            arm.perform([words.wait(0)])  # It was not homed, which is nothing to warn of here.
+            cell.unplug()
             assert heard.wait(30)
+            cell.plug()
     finally:
         logger.removeHandler(handler)
-    assert "home it" in caplog.text and "sim" in caplog.text
+    assert "home it" not in caplog.text and "line" in caplog.text
     assert caplog.records[0].levelno == logging.WARNING
 
 

@@ -173,10 +173,13 @@ impl Arm {
         }
     }
 
-    /// Warns, once, that the arm was not homed since it was switched on, as far as can be told.
+    /// Warns, once, that the arm was not homed since it was switched on, as far as can be told. A virtual arm in the process
+    /// has always just been switched on, and stands where it believes; it is asked all the same, so that it hears the frames
+    /// that a real one does.
     pub(super) async fn warn_if_not_homed(&self) -> Result<()> {
         if !self.inner.warned.swap(true, Ordering::SeqCst)
             && self.alarms().await?.contains(Alarm::ResetOccurred)
+            && !self.is_virtual()
         {
             tracing::warn!(
                 "{}: the arm reports a reset that was not cleared since; unless it was homed, its \
