@@ -301,3 +301,16 @@ def test_a_loop_that_is_closed_under_a_call() -> None:
     run(see())
     assert not waiting.done()
     waiting.get_coro().close()
+
+
+def test_kinematics_are_those_of_the_tool() -> None:
+    async def main() -> None:
+        async with aio.Arm.connect("sim") as arm:
+            for tool in ("gripper", "none"):
+                await arm.tool(tool)
+                pose = await arm.pose()
+                assert await arm.forward(pose.joints) == pytest.approx(pose.position, abs=1e-4)
+                assert await arm.inverse(pose) == pytest.approx(pose.joints, abs=1e-4)
+                assert await arm.is_reachable(pose)
+
+    asyncio.run(main())

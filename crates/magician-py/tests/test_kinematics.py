@@ -19,6 +19,12 @@ def test_one_pose_is_the_arms() -> None:
         assert inverse(pose, tool=bias) == inverse(pose.position, tool=bias)
         assert arm.is_reachable(*pose.position)
         assert not arm.is_reachable(600, 0, 0)
+        assert arm.is_reachable(pose) and arm.is_reachable(pose.position)
+        assert arm.is_reachable([pose.position, (600, 0, 0, 0)]).tolist() == [True, False]
+        assert arm.forward(arm.joints()) == pytest.approx(pose.position, abs=1e-4)
+        assert arm.forward([arm.joints()]).poses[0] == pytest.approx(pose.position, abs=1e-4)
+        assert arm.inverse(pose) == pytest.approx(arm.joints(), abs=1e-4)
+        assert arm.inverse(*pose.position) == arm.inverse(pose) == pytest.approx(arm.inverse([pose.position]).joints[0])
 
 
 def test_values_of_one_pose_have_names() -> None:

@@ -31,6 +31,7 @@ from ._native import (
     wait_stopped,
 )
 from ._pictures import Picture
+from ._points import Points
 from ._protocol import Command, Query, Queueable, Readable, Writable
 from ._reports import report
 from ._targets import JointTarget, Target, joints, keeps_r, kept, listed, spot
@@ -38,10 +39,11 @@ from ._telling import Telling
 from .alarms import Alarm
 from .commands import Pose, RailVersion
 from .errors import ClosedError, Error, InvalidInputError, ResponseTimeoutError, UnexpectedError
+from .kinematics import JointArray, Mask, PoseArray
 from .pins import FunctionLike, PinLike, PortLike, StepperLike, VersionLike, pins
 from .places import Poses, picking, placing
 from .programs import Plan, Report
-from .readings import Color, Info, Joints, Link, Progress, Ran, Stats, Status
+from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult, Watcher
 from .words import Direction, Four, Tool
 
@@ -307,13 +309,56 @@ class Arm(Bound):
         bias = wait(self._core.get(commands.EndEffectorParams))
         return bias.x_bias, bias.y_bias, bias.z_bias
 
-    def is_reachable(self, x: float, y: float, z: float, r: float = 0.0) -> bool:
-        """Whether the tip of the arm's tool can reach a pose, mm and degrees: :func:`magician.is_reachable` for the
-        tool that is set. The path there is not checked; a motion is, before it is sent.
+    @overload
+    def forward(self, j1: float, j2: float, j3: float, j4: float = 0.0, /) -> Position: ...
+    @overload
+    def forward(self, joints: Joints, /) -> Position: ...
+    @overload
+    def forward(self, joints: Points, /) -> PoseArray: ...
+    def forward(self, *joints: Any) -> Position | PoseArray:
+        """The pose of the tip of the arm's tool at joint angles, degrees: :func:`magician.forward` for the tool that is
+        set, whole arrays too. Nothing moves."""
+        from .kinematics import forward
+
+        found: Position | PoseArray = forward(*joints, tool=self.bias())
+        return found
+
+    @overload
+    def inverse(self, x: float, y: float, z: float, r: float = 0.0, /) -> Joints: ...
+    @overload
+    def inverse(  # type: ignore[overload-overlap]  # pyright: ignore[reportOverlappingOverload]
+        self, pose: Position | Pose, /
+    ) -> Joints: ...
+    @overload
+    def inverse(self, poses: Points, /, *, r: float = 0.0) -> JointArray: ...
+    def inverse(self, *pose: Any, r: float = 0.0) -> Joints | JointArray:
+        """The joint angles that bring the tip of the arm's tool to a pose: :func:`magician.inverse` for the tool that
+        is set, whole arrays too. Nothing moves.
+
+        Raises :class:`~magician.errors.UnreachableError` for a single pose that the arm cannot reach.
+        """
+        from .kinematics import inverse
+
+        found: Joints | JointArray = inverse(*pose, r=r, tool=self.bias())
+        return found
+
+    @overload
+    def is_reachable(self, x: float, y: float, z: float, r: float = 0.0) -> bool: ...
+    @overload
+    def is_reachable(  # type: ignore[overload-overlap]  # pyright: ignore[reportOverlappingOverload]
+        self, pose: Position | Pose, /
+    ) -> bool: ...
+    @overload
+    def is_reachable(self, poses: Points, /, *, r: float = 0.0) -> Mask: ...
+    def is_reachable(self, x: Any, y: float | None = None, z: float | None = None, r: float = 0.0) -> bool | Mask:
+        """Whether the tip of the arm's tool can be at a pose, mm and degrees: :func:`magician.is_reachable` for the
+        tool that is set, whole arrays too. The path there is not checked; a motion is, before it is sent.
         """
         from .kinematics import is_reachable
 
-        return is_reachable(x, y, z, r, tool=self.bias())
+        pose: tuple[Any, ...] = (x,) if y is None and z is None else (x, y, z, r)
+        found: bool | Mask = is_reachable(*pose, r=r, tool=self.bias())
+        return found
 
     def rail_position(self) -> float:
         """The arm's position on its rail, mm (document 1.4.3)."""
