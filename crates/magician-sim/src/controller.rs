@@ -274,6 +274,13 @@ impl Controller {
         self.links.close(link);
     }
 
+    /// The same arm, with no peer on any link: as if all had [closed](Self::close).
+    #[must_use]
+    pub fn without_peers(mut self) -> Self {
+        self.links.clear();
+        self
+    }
+
     /// Lets the arm's time pass up to `to`; an instant that has passed changes nothing.
     pub fn advance(&mut self, to: ArmInstant) {
         self.device.advance(to);

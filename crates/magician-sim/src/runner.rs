@@ -121,6 +121,17 @@ impl Runner {
         &mut self.controller
     }
 
+    /// Puts another controller in the place of this one, a snapshot of it taken before: the arm's clock goes on from what that
+    /// shows. What is on its way on any line is lost, and what the snapshot knows of its peers is forgotten.
+    pub fn replace(&mut self, controller: Controller) {
+        while let Some((link, _)) = self.links.pop_first() {
+            self.observer.closed(link);
+        }
+        self.clock = (self.clock).at_speed(self.clock.speed(), controller.now(), self.wall);
+        self.pulls = controller.line().pulls;
+        self.controller = controller.without_peers();
+    }
+
     /// A peer put bytes on its line. All are taken, whatever [`room`](Self::room) says. The link
     /// begins with its first bytes. Without the cable they are lost.
     pub fn receive(&mut self, now: HostInstant, link: LinkId, bytes: &[u8]) {

@@ -155,6 +155,55 @@ impl Scenario {
         &self.sensors
     }
 
+    /// The same scenario, with each object that stands on the table, and bears nothing, moved by up to so many mm in x and in y.
+    /// `share` gives numbers from 0 to 1. An object for which no free place is found in 20
+    /// tries stays where it is.
+    ///
+    /// ```
+    /// use magician_sim::Scenario;
+    ///
+    /// let cell = Scenario::from_toml(
+    ///     "table = { height = -60 }\nobject = [{ name = \"cube\", size = [20, 20, 20], at = [220, 50] }]",
+    /// )?;
+    /// let moved = cell.scattered(10.0, || 1.0);
+    /// assert_eq!((moved.objects()[0].place.x, moved.objects()[0].place.y), (230.0, 60.0));
+    /// # Ok::<(), magician_sim::ScenarioError>(())
+    /// ```
+    #[must_use]
+    pub fn scattered(&self, most: f64, mut share: impl FnMut() -> f64) -> Self {
+        const TRIES: u32 = 20;
+        let mut scattered = self.clone();
+        let Some(table) = self.table else {
+            return scattered;
+        };
+        for nth in 0..self.objects.len() {
+            let Some(object) = self.objects.get(nth) else {
+                break;
+            };
+            let bears =
+                |other: &Object| matches!(other.on, On::Object(below) if usize::from(below) == nth);
+            if object.on != On::Table || self.objects.iter().any(bears) {
+                continue;
+            }
+            for _ in 0..TRIES {
+                let mut tried = object.clone();
+                tried.place.x += (share() * 2.0 - 1.0) * most;
+                tried.place.y += (share() * 2.0 - 1.0) * most;
+                let others = scattered.objects.iter().enumerate();
+                let taken = others
+                    .filter(|(other, _)| *other != nth)
+                    .any(|(_, other)| check::intersect(&tried, other));
+                if !taken && table.footprint().contains(tried.place.xy()) {
+                    if let Some(place) = scattered.objects.get_mut(nth) {
+                        *place = tried;
+                    }
+                    break;
+                }
+            }
+        }
+        scattered
+    }
+
     pub(crate) fn script(&self) -> &Script {
         &self.script
     }

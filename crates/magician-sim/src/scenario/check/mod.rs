@@ -11,6 +11,7 @@ mod objects;
 mod rules;
 mod script;
 
+pub(super) use objects::intersect;
 use rules::{At, Checked};
 
 /// Farther than this from the base nothing can be placed, mm.

@@ -160,7 +160,8 @@ impl Stage<'_> {
     }
 }
 
-fn intersect(one: &Object, other: &Object) -> bool {
+/// Whether two objects stand in one another.
+pub(in crate::scenario) fn intersect(one: &Object, other: &Object) -> bool {
     let above = |low: &Object, high: &Object| high.place.z >= low.place.z + low.size[2] - CLEARANCE;
     let shrunk = |object: &Object| {
         let mut footprint = object.footprint();
