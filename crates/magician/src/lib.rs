@@ -70,6 +70,8 @@ mod ports;
 mod raw;
 #[cfg(feature = "serve")]
 pub mod serve;
+#[cfg(feature = "sim")]
+mod simulation;
 mod target;
 mod transport;
 #[cfg(feature = "sim")]
@@ -98,6 +100,8 @@ pub use magician_protocol::{
 pub use magician_sim as sim;
 pub use ports::{Port, Usb, ports};
 pub use raw::{LineOptions, RawLine};
+#[cfg(feature = "sim")]
+pub use simulation::{ActionKind, Observation, Simulation, StepAction};
 pub use target::{IntoTarget, SimSpeed, Target};
 #[cfg(feature = "trace")]
 pub use transport::Tracer;

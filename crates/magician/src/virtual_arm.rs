@@ -144,6 +144,44 @@ impl VirtualArm {
         self.with(|_| ());
     }
 
+    /// The arm and its world as they are, in the midst of what they do: to [`restore`](Self::restore), or for a
+    /// [`Simulation`](crate::Simulation).
+    #[must_use]
+    pub fn snapshot(&self) -> Controller {
+        self.with(|arm| arm.clone().without_peers())
+    }
+
+    /// Puts arm and world back to a snapshot: its queue, its settings, its alarms, what moves, and its clock.
+    ///
+    /// ```
+    /// use std::time::Duration;
+    /// use magician::{Options, VirtualArm, blocking::Arm};
+    ///
+    /// let cell = VirtualArm::default().in_virtual_time();
+    /// let before = cell.snapshot();
+    /// let arm = Arm::simulated(cell.clone(), Options::default())?;
+    /// assert!(cell.restore(&before).is_err());
+    /// arm.close();
+    /// cell.advance(Duration::from_secs(2));
+    /// cell.restore(&before)?;
+    /// assert_eq!(cell.state().now.as_micros(), 0);
+    /// # Ok::<(), magician::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) while somebody is connected: what a connection knows of the queue and of
+    /// what was set would be wrong from then on.
+    pub fn restore(&self, snapshot: &Controller) -> crate::Result<()> {
+        let mut cell = self.lock();
+        if cell.is_connected() {
+            let why = "somebody is connected to the virtual arm, and would take its queue and settings for what they were: \
+                       close the arm, restore, and connect again";
+            return Err(crate::Error::invalid(why));
+        }
+        cell.runner.replace(snapshot.clone());
+        Ok(())
+    }
+
     pub(crate) fn powered_up(speed: SimSpeed) -> Self {
         Self::new(Controller::new(Profile::default()), speed)
     }

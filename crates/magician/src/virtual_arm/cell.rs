@@ -110,6 +110,10 @@ impl Cell {
         link
     }
 
+    pub(crate) fn is_connected(&self) -> bool {
+        !self.lines.is_empty()
+    }
+
     /// The arm's pending bytes for this line are dropped.
     pub(crate) fn close(&mut self, link: LinkId) {
         self.runner.close(link);

@@ -1,0 +1,407 @@
+//! A virtual arm that is stepped: no driver, no thread, no clock of the wall.
+
+use std::time::Duration;
+
+use magician_host::words::{Preflight, Readings};
+use magician_protocol::commands::{
+    ClearAllAlarmsState, PtpCmd, QueuedCmdClear, QueuedCmdForceStopExec, QueuedCmdStartExec,
+};
+use magician_protocol::{Ctrl, FrameBuf, NoArgs, PtpMode, Readable, Set};
+use magician_sim::scenario::ToolKind;
+use magician_sim::{ArmInstant, Controller, LinkId};
+
+use crate::{Error, Result, words};
+
+/// The one host of the arm.
+const LINK: LinkId = LinkId(0);
+/// What is not at rest by then is left as it is: twice what the longest move at the usual speeds takes.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// What the four numbers of an action are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ActionKind {
+    /// A pose, all joints together: [`words::move_to`].
+    MoveTo,
+    /// A pose on a straight line: [`words::line_to`].
+    LineTo,
+    /// A pose over obstacles: [`words::jump_to`].
+    JumpTo,
+    /// Joint angles: [`words::move_joints`].
+    MoveJoints,
+    /// By how much from here, all joints together: [`words::move_by`].
+    MoveBy,
+    /// By how much from here, on a straight line: [`words::line_by`].
+    LineBy,
+    /// By how much the joints turn from here: [`words::move_joints_by`].
+    MoveJointsBy,
+}
+
+impl ActionKind {
+    /// Each with the name of its word.
+    pub const NAMED: [(&str, Self); 7] = [
+        ("move_to", Self::MoveTo),
+        ("line_to", Self::LineTo),
+        ("jump_to", Self::JumpTo),
+        ("move_joints", Self::MoveJoints),
+        ("move_by", Self::MoveBy),
+        ("line_by", Self::LineBy),
+        ("move_joints_by", Self::MoveJointsBy),
+    ];
+
+    /// Whether its numbers count from where the arm is.
+    #[must_use]
+    pub fn is_relative(self) -> bool {
+        matches!(self, Self::MoveBy | Self::LineBy | Self::MoveJointsBy)
+    }
+
+    fn command(self, [x, y, z, r]: [f32; 4]) -> Set {
+        let ptp_mode = match self {
+            Self::MoveTo => PtpMode::MovjXyz,
+            Self::LineTo => PtpMode::MovlXyz,
+            Self::JumpTo => PtpMode::JumpXyz,
+            Self::MoveJoints => PtpMode::MovjAngle,
+            Self::MoveBy => PtpMode::MovjXyzInc,
+            Self::LineBy => PtpMode::MovlXyzInc,
+            Self::MoveJointsBy => PtpMode::MovjAngleInc,
+        };
+        PtpCmd {
+            ptp_mode,
+            x,
+            y,
+            z,
+            r,
+        }
+        .into()
+    }
+}
+
+/// What an arm is told for a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepAction {
+    /// Where to; one that is not all numbers says nothing new, and the arm goes on with what it does.
+    pub target: Option<[f64; 4]>,
+    /// Suction cup or gripper from now on: sucking, closed.
+    pub tool: Option<bool>,
+}
+
+/// An arm as a host sees it after a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Observation {
+    /// The pose that it reports: x, y, z in mm, r in deg.
+    pub pose: [f64; 4],
+    /// The joint angles that it reports, deg.
+    pub joints: [f64; 4],
+    /// Its clock, s.
+    pub time: f64,
+    /// Whether it is busy.
+    pub moving: bool,
+    /// Whether the check has refused the last target: the arm has not been told of it.
+    pub refused: bool,
+    /// Whether an alarm stands that stops the arm; the next target clears it.
+    pub alarm: bool,
+    /// Whether suction cup or gripper hold something.
+    pub holding: bool,
+}
+
+/// A virtual arm that is stepped: each step is told a target, sends the frames that a host would send, and lets the arm's
+/// time pass. It is the arm behind [`VirtualArm`](crate::VirtualArm), without a driver, a thread and a clock of the wall; the
+/// same steps give the same bits, and a clone is a snapshot.
+///
+/// What a target is checked by is [`Preflight`], as in a run; one that is refused is not sent. A real arm cannot be told
+/// another target on its way, only be stopped: where a step ends before the arm is at rest and the next has another target,
+/// the arm is stopped by force, its queue cleared, and the new target is sent once it stands.
+///
+/// ```
+/// use std::time::Duration;
+/// use magician::{StepAction, ActionKind, Simulation, sim::Controller};
+///
+/// let mut arm = Simulation::new(Controller::default(), None)?;
+/// let action = StepAction { target: Some([220.0, 60.0, 20.0, 0.0]), tool: None };
+/// let seen = arm.step(ActionKind::LineTo, action, None);
+/// assert_eq!(seen.pose[..2], [220.0, 60.0]);
+/// let before = arm.clone();
+/// let there = arm.step(ActionKind::MoveTo, StepAction::default(), Some(Duration::from_millis(100)));
+/// assert_eq!(there.time, before.look().time + 0.1);
+/// # Ok::<(), magician::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    arm: Controller,
+    /// The settings that the check goes by; they do not change.
+    readings: Readings,
+    grips: bool,
+    /// What the arm was told last and has not been stopped in.
+    target: Option<(ActionKind, [f32; 4])>,
+    tool: Option<bool>,
+    /// Its queue was stopped and is to be started for the next target.
+    stopped: bool,
+    refused: bool,
+}
+
+impl Simulation {
+    /// Takes an arm at rest in hand: its alarms are cleared, its queue emptied and started, and its point-to-point speed set to
+    /// so many percent, if that is given.
+    ///
+    /// # Errors
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) if the speed is refused by the check, or the arm is busy.
+    pub fn new(arm: Controller, speed: Option<f64>) -> Result<Self> {
+        if arm.busy() || arm.jogging() {
+            let why = "the arm is busy: a simulation begins with an arm at rest";
+            return Err(Error::invalid(why));
+        }
+        let grips = arm
+            .world()
+            .scenario()
+            .is_some_and(|scenario| scenario.tool().kind == ToolKind::Gripper);
+        let mut simulation = Self {
+            arm,
+            readings: Readings::default(),
+            grips,
+            target: None,
+            tool: None,
+            stopped: false,
+            refused: false,
+        };
+        simulation.arm.close(LINK);
+        simulation.send(&ClearAllAlarmsState {}.into(), Ctrl::SET);
+        simulation.send(&QueuedCmdClear {}.into(), Ctrl::SET);
+        simulation.send(&QueuedCmdStartExec {}.into(), Ctrl::SET);
+        if let Some(percent) = speed {
+            let speed = words::speed(percent as f32, percent as f32);
+            Preflight::new(&Readings::default()).check(&speed)?;
+            simulation.send(&speed, Ctrl::SET);
+        }
+        simulation.read();
+        Ok(simulation)
+    }
+
+    /// Tells the arm its target and lets time pass: so much, or until the arm is at rest (at most a minute).
+    pub fn step(
+        &mut self,
+        kind: ActionKind,
+        action: StepAction,
+        time: Option<Duration>,
+    ) -> Observation {
+        let end = self.arm.now() + time.unwrap_or(LONGEST);
+        if let Some(on) = action.tool.filter(|on| self.tool != Some(*on)) {
+            self.tool = Some(on);
+            let command = match (self.grips, on) {
+                (false, on) => words::suction(on),
+                (true, true) => words::grip(),
+                (true, false) => words::release(),
+            };
+            self.send(&command, Ctrl::SET);
+        }
+        let target = action.target.map(|target| target.map(|value| value as f32));
+        if let Some(target) = target.filter(|target| target.iter().all(|value| value.is_finite())) {
+            self.tell(kind, target, end);
+        }
+        match time {
+            Some(_) => self.arm.advance(end),
+            None => self.rest_by(end),
+        }
+        self.look()
+    }
+
+    /// The arm as it is.
+    #[must_use]
+    pub fn look(&self) -> Observation {
+        let state = self.arm.state();
+        // As it goes over the line: what a host reads of a real arm has no more digits.
+        let wire = |values: [f64; 4]| values.map(|value| f64::from(value as f32));
+        Observation {
+            pose: wire(state.pose.to_array()),
+            joints: wire(state.joints.to_array()),
+            time: state.now.as_micros() as f64 / 1e6,
+            moving: self.arm.busy(),
+            refused: self.refused,
+            alarm: state.alarms.blocking(),
+            holding: state.holding,
+        }
+    }
+
+    /// The arm itself.
+    #[must_use]
+    pub fn arm(&self) -> &Controller {
+        &self.arm
+    }
+
+    /// Reads the settings that the check goes by.
+    fn read(&mut self) {
+        let mut known = self.readings;
+        known.tool = self.ask().unwrap_or(known.tool);
+        known.joint_speeds = self.ask().unwrap_or(known.joint_speeds);
+        known.line_speeds = self.ask().unwrap_or(known.line_speeds);
+        known.ratios = self.ask().unwrap_or(known.ratios);
+        known.jump = self.ask().unwrap_or(known.jump);
+        self.readings = known;
+    }
+
+    /// Sends a target, if the check lets it pass and the arm stands before the end of the step.
+    fn tell(&mut self, kind: ActionKind, target: [f32; 4], end: ArmInstant) {
+        if self.arm.busy() || self.stopped {
+            let goes_there = !kind.is_relative() && self.target == Some((kind, target));
+            if goes_there && !self.stopped {
+                return;
+            }
+            if !self.stopped {
+                self.send(&QueuedCmdForceStopExec {}.into(), Ctrl::SET);
+                (self.stopped, self.target) = (true, None);
+            }
+            self.rest_by(end);
+            if self.arm.busy() {
+                return;
+            }
+            self.send(&QueuedCmdClear {}.into(), Ctrl::SET);
+            self.send(&QueuedCmdStartExec {}.into(), Ctrl::SET);
+            self.stopped = false;
+        }
+        if self.arm.state().alarms.blocking() {
+            self.send(&ClearAllAlarmsState {}.into(), Ctrl::SET);
+        }
+        let command = kind.command(target);
+        self.readings.pose = self.ask();
+        self.refused = Preflight::new(&self.readings).check(&command).is_err();
+        if !self.refused {
+            self.target = Some((kind, target));
+            self.send(&command, Ctrl::QUEUED);
+        }
+    }
+
+    /// Lets time pass until the arm is at rest, or to the instant.
+    fn rest_by(&mut self, end: ArmInstant) {
+        while self.arm.busy() {
+            match self.arm.poll_timeout().filter(|next| *next < end) {
+                Some(next) => self.arm.advance(next),
+                None => return self.arm.advance(end),
+            }
+        }
+    }
+
+    fn send(&mut self, command: &Set, ctrl: Ctrl) {
+        if let Ok(frame) = FrameBuf::set(command, ctrl) {
+            self.exchange(&frame);
+        }
+    }
+
+    fn exchange(&mut self, frame: &FrameBuf) -> Option<FrameBuf> {
+        self.arm.receive(LINK, frame.bytes());
+        let mut last = None;
+        while let Some(reply) = self.arm.poll_transmit(LINK) {
+            last = Some(reply);
+        }
+        last
+    }
+
+    fn ask<R: Readable<Query = NoArgs>>(&mut self) -> Option<R> {
+        let frame = FrameBuf::get(&NoArgs, R::ROW).ok()?;
+        self.exchange(&frame)?.frame().read().ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use magician_sim::{Profile, Scenario, World};
+
+    const TABLE: &str = "tool = { kind = \"suction\" }\ntable = { height = -60 }\n\
+        object = [{ name = \"cube\", size = [20, 20, 20], at = [220, 80] }]";
+
+    fn arm() -> Simulation {
+        let world = World::from_scenario(&Scenario::from_toml(TABLE).unwrap());
+        Simulation::new(Controller::in_world(Profile::default(), world), None).unwrap()
+    }
+
+    fn to(target: [f64; 4]) -> StepAction {
+        let target = Some(target);
+        StepAction { target, tool: None }
+    }
+
+    #[test]
+    fn a_step_takes_the_time_that_a_run_takes() {
+        let mut arm = arm();
+        let from = arm.look().time;
+        let check = Preflight::at(arm.arm.state().joints, arm.arm.state().tool);
+        let there = words::line_to(220.0, 80.0, 20.0, 0.0);
+        let seen = arm.step(ActionKind::LineTo, to([220.0, 80.0, 20.0, 0.0]), None);
+        let time = check.estimate(&[there]).unwrap();
+        assert_eq!(seen.time - from, time.as_secs_f64());
+        assert!(!seen.moving && !seen.refused && !seen.alarm, "{seen:?}");
+    }
+
+    #[test]
+    fn a_snapshot_goes_on_as_the_original_does_to_the_bit() {
+        let mut arm = arm();
+        let tenth = Some(Duration::from_millis(100));
+        arm.step(ActionKind::MoveTo, to([220.0, 80.0, 20.0, 0.0]), tenth);
+        let mut copy = arm.clone();
+        for target in [
+            [250.0, 0.0, 10.0, 5.0],
+            [250.0, 0.0, 10.0, 5.0],
+            [180.0, 90.0, 0.0, 0.0],
+        ] {
+            let seen = arm.step(ActionKind::LineTo, to(target), tenth);
+            assert!(seen.moving);
+            assert_eq!(seen, copy.step(ActionKind::LineTo, to(target), tenth));
+        }
+    }
+
+    #[test]
+    fn a_refused_target_is_not_sent() {
+        let mut arm = arm();
+        let before = arm.look();
+        let seen = arm.step(
+            ActionKind::LineTo,
+            to([400.0, 0.0, 0.0, 0.0]),
+            Some(Duration::from_secs(1)),
+        );
+        assert!(seen.refused && !seen.alarm);
+        assert_eq!((seen.pose, seen.time), (before.pose, before.time + 1.0));
+        assert_eq!(arm.arm.state().queue.current_index, 0);
+        let seen = arm.step(ActionKind::LineTo, to([f64::NAN; 4]), None);
+        assert!(seen.refused, "nothing new was said");
+    }
+
+    #[test]
+    fn another_target_on_the_way_stops_the_arm_and_the_same_does_not() {
+        let (mut one, mut other) = (arm(), arm());
+        let tenth = Some(Duration::from_millis(100));
+        let target = to([220.0, 80.0, 20.0, 0.0]);
+        let mut steps = 0;
+        while steps == 0 || one.look().moving {
+            one.step(ActionKind::LineTo, target, tenth);
+            steps += 1;
+        }
+        other.step(ActionKind::LineTo, target, None);
+        assert_eq!(one.look().pose, other.look().pose);
+        assert_eq!(one.arm.state().queue.current_index, 1);
+        one.step(ActionKind::LineTo, to([250.0, 0.0, 20.0, 0.0]), tenth);
+        let way = one.step(ActionKind::LineTo, target, Some(Duration::from_secs(20)));
+        assert_eq!(way.pose, other.look().pose);
+        assert!(!way.moving);
+    }
+
+    #[test]
+    fn the_cup_takes_a_cube() {
+        let mut arm = arm();
+        arm.step(ActionKind::JumpTo, to([220.0, 80.0, -40.0, 0.0]), None);
+        let sucks = StepAction {
+            target: None,
+            tool: Some(true),
+        };
+        let seen = arm.step(ActionKind::LineTo, sucks, Some(Duration::from_millis(500)));
+        assert!(seen.holding);
+        let up = StepAction {
+            target: Some([0.0, 0.0, 60.0, 0.0]),
+            tool: Some(true),
+        };
+        let seen = arm.step(ActionKind::LineBy, up, None);
+        assert!(
+            seen.holding && (seen.pose[2] - 20.0).abs() < 1e-3,
+            "{seen:?}"
+        );
+        let cube = arm.arm.look().object("cube").unwrap().place();
+        assert!(cube.z.abs() < 0.1, "{cube:?}");
+    }
+}
