@@ -37,6 +37,8 @@ pub(crate) use png::options as svg_options;
 pub use png::{PictureError, fitting, to_png};
 pub use section::section;
 pub use snapshot::{ArmView, Snapshot};
+#[cfg(feature = "picture")]
+pub use snapshot::{View, pixels};
 pub use strokes::DrawnLine;
 use toolpath::Toolpath;
 

@@ -1,7 +1,12 @@
 //! An arm as it stands, from above and from the side, and the world around a virtual one.
 
 mod above;
+#[cfg(feature = "picture")]
+mod pixels;
 mod side;
+
+#[cfg(feature = "picture")]
+pub use pixels::{View, pixels};
 
 use magician_host::{AlarmSet, Geometry, JointAngles, ToolBias};
 use magician_motion::Pose;
@@ -101,6 +106,11 @@ impl Snapshot {
     /// A virtual arm as it really stands, and its world at this instant.
     #[must_use]
     pub fn of_world(arm: &Controller) -> Self {
+        let (view, around) = Self::look_at(arm);
+        Self::drawn(&view, &around)
+    }
+
+    fn look_at(arm: &Controller) -> (ArmView, Surroundings) {
         let state = arm.state();
         let scenario = arm.world().scenario();
         let mounted = scenario.and_then(|scenario| scenario.chosen_tool());
@@ -153,7 +163,7 @@ impl Snapshot {
                 .collect(),
             drawing: arm.drawing(),
         };
-        Self::drawn(&view, &around)
+        (view, around)
     }
 
     /// As SVG.
