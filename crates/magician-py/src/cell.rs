@@ -12,6 +12,7 @@ use pyo3::types::{PyDict, PyList};
 use crate::call::Call;
 use crate::core::{self, Core, seconds};
 use crate::picture::{Ink, Picture};
+use crate::simulation::Saved;
 use crate::{errors, values};
 
 /// The connectors of sensors, by name.
@@ -272,6 +273,17 @@ impl Cell {
     /// What pen and laser have left.
     fn drawing(&self, py: Python<'_>) -> Ink {
         Ink::new(self.with(py, |arm| arm.drawing()))
+    }
+
+    /// The arm and its world at this instant, to put them back.
+    fn save(&self, py: Python<'_>) -> Saved {
+        Saved::new(py.detach(|| self.arm.snapshot()))
+    }
+
+    /// Puts the arm and its world back.
+    fn restore(&self, py: Python<'_>, saved: &Saved) -> PyResult<()> {
+        let done = py.detach(|| self.arm.restore(&saved.arm));
+        done.map_err(|error| errors::raise(py, &error))
     }
 
     /// The arm and its world as they stand.

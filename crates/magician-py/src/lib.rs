@@ -12,6 +12,7 @@
 //! * [`frames`] are what programs for other people's libraries send.
 //! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
 //!   [`picture::Picture`] what either shows of itself.
+//! * [`simulation`] has virtual arms that are stepped, without a driver.
 //! * [`command`] is the `magician` command, linked in.
 //! * [`mod@conform`] holds an arm against the conformance suite.
 //! * [`kinematics`] computes poses and joint angles of whole arrays.
@@ -33,6 +34,7 @@ mod program;
 mod run;
 mod runtime;
 mod serving;
+mod simulation;
 mod traffic;
 mod values;
 mod voice;
@@ -70,6 +72,8 @@ mod _magician {
     use crate::run::Job;
     #[pymodule_export]
     use crate::serving::{Served, serve_sim};
+    #[pymodule_export]
+    use crate::simulation::{Saved, Sims};
     #[pymodule_export]
     use crate::traffic::{hex_bytes, pieces};
 

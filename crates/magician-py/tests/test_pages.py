@@ -22,6 +22,7 @@ PAGES = [
     ROOT / "crates" / "magician-py" / "README.md",
     ROOT / "docs" / "PYTHON.md",
     ROOT / "docs" / "PYTHON-TASKS.md",
+    ROOT / "docs" / "PYTHON-LEARNING.md",
 ]
 BLOCK = re.compile(
     r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n|\n!\[[^\]]*\]\((\S+)\)\n)?", re.DOTALL | re.MULTILINE
@@ -45,6 +46,7 @@ def test_there_are_blocks() -> None:
     assert len([name for name, *_ in blocks() if name.startswith("README")]) >= 3
     assert len([name for name, *_ in blocks() if name.startswith("PYTHON.md")]) >= 10
     assert len([name for name, *_ in blocks() if name.startswith("PYTHON-TASKS")]) >= 18
+    assert len([name for name, *_ in blocks() if name.startswith("PYTHON-LEARNING")]) >= 6
 
 
 @pytest.mark.parametrize(("name", "program", "said", "picture"), [pytest.param(*each, id=each[0]) for each in blocks()])

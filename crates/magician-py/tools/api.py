@@ -39,6 +39,7 @@ MODULES = {
     "errors": ("magician.errors", "Errors"),
     "virtual": ("magician", "Virtual arms"),
     "serving": ("magician", "Virtual arms for other programs"),
+    "simulation": ("magician.simulation", "Simulations"),
     "_ports": ("magician", "Ports"),
     "conformance": ("magician.conformance", "Conformance"),
     "traffic": ("magician.traffic", "What passes on a line"),

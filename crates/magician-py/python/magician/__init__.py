@@ -14,7 +14,8 @@
 * :mod:`magician.places` keeps poses by name, and has work planes and pallets.
 * :func:`load` makes a :class:`Plan` from a file, :meth:`Plan.path` from an array of points; ``arm.run(plan)`` runs it.
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
-* :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`.
+* :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`; :mod:`magician.simulation`
+  steps many of them, for learning.
 * :func:`sim` serves a virtual arm to other programs.
 * :func:`conform` holds an arm against the conformance suite.
 * :func:`decode` tells what bytes of a line mean, and reads traces.

@@ -49,6 +49,15 @@ def column(values: Sequence[float] | SupportsArray, count: int, what: str) -> by
     return data
 
 
+def table(values: Any, count: int, what: str) -> tuple[bytes, int]:
+    """So many rows of four or five numbers as bytes, and how many there are in a row."""
+    data, shape = _numbers(values, what)
+    if len(shape) != 2 or shape[0] != count or shape[1] not in (4, 5):
+        wanted = f"({count}, 4) or ({count}, 5)" if count > 1 else "4 or 5 numbers"
+        raise InvalidInputError(f"{what} must be {wanted}, the fifth for the tool; the shape is {shape}")
+    return data, shape[1]
+
+
 def _numbers(values: Any, what: str) -> tuple[bytes, tuple[int, ...]]:
     if isinstance(values, (str, bytes, bytearray, Mapping)):
         raise TypeError(f"{what} are rows of numbers, not {values!r:.60}")

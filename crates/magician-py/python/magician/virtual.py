@@ -25,7 +25,7 @@ from .alarms import Alarm
 from .errors import InvalidInputError
 from .pins import PinLike, pin
 
-__all__ = ["Place", "VirtualArm", "WorldObject"]
+__all__ = ["Place", "Snapshot", "VirtualArm", "WorldObject"]
 
 
 _LONGEST = 1e10
@@ -43,6 +43,18 @@ class Place(NamedTuple):
     """Up, of the underside, mm."""
     yaw: float
     """Counter-clockwise seen from above, degrees."""
+
+
+class Snapshot(Bound):
+    """A virtual arm and its world at an instant: its queue, its settings, its alarms, what moves, and its clock."""
+
+    __slots__ = ("native",)
+
+    def __init__(self, native: _magician.Saved) -> None:
+        self.native = native
+
+    def __repr__(self) -> str:
+        return f"<Snapshot at {self.native.time():.3f} s>"
 
 
 class WorldObject(Bound):
@@ -237,6 +249,18 @@ class VirtualArm(Bound):
         """Lets so much time pass at once: belts, jogs and scenarios go on. With a ``speed`` given as a number it is
         time of the wall's clock."""
         self._native.advance(number("seconds", seconds, least=0, most=_LONGEST, unit="s"))
+
+    def snapshot(self) -> Snapshot:
+        """The arm and its world at this instant, in the midst of what they do."""
+        return Snapshot(self._native.save())
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Puts arm and world back to a snapshot, its clock too.
+
+        :raises InvalidInputError: Somebody is connected, and would take the arm's queue and settings for what they
+            were: close the arm first, and connect again.
+        """
+        self._native.restore(snapshot.native)
 
     # The arm itself, seen from outside.
 
