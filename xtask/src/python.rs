@@ -68,17 +68,17 @@ class Alarm(OpenEnum):
 const ALARMS_TAIL: &str = r#"
     @property
     def cause(self) -> str:
-        """What raises it."""
+        """Its cause."""
         return _TEXTS.get(self, _NONE)[0]
 
     @property
     def cure(self) -> str:
-        """What to do about it."""
+        """Its remedy."""
         return _TEXTS.get(self, _NONE)[1]
 
     @property
     def holds_queue(self) -> bool:
-        """Whether the queue stands until it is cleared: all but 0x00 to 0x07."""
+        """Whether it holds the queue until it is cleared: all but 0x00 to 0x07."""
         return self > 0x07
 
     def __str__(self) -> str:
