@@ -807,7 +807,7 @@ def _key(arm):
 
 
 class _Watch:
-    """Looks whether a queue moves, so that nobody waits for ever."""
+    """Checks whether a queue moves, so that no call waits for ever."""
 
     def __init__(self, arms, arm, name, what, stall=None):
         self.arms, self.arm, self.name, self.what, self.stall = arms, arm, name, what, stall
@@ -854,7 +854,7 @@ class _Watch:
     def give_up_under(self, alarms):
         names = [f"0x{alarm:02X}" for alarm in alarms]
         said = _reason(self.arms.door)
-        # The library knows what they are called, and has said it to whoever asked for the index then.
+        # The library knows their names, and reported them to the call that read the index then.
         if said.startswith("GetQueuedCmdCurrentIndex: ") and all(name in said for name in names):
             raise DobotError(self.name, None, said.partition(": ")[2])
         names = ", ".join(names)
