@@ -320,7 +320,9 @@ class Arm(Bound):
         set, whole arrays too. Nothing moves."""
         from .kinematics import forward
 
-        found: Position | PoseArray = forward(*joints, tool=self.bias())
+        # Which of its signatures is meant is decided by the arguments.
+        whichever: Any = forward
+        found: Position | PoseArray = whichever(*joints, tool=self.bias())
         return found
 
     @overload

@@ -28,7 +28,9 @@ __all__ = [
     "Picture",
     "Plan",
     "Program",
+    "Saved",
     "Served",
+    "Sims",
     "Start",
     "StateWatch",
     "__version__",
@@ -339,9 +341,11 @@ class Cell:
     def restore(self, saved: Saved) -> None: ...
     def snapshot(self) -> Picture: ...
 
+@final
 class Saved:
     def time(self) -> float: ...
 
+@final
 class Sims:
     def __new__(
         cls,

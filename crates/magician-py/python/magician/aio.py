@@ -405,7 +405,9 @@ class Arm(Bound):
         set, whole arrays too. Nothing moves."""
         from .kinematics import forward
 
-        found: Position | PoseArray = forward(*joints, tool=await self.bias())
+        # Which of its signatures is meant is decided by the arguments.
+        whichever: Any = forward
+        found: Position | PoseArray = whichever(*joints, tool=await self.bias())
         return found
 
     @overload

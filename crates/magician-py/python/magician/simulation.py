@@ -282,7 +282,9 @@ class Simulations(_Arms):
     @property
     def objects(self) -> Floats:
         """Where the objects are: x, y, z and yaw, in an array of shape (n, objects, 4)."""
-        return to_numpy(self._native.objects(), 4).reshape(self._count, -1, 4)
+        rows: Any = to_numpy(self._native.objects(), 4)
+        places: Floats = rows.reshape(self._count, -1, 4)
+        return places
 
     def snapshot(self) -> list[Snapshot]:
         """Each of them at this instant."""
@@ -316,7 +318,8 @@ def _many(values: bytes, flags: bytes) -> Observations:
     import numpy
 
     rows = to_numpy(values, 9)
-    so = numpy.frombuffer(bytearray(flags), dtype=numpy.bool_).reshape(-1, 4)
+    marks: Any = numpy.frombuffer(bytearray(flags), dtype=numpy.bool_)
+    so = marks.reshape(-1, 4)
     return Observations(rows[:, :4], rows[:, 4:8], rows[:, 8], so[:, 0], so[:, 1], so[:, 2], so[:, 3])
 
 
@@ -329,7 +332,9 @@ def _shaped(data: bytearray, shape: tuple[int, ...]) -> Image:
     try:
         import numpy
     except ModuleNotFoundError:
-        seen: Any = memoryview(data).cast("B", shape)
+        view: Any = memoryview(data).cast("B", shape)
+        seen: Image = view
         return seen
-    pixels: Image = numpy.frombuffer(data, dtype=numpy.uint8).reshape(shape)
+    flat: Any = numpy.frombuffer(data, dtype=numpy.uint8)
+    pixels: Image = flat.reshape(shape)
     return pixels
