@@ -28,6 +28,7 @@ from .._line import GET, QUEUED, SET, Line, elsewhere
 
 __all__ = ["Door", "Function"]
 
+CURRENT_INDEX = "GetQueuedCmdCurrentIndex"
 NO_ERROR, BUFFER_FULL, TIMEOUT, INVALID, NO_DEVICE = range(5)
 NOT_FOUND, OCCUPIED = 1, 2
 MAGICIAN = 2
@@ -93,7 +94,8 @@ class Door:
                 return own(*arguments)
             line = self._arm(arguments)
             if isinstance(line, int):
-                return line if self._id(arguments) not in self._let_go else self._too_late(name, arguments)
+                late = self._id(arguments) in self._let_go and (name == CURRENT_INDEX or not name.startswith("Get"))
+                return self._too_late(name, arguments) if late else line
             types = self._prototypes[name][self._ids :]
             self._command(name, line, list(zip(types, arguments[self._ids :], strict=False)))
             if types and _is_index(types[-1]) and name.startswith("Set") and arguments[-1].value:
@@ -173,7 +175,8 @@ class Door:
 
     def _too_late(self, name: str, arguments: Sequence[Any]) -> int:
         """A call after DisconnectDobot, as in a program's destructor, does nothing and succeeds, as a call does that it
-        cuts short. What was queued counts as done, so that loops which wait for it end."""
+        cuts short. What was queued counts as done, so that loops which wait for it end. Other readings are refused as
+        without a connection: there is nothing that they could be."""
         id = self._id(arguments)
         if (name, id) not in self._noted_late:
             self._noted_late.add((name, id))
@@ -181,7 +184,7 @@ class Door:
         for place in map(_given, self._prototypes[name][self._ids :], arguments[self._ids :]):
             if _is_place(place):
                 ctypes.memset(ctypes.addressof(place), 0, ctypes.sizeof(place))
-        if name == "GetQueuedCmdCurrentIndex":
+        if name == CURRENT_INDEX:
             arguments[-1].value = self._let_go[id]
         return NO_ERROR
 
