@@ -82,9 +82,15 @@ impl Terminal {
     /// Has everything drawn anew, with Ctrl-L, until this is seen: for what changes by itself, where only the difference is
     /// drawn.
     pub(crate) fn until_drawn(&mut self, text: &str) {
+        self.until_drawn_with("", text);
+    }
+
+    /// The same, with keys typed each time: for an order that a stop may overtake, and that may be given twice.
+    pub(crate) fn until_drawn_with(&mut self, keys: &str, text: &str) {
         let deadline = Instant::now() + Duration::from_secs(120);
         self.seen.clear();
         while Instant::now() < deadline {
+            self.types(keys);
             self.types("\x0c");
             // A frame or two; one that takes longer is read on with the next.
             let frames = Instant::now() + Duration::from_millis(150);
