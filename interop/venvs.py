@@ -1,5 +1,6 @@
 """Virtual environments with other people's libraries, under target/interop, pinned by hash."""
 
+import fcntl
 import hashlib
 import os
 import pathlib
@@ -20,11 +21,15 @@ def python_for(requirements):
     home = TARGET / "interop" / pathlib.Path(requirements).stem
     stamp, want = home / "stamp", hashlib.sha256(pins + sys.version.encode()).hexdigest()
     python = home / "bin" / "python"
-    if not (stamp.exists() and stamp.read_text() == want):
-        shutil.rmtree(home, ignore_errors=True)
-        subprocess.run([sys.executable, "-m", "venv", home], check=True)
-        install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input", "--no-deps"]
-        command = [*install, "--retries", "5", "--require-hashes", "--only-binary", ":all:", "-r", HERE / requirements]
-        subprocess.run(command, check=True, timeout=600)
-        stamp.write_text(want)
+    home.parent.mkdir(parents=True, exist_ok=True)
+    # Sessions run at once, and some want the same library.
+    with open(home.with_suffix(".lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (stamp.exists() and stamp.read_text() == want):
+            shutil.rmtree(home, ignore_errors=True)
+            subprocess.run([sys.executable, "-m", "venv", home], check=True)
+            install = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-input", "--no-deps"]
+            command = [*install, "--retries", "5", "--require-hashes", "--only-binary", ":all:", "-r", HERE / requirements]
+            subprocess.run(command, check=True, timeout=600)
+            stamp.write_text(want)
     return str(python)
