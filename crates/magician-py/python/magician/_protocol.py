@@ -29,6 +29,10 @@ class OpenEnum(IntEnum):
         # Python 3.10 and later ones differ in what they make of these.
         return format(int(self), spec) if spec else str(self)
 
+    def __reduce_ex__(self, protocol: object) -> tuple[type[OpenEnum], tuple[int]]:
+        # Early Python 3.11 goes by the name, which is an attribute of the class for named values only.
+        return type(self), (int(self),)
+
     @classmethod
     def _missing_(cls, value: object) -> OpenEnum | None:
         if not isinstance(value, int) or not 0 <= value <= 0xFF:
