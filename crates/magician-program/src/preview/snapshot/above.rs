@@ -5,13 +5,11 @@ use magician_sim::world::StrokeKind;
 
 use super::super::above as ground;
 use super::super::panel::Panel;
-use super::{ABOVE, Belt, Body, SCALE, Surroundings, hex, turned};
+use super::{ABOVE, BELT, Belt, Body, LINK, LINKS, SCALE, Surroundings, hex, links_above};
 use crate::{Reach, Surface};
 use magician_sim::svg::palette::{BURNT, DRAWN, EMPTY, FAINT, INK, PAPER, WRONG};
 use magician_sim::svg::{Anchor, Number, Svg, TextStyle, path};
 
-/// How wide the arm is drawn, mm.
-const WIDTH: f64 = 26.0;
 /// From one mark of a belt to the next, mm.
 const MARKS: f64 = 60.0;
 
@@ -80,19 +78,9 @@ pub(super) fn draw(
 }
 
 fn belt(svg: &mut Svg, panel: &Panel, belt: &Belt) {
-    let half = belt.width / 2.0;
-    let corners = [
-        (0.0, -half),
-        (belt.length, -half),
-        (belt.length, half),
-        (0.0, half),
-    ];
-    let outline = path(
-        corners.map(|(along, aside)| panel.at(belt.at(along, aside))),
-        true,
-    );
+    let outline = path(belt.corners().map(|corner| panel.at(corner)), true);
     let look = [
-        ("fill", "#7d8894"),
+        ("fill", BELT),
         ("fill-opacity", "0.45"),
         ("stroke", FAINT),
         ("stroke-width", "0.3"),
@@ -135,18 +123,7 @@ fn ink(svg: &mut Svg, panel: &Panel, around: &Surroundings) {
 }
 
 fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
-    let [x, y, _, yaw] = body.place;
-    let [length, width, _] = body.size.map(|side| side / 2.0);
-    let corners = [
-        [-length, -width],
-        [length, -width],
-        [length, width],
-        [-length, width],
-    ];
-    let corners = corners.map(|corner| {
-        let [dx, dy] = turned(corner, yaw);
-        panel.at([x + dx, y + dy])
-    });
+    let corners = body.corners().map(|corner| panel.at(corner));
     let fill = hex(body.color);
     let (edge, thick) = if body.held {
         (INK, "0.6")
@@ -166,32 +143,26 @@ fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
         anchor: Anchor::Start,
         rim: true,
     };
+    let [x, y, ..] = body.place;
+    let [length, width, _] = body.size.map(|side| side / 2.0);
     let reach = libm::hypot(length, width);
     svg.text(panel.at([x + reach + 4.0, y - 4.0]), &body.name, &label);
 }
 
 /// The links, from the axis of the base to the tip of the tool.
 fn links(svg: &mut Svg, panel: &Panel, arm: &Geometry, joints: &JointAngles) {
-    let wrist = Geometry {
-        tool: magician_host::ToolBias::NONE,
-        ..*arm
-    }
-    .forward(joints);
-    let tip = arm.forward(joints);
-    let points = [[0.0, 0.0], [wrist.x, wrist.y], [tip.x, tip.y]].map(|point| panel.at(point));
-    let [axis, wrist, _] = points;
-    let width = Number(WIDTH * SCALE).to_string();
+    let [axis, wrist, end] = links_above(arm, joints).map(|point| panel.at(point));
+    let width = Number(LINKS[0] * SCALE).to_string();
     let look = |width, opacity| {
         [
             ("fill", "none"),
-            ("stroke", "#52606d"),
+            ("stroke", LINK),
             ("stroke-opacity", opacity),
             ("stroke-width", width),
             ("stroke-linecap", "round"),
             ("stroke-linejoin", "round"),
         ]
     };
-    let [_, _, end] = points;
     svg.path(&path([axis, wrist], false), &look(&width, "0.55"));
     svg.path(&path([wrist, end], false), &look("2", "0.55"));
     svg.circle(axis, 1.6, &[("fill", "#323f4b")]);

@@ -25,6 +25,15 @@ const ABOVE: [[f64; 2]; 2] = [[-100.0, -340.0], [360.0, 340.0]];
 const SIDE: [[f64; 2]; 2] = [[-90.0, -180.0], [360.0, 260.0]];
 /// Room for title and figures, mm.
 const HEAD: f64 = 18.0;
+/// Half of the base's width, and how far it goes down from the shoulder (model section 1), mm.
+const BODY: [f64; 2] = [79.0, 138.0];
+/// The thickness of the links, from above and from the side, and of table and belt from the side, mm.
+const LINKS: [f64; 2] = [26.0, 20.0];
+const PLATE: f64 = 8.0;
+/// The colours of links, belt, and table from the side.
+const LINK: &str = "#52606d";
+const BELT: &str = "#7d8894";
+const TABLE: &str = "#e6dcc6";
 
 /// What is known of an arm that is to be drawn.
 #[derive(Clone, Debug, Default)]
@@ -88,7 +97,58 @@ struct Belt {
     height: f64,
 }
 
+impl Body {
+    /// The corners of its outline from above.
+    fn corners(&self) -> [[f64; 2]; 4] {
+        let [x, y, _, yaw] = self.place;
+        let [length, width, _] = self.size.map(|side| side / 2.0);
+        let corners = [
+            [-length, -width],
+            [length, -width],
+            [length, width],
+            [-length, width],
+        ];
+        corners.map(|corner| {
+            let [dx, dy] = turned(corner, yaw);
+            [x + dx, y + dy]
+        })
+    }
+
+    /// Two opposite corners from the side, at its distance from the base axis.
+    fn beside(&self) -> [[f64; 2]; 2] {
+        let [x, y, z, _] = self.place;
+        let [length, width, height] = self.size;
+        let (middle, half) = (libm::hypot(x, y), length.max(width) / 2.0);
+        [[middle - half, z], [middle + half, z + height]]
+    }
+}
+
 impl Belt {
+    /// The corners of its outline from above.
+    fn corners(&self) -> [[f64; 2]; 4] {
+        let half = self.width / 2.0;
+        let corners = [
+            (0.0, -half),
+            (self.length, -half),
+            (self.length, half),
+            (0.0, half),
+        ];
+        corners.map(|(along, aside)| self.at(along, aside))
+    }
+
+    /// Two opposite corners from the side, between its least and its largest distance from the base axis.
+    fn beside(&self) -> [[f64; 2]; 2] {
+        let half = self.width / 2.0;
+        let points = (0..=24).flat_map(|nth| {
+            let along = self.length * f64::from(nth) / 24.0;
+            [-half, 0.0, half].map(|aside| self.at(along, aside))
+        });
+        let [near, far] = points.fold([f64::MAX, 0.0_f64], |[near, far], [x, y]| {
+            [near.min(libm::hypot(x, y)), far.max(libm::hypot(x, y))]
+        });
+        [[near, self.height], [far, self.height - PLATE]]
+    }
+
     /// A point so far along it and so far to its left.
     fn at(&self, along: f64, aside: f64) -> [f64; 2] {
         let [x, y] = turned([along, aside], self.direction);
@@ -231,6 +291,32 @@ fn head(svg: &mut Svg, left: f64, view: &ArmView, pose: &Pose) {
     };
     let facts: Vec<String> = view.facts.iter().cloned().chain(alarms).collect();
     svg.text([left, MARGIN + 14.4], facts.join("   ·   "), &look);
+}
+
+/// Two opposite corners of the base from the side.
+fn base() -> [[f64; 2]; 2] {
+    let [half, down] = BODY;
+    [[-half, -down], [half, -down / 3.0]]
+}
+
+/// The axis of the base, the wrist and the tip of the tool, from above.
+fn links_above(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 3] {
+    let [wrist, tip] = wrist_and_tip(arm, joints);
+    [[0.0, 0.0], [wrist.x, wrist.y], [tip.x, tip.y]]
+}
+
+/// The shoulder, the elbow, the wrist and the tip of the tool, from the side: the distance from the base axis, and z.
+fn links_beside(arm: &Geometry, joints: &JointAngles) -> [[f64; 2]; 4] {
+    let straight = JointAngles { j1: 0.0, ..*joints };
+    let (sin, cos) = libm::sincos(joints.j2.to_radians());
+    let [wrist, tip] = wrist_and_tip(arm, &straight);
+    let elbow = [arm.rear_arm * sin, arm.rear_arm * cos];
+    [[0.0, 0.0], elbow, [wrist.x, wrist.z], [tip.x, tip.z]]
+}
+
+fn wrist_and_tip(arm: &Geometry, joints: &JointAngles) -> [Pose; 2] {
+    let tool = ToolBias::NONE;
+    [Geometry { tool, ..*arm }, *arm].map(|arm| arm.forward(joints))
 }
 
 fn turned([x, y]: [f64; 2], degrees: f64) -> [f64; 2] {

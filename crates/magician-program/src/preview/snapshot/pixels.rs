@@ -1,7 +1,7 @@
-//! A virtual arm and its world as pixels, for programs that look: no text, no grid, and a hundredth of the time that a picture
-//! for people takes.
+//! A virtual arm and its world as pixels, for programs that learn from images: without text and grid, and in a hundredth of the
+//! time of the SVG.
 
-use magician_host::{Geometry, JointAngles, ToolBias};
+use magician_host::{Geometry, JointAngles};
 use magician_sim::Controller;
 use magician_sim::scenario::Color;
 use magician_sim::world::StrokeKind;
@@ -9,20 +9,13 @@ use resvg::tiny_skia::{
     self, FillRule, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke, Transform,
 };
 
-use super::{ABOVE, SIDE, Snapshot, Surroundings, turned};
+use super::{
+    ABOVE, BELT, BODY, LINK, LINKS, PLATE, SIDE, Snapshot, Surroundings, TABLE, base, links_above,
+    links_beside,
+};
+use magician_sim::svg::palette::{BASE, DRAWN, INK};
 
-/// The arm's colour and thickness, mm, from above and from the side.
-const ARM: Color = Color([82, 96, 109]);
-const THICK: [f64; 2] = [26.0, 20.0];
-const TIP: Color = Color([31, 41, 51]);
-const BASE: Color = Color([213, 218, 224]);
-const TABLE: Color = Color([230, 220, 198]);
-const BELT: Color = Color([125, 136, 148]);
-const INK: Color = Color([26, 26, 26]);
-/// Half of the base's width, and how far it goes down from the shoulder (model section 1), mm.
-const BODY: [f64; 2] = [79.0, 138.0];
-
-/// From where the arm is looked at.
+/// The direction of view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum View {
     /// From above: x to the right, y up.
@@ -32,8 +25,7 @@ pub enum View {
 }
 
 /// The pixels of a virtual arm and its world, rows from the top, each pixel red, green and blue: as
-/// [`Snapshot::of_world`] shows them, without anything written. The view is as large as fits. Nothing if there is no pixel or
-/// there would be more than 64 million.
+/// [`Snapshot::of_world`] shows them, without text. The view is as large as fits. `None` for no pixel or more than 64 million.
 #[must_use]
 pub fn pixels(arm: &Controller, view: View, [height, width]: [u32; 2]) -> Option<Vec<u8>> {
     if u64::from(height) * u64::from(width) > 64_000_000 {
@@ -46,7 +38,7 @@ pub fn pixels(arm: &Controller, view: View, [height, width]: [u32; 2]) -> Option
         View::Top => above(&mut canvas, &geometry, &looks.joints, &around),
         View::Side => side(&mut canvas, &geometry, &looks.joints, &around),
     }
-    // Everything is opaque, so that what is multiplied by its opacity is what it was.
+    // Everything is opaque, so premultiplied colours are the colours themselves.
     let data = canvas.pixels.data().chunks_exact(4);
     Some(
         data.flat_map(|pixel| pixel.iter().copied().take(3))
@@ -114,6 +106,11 @@ impl Canvas {
     }
 }
 
+/// A colour of the palette.
+fn shade(text: &str) -> Color {
+    Color::parse(text).unwrap_or(Color::GREY)
+}
+
 fn paint(Color([red, green, blue]): Color) -> Paint<'static> {
     let mut paint = Paint::default();
     paint.set_color_rgba8(red, green, blue, 255);
@@ -123,7 +120,7 @@ fn paint(Color([red, green, blue]): Color) -> Paint<'static> {
 fn line(points: &[[f64; 2]], closed: bool) -> Option<tiny_skia::Path> {
     let mut path = PathBuilder::new();
     for (nth, point) in points.iter().enumerate() {
-        // Farther than this nothing is seen, and the rasteriser's numbers end.
+        // Outside of any view, and within the numbers of the rasteriser.
         let [x, y] = point.map(|value| value.clamp(-1e4, 1e4) as f32);
         match nth {
             0 => path.move_to(x, y),
@@ -138,90 +135,47 @@ fn line(points: &[[f64; 2]], closed: bool) -> Option<tiny_skia::Path> {
 
 fn above(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Surroundings) {
     if let Some((_, [[x0, x1], [y0, y1]])) = around.table {
-        canvas.rectangle([[x0, y0], [x1, y1]], TABLE);
+        canvas.rectangle([[x0, y0], [x1, y1]], shade(TABLE));
     }
     if let Some(belt) = &around.belt {
-        let half = belt.width / 2.0;
-        let corners = [
-            (0.0, -half),
-            (belt.length, -half),
-            (belt.length, half),
-            (0.0, half),
-        ];
-        canvas.area(&corners.map(|(along, aside)| belt.at(along, aside)), BELT);
+        canvas.area(&belt.corners(), shade(BELT));
     }
     for stroke in around.drawing.strokes() {
         let width = match stroke.kind {
             StrokeKind::Ink => 1.2,
             StrokeKind::Burn => 0.8,
         };
-        canvas.line(&stroke.points, width, INK);
+        canvas.line(&stroke.points, width, shade(DRAWN));
     }
     let bodies = |canvas: &mut Canvas, held: bool| {
         for body in around.bodies.iter().filter(|body| body.held == held) {
-            let [x, y, _, yaw] = body.place;
-            let [length, width, _] = body.size.map(|side| side / 2.0);
-            let corners = [
-                [-length, -width],
-                [length, -width],
-                [length, width],
-                [-length, width],
-            ];
-            let corners = corners.map(|corner| {
-                let [dx, dy] = turned(corner, yaw);
-                [x + dx, y + dy]
-            });
-            canvas.area(&corners, body.color);
+            canvas.area(&body.corners(), body.color);
         }
     };
     bodies(canvas, false);
-    canvas.rectangle([[-BODY[0]; 2], [BODY[0]; 2]], BASE);
-    let (wrist, tip) = (without_tool(arm).forward(joints), arm.forward(joints));
-    canvas.line(&[[0.0, 0.0], [wrist.x, wrist.y]], THICK[0], ARM);
-    canvas.line(&[[wrist.x, wrist.y], [tip.x, tip.y]], THICK[0] / 3.0, ARM);
+    canvas.rectangle([[-BODY[0]; 2], [BODY[0]; 2]], shade(BASE));
+    let [axis, wrist, tip] = links_above(arm, joints);
+    canvas.line(&[axis, wrist], LINKS[0], shade(LINK));
+    canvas.line(&[wrist, tip], LINKS[0] / 3.0, shade(LINK));
     bodies(canvas, true);
-    canvas.dot([tip.x, tip.y], 5.0, TIP);
+    canvas.dot(tip, 5.0, shade(INK));
 }
 
 fn side(canvas: &mut Canvas, arm: &Geometry, joints: &JointAngles, around: &Surroundings) {
-    let [half, down] = BODY;
-    canvas.rectangle([[-half, -down], [half, -down / 3.0]], BASE);
+    canvas.rectangle(base(), shade(BASE));
     if let Some((height, [[_, far], _])) = around.table {
-        canvas.rectangle([[half, height - 8.0], [far, height]], TABLE);
+        canvas.rectangle([[BODY[0], height - PLATE], [far, height]], shade(TABLE));
     }
     if let Some(belt) = &around.belt {
-        let (ends, half) = ([0.0, belt.length], belt.width / 2.0);
-        let corners = ends.map(|along| [-half, 0.0, half].map(|aside| belt.at(along, aside)));
-        let apart = corners
-            .as_flattened()
-            .iter()
-            .map(|[x, y]| libm::hypot(*x, *y));
-        let [near, far] = apart.fold([f64::MAX, 0.0_f64], |[near, far], at| {
-            [near.min(at), far.max(at)]
-        });
-        canvas.rectangle([[near, belt.height - 8.0], [far, belt.height]], BELT);
+        canvas.rectangle(belt.beside(), shade(BELT));
     }
     for body in &around.bodies {
-        let [x, y, z, _] = body.place;
-        let [length, width, height] = body.size;
-        let (middle, half) = (libm::hypot(x, y), length.max(width) / 2.0);
-        canvas.rectangle(
-            [[middle - half, z], [middle + half, z + height]],
-            body.color,
-        );
+        canvas.rectangle(body.beside(), body.color);
     }
-    let straight = JointAngles { j1: 0.0, ..*joints };
-    let (sin, cos) = libm::sincos(joints.j2.to_radians());
-    let elbow = [arm.rear_arm * sin, arm.rear_arm * cos];
-    let (wrist, tip) = (without_tool(arm).forward(&straight), arm.forward(&straight));
-    canvas.line(&[[0.0, 0.0], elbow, [wrist.x, wrist.z]], THICK[1], ARM);
-    canvas.line(&[[wrist.x, wrist.z], [tip.x, tip.z]], THICK[1] / 2.0, ARM);
-    canvas.dot([tip.x, tip.z], 5.0, TIP);
-}
-
-fn without_tool(arm: &Geometry) -> Geometry {
-    let tool = ToolBias::NONE;
-    Geometry { tool, ..*arm }
+    let [shoulder, elbow, wrist, tip] = links_beside(arm, joints);
+    canvas.line(&[shoulder, elbow, wrist], LINKS[1], shade(LINK));
+    canvas.line(&[wrist, tip], LINKS[1] / 2.0, shade(LINK));
+    canvas.dot(tip, 5.0, shade(INK));
 }
 
 #[cfg(test)]
@@ -243,8 +197,8 @@ mod tests {
         assert_eq!(seen.len(), 680 * 460 * 3);
         // x from -100, y from 340 down.
         assert_eq!(at(300, 140), [0xff, 1, 2]);
-        assert_eq!(at(300, 165), TABLE.0);
-        assert_eq!(at(359, 340), TIP.0);
+        assert_eq!(at(300, 165), shade(TABLE).0);
+        assert_eq!(at(359, 340), shade(INK).0);
         let side = pixels(&arm, View::Side, [440, 450]).unwrap();
         let far = libm::hypot(200.0, 200.0) as usize;
         // Distance from -90, z from 260 down.
