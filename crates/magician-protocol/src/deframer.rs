@@ -39,13 +39,17 @@ impl Rejection {
     }
 }
 
+/// With `#` it does not repeat the [name](Self::name).
 impl fmt::Display for Rejection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if !f.alternate() && *self != Self::Truncated {
+            write!(f, "{} ", self.name())?;
+        }
         match self {
             Self::Checksum { expected, found } => {
-                write!(f, "checksum is {found:02X}, expected {expected:02X}")
+                write!(f, "is {found:02X}, expected {expected:02X}")
             }
-            Self::Length(len) => write!(f, "length is {len}, a frame has 2 to 250"),
+            Self::Length(len) => write!(f, "is {len}, a frame has 2 to 250"),
             Self::Truncated => f.write_str("the input ends inside the frame"),
         }
     }

@@ -65,7 +65,7 @@ impl<'o> Lines<'o> {
 
     fn bad_at(&mut self, position: &str, what: &str, about: &str) -> Result<(), Failure> {
         let paint = self.out.paint;
-        let what = paint.error(format!("{what:<9}")).to_string();
+        let what = paint.error(format!("{what:<8} ")).to_string();
         self.out
             .line(format_args!("{}{what}{about}", paint.dim(position)))
     }
@@ -145,13 +145,7 @@ impl Sink for Lines<'_> {
         bytes: &[u8],
         reason: Rejection,
     ) -> Result<(), Failure> {
-        let (what, text) = (reason.name(), reason.to_string());
-        // What is in the column of names already is not said again.
-        let about = match text.strip_prefix(what) {
-            Some(about) => about.trim_start().to_owned(),
-            None => format!(" {text}"),
-        };
-        self.bad(place, what, &about)?;
+        self.bad(place, reason.name(), &format!("{reason:#}"))?;
         self.bytes(bytes)
     }
 
