@@ -11,8 +11,8 @@ use tokio::task::AbortHandle;
 use crate::errors;
 use crate::runtime::{self, Local, News};
 
-/// So often a waiting thread looks whether Ctrl-C was pressed.
-const LOOK: Duration = Duration::from_millis(30);
+/// How often a waiting thread checks for Ctrl-C.
+pub(crate) const LOOK: Duration = Duration::from_millis(30);
 
 /// Stops something, at once and without waiting.
 type Stop = Box<dyn Fn() + Send + Sync>;

@@ -36,25 +36,24 @@ impl Cell {
     }
 }
 
-/// The controller of a virtual arm that is switched on in the world of a scenario. `tool` is the bias that was chosen before, if
-/// not the usual one.
+/// The scenario in a text.
 ///
 /// # Errors
 /// `magician.errors.InvalidInputError` for a mistake of the scenario.
-pub(crate) fn controller(
-    py: Python<'_>,
-    scenario: Option<&str>,
-    tool: Option<[f64; 3]>,
-) -> PyResult<Controller> {
-    let scenario = scenario.map(Scenario::from_toml).transpose();
-    let scenario = scenario
-        .map_err(|error| errors::raise(py, &Error::invalid(format!("scenario: {error}"))))?;
-    let world = scenario.map(|scenario| World::from_scenario(&scenario));
+pub(crate) fn scenario_of(py: Python<'_>, text: Option<&str>) -> PyResult<Option<Scenario>> {
+    let scenario = text.map(Scenario::from_toml).transpose();
+    scenario.map_err(|error| errors::raise(py, &Error::invalid(format!("scenario: {error}"))))
+}
+
+/// A virtual arm that was just switched on in the world of a scenario. `tool` is the bias that was chosen before, if not the
+/// usual one.
+pub(crate) fn controller(scenario: Option<&Scenario>, tool: Option<[f64; 3]>) -> Controller {
+    let world = scenario.map(World::from_scenario);
     let controller = Controller::in_world(Profile::default(), world.unwrap_or_default());
-    Ok(match tool {
+    match tool {
         Some([x, y, z]) => controller.with_tool(ToolBias::new(x, y, z)),
         None => controller,
-    })
+    }
 }
 
 /// What an object is at an instant.
@@ -102,7 +101,7 @@ impl Cell {
         speed: Option<f64>,
         tool: Option<[f64; 3]>,
     ) -> PyResult<Self> {
-        let controller = controller(py, scenario, tool)?;
+        let controller = controller(scenario_of(py, scenario)?.as_ref(), tool);
         let arm = match speed {
             None => VirtualArm::new(controller, SimSpeed::Max).in_virtual_time(),
             Some(0.0) => VirtualArm::new(controller, SimSpeed::Max),

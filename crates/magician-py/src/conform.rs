@@ -1,8 +1,7 @@
-//! An arm held against the conformance suite, by a thread of its own.
+//! The conformance suite on an arm, in a thread of its own.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
-use std::thread::Builder as Threads;
 use std::time::Duration;
 
 use magician::{Error, ErrorCode, LineOptions, RawLine, SimSpeed, Target};
@@ -10,20 +9,18 @@ use magician_conform::{Case, LineTarget, Outcome, Runner, SimTarget, Suite, Suit
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyList, PyTuple};
-use tokio::runtime::Builder;
 use tokio::sync::oneshot;
 
+use crate::call::LOOK;
 use crate::core::{seconds, target};
-use crate::errors;
+use crate::{errors, runtime};
 
-/// So often a waiting thread looks whether Ctrl-C was pressed.
-const LOOK: Duration = Duration::from_millis(30);
-/// How long giving an arm its parameters back may take.
+/// How long the restoration of an arm's parameters may take.
 const LEAVING: Duration = Duration::from_secs(20);
 
 type Results = Vec<(Case, Outcome)>;
 
-/// What is to be run.
+/// The selected cases, and the time for an answer.
 struct Asked {
     only: Vec<String>,
     skip: Vec<String>,
@@ -63,28 +60,21 @@ async fn run<T: magician_conform::Target>(
     Ok(results)
 }
 
-/// Runs them at a place, `None` being a virtual arm whose clock is stepped.
-fn go(
+/// Runs them on the arm at a port; `None` is a virtual arm whose clock is stepped.
+async fn run_at(
     place: Option<&Target>,
     asked: &Asked,
     stopped: oneshot::Receiver<()>,
 ) -> Result<Results, Error> {
-    let runtime = Builder::new_current_thread().enable_all().build();
-    let runtime = runtime.map_err(|error| {
-        let message = format!("the system cannot create a timer or poller: {error}");
-        Error::new(ErrorCode::PortFailed, message)
-    })?;
-    runtime.block_on(async {
-        let Some(place) = place else {
-            return run(SimTarget::default(), asked, stopped).await;
-        };
-        let line = RawLine::open_with(place, LineOptions::default()).await?;
-        run(LineTarget::new(line), asked, stopped).await
-    })
+    let Some(place) = place else {
+        return run(SimTarget::default(), asked, stopped).await;
+    };
+    let line = RawLine::open_with(place, LineOptions::default()).await?;
+    run(LineTarget::new(line), asked, stopped).await
 }
 
-/// A case and what came of it: id, chapter, title, source, confidence, tags; the outcome in a word, why it was skipped, and
-/// where it failed.
+/// A case and its result: id, chapter, title, source, confidence, tags; the outcome in a word, the reason of a skip, and the
+/// mismatch of a failure.
 fn told<'py>(py: Python<'py>, case: &Case, outcome: &Outcome) -> PyResult<Bound<'py, PyTuple>> {
     let (word, reason, failure) = match outcome {
         Outcome::Passed => ("passed", None, None),
@@ -112,8 +102,7 @@ fn told<'py>(py: Python<'py>, case: &Case, outcome: &Outcome) -> PyResult<Bound<
     (about, word, reason, failure).into_pyobject(py)
 }
 
-/// Holds the arm at a port against the cases that are selected, and tells what came of each. Ctrl-C ends it, when the arm has
-/// its parameters again.
+/// Runs the selected cases on the arm at a port; the result of each. Ctrl-C ends it once the arm's parameters are restored.
 #[pyfunction]
 pub(crate) fn conform(
     py: Python<'_>,
@@ -155,12 +144,11 @@ pub(crate) fn conform(
     };
     let (tell, ended) = channel();
     let (stop, stopped) = oneshot::channel();
-    let work = move || drop(tell.send(go(place.as_ref(), &asked, stopped)));
-    let thread = Threads::new().name("magician-conform".to_owned());
-    thread.spawn(work).map_err(|error| {
-        let message = format!("the system cannot create a thread: {error}");
-        raise(Error::new(ErrorCode::PortFailed, message))
-    })?;
+    runtime::apart("magician-conform", move |runtime| {
+        let results = runtime.block_on(run_at(place.as_ref(), &asked, stopped));
+        drop(tell.send(results));
+    })
+    .map_err(raise)?;
     let results = PyList::empty(py);
     for (case, outcome) in waited(py, ended, stop)? {
         results.append(told(py, &case, &outcome)?)?;
@@ -168,7 +156,7 @@ pub(crate) fn conform(
     results.into_py_any(py)
 }
 
-/// Waits for the results. An interrupt ends the run, and is raised when the arm was left as it was.
+/// Waits for the results. An interrupt ends the run, and is raised once the arm's parameters are restored.
 fn waited(
     py: Python<'_>,
     ended: Receiver<Result<Results, Error>>,

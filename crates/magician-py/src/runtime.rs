@@ -7,6 +7,7 @@
 //! use after it.
 
 use std::future::Future;
+use std::io;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::thread;
@@ -14,7 +15,7 @@ use std::thread;
 use pyo3::exceptions::PyImportError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use tokio::runtime::{Builder, Handle};
+use tokio::runtime::{Builder, Handle, Runtime};
 use tokio::task::AbortHandle;
 
 use magician::{Error, ErrorCode};
@@ -43,14 +44,32 @@ struct Process {
 /// sees it half done.
 static FIRST: OnceLock<Box<Process>> = OnceLock::new();
 
+fn failed(error: io::Error) -> Error {
+    let message = format!("the system cannot create a timer, poller or thread: {error}");
+    Error::new(ErrorCode::PortFailed, message)
+}
+
+fn runtime() -> Result<Runtime, Error> {
+    let runtime = Builder::new_current_thread().enable_all().build();
+    runtime.map_err(failed)
+}
+
+/// Starts work on a thread and a runtime of its own: what would hold up the connections.
+///
+/// # Errors
+/// The system has no thread, timer or poller left.
+pub(crate) fn apart<T: Send + 'static>(
+    name: &str,
+    work: impl FnOnce(&Runtime) -> T + Send + 'static,
+) -> Result<thread::JoinHandle<T>, Error> {
+    let runtime = runtime()?;
+    let thread = thread::Builder::new().name(name.to_owned());
+    thread.spawn(move || work(&runtime)).map_err(failed)
+}
+
 impl Process {
     fn start(id: u32) -> Result<Self, Error> {
-        let failed = |error| {
-            let message = format!("the system cannot create a timer, poller or thread: {error}");
-            Error::new(ErrorCode::PortFailed, message)
-        };
-        let runtime = Builder::new_current_thread().enable_all().build();
-        let runtime = runtime.map_err(failed)?;
+        let runtime = runtime()?;
         let handle = runtime.handle().clone();
         let (news, told) = channel();
         let serve = move || runtime.block_on(std::future::pending::<()>());

@@ -1,23 +1,20 @@
 //! A virtual arm for other programs, served by a thread of its own.
 
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::channel;
 use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use magician::serve::{Discovery, Endpoint, ServeError, Server};
-use magician::sim::{Controller, Speed};
+use magician::sim::Speed;
 use magician::{Error, ErrorCode, ErrorKind};
 use pyo3::prelude::*;
-use tokio::runtime::Builder;
 use tokio::sync::oneshot;
 
-use crate::cell::controller;
+use crate::call::LOOK;
+use crate::cell::{controller, scenario_of};
 use crate::errors;
-use crate::runtime::Local;
-
-/// So often a waiting thread looks whether Ctrl-C was pressed.
-const LOOK: Duration = Duration::from_millis(30);
+use crate::runtime::{self, Local};
 
 /// A virtual arm that is served.
 #[pyclass(frozen, module = "magician._magician")]
@@ -50,21 +47,6 @@ fn named(endpoint: &Endpoint) -> (&'static str, String) {
     (kind, endpoint.to_string())
 }
 
-/// Serves until it is told to end.
-fn serve(
-    server: Server,
-    ready: Sender<Vec<(&'static str, String)>>,
-    end: oneshot::Receiver<()>,
-) -> Result<(), ServeError> {
-    let runtime = Builder::new_current_thread().enable_all().build();
-    let runtime = runtime.map_err(ServeError::Timer)?;
-    let server = server.on_ready(move |endpoints| {
-        // Whoever asked may have gone: then the end is told soon.
-        let _ = ready.send(endpoints.iter().map(named).collect());
-    });
-    runtime.block_on(server.serve_until(async { drop(end.await) }))
-}
-
 /// Serves a virtual arm at these endpoints; returns when all of them accept connections.
 #[pyfunction]
 #[pyo3(signature = (scenario, speed, tool, *, pty, udp, tcp))]
@@ -77,7 +59,7 @@ pub(crate) fn serve_sim(
     udp: Option<String>,
     tcp: Option<String>,
 ) -> PyResult<Served> {
-    let controller: Controller = controller(py, scenario, tool)?;
+    let controller = controller(scenario_of(py, scenario)?.as_ref(), tool);
     let speed = if speed == 0.0 {
         Speed::Max
     } else {
@@ -107,10 +89,15 @@ pub(crate) fn serve_sim(
         server = server.tcp(address);
     }
     let (ready, begun) = channel();
-    let (end, told) = oneshot::channel();
-    let thread = std::thread::Builder::new().name("magician-sim".to_owned());
-    let thread = thread.spawn(move || serve(server, ready, told));
-    let thread = thread.map_err(|error| raised(py, &ServeError::Timer(error)))?;
+    let (end, told) = oneshot::channel::<()>();
+    let server = server.on_ready(move |endpoints| {
+        // The caller may have been interrupted: then the end follows.
+        let _ = ready.send(endpoints.iter().map(named).collect());
+    });
+    let thread = runtime::apart("magician-sim", move |runtime| {
+        runtime.block_on(server.serve_until(async { drop(told.await) }))
+    });
+    let thread = thread.map_err(|error| errors::raise(py, &error))?;
     // It has begun, or its end says why not.
     let Ok(endpoints) = py.detach(move || begun.recv()) else {
         return Err(match py.detach(move || thread.join()) {

@@ -3,14 +3,15 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use magician::faults::Dice;
+use magician::sim::Controller;
 use magician::sim::scenario::Scenario;
-use magician::sim::{Controller, Profile, World};
-use magician::{ActionKind, Error, JointAngles, Observation, Simulation, StepAction, ToolBias};
+use magician::{ActionKind, Error, JointAngles, Observation, Simulation, StepAction};
 use magician_program::preview::{View, pixels};
 use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyByteArray, PyBytes};
 
+use crate::cell::{controller, scenario_of};
 use crate::core::seconds;
 use crate::errors;
 use crate::program::{floats, numbers};
@@ -20,12 +21,12 @@ struct Start {
     scenario: Option<Scenario>,
     tool: Option<[f64; 3]>,
     speed: Option<f64>,
-    /// How far objects and joints may be from where they usually are, mm and deg.
-    scatter: f64,
-    wander: f64,
+    /// Largest random offset of each object in x and in y, mm, and of each joint, deg.
+    object_noise: f64,
+    joint_noise: f64,
 }
 
-/// An arm, and where its chances come from.
+/// An arm and its random numbers.
 #[derive(Clone)]
 struct One {
     arm: Simulation,
@@ -35,20 +36,16 @@ struct One {
 impl Start {
     fn begin(&self, mut dice: Dice) -> Result<One, Error> {
         let mut share = || dice.share();
-        let scenario = match &self.scenario {
-            Some(scenario) if self.scatter > 0.0 => {
-                Some(scenario.scattered(self.scatter, &mut share))
+        let scattered = match &self.scenario {
+            Some(scenario) if self.object_noise > 0.0 => {
+                Some(scenario.scattered(self.object_noise, &mut share))
             }
-            other => other.clone(),
+            _ => None,
         };
-        let world = scenario.map(|scenario| World::from_scenario(&scenario));
-        let mut arm = Controller::in_world(Profile::default(), world.unwrap_or_default());
-        if let Some([x, y, z]) = self.tool {
-            arm = arm.with_tool(ToolBias::new(x, y, z));
-        }
-        if self.wander > 0.0 {
+        let mut arm = controller(scattered.as_ref().or(self.scenario.as_ref()), self.tool);
+        if self.joint_noise > 0.0 {
             let joints = arm.state().joints.to_array();
-            let joints = joints.map(|joint| joint + (share() * 2.0 - 1.0) * self.wander);
+            let joints = joints.map(|joint| joint + (share() * 2.0 - 1.0) * self.joint_noise);
             arm.unlock(true);
             arm.guide(JointAngles::from(joints));
             arm.unlock(false);
@@ -87,7 +84,7 @@ pub(crate) struct Sims {
     arms: Mutex<Vec<One>>,
 }
 
-/// Rows of pose, joints and time, and rows of what is so: moving, refused, alarm, holding.
+/// Rows of pose, joints and time, and rows of flags: moving, refused, alarm, holding.
 type Looks<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 fn told<'py>(py: Python<'py>, seen: &[Observation]) -> Looks<'py> {
@@ -102,7 +99,7 @@ fn told<'py>(py: Python<'py>, seen: &[Observation]) -> Looks<'py> {
     (numbers(py, values.as_flattened()), PyBytes::new(py, &flags))
 }
 
-/// Does it to each of them, on so many threads: which of them does it changes nothing.
+/// Applies it to each arm, on up to that many threads; the results do not depend on their number.
 fn each<T: Send>(
     arms: &mut [One],
     threads: usize,
@@ -153,7 +150,7 @@ impl Sims {
 #[pymethods]
 impl Sims {
     #[new]
-    #[pyo3(signature = (count, scenario, tool, action, speed, seed, scatter, wander))]
+    #[pyo3(signature = (count, scenario, tool, action, speed, seed, object_noise, joint_noise))]
     // As many as there are ways to begin.
     #[allow(clippy::too_many_arguments)]
     fn new(
@@ -164,12 +161,10 @@ impl Sims {
         action: &str,
         speed: Option<f64>,
         seed: u64,
-        scatter: f64,
-        wander: f64,
+        object_noise: f64,
+        joint_noise: f64,
     ) -> PyResult<Self> {
-        let scenario = scenario.map(Scenario::from_toml).transpose();
-        let scenario = scenario
-            .map_err(|error| errors::raise(py, &Error::invalid(format!("scenario: {error}"))))?;
+        let scenario = scenario_of(py, scenario)?;
         let mut kinds = ActionKind::NAMED.iter();
         let Some((_, kind)) = kinds.find(|(name, _)| *name == action) else {
             let names: Vec<&str> = ActionKind::NAMED.iter().map(|(name, _)| *name).collect();
@@ -180,8 +175,8 @@ impl Sims {
             scenario,
             tool,
             speed,
-            scatter,
-            wander,
+            object_noise,
+            joint_noise,
         };
         let begun: Result<Vec<One>, Error> = py.detach(|| {
             let seeds = (seed..).take(count);
@@ -195,7 +190,7 @@ impl Sims {
         })
     }
 
-    /// Begins anew, all or those that are marked; without a seed with the next chances of each.
+    /// Resets all arms, or the marked ones; without a seed each goes on with its own random numbers.
     fn reset(
         &self,
         py: Python<'_>,
