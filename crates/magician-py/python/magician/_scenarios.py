@@ -1,15 +1,24 @@
-"""What a virtual arm is switched on with."""
+"""The arguments that every virtual arm takes."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 from . import words
-from ._arguments import numbers
+from ._arguments import number, numbers
+from .errors import InvalidInputError
 
-__all__ = ["scenario_text", "tool_bias"]
+__all__ = ["clock_speed", "scenario_text", "tool_bias"]
+
+
+def clock_speed(speed: float | Literal["max"]) -> float:
+    """The factor to real time; 0 for ``"max"``."""
+    if isinstance(speed, str) and speed != "max":
+        raise InvalidInputError(f'speed is {speed!r}; it takes a number above 0 (1 is real time) or "max"')
+    return 0.0 if speed == "max" else number("speed", speed, above=0)
 
 
 def tool_bias(tool: words.Tool | Sequence[float] | None) -> tuple[float, float, float] | None:

@@ -9,9 +9,9 @@ from types import TracebackType
 from typing import Literal
 
 from . import _magician, words
-from ._arguments import number, seconds, text
+from ._arguments import seconds, text
 from ._bound import Bound
-from ._scenarios import scenario_text, tool_bias
+from ._scenarios import clock_speed, scenario_text, tool_bias
 from .errors import InvalidInputError
 
 __all__ = ["Served", "sim"]
@@ -122,9 +122,6 @@ def sim(
     """
     if pty is None and udp is None and tcp is None:
         raise InvalidInputError("no endpoint to serve: give pty, udp or tcp")
-    if isinstance(speed, str) and speed != "max":
-        raise InvalidInputError(f'speed is {speed!r}; it takes a number above 0 (1 is real time) or "max"')
-    times = 0.0 if speed == "max" else number("speed", speed, above=0)
     path = None if pty is None else os.fspath(pty)
     where = {"pty": path, "udp": text("udp", udp), "tcp": text("tcp", tcp)}
-    return Served(_magician.serve_sim(scenario_text(scenario), times, tool_bias(tool), **where))
+    return Served(_magician.serve_sim(scenario_text(scenario), clock_speed(speed), tool_bias(tool), **where))

@@ -20,9 +20,8 @@ from ._bound import Bound
 from ._magician import Call, Core
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
-from ._scenarios import scenario_text, tool_bias
+from ._scenarios import clock_speed, scenario_text, tool_bias
 from .alarms import Alarm
-from .errors import InvalidInputError
 from .pins import PinLike, pin
 
 __all__ = ["Place", "Snapshot", "VirtualArm", "WorldObject"]
@@ -177,9 +176,7 @@ class VirtualArm(Bound):
             tool is unknown.
         :raises OSError: The file cannot be read.
         """
-        if isinstance(speed, str) and speed != "max":
-            raise InvalidInputError(f'speed is {speed!r}; it takes a number above 0 (1 is real time) or "max"')
-        times = 0.0 if speed == "max" else number("speed", speed, above=0)
+        times = None if speed is None else clock_speed(speed)
         self._native = _magician.Cell(scenario_text(scenario), times, tool_bias(tool))
 
     # Talking to it.
