@@ -252,7 +252,7 @@ impl Sims {
 
     /// All of them as they are.
     fn look<'py>(&self, py: Python<'py>) -> Looks<'py> {
-        let seen: Vec<_> = py.detach(|| self.arms().iter().map(|one| one.arm.look()).collect());
+        let seen: Vec<_> = py.detach(|| self.arms().iter().map(|one| one.arm.observe()).collect());
         told(py, &seen)
     }
 

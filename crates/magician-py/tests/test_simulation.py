@@ -43,7 +43,7 @@ def test_a_step_is_what_an_arm_does_that_is_driven() -> None:
 
 @pytest.mark.parametrize("dt", [None, 0.05])
 def test_after_a_snapshot_everything_goes_the_same_way(dt: float | None) -> None:
-    arm = Simulation(CELL, scatter=10, wander=5, seed=4)
+    arm = Simulation(CELL, object_noise=10, joint_noise=5, seed=4)
     arm.step((220, 60, 20, 0), dt=0.3)
     before = arm.snapshot()
 
@@ -62,8 +62,8 @@ def test_after_a_snapshot_everything_goes_the_same_way(dt: float | None) -> None
 @pytest.mark.parametrize("dt", [None, 0.1])
 def test_many_at_once_are_one_after_the_other(dt: float | None) -> None:
     count = 7
-    many = Simulations(count, CELL, seed=11, scatter=20, wander=10, threads=3)
-    one_by_one = [Simulation(CELL, seed=11 + nth, scatter=20, wander=10) for nth in range(count)]
+    many = Simulations(count, CELL, seed=11, object_noise=20, joint_noise=10, threads=3)
+    one_by_one = [Simulation(CELL, seed=11 + nth, object_noise=20, joint_noise=10) for nth in range(count)]
     assert len({repr(arm.objects) for arm in one_by_one}) == count
     for step in range(6):
         actions = np.column_stack((targets(count, step), np.full(count, step % 2)))
@@ -81,11 +81,11 @@ def test_many_at_once_are_one_after_the_other(dt: float | None) -> None:
 
 
 def test_a_seed_gives_the_same_beginning_and_the_next_another() -> None:
-    arm = Simulation(CELL, scatter=20, wander=10, seed=1)
+    arm = Simulation(CELL, object_noise=20, joint_noise=10, seed=1)
     first, next_one = (arm.objects, arm.observe()), (arm.reset(), arm.objects)
     assert (arm.reset(1), arm.objects) == first[::-1]
     assert (arm.reset(), arm.objects) == next_one and next_one[1] != first[0]
-    many = Simulations(3, CELL, scatter=20, seed=1)
+    many = Simulations(3, CELL, object_noise=20, seed=1)
     before = many.objects
     seen = many.reset(which=[False, True, False])
     assert isinstance(seen, Observations)
@@ -147,7 +147,7 @@ def test_what_makes_no_sense_is_refused() -> None:
         lambda: Simulations(0),
         lambda: Simulation(action="fly_to"),  # type: ignore[arg-type]
         lambda: Simulation(speed=0),
-        lambda: Simulation(CELL, scatter=-1),
+        lambda: Simulation(CELL, object_noise=-1),
         lambda: Simulation("table = { heigth = 1 }"),
         lambda: arm.image("front"),  # type: ignore[arg-type]
         lambda: arm.image(size=(0, 10)),

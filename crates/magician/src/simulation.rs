@@ -122,7 +122,7 @@ pub struct Observation {
 /// assert_eq!(seen.pose[..2], [220.0, 60.0]);
 /// let before = arm.clone();
 /// let there = arm.step(ActionKind::MoveTo, StepAction::default(), Some(Duration::from_millis(100)));
-/// assert_eq!(there.time, before.look().time + 0.1);
+/// assert_eq!(there.time, before.observe().time + 0.1);
 /// # Ok::<(), magician::Error>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -201,12 +201,12 @@ impl Simulation {
             Some(_) => self.arm.advance(end),
             None => self.rest_by(end),
         }
-        self.look()
+        self.observe()
     }
 
     /// The arm as it is.
     #[must_use]
-    pub fn look(&self) -> Observation {
+    pub fn observe(&self) -> Observation {
         let state = self.arm.state();
         // As it goes over the line: what a host reads of a real arm has no more digits.
         let wire = |values: [f64; 4]| values.map(|value| f64::from(value as f32));
@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn a_step_takes_the_time_that_a_run_takes() {
         let mut arm = arm();
-        let from = arm.look().time;
+        let from = arm.observe().time;
         let check = Preflight::at(arm.arm.state().joints, arm.arm.state().tool);
         let there = words::line_to(220.0, 80.0, 20.0, 0.0);
         let seen = arm.step(ActionKind::LineTo, to([220.0, 80.0, 20.0, 0.0]), None);
@@ -350,7 +350,7 @@ mod tests {
     #[test]
     fn a_refused_target_is_not_sent() {
         let mut arm = arm();
-        let before = arm.look();
+        let before = arm.observe();
         let seen = arm.step(
             ActionKind::LineTo,
             to([400.0, 0.0, 0.0, 0.0]),
@@ -369,16 +369,16 @@ mod tests {
         let tenth = Some(Duration::from_millis(100));
         let target = to([220.0, 80.0, 20.0, 0.0]);
         let mut steps = 0;
-        while steps == 0 || one.look().moving {
+        while steps == 0 || one.observe().moving {
             one.step(ActionKind::LineTo, target, tenth);
             steps += 1;
         }
         other.step(ActionKind::LineTo, target, None);
-        assert_eq!(one.look().pose, other.look().pose);
+        assert_eq!(one.observe().pose, other.observe().pose);
         assert_eq!(one.arm.state().queue.current_index, 1);
         one.step(ActionKind::LineTo, to([250.0, 0.0, 20.0, 0.0]), tenth);
         let way = one.step(ActionKind::LineTo, target, Some(Duration::from_secs(20)));
-        assert_eq!(way.pose, other.look().pose);
+        assert_eq!(way.pose, other.observe().pose);
         assert!(!way.moving);
     }
 

@@ -355,8 +355,8 @@ class Sims:
         action: str,
         speed: float | None,
         seed: int,
-        scatter: float,
-        wander: float,
+        object_noise: float,
+        joint_noise: float,
     ) -> Sims: ...
     def reset(self, seed: int | None, which: bytes | None, threads: int) -> None: ...
     def step(self, actions: bytes, columns: int, time: float | None, threads: int) -> tuple[bytes, bytes]: ...

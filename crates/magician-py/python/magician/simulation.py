@@ -101,8 +101,8 @@ class _Arms:
         tool: words.Tool | Sequence[float] | None,
         speed: float | None,
         seed: int,
-        scatter: float,
-        wander: float,
+        object_noise: float,
+        joint_noise: float,
         threads: int,
     ) -> None:
         self._count, self._threads = count, threads
@@ -113,8 +113,8 @@ class _Arms:
             action,
             None if speed is None else number("speed", speed, above=0, most=100, unit="%"),
             whole("seed", seed, 0, _SEEDS),
-            number("scatter", scatter, least=0, unit="mm"),
-            number("wander", wander, least=0, unit="deg"),
+            number("object_noise", object_noise, least=0, unit="mm"),
+            number("joint_noise", joint_noise, least=0, unit="deg"),
         )
 
     @property
@@ -158,8 +158,8 @@ class Simulation(_Arms):
         tool: words.Tool | Sequence[float] | None = None,
         speed: float | None = None,
         seed: int = 0,
-        scatter: float = 0.0,
-        wander: float = 0.0,
+        object_noise: float = 0.0,
+        joint_noise: float = 0.0,
     ) -> None:
         """Begins with an arm that has just been switched on, its alarms cleared.
 
@@ -168,11 +168,11 @@ class Simulation(_Arms):
         :param tool: As for :class:`~magician.VirtualArm`.
         :param speed: Share of the point-to-point speeds, percent; that of power-up if it is left out.
         :param seed: Where the chances come from.
-        :param scatter: By how much an object on the table may stand elsewhere in x and in y, mm.
-        :param wander: By how much each joint may stand elsewhere at the beginning, degrees, within its limits.
+        :param object_noise: By how much an object on the table may stand elsewhere in x and in y, mm.
+        :param joint_noise: By how much each joint may stand elsewhere at the beginning, degrees, within its limits.
         :raises InvalidInputError: Something makes no sense.
         """
-        super().__init__(1, scenario, action, tool, speed, seed, scatter, wander, 1)
+        super().__init__(1, scenario, action, tool, speed, seed, object_noise, joint_noise, 1)
 
     def reset(self, seed: int | None = None) -> Observation:
         """Begins anew: with the chances of a seed, or with the next of those under way."""
@@ -237,8 +237,8 @@ class Simulations(_Arms):
         tool: words.Tool | Sequence[float] | None = None,
         speed: float | None = None,
         seed: int = 0,
-        scatter: float = 0.0,
-        wander: float = 0.0,
+        object_noise: float = 0.0,
+        joint_noise: float = 0.0,
         threads: int | None = None,
     ) -> None:
         """Begins with arms that have just been switched on, their alarms cleared.
@@ -250,7 +250,7 @@ class Simulations(_Arms):
         """
         cores = whole("threads", threads, 1, 1024) if threads is not None else os.cpu_count() or 1
         count = whole("count", count, 1, 1_000_000)
-        super().__init__(count, scenario, action, tool, speed, seed, scatter, wander, cores)
+        super().__init__(count, scenario, action, tool, speed, seed, object_noise, joint_noise, cores)
 
     def __len__(self) -> int:
         return self._count
