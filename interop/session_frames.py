@@ -7,14 +7,11 @@ queue's index, and at the pose while the library waits.
 It runs in an interpreter that has our package.
 """
 
-import os
 import re
-import subprocess
 import sys
-import tempfile
 
-from checks import PATIENCE, Checks
-from sim import Sim
+from checks import Checks
+from sim import run_on_sim
 from venvs import HERE, python_for
 
 # Both say each frame on stderr, as id, Ctrl and parameters.
@@ -29,8 +26,7 @@ def said(port, data):
     print("##", data[3], data[4], data[5:-1].hex(), file=sys.stderr)
     return write(port, data)
 serial.Serial.write = said
-port = sys.argv[1]
-exec(compile(sys.stdin.read(), "program.py", "exec"), {"__name__": "__main__", "PORT": port})
+exec(compile(sys.stdin.read(), "program.py", "exec"), {"__name__": "__main__"})
 """
 OURS = """
 import sys
@@ -115,17 +111,7 @@ def frames(said):
 
 def run(magician, command, program):
     """A program on an arm of its own: what it wrote, and how it ended."""
-    with tempfile.TemporaryDirectory(prefix="magician-") as home:
-        sim = Sim(magician, os.path.join(home, "arm"), "20", quiet=True)
-        try:
-            script = os.path.join(home, "program.py")
-            with open(script, "w") as file:
-                file.write(f"PORT = {sim.path!r}\n{program}")
-            ended = subprocess.run(
-                command(sim.path, script), input=program, capture_output=True, text=True, timeout=5 * PATIENCE
-            )
-        finally:
-            sim.stop()
+    ended, _, _ = run_on_sim(magician, command, f"import sys\nPORT = sys.argv[1]\n{program}")
     if ended.returncode:
         print(ended.stderr)
     return frames(ended.stderr), ended.returncode
@@ -142,7 +128,7 @@ def main():
         checks.equal("its own library ends well", status, 0)
         options = ["--pydobot", library] if library in ("pydobot", "pydobot2") else []
         through = [ours, "-B", "-c", OURS, *options]
-        stood_in, status = run(magician, lambda _, script, through=through: [*through, script], program)
+        stood_in, status = run(magician, lambda path, script, through=through: [*through, script, path], program)
         checks.equal("the stand-in ends well", status, 0)
         checks.ok("frames were written", len(wrote) > 10)
         checks.equal("and the stand-in writes the same", stood_in, wrote)

@@ -8,16 +8,14 @@ own library as they are: what has to be put right for that is written at them.
 It runs in an interpreter that has our package.
 """
 
-import os
 import re
 import subprocess
 import sys
-import tempfile
 import time
 
 import arm as model
-from checks import PATIENCE, Checks
-from sim import Sim
+from checks import Checks
+from sim import run_on_sim
 from venvs import HERE, python_for
 from wire import Pty
 
@@ -68,21 +66,8 @@ def put_right(program, repairs):
 class Ended:
     """What a program said, and how the arm stands once it stands."""
 
-    def __init__(self, magician, command, program, speed="20"):
-        with tempfile.TemporaryDirectory(prefix="magician-") as home:
-            script = os.path.join(home, "example.py")
-            with open(script, "w") as file:
-                file.write(program)
-            sim = Sim(magician, os.path.join(home, "arm"), speed, quiet=True)
-            try:
-                begun = time.monotonic()
-                self.run = subprocess.run(
-                    command(sim.path, script), input=program, capture_output=True, text=True, timeout=5 * PATIENCE
-                )
-                self.seconds = time.monotonic() - begun
-                self.pose, self.index = standing(sim.path)
-            finally:
-                sim.stop()
+    def __init__(self, magician, command, program):
+        self.run, self.seconds, (self.pose, self.index) = run_on_sim(magician, command, program, standing)
 
     def is_good(self):
         """Whether it ended well; what it said if not."""
