@@ -14,7 +14,7 @@
 //!   [`picture::Picture`] what either shows of itself.
 //! * [`simulation`] has virtual arms that are stepped, without a driver.
 //! * [`command`] is the `magician` command, linked in.
-//! * [`mod@conform`] holds an arm against the conformance suite.
+//! * [`mod@conform`] runs the conformance suite on an arm.
 //! * [`kinematics`] computes poses and joint angles of whole arrays.
 //! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`voice`] says in them what a
 //!   Python program does, not what the command line does.

@@ -16,7 +16,7 @@ use crate::cell::{controller, scenario_of};
 use crate::errors;
 use crate::runtime::{self, Local};
 
-/// A virtual arm that is served.
+/// A virtual arm that other programs can connect to.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Served {
     /// What each endpoint is, and where.

@@ -1,4 +1,4 @@
-//! What passed on a line, in pieces, for `magician.decode`.
+//! The pieces of a line's bytes, for `magician.decode`.
 
 use magician_protocol::{
     DecodeError, Description, Direction, FieldValue, Frame, QueuedCmdIndex, Rejection, Row,
@@ -177,7 +177,7 @@ pub(crate) fn pieces(
     Ok(pieces.found.into_any().unbind())
 }
 
-/// The bytes that hex text stands for; `None` if it is none.
+/// The bytes that hex text stands for; `None` for other text.
 #[pyfunction]
 pub(crate) fn hex_bytes<'py>(py: Python<'py>, text: &str) -> PyResult<Option<Bound<'py, PyBytes>>> {
     if !hex::is_hex(text) {

@@ -42,7 +42,7 @@ MODULES = {
     "simulation": ("magician.simulation", "Simulations"),
     "_ports": ("magician", "Ports"),
     "conformance": ("magician.conformance", "Conformance"),
-    "traffic": ("magician.traffic", "What passes on a line"),
+    "traffic": ("magician.traffic", "Bytes on a line"),
 }
 HIDDEN = {"PoseMeaning", "ColorMeaning", "InfraredMeaning", "LevelMeaning", "AnalogMeaning", "report", "clock"}
 

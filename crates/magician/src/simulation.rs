@@ -12,12 +12,12 @@ use magician_sim::{ArmInstant, Controller, LinkId};
 
 use crate::{Error, Result, words};
 
-/// The one host of the arm.
+/// The arm's only host.
 const LINK: LinkId = LinkId(0);
-/// What is not at rest by then is left as it is: twice what the longest move at the usual speeds takes.
+/// The longest wait for rest: twice the time of the longest move at the usual speeds.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// What the four numbers of an action are.
+/// The meaning of an action's four numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ActionKind {
     /// A pose, all joints together: [`words::move_to`].
@@ -28,11 +28,11 @@ pub enum ActionKind {
     JumpTo,
     /// Joint angles: [`words::move_joints`].
     MoveJoints,
-    /// By how much from here, all joints together: [`words::move_by`].
+    /// An offset of the pose, all joints together: [`words::move_by`].
     MoveBy,
-    /// By how much from here, on a straight line: [`words::line_by`].
+    /// An offset of the pose, on a straight line: [`words::line_by`].
     LineBy,
-    /// By how much the joints turn from here: [`words::move_joints_by`].
+    /// An offset of the joint angles: [`words::move_joints_by`].
     MoveJointsBy,
 }
 
@@ -75,10 +75,10 @@ impl ActionKind {
     }
 }
 
-/// What an arm is told for a step.
+/// The action of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepAction {
-    /// Where to; one that is not all numbers says nothing new, and the arm goes on with what it does.
+    /// The target; with a number that is not finite it is ignored, and the arm goes on as before.
     pub target: Option<[f64; 4]>,
     /// Suction cup or gripper from now on: sucking, closed.
     pub tool: Option<bool>,
@@ -96,7 +96,7 @@ pub struct Observation {
     pub time: f64,
     /// Whether it is busy.
     pub moving: bool,
-    /// Whether the check has refused the last target: the arm has not been told of it.
+    /// Whether the check refused the last target, so that it was not sent.
     pub refused: bool,
     /// Whether an alarm stands that stops the arm; the next target clears it.
     pub alarm: bool,
@@ -131,7 +131,7 @@ pub struct Simulation {
     /// The settings that the check goes by; they do not change.
     readings: Readings,
     grips: bool,
-    /// What the arm was told last and has not been stopped in.
+    /// The target that was sent last, unless its motion was stopped.
     target: Option<(ActionKind, [f32; 4])>,
     tool: Option<bool>,
     /// Its queue was stopped and is to be started for the next target.
@@ -176,7 +176,7 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// Tells the arm its target and lets time pass: so much, or until the arm is at rest (at most a minute).
+    /// Sends the target and lets `time` pass, or the time until the arm is at rest (at most a minute).
     pub fn step(
         &mut self,
         kind: ActionKind,

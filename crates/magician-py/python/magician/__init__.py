@@ -17,8 +17,8 @@
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`; :mod:`magician.simulation`
   steps many of them, for learning.
 * :func:`sim` serves a virtual arm to other programs.
-* :func:`conform` holds an arm against the conformance suite.
-* :func:`decode` tells what bytes of a line mean, and reads traces.
+* :func:`conform` runs the conformance suite on an arm.
+* :func:`decode` decodes the bytes of a line and reads traces.
 * :mod:`magician.errors` has the exceptions, :mod:`magician.events` the events.
 
 Lengths are mm, angles degrees, times seconds. The driver logs to the logger ``magician``.

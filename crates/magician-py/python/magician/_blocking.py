@@ -426,8 +426,8 @@ class Arm(Bound):
         """Events from now on, for any number of listeners: alarms, finished commands, a lost line.
 
         Events come from frames that pass over the line anyway: they cause no reads of their own, and without reads
-        there are none. To learn of an alarm within 100 ms, keep a :meth:`state` watch at 10 Hz. A listener may fall 256
-        events behind; then it misses the oldest.
+        no events arise. To learn of an alarm within 100 ms, keep a :meth:`state` watch at 10 Hz. A listener may fall
+        256 events behind; then it misses the oldest.
         """
         return Events(self._core.events())
 

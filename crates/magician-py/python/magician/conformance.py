@@ -102,7 +102,7 @@ def conform(
     timeout: float = 3.0,
     allow_motion: bool = False,
 ) -> Conformance:
-    """Holds an arm against the conformance suite, as ``magician conform`` does.
+    """Runs the conformance suite on an arm, as ``magician conform`` does.
 
     >>> magician.conform("sim", only=["queue"]).ok
     True

@@ -62,7 +62,7 @@ class Observation(NamedTuple):
     moving: bool
     """Whether it is still on its way."""
     refused: bool
-    """Whether the check refused the last target; the arm was not told of it."""
+    """Whether the check refused the last target, so that it was not sent."""
     alarm: bool
     """Whether an alarm stands that stops the arm; the next target clears it."""
     holding: bool
@@ -140,8 +140,7 @@ class Simulation(_Arms):
     """A virtual arm that is stepped.
 
     An action is the four numbers of the word that ``action`` names, and in a fifth place the suction cup or gripper: on
-    (closed) above 0, else off. The tool is switched at once, then the arm is told where to go. Numbers that are NaN say
-    nothing new.
+    (closed) above 0, else off. The tool is switched at once, before the motion begins. A target with NaN is ignored.
 
     A real arm cannot be given another target on its way, only be stopped. So a step ends, without ``dt``, when the arm
     is at rest; with ``dt`` when that time is over. An arm that is then still on its way goes on if the next target is
@@ -167,7 +166,7 @@ class Simulation(_Arms):
         :param action: What the four numbers of an action are.
         :param tool: As for :class:`~magician.VirtualArm`.
         :param speed: Share of the point-to-point speeds, percent; that of power-up if it is left out.
-        :param seed: Where the chances come from.
+        :param seed: Seed of the random numbers.
         :param object_noise: By how much an object on the table may stand elsewhere in x and in y, mm.
         :param joint_noise: By how much each joint may stand elsewhere at the beginning, degrees, within its limits.
         :raises InvalidInputError: Something makes no sense.
@@ -175,7 +174,7 @@ class Simulation(_Arms):
         super().__init__(1, scenario, action, tool, speed, seed, object_noise, joint_noise, 1)
 
     def reset(self, seed: int | None = None) -> Observation:
-        """Begins anew: with the chances of a seed, or with the next of those under way."""
+        """Begins a new episode: with the random numbers of a seed, or with the next ones."""
         self._reset(seed, None)
         return self.observe()
 
@@ -201,7 +200,7 @@ class Simulation(_Arms):
         return {name: Place(*place) for name, place in zip(self.object_names, places, strict=True)}
 
     def snapshot(self) -> Snapshot:
-        """The arm, its world and its chances at this instant, in the midst of what it does."""
+        """The state of the arm, its world and its random numbers at this instant, also during a motion."""
         return Snapshot(self._native.snapshot(0))
 
     def restore(self, snapshot: Snapshot) -> Observation:
@@ -210,7 +209,7 @@ class Simulation(_Arms):
         return self.observe()
 
     def image(self, view: View = "top", size: tuple[int, int] = (256, 256)) -> Image:
-        """What a camera sees: an array of shape (height, width, 3), red, green and blue, 0 to 255.
+        """A camera's image: an array of shape (height, width, 3), red, green and blue, 0 to 255.
 
         Without NumPy it is a ``memoryview`` of that shape.
 
@@ -256,9 +255,9 @@ class Simulations(_Arms):
         return self._count
 
     def reset(self, seed: int | None = None, *, which: SupportsArray | Sequence[bool] | None = None) -> Observations:
-        """Begins anew with the chances of ``seed + i``, or with the next of those under way.
+        """Begins a new episode with the random numbers of ``seed + i``, or with the next ones.
 
-        :param which: A mask of those that begin anew; all of them if it is left out.
+        :param which: A mask of the arms that are reset; all of them if it is left out.
         """
         mask = None if which is None else bytes(1 if one else 0 for one in _flat(which))
         if mask is not None and len(mask) != self._count:
@@ -304,7 +303,7 @@ class Simulations(_Arms):
         return self.observe()
 
     def images(self, view: View = "top", size: tuple[int, int] = (256, 256)) -> Image:
-        """What a camera sees of each: shape (n, height, width, 3), as :meth:`Simulation.image`."""
+        """A camera's image of each: shape (n, height, width, 3), as :meth:`Simulation.image`."""
         return _shaped(self._images(range(self._count), view, size), (self._count, *size, 3))
 
 

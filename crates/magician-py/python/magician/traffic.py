@@ -1,4 +1,4 @@
-"""What passes on the line to an arm: frames, and bytes that are none. :func:`decode` tells what bytes mean."""
+"""Frames and other bytes on the line to an arm. :func:`decode` finds and decodes them."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class Rejected(Value):
 
 
 Piece = Decoded | Rejected
-"""A frame, or bytes that are none."""
+"""A frame, or bytes without one."""
 
 
 def decode(
@@ -98,7 +98,7 @@ def decode(
     *,
     sender: Literal["host", "arm"] | None = None,
 ) -> list[Piece]:
-    """Tells what bytes of the protocol mean, piece by piece, as ``magician decode`` does.
+    """Decodes bytes of the protocol, piece by piece, as ``magician decode`` does.
 
     >>> for piece in magician.decode("AA AA 02 0A 00 F6"):
     ...     print(piece)

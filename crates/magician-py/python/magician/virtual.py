@@ -254,8 +254,8 @@ class VirtualArm(Bound):
     def restore(self, snapshot: Snapshot) -> None:
         """Puts arm and world back to a snapshot, its clock too.
 
-        :raises InvalidInputError: Somebody is connected, and would take the arm's queue and settings for what they
-            were: close the arm first, and connect again.
+        :raises InvalidInputError: A connection is open, and would keep its old picture of the arm's queue and settings:
+            close the arm first, and connect again.
         """
         self._native.restore(snapshot.native)
 

@@ -10,7 +10,7 @@ use crate::QueueIndex;
 pub(super) const KEPT: usize = 256;
 
 /// An event of the arm or its connection. Events come from frames that pass over the line anyway, the answers to waits,
-/// runs, reads and [state watches](Arm::state): they cause no reads of their own, and without reads there are none. To
+/// runs, reads and [state watches](Arm::state): they cause no reads of their own, and without reads no events arise. To
 /// learn of an alarm within 100 ms, keep a state watch at 10 Hz.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
