@@ -169,12 +169,12 @@ impl VirtualArm {
     /// ```
     ///
     /// # Errors
-    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) while somebody is connected: what a connection knows of the queue and of
-    /// what was set would be wrong from then on.
+    /// [`InvalidInput`](crate::ErrorKind::InvalidInput) while a connection is open: its picture of the queue and the settings
+    /// would be wrong from then on.
     pub fn restore(&self, snapshot: &Controller) -> crate::Result<()> {
         let mut cell = self.lock();
         if cell.is_connected() {
-            let why = "somebody is connected to the virtual arm, and would take its queue and settings for what they were: \
+            let why = "the virtual arm is connected, and the connection's picture of queue and settings would be wrong: \
                        close the arm, restore, and connect again";
             return Err(crate::Error::invalid(why));
         }

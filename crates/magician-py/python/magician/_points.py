@@ -49,6 +49,13 @@ def column(values: Sequence[float] | SupportsArray, count: int, what: str) -> by
     return data
 
 
+def to_list(data: bytes) -> list[float]:
+    """The numbers that the native part gave."""
+    values = array("d")
+    values.frombytes(data)
+    return values.tolist()
+
+
 def table(values: Any, count: int, what: str) -> tuple[bytes, int]:
     """So many rows of four or five numbers as bytes, and how many there are in a row."""
     data, shape = _numbers(values, what)

@@ -14,14 +14,13 @@ An array in place of the numbers has one row for each pose, mm and degrees; the 
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 from . import _magician
 from ._arguments import number, numbers
 from ._meaning import Joints, Position
-from ._points import Floats, Points, rows, to_numpy
+from ._points import Floats, Points, rows, to_list, to_numpy
 from .commands import Pose
 from .errors import InvalidInputError
 from .words import Tool, bias_of
@@ -79,7 +78,7 @@ def forward(*joints: Any, tool: AnyTool = "none") -> Position | PoseArray:
     bias = bias_of(tool)
     one = _one("joints", joints)
     if one is not None:
-        return Position(*_floats(_magician.forward(rows([(*one, 0.0)[:4]])[0], bias)[0]))
+        return Position(*to_list(_magician.forward(rows([(*one, 0.0)[:4]])[0], bias)[0]))
     data, columns = rows(joints[0])
     if columns != 4:
         raise InvalidInputError(
@@ -146,7 +145,7 @@ def reach(z: float, *, r: float = 0.0, tool: AnyTool = "none") -> list[Ring]:
     :param tool: as for :func:`forward`.
     """
     rings = _magician.reach(number("z", z), number("r", r), bias_of(tool))
-    return [list(zip(*[iter(_floats(ring))] * 2, strict=True)) for ring in rings]
+    return [list(zip(*[iter(to_list(ring))] * 2, strict=True)) for ring in rings]
 
 
 def _one(name: str, values: tuple[Any, ...]) -> tuple[float, ...] | None:
@@ -161,12 +160,6 @@ def _one(name: str, values: tuple[Any, ...]) -> tuple[float, ...] | None:
     if len(values) not in (3, 4):
         raise TypeError(f"{name}: 3 or 4 numbers, or one array of rows, not {len(values)} values")
     return numbers(name, values, len(values))
-
-
-def _floats(data: bytes) -> list[float]:
-    values = array("d")
-    values.frombytes(data)
-    return values.tolist()
 
 
 def _mask(data: bytes) -> Mask:

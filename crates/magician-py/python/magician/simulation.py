@@ -15,14 +15,13 @@ Position(x=220.0, y=60.0, z=20.0, r=0.0)
 from __future__ import annotations
 
 import os
-from array import array
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from . import _magician, words
 from ._arguments import number, whole
 from ._meaning import Joints, Position
-from ._points import Floats, SupportsArray, to_numpy
+from ._points import Floats, SupportsArray, to_list, to_numpy
 from ._points import table as _table
 from ._scenarios import scenario_text, tool_bias
 from .errors import InvalidInputError
@@ -194,9 +193,7 @@ class Simulation(_Arms):
     @property
     def objects(self) -> dict[str, Place]:
         """Where the objects are, by their names."""
-        values = array("d")
-        values.frombytes(self._native.objects())
-        places = zip(*[iter(values.tolist())] * 4, strict=True)
+        places = zip(*[iter(to_list(self._native.objects()))] * 4, strict=True)
         return {name: Place(*place) for name, place in zip(self.object_names, places, strict=True)}
 
     def snapshot(self) -> Snapshot:
@@ -308,8 +305,7 @@ class Simulations(_Arms):
 
 
 def _one(values: bytes, flags: bytes) -> Observation:
-    row = array("d")
-    row.frombytes(values)
+    row = to_list(values)
     return Observation(Position(*row[:4]), Joints(*row[4:8]), row[8], *map(bool, flags))
 
 
