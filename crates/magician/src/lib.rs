@@ -68,6 +68,8 @@ pub mod measure;
 #[cfg_attr(not(feature = "lines"), allow(dead_code, unused_imports))]
 mod ports;
 mod raw;
+#[cfg(feature = "report")]
+pub mod report;
 #[cfg(feature = "serve")]
 pub mod serve;
 #[cfg(feature = "sim")]

@@ -1,7 +1,8 @@
 use clap::Args;
+use magician::report::PoseReport;
 use magician::{RunOptions, commands};
 
-use super::pose::PoseReport;
+use super::pose::ShowPose;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::progress::attended;

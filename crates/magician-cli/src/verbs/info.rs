@@ -1,41 +1,20 @@
 use clap::Args;
-use magician::commands::{DeviceId, DeviceName, DeviceSn, DeviceTime, DeviceVersion, DeviceWithL};
-use magician::{Arm, ErrorKind};
-use serde::Serialize;
+use magician::report::ArmInfo;
 
 use super::queue::finished;
 use crate::columns::Columns;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::fence::Bounds;
 
 /// Show the arm's identity and state
 #[derive(Args, Debug)]
 pub(crate) struct Info {}
 
-#[derive(Serialize)]
-struct ArmInfo {
-    port: String,
-    device_name: String,
-    device_sn: String,
-    firmware: String,
-    device_id: Option<[u32; 3]>,
-    uptime_ms: u32,
-    with_l: bool,
-    alarms: Vec<u8>,
-    queue_current_index: u64,
-    queue_left_space: u32,
-    /// Whether the laser is on; null where the arm does not say.
-    laser: Option<bool>,
-    /// The fence that this computer holds it to, if there is one.
-    fence: Option<Bounds>,
-}
-
 impl Info {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let answer = context.arm(StopPolicy::Look, async |arm, _| {
             let fence = arm.fence().map(ToString::to_string);
-            Ok((read(arm).await?, fence))
+            Ok((ArmInfo::read(arm).await?, fence))
         })?;
         let (answer, fence) = answer;
         context.show(&answer, |out| {
@@ -67,49 +46,12 @@ impl Info {
     }
 }
 
-async fn read(arm: &Arm) -> Result<ArmInfo, Failure> {
-    let version = arm.get::<DeviceVersion>().await?;
-    let numbers = [
-        version.major_version,
-        version.minor_version,
-        version.revision,
-    ];
-    Ok(ArmInfo {
-        port: arm.name().to_owned(),
-        device_name: arm
-            .get::<DeviceName>()
-            .await?
-            .device_name
-            .lossy()
-            .to_string(),
-        device_sn: arm.get::<DeviceSn>().await?.device_sn.lossy().to_string(),
-        firmware: numbers.map(|number| number.to_string()).join("."),
-        device_id: device_id(arm).await?,
-        uptime_ms: arm.get::<DeviceTime>().await?.g_systick,
-        with_l: arm.get::<DeviceWithL>().await?.with_l.is_on(),
-        alarms: arm.alarms().await?.codes().collect(),
-        queue_current_index: arm.current_index().await?.0,
-        queue_left_space: arm.left_space().await?,
-        laser: arm.laser().await?,
-        fence: arm.fence().map(Bounds::from),
-    })
-}
-
 /// Whether the laser is on, in words.
 fn laser(on: Option<bool>) -> &'static str {
     match on {
         Some(true) => "ON",
         Some(false) => "off",
         None => "not known",
-    }
-}
-
-/// Older firmware does not answer this one.
-async fn device_id(arm: &Arm) -> Result<Option<[u32; 3]>, Failure> {
-    match arm.get::<DeviceId>().await {
-        Ok(id) => Ok(Some(id.device_id)),
-        Err(error) if error.kind() == ErrorKind::Timeout => Ok(None),
-        Err(error) => Err(error.into()),
     }
 }
 

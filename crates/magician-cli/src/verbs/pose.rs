@@ -2,8 +2,8 @@ use std::io::Write;
 use std::time::Duration;
 
 use clap::Args;
+use magician::report::PoseReport;
 use magician::{Arm, commands};
-use serde::Serialize;
 use tokio::time::MissedTickBehavior;
 
 use crate::columns::Columns;
@@ -21,36 +21,6 @@ pub(crate) struct Pose {
     /// Readings per second, with --watch
     #[arg(long, value_name = "HZ", default_value_t = 10.0, requires = "watch", value_parser = rate)]
     rate: f64,
-}
-
-/// A pose as JSON has it.
-#[derive(Serialize)]
-pub(crate) struct PoseReport {
-    x: f32,
-    y: f32,
-    z: f32,
-    r: f32,
-    j1: f32,
-    j2: f32,
-    j3: f32,
-    j4: f32,
-}
-
-impl From<commands::Pose> for PoseReport {
-    fn from(pose: commands::Pose) -> Self {
-        let [j1, j2, j3, j4] = pose.joint_angle;
-        let commands::Pose { x, y, z, r, .. } = pose;
-        Self {
-            x,
-            y,
-            z,
-            r,
-            j1,
-            j2,
-            j3,
-            j4,
-        }
-    }
 }
 
 pub(super) fn rate(text: &str) -> Result<f64, String> {
@@ -100,9 +70,16 @@ impl Pose {
     }
 }
 
-impl PoseReport {
+/// A pose for people.
+pub(crate) trait ShowPose {
     /// Aligned lines.
-    pub(crate) fn write(&self, out: &mut Output) -> Result<(), Failure> {
+    fn write(&self, out: &mut Output) -> Result<(), Failure>;
+    /// One line, short enough for 80 columns.
+    fn line(&self) -> String;
+}
+
+impl ShowPose for PoseReport {
+    fn write(&self, out: &mut Output) -> Result<(), Failure> {
         let mut columns = Columns::default();
         let place = [
             ("x", self.x, "mm"),
@@ -123,8 +100,7 @@ impl PoseReport {
         columns.write(out)
     }
 
-    /// One line, short enough for 80 columns.
-    pub(crate) fn line(&self) -> String {
+    fn line(&self) -> String {
         let (x, y, z, r) = (self.x, self.y, self.z, self.r);
         let (j1, j2, j3, j4) = (self.j1, self.j2, self.j3, self.j4);
         format!("x{x:8.2} y{y:8.2} z{z:8.2} r{r:8.2}  j{j1:7.1}{j2:7.1}{j3:7.1}{j4:7.1}")

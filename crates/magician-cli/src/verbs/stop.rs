@@ -1,7 +1,8 @@
 use clap::Args;
 use magician::commands;
+use magician::report::PoseReport;
 
-use super::pose::PoseReport;
+use super::pose::ShowPose;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 

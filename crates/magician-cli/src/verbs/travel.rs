@@ -3,11 +3,12 @@
 use std::cell::Cell;
 
 use clap::Args;
+use magician::report::PoseReport;
 use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, commands, words};
 use serde::Serialize;
 use tokio::sync::Notify;
 
-use super::pose::PoseReport;
+use super::pose::ShowPose;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::options::number;

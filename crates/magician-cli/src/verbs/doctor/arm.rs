@@ -6,13 +6,13 @@ use magician::commands::{
     DeviceName, DeviceSn, DeviceTime, DeviceVersion, Pose, QueuedCmdCurrentIndex,
 };
 use magician::measure::{LineSpeed, Timed, round_trips};
+use magician::report::FenceReport;
 use magician::{Alarm, Arm, QueueIndex};
 use serde_json::json;
 use tokio::time::Instant;
 
 use super::{Finding, Report};
 use crate::failure::Failure;
-use crate::fence::Bounds;
 use crate::output::Output;
 use crate::progress::{Bar, attended};
 
@@ -48,7 +48,7 @@ pub(super) async fn examine(
     alarms(arm, report, out).await?;
     if let Some(fence) = arm.fence() {
         let finding = Finding::good("fence", fence.to_string());
-        report.add(finding.value(json!(Bounds::from(fence))), out)?;
+        report.add(finding.value(json!(FenceReport::from(fence))), out)?;
     }
     queue(arm, report, out).await
 }

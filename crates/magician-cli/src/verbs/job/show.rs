@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use magician::commands::Pose;
+use magician::report::FenceReport;
 use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_job::End;
@@ -20,7 +21,6 @@ use super::tell::clock;
 use super::{Made, notes};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
-use crate::fence::Bounds;
 use crate::note::Note;
 use crate::output::Output;
 
@@ -51,7 +51,7 @@ struct JobReport {
     complaints: Option<Vec<Refusal>>,
     /// The fence of the arm, if it has one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    fence: Option<Bounds>,
+    fence: Option<FenceReport>,
     #[serde(skip_serializing_if = "Option::is_none")]
     preview: Option<String>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -122,7 +122,7 @@ impl Shown<'_> {
             refused: None,
             would_fit: None,
             complaints: self.look.check.then(|| refusals.collect()),
-            fence: self.made.setup.fence.as_ref().map(Bounds::from),
+            fence: self.made.setup.fence.as_ref().map(FenceReport::from),
             preview: self
                 .look
                 .preview

@@ -11,10 +11,11 @@ mod wording;
 use std::io::{self, IsTerminal};
 
 use clap::Args;
+use magician::report::PoseReport;
 use magician::{Arm, SimSpeed, commands};
 use magician_job::jog::Axis;
 
-use super::pose::PoseReport;
+use super::pose::ShowPose;
 use super::rail::needs_rail;
 use crate::context::{Context, Sim, StopPolicy};
 use crate::failure::Failure;

@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use clap::Args;
 use magician::commands::DeviceWithL;
+use magician::report::StatusReport;
 use magician::{Arm, Link};
 use magician_job::jog::rail_position;
 use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -19,7 +20,6 @@ use crate::output::Output;
 use crate::terminal::{self, Help, Seen, Stage, Told, event_text, take_log};
 use crate::verbs::jog::{AT_SIGHT, next_of, title};
 use crate::verbs::pose::rate;
-use line::WatchReport;
 use view::Model;
 
 pub(super) use look::{Around, around};
@@ -68,7 +68,7 @@ async fn lines(arm: &Arm, rate: f64, json: bool, out: &mut Output) -> Result<(),
         };
         let known = lit.filter(|_| status.link == Link::Up);
         match json {
-            true => out.json(&WatchReport::new(&status, known))?,
+            true => out.json(&StatusReport::new(&status, known))?,
             false => out.line(line::plain(&status, known))?,
         }
         out.flush()?;

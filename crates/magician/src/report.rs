@@ -1,0 +1,235 @@
+//! What an arm says of itself as objects of JSON: the same for the command (`--json`), for a station, and for whatever comes next.
+//!
+//! Names and shapes are contracts: fields are added, none is renamed. Lengths are mm, angles deg.
+
+use serde::Serialize;
+
+use magician_protocol::commands::{
+    DeviceId, DeviceName, DeviceSn, DeviceTime, DeviceVersion, DeviceWithL, Pose,
+};
+use magician_protocol::{Alarm, AlarmSet};
+
+use crate::{Arm, Cuboid, ErrorKind, Fence, Link, Result, Status};
+
+/// A pose: the tip's (mm, deg) and the joints' (deg).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PoseReport {
+    /// Away from the base, mm.
+    pub x: f32,
+    /// To the left, mm.
+    pub y: f32,
+    /// Up, mm.
+    pub z: f32,
+    /// About the vertical, deg.
+    pub r: f32,
+    /// The base, deg.
+    pub j1: f32,
+    /// The rear arm, deg.
+    pub j2: f32,
+    /// The forearm, deg.
+    pub j3: f32,
+    /// The tool, deg.
+    pub j4: f32,
+}
+
+impl From<Pose> for PoseReport {
+    fn from(pose: Pose) -> Self {
+        let [j1, j2, j3, j4] = pose.joint_angle;
+        let Pose { x, y, z, r, .. } = pose;
+        Self {
+            x,
+            y,
+            z,
+            r,
+            j1,
+            j2,
+            j3,
+            j4,
+        }
+    }
+}
+
+/// A state: the pose, and what else was read.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StatusReport {
+    /// The pose.
+    #[serde(flatten)]
+    pub pose: PoseReport,
+    /// The command of the queue that was finished last.
+    pub current_index: u64,
+    /// Free places in the queue.
+    pub left_space: u32,
+    /// Codes of the alarms that stand.
+    pub alarms: Vec<u8>,
+    /// `up`, `lost` or `closed`.
+    pub link: &'static str,
+    /// Whether the laser is on; null where the arm does not say.
+    pub laser: Option<bool>,
+}
+
+impl StatusReport {
+    /// Of a reading, and what is known of the laser.
+    #[must_use]
+    pub fn new(status: &Status, laser: Option<bool>) -> Self {
+        Self {
+            pose: PoseReport::from(status.pose),
+            current_index: status.current.0,
+            left_space: status.left_space,
+            alarms: status.alarms.codes().collect(),
+            link: match status.link {
+                Link::Up => "up",
+                Link::Lost { .. } => "lost",
+                Link::Closed => "closed",
+            },
+            laser,
+        }
+    }
+}
+
+/// An arm's identity and state.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ArmInfo {
+    /// Where it is connected.
+    pub port: String,
+    /// Its name.
+    pub device_name: String,
+    /// Its serial number.
+    pub device_sn: String,
+    /// Its firmware, as `3.2.2`.
+    pub firmware: String,
+    /// Its processor's id; null where firmware does not tell it.
+    pub device_id: Option<[u32; 3]>,
+    /// How long it has been switched on, ms.
+    pub uptime_ms: u32,
+    /// Whether it uses a rail.
+    pub with_l: bool,
+    /// Codes of the alarms that stand.
+    pub alarms: Vec<u8>,
+    /// The command of the queue that was finished last.
+    pub queue_current_index: u64,
+    /// Free places in the queue.
+    pub queue_left_space: u32,
+    /// Whether the laser is on; null where the arm does not say.
+    pub laser: Option<bool>,
+    /// The fence that this computer holds it to, if there is one.
+    pub fence: Option<FenceReport>,
+}
+
+impl ArmInfo {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// As [`Arm::get`].
+    pub async fn read(arm: &Arm) -> Result<Self> {
+        let version = arm.get::<DeviceVersion>().await?;
+        let numbers = [
+            version.major_version,
+            version.minor_version,
+            version.revision,
+        ];
+        let name = arm.get::<DeviceName>().await?.device_name;
+        let serial = arm.get::<DeviceSn>().await?.device_sn;
+        Ok(Self {
+            port: arm.name().to_owned(),
+            device_name: name.lossy().to_string(),
+            device_sn: serial.lossy().to_string(),
+            firmware: numbers.map(|number| number.to_string()).join("."),
+            device_id: device_id(arm).await?,
+            uptime_ms: arm.get::<DeviceTime>().await?.g_systick,
+            with_l: arm.get::<DeviceWithL>().await?.with_l.is_on(),
+            alarms: arm.alarms().await?.codes().collect(),
+            queue_current_index: arm.current_index().await?.0,
+            queue_left_space: arm.left_space().await?,
+            laser: arm.laser().await?,
+            fence: arm.fence().map(FenceReport::from),
+        })
+    }
+}
+
+/// Older firmware does not answer this one.
+async fn device_id(arm: &Arm) -> Result<Option<[u32; 3]>> {
+    match arm.get::<DeviceId>().await {
+        Ok(id) => Ok(Some(id.device_id)),
+        Err(error) if error.kind() == ErrorKind::Timeout => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+/// The alarms that stand.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AlarmReport {
+    /// Each with what is known of it.
+    pub alarms: Vec<AlarmEntry>,
+    /// A pose was out of reach, and the arm was never told of a tool. Absent otherwise.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub tool_unknown: bool,
+}
+
+/// An alarm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AlarmEntry {
+    /// Its code.
+    pub code: u8,
+    /// Its name; null for a code that is not known, as the two that follow.
+    pub name: Option<&'static str>,
+    /// Why it stands.
+    pub cause: Option<&'static str>,
+    /// What to do about it.
+    pub cure: Option<&'static str>,
+    /// Whether it holds the queue.
+    pub holds_queue: bool,
+}
+
+impl AlarmReport {
+    /// Reads them.
+    ///
+    /// # Errors
+    /// As [`Arm::get`].
+    pub async fn read(arm: &Arm) -> Result<Self> {
+        let alarms = arm.alarms().await?;
+        let tool_unknown = arm.tool_is_unknown(&alarms).await?;
+        let entry = |code| {
+            let alarm = Alarm::with_code(code);
+            AlarmEntry {
+                code,
+                name: alarm.map(|alarm| alarm.name),
+                cause: alarm.map(|alarm| alarm.cause),
+                cure: alarm.map(|alarm| alarm.remedy),
+                holds_queue: Alarm::blocks(code),
+            }
+        };
+        Ok(Self {
+            alarms: AlarmSet::codes(&alarms).map(entry).collect(),
+            tool_unknown,
+        })
+    }
+}
+
+/// A fence: its bounds by their names in the file of settings; what is not bounded is null.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FenceReport {
+    /// The least height of the tip, mm.
+    pub floor: Option<f64>,
+    /// The corners of what it has to stay in, mm.
+    #[serde(rename = "box")]
+    pub within: Option<[[f64; 3]; 2]>,
+    /// The corners of each part that it has to stay out of, mm.
+    pub keep_out: Vec<[[f64; 3]; 2]>,
+    /// Percent.
+    pub top_speed: Option<f64>,
+    /// Percent.
+    pub strongest_laser: Option<f64>,
+}
+
+impl From<&Fence> for FenceReport {
+    fn from(fence: &Fence) -> Self {
+        let corners = |cuboid: &Cuboid| [cuboid.min, cuboid.max];
+        Self {
+            floor: fence.floor(),
+            within: fence.within().as_ref().map(corners),
+            keep_out: fence.keep_outs().iter().map(corners).collect(),
+            top_speed: fence.top_speed(),
+            strongest_laser: fence.strongest_laser(),
+        }
+    }
+}
