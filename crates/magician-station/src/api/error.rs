@@ -1,0 +1,147 @@
+//! Errors of the API as data: a code, a sentence, and what they are about.
+
+use magician::ErrorKind;
+use serde_json::{Map, Value, json};
+
+/// An error as JSON-RPC carries it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RpcError {
+    /// Its number.
+    pub code: i32,
+    /// What is wrong, in a sentence.
+    pub message: String,
+    /// What it is about. It always has `kind` where the code is one of this API's own.
+    pub data: Map<String, Value>,
+}
+
+impl RpcError {
+    /// The text is no JSON.
+    pub const PARSE: i32 = -32700;
+    /// It is no request.
+    pub const REQUEST: i32 = -32600;
+    /// There is no such method.
+    pub const METHOD: i32 = -32601;
+    /// A parameter is wrong; `data.param` names it.
+    pub const PARAMS: i32 = -32602;
+    /// A mistake of the station.
+    pub const INTERNAL: i32 = -32603;
+    /// The arm or its line; `data.kind` is a name of [`ErrorKind`].
+    pub const ARM: i32 = -32000;
+    /// The session's role does not allow it.
+    pub const FORBIDDEN: i32 = -32001;
+    /// It needs the lease of the arm.
+    pub const LEASE: i32 = -32002;
+    /// A job or a jog has the arm.
+    pub const BUSY: i32 = -32003;
+    /// The check refuses a program.
+    pub const CHECK_FAILED: i32 = -32004;
+    /// It is dangerous, and `yes` was not given.
+    pub const DANGEROUS: i32 = -32005;
+    /// More than the station takes.
+    pub const TOO_MANY: i32 = -32006;
+    /// A stop came first.
+    pub const STOPPED: i32 = -32007;
+
+    pub(crate) fn new(code: i32, message: impl Into<String>) -> Self {
+        let mut data = Map::new();
+        if let Some(kind) = kind(code) {
+            data.insert("kind".to_owned(), json!(kind));
+        }
+        Self {
+            code,
+            message: message.into(),
+            data,
+        }
+    }
+
+    /// Adds what it is about.
+    pub(crate) fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
+        self.data.insert(name.to_owned(), value.into());
+        self
+    }
+
+    /// No request.
+    pub(crate) fn request(message: impl Into<String>) -> Self {
+        Self::new(Self::REQUEST, message)
+    }
+
+    /// A parameter is wrong.
+    pub(crate) fn param(name: &str, message: impl Into<String>) -> Self {
+        Self::new(Self::PARAMS, message).with("param", name)
+    }
+
+    /// The arm has no such thing, or does not do it.
+    pub(crate) fn arm(kind: ErrorKind, message: impl Into<String>) -> Self {
+        Self::new(Self::ARM, message).with("kind", kind.name())
+    }
+
+    /// A mistake of the station.
+    pub(crate) fn internal(message: impl Into<String>) -> Self {
+        Self::new(Self::INTERNAL, message)
+    }
+
+    /// The result of a journal's line: `ok`, or the error's kind.
+    pub(crate) fn outcome(&self) -> &str {
+        match self.data.get("kind") {
+            Some(Value::String(kind)) => kind,
+            _ => "request",
+        }
+    }
+
+    /// The object of an answer.
+    #[must_use]
+    pub fn to_value(&self) -> Value {
+        let mut error = json!({"code": self.code, "message": self.message});
+        if !self.data.is_empty() {
+            error["data"] = Value::Object(self.data.clone());
+        }
+        error
+    }
+}
+
+/// The name of an own code.
+const fn kind(code: i32) -> Option<&'static str> {
+    Some(match code {
+        RpcError::FORBIDDEN => "forbidden",
+        RpcError::LEASE => "lease",
+        RpcError::BUSY => "busy",
+        RpcError::CHECK_FAILED => "check-failed",
+        RpcError::DANGEROUS => "dangerous",
+        RpcError::TOO_MANY => "too-many",
+        RpcError::STOPPED => "stopped",
+        _ => return None,
+    })
+}
+
+impl From<&magician::Error> for RpcError {
+    /// With the figures that `--json` has.
+    fn from(error: &magician::Error) -> Self {
+        let mut out = Self::arm(error.kind(), error.to_string());
+        let figures = [
+            ("code", Some(json!(error.code().name()))),
+            ("step", error.step().map(|step| json!(step + 1))),
+            ("command", error.command().map(|name| json!(name))),
+            ("value", error.value().map(|value| json!(value))),
+            ("limit", error.limit().map(|limit| json!(limit))),
+            ("unit", error.unit().map(|unit| json!(unit))),
+            (
+                "fence",
+                error.breach().map(|breach| json!(breach.part.name())),
+            ),
+            ("from", error.from_index().map(|index| json!(index))),
+            ("to", error.to_index().map(|index| json!(index))),
+        ];
+        for (name, value) in figures {
+            if let Some(value) = value {
+                out = out.with(name, value);
+            }
+        }
+        out
+    }
+}
+
+impl From<magician::Error> for RpcError {
+    fn from(error: magician::Error) -> Self {
+        Self::from(&error)
+    }
+}

@@ -1,0 +1,107 @@
+//! Messages of JSON-RPC 2.0 as text: one object a message.
+
+use serde_json::{Map, Value, json};
+
+use super::RpcError;
+
+/// The id of a request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MessageId {
+    /// A text.
+    Text(String),
+    /// A whole number.
+    Number(i64),
+}
+
+impl MessageId {
+    fn to_value(&self) -> Value {
+        match self {
+            Self::Text(text) => json!(text),
+            Self::Number(number) => json!(number),
+        }
+    }
+}
+
+/// A request, or a notification, which has no id.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message {
+    /// Whether and how it is to be answered.
+    pub id: Option<MessageId>,
+    /// The method.
+    pub method: String,
+    /// Its parameters.
+    pub params: Map<String, Value>,
+}
+
+/// Why a text is no request, and the id under which that is answered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BadMessage {
+    /// The id, if it has a good one.
+    pub id: Option<MessageId>,
+    /// What is wrong.
+    pub error: RpcError,
+}
+
+impl Message {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// [`BadMessage`] for what is no JSON, no object, or no request.
+    pub fn parse(text: &str) -> Result<Self, BadMessage> {
+        let bad = |id, error| BadMessage { id, error };
+        let value: Value = serde_json::from_str(text).map_err(|_| {
+            bad(
+                None,
+                RpcError::new(RpcError::PARSE, "the message is no JSON"),
+            )
+        })?;
+        let Value::Object(mut object) = value else {
+            let why = "a message is one object: arrays of requests are not taken";
+            return Err(bad(None, RpcError::request(why)));
+        };
+        let id = match object.remove("id") {
+            None => None,
+            Some(Value::String(text)) => Some(MessageId::Text(text)),
+            Some(Value::Number(number)) if number.is_i64() => {
+                number.as_i64().map(MessageId::Number)
+            }
+            Some(_) => {
+                let why = "`id` must be a string or a whole number";
+                return Err(bad(None, RpcError::request(why)));
+            }
+        };
+        let refuse = |why: &str| Err(bad(id.clone(), RpcError::request(why)));
+        if object.remove("jsonrpc") != Some(json!("2.0")) {
+            return refuse("`jsonrpc` must be \"2.0\"");
+        }
+        let Some(Value::String(method)) = object.remove("method") else {
+            return refuse("`method` must be a string");
+        };
+        let params = match object.remove("params") {
+            None => Map::new(),
+            Some(Value::Object(params)) => params,
+            Some(_) => return refuse("`params` must be an object"),
+        };
+        match object.keys().next() {
+            Some(key) => refuse(&format!("a request has no `{key}`")),
+            None => Ok(Self { id, method, params }),
+        }
+    }
+}
+
+/// The answer to a request; without an id to a message that has none that is good.
+#[must_use]
+pub fn answer(id: Option<&MessageId>, outcome: &Result<Value, RpcError>) -> String {
+    let id = id.map_or(Value::Null, MessageId::to_value);
+    match outcome {
+        Ok(result) => json!({"jsonrpc": "2.0", "id": id, "result": result}),
+        Err(error) => json!({"jsonrpc": "2.0", "id": id, "error": error.to_value()}),
+    }
+    .to_string()
+}
+
+/// A notification of the station.
+#[must_use]
+pub fn notification(method: &str, params: &Value) -> String {
+    json!({"jsonrpc": "2.0", "method": method, "params": params}).to_string()
+}

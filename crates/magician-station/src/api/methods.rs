@@ -1,0 +1,527 @@
+//! The table of methods: what each takes, needs and is for. The check, the documents and the tests come from it.
+
+use super::{Kind, Param};
+use crate::control::WorkKind;
+
+/// What a session may do, each with all of the one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Role {
+    /// It looks, and may stop.
+    Viewer,
+    /// It moves the arm, under a lease.
+    Student,
+    /// It takes leases away, and does what is dangerous.
+    Teacher,
+}
+
+impl Role {
+    /// Its name in interfaces.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Viewer => "viewer",
+            Self::Student => "student",
+            Self::Teacher => "teacher",
+        }
+    }
+
+    /// The role of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        let roles = [Self::Viewer, Self::Student, Self::Teacher];
+        roles.into_iter().find(|role| role.name() == name)
+    }
+}
+
+/// What a method needs of the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Needs {
+    /// Nothing.
+    Nothing,
+    /// The lease, for this.
+    Lease(WorkKind),
+}
+
+/// A method of the API.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Method {
+    /// Its name.
+    pub name: &'static str,
+    /// Who may call it.
+    pub role: Role,
+    /// What it needs of the arm.
+    pub needs: Needs,
+    /// Whether it is obeyed without an id, in any number: the stops, and what keeps a jog up.
+    pub always: bool,
+    /// Whether it takes a session of its own: a socket, not a single request.
+    pub session: bool,
+    /// Its parameters. `arm` may be left out while the station has one.
+    pub params: &'static [Param],
+    /// What it does.
+    pub about: &'static str,
+    /// What it answers.
+    pub result: &'static str,
+}
+
+impl Method {
+    /// The method of a name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        METHODS.iter().find(|method| method.name == name)
+    }
+}
+
+const fn needed(name: &'static str, kind: Kind, about: &'static str) -> Param {
+    Param {
+        name,
+        kind,
+        required: true,
+        about,
+    }
+}
+
+const fn may(name: &'static str, kind: Kind, about: &'static str) -> Param {
+    Param {
+        name,
+        kind,
+        required: false,
+        about,
+    }
+}
+
+const NAME: Kind = Kind::Text(80);
+const ID: Kind = Kind::Text(64);
+const ANY: Kind = Kind::Number(f64::MIN, f64::MAX);
+const ARM: Param = may("arm", Kind::Text(32), "name of the arm");
+const YES: Param = may(
+    "yes",
+    Kind::Switch,
+    "that it is meant: for what is dangerous or may burn",
+);
+const PERCENT: Kind = Kind::Number(1.0, 100.0);
+const JOGS: &[&str] = &[
+    "x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-",
+    "j4+", "j4-", "l+", "l-",
+];
+const AXES: &[&str] = &["x", "y", "z", "r", "j1", "j2", "j3", "j4", "l"];
+
+const fn method(
+    name: &'static str,
+    role: Role,
+    params: &'static [Param],
+    about: &'static str,
+    result: &'static str,
+) -> Method {
+    Method {
+        name,
+        role,
+        needs: Needs::Nothing,
+        always: false,
+        session: false,
+        params,
+        about,
+        result,
+    }
+}
+
+impl Method {
+    const fn leased(self, kind: WorkKind) -> Self {
+        Self {
+            needs: Needs::Lease(kind),
+            ..self
+        }
+    }
+
+    const fn always(self) -> Self {
+        Self {
+            always: true,
+            ..self
+        }
+    }
+
+    const fn of_sessions(self) -> Self {
+        Self {
+            session: true,
+            ..self
+        }
+    }
+}
+
+use Role::{Student, Teacher, Viewer};
+use WorkKind::{JobSetting, Motion, Queued, Setting};
+
+/// All methods, in the order of the documents.
+pub static METHODS: &[Method] = &[
+    method(
+        "session.hello",
+        Viewer,
+        &[
+            needed(
+                "client",
+                Kind::Object,
+                "the program: `name`, and `version` if it has one",
+            ),
+            may("token", Kind::Text(200), "a token of the station"),
+            may(
+                "resume",
+                Kind::Text(200),
+                "the secret of a session whose socket has ended",
+            ),
+        ],
+        "Begins the session. The first message of a socket, once.",
+        "{session, resume, resumed, role, api, version, arms, limits}",
+    )
+    .of_sessions(),
+    method(
+        "session.list",
+        Viewer,
+        &[],
+        "The sessions of the station.",
+        "{sessions: [{session, name, role, leases, since}]}",
+    )
+    .of_sessions(),
+    method(
+        "server.info",
+        Viewer,
+        &[],
+        "The station itself.",
+        "{version, api, uptime_s, arms}",
+    ),
+    method(
+        "arm.list",
+        Viewer,
+        &[],
+        "The arms of the station.",
+        "{arms: [{name, port, virtual, link, holder, job}]}",
+    ),
+    method(
+        "arm.info",
+        Viewer,
+        &[ARM],
+        "Identity and state of an arm.",
+        "as `info --json`",
+    ),
+    method(
+        "arm.state",
+        Viewer,
+        &[ARM],
+        "The state, read not longer ago than 100 ms.",
+        "State",
+    ),
+    method(
+        "arm.subscribe",
+        Viewer,
+        &[
+            ARM,
+            needed("rate", Kind::Integer(1, 50), "states a second"),
+            may(
+                "frame",
+                Kind::Choice(&["json", "binary"]),
+                "the form of the states; json unless given",
+            ),
+            may(
+                "pins",
+                Kind::Objects,
+                "pins to read as well: `kind` (input, output, analog) and `address` (1 to 20)",
+            ),
+        ],
+        "Sends the state again and again, the newest one when several are due.",
+        "{subscription, rate, fields}",
+    )
+    .of_sessions(),
+    method(
+        "arm.unsubscribe",
+        Viewer,
+        &[needed(
+            "subscription",
+            Kind::Integer(1, 65535),
+            "id of the subscription",
+        )],
+        "Ends a subscription.",
+        "null",
+    )
+    .of_sessions(),
+    method(
+        "arm.get",
+        Viewer,
+        &[
+            ARM,
+            needed("command", NAME, "a command of the protocol"),
+            may(
+                "query",
+                Kind::Object,
+                "what the reading is asked for, by field",
+            ),
+        ],
+        "Reads a value of the protocol.",
+        "the fields, as `get --json`",
+    ),
+    method(
+        "arm.set",
+        Student,
+        &[
+            ARM,
+            needed("command", NAME, "a command of the protocol"),
+            may("fields", Kind::Object, "its fields"),
+            YES,
+        ],
+        "Sends a command that acts at once.",
+        "null",
+    )
+    .leased(Setting),
+    method(
+        "arm.enqueue",
+        Student,
+        &[
+            ARM,
+            needed(
+                "command",
+                NAME,
+                "a command of the protocol that can be queued",
+            ),
+            may("fields", Kind::Object, "its fields"),
+            YES,
+        ],
+        "Queues a command.",
+        "{index}",
+    )
+    .leased(Queued),
+    method(
+        "arm.move",
+        Student,
+        &[
+            ARM,
+            needed(
+                "to",
+                Kind::Numbers(4, 5),
+                "x, y, z (mm), r (deg), or four joints (deg); then the rail (mm) if there is one",
+            ),
+            may(
+                "by",
+                Kind::Choice(&["joint", "linear", "jump"]),
+                "the path; joint unless given",
+            ),
+            may(
+                "frame",
+                Kind::Choice(&["xyz", "joints"]),
+                "what `to` counts in; xyz unless given",
+            ),
+            may(
+                "relative",
+                Kind::Switch,
+                "whether `to` counts from where the arm stands",
+            ),
+            may(
+                "wait",
+                Kind::Switch,
+                "whether the answer comes when the arm is there; yes unless given",
+            ),
+        ],
+        "Moves the arm, checked first.",
+        "State, or {index} without `wait`",
+    )
+    .leased(Motion),
+    method("arm.home", Student, &[ARM, YES], "Homes the arm.", "State").leased(Motion),
+    method(
+        "arm.clear_alarms",
+        Student,
+        &[ARM, YES],
+        "Clears the alarms, which releases the queue.",
+        "State",
+    )
+    .leased(Setting),
+    method(
+        "arm.tool",
+        Student,
+        &[
+            ARM,
+            may(
+                "tool",
+                Kind::Either(&[
+                    Kind::Choice(&["none", "suction", "gripper", "pen", "laser"]),
+                    Kind::Numbers(3, 3),
+                ]),
+                "the tool that is mounted, or its tip from the flange (mm)",
+            ),
+            may("suction", Kind::Switch, "the suction cup"),
+            may(
+                "gripper",
+                Kind::Choice(&["open", "closed", "off"]),
+                "the gripper",
+            ),
+            may(
+                "laser",
+                Kind::Object,
+                "the laser: `on`, and `power` (percent)",
+            ),
+            YES,
+        ],
+        "Chooses the tool, or has it do something. One of the parameters beside `arm` and `yes`.",
+        "State",
+    )
+    .leased(Setting),
+    method(
+        "arm.speed",
+        Student,
+        &[
+            ARM,
+            needed(
+                "percent",
+                PERCENT,
+                "share of the set speeds of moves and jogs",
+            ),
+        ],
+        "Sets the speed of moves and jogs.",
+        "null",
+    )
+    .leased(JobSetting),
+    method(
+        "arm.alarms",
+        Viewer,
+        &[ARM],
+        "The alarms that stand, with cause and remedy.",
+        "as `alarms --json`",
+    ),
+    method(
+        "arm.stop",
+        Viewer,
+        &[ARM],
+        "Stops an arm, or all; never needs the lease, and lifts no pen.",
+        "{arms: [{arm, stood, pose}]}, when they stand",
+    )
+    .always(),
+    method(
+        "events.since",
+        Viewer,
+        &[
+            ARM,
+            needed(
+                "seq",
+                Kind::Integer(0, i64::MAX),
+                "the last event that is known; 0 for all",
+            ),
+        ],
+        "Earlier events of an arm, 1000 at most.",
+        "{events, seq}",
+    ),
+    method(
+        "lease.acquire",
+        Student,
+        &[
+            ARM,
+            may(
+                "wait_s",
+                Kind::Number(0.0, 3600.0),
+                "how long to wait for it, s; 0 unless given",
+            ),
+        ],
+        "Asks for the lease of an arm: the right to move it.",
+        "{arm, lease, ttl_s}",
+    )
+    .of_sessions(),
+    method(
+        "lease.renew",
+        Student,
+        &[needed("lease", ID, "the lease")],
+        "Says that its holder is there; any message does.",
+        "null",
+    )
+    .of_sessions(),
+    method(
+        "lease.release",
+        Student,
+        &[needed("lease", ID, "the lease")],
+        "Gives it back. What the arm has queued goes on.",
+        "null",
+    )
+    .of_sessions(),
+    method(
+        "lease.ask",
+        Student,
+        &[
+            ARM,
+            may("message", Kind::Text(200), "a sentence for the holder"),
+        ],
+        "Asks the holder for the lease. Without an answer in 20 s it is granted.",
+        "{granted, lease, ttl_s}",
+    )
+    .of_sessions(),
+    method(
+        "lease.answer",
+        Student,
+        &[
+            ARM,
+            needed("session", ID, "the session that asks"),
+            needed("grant", Kind::Switch, "whether it gets the lease"),
+        ],
+        "Answers a session that asks.",
+        "null",
+    )
+    .of_sessions(),
+    method(
+        "lease.take",
+        Teacher,
+        &[ARM],
+        "Takes the lease away from its holder, at once.",
+        "{arm, lease, ttl_s}",
+    )
+    .of_sessions(),
+    method(
+        "jog.start",
+        Student,
+        &[
+            ARM,
+            needed(
+                "axis",
+                Kind::Choice(JOGS),
+                "axis, joint or rail, and the direction",
+            ),
+            may(
+                "keep_ms",
+                Kind::Integer(100, 1000),
+                "how long it goes on without being kept up, ms; 250 unless given",
+            ),
+            may("percent", PERCENT, "share of the set jog speed"),
+        ],
+        "Jogs until it is stopped, or is not kept up.",
+        "{jog}",
+    )
+    .leased(Motion)
+    .of_sessions(),
+    method(
+        "jog.keep",
+        Viewer,
+        &[needed("jog", ID, "the jog")],
+        "Keeps a jog up. A notification: it has no answer.",
+        "nothing",
+    )
+    .always()
+    .of_sessions(),
+    method(
+        "jog.stop",
+        Viewer,
+        &[needed("jog", ID, "the jog")],
+        "Stops a jog.",
+        "{stood, pose}, when the arm stands",
+    )
+    .always()
+    .of_sessions(),
+    method(
+        "jog.step",
+        Student,
+        &[
+            ARM,
+            needed("axis", Kind::Choice(AXES), "axis, joint or rail"),
+            needed("by", ANY, "how far, with its sign: mm or deg"),
+            may(
+                "frame",
+                Kind::Choice(&["base", "tool"]),
+                "the frame of x and y: base, or turned by r; base unless given",
+            ),
+            may("percent", PERCENT, "share of the set speeds of moves"),
+        ],
+        "Moves by a step, checked first.",
+        "State",
+    )
+    .leased(Motion),
+];

@@ -1,0 +1,12 @@
+//! The API as text: messages, errors, and the table of methods.
+
+mod error;
+mod message;
+mod methods;
+mod param;
+
+pub use error::RpcError;
+pub use message::{BadMessage, Message, MessageId, answer, notification};
+pub use methods::{METHODS, Method, Needs, Role};
+pub(crate) use param::Params;
+pub use param::{Kind, Param};

@@ -1,0 +1,203 @@
+//! What a parameter may be: one description for the check, the schema and the pages.
+
+use serde_json::{Map, Value, json};
+
+use super::RpcError;
+
+/// The values that a parameter may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// Text of at most so many characters.
+    Text(usize),
+    /// One of these.
+    Choice(&'static [&'static str]),
+    /// True or false.
+    Switch,
+    /// A whole number within these bounds.
+    Integer(i64, i64),
+    /// A finite number within these bounds.
+    Number(f64, f64),
+    /// So many finite numbers, least and most.
+    Numbers(usize, usize),
+    /// The fields of a command: an object.
+    Object,
+    /// Objects.
+    Objects,
+    /// One of these kinds.
+    Either(&'static [Kind]),
+}
+
+/// A parameter of a method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Param {
+    /// Its name.
+    pub name: &'static str,
+    /// What it may be.
+    pub kind: Kind,
+    /// Whether it has to be given.
+    pub required: bool,
+    /// What it means, with its unit.
+    pub about: &'static str,
+}
+
+impl Kind {
+    fn takes(self, value: &Value) -> bool {
+        let finite = |value: &Value| value.as_f64().is_some_and(f64::is_finite);
+        match self {
+            Self::Text(most) => value
+                .as_str()
+                .is_some_and(|text| text.chars().count() <= most),
+            Self::Choice(names) => value.as_str().is_some_and(|text| names.contains(&text)),
+            Self::Switch => value.is_boolean(),
+            Self::Integer(least, most) => value
+                .as_i64()
+                .is_some_and(|number| (least..=most).contains(&number)),
+            Self::Number(least, most) => value
+                .as_f64()
+                .is_some_and(|number| (least..=most).contains(&number)),
+            Self::Numbers(least, most) => value.as_array().is_some_and(|items| {
+                (least..=most).contains(&items.len()) && items.iter().all(finite)
+            }),
+            Self::Object => value.is_object(),
+            Self::Objects => {
+                { value.as_array() }.is_some_and(|items| items.iter().all(Value::is_object))
+            }
+            Self::Either(kinds) => kinds.iter().any(|kind| kind.takes(value)),
+        }
+    }
+
+    /// In words, as in "`rate` must be ..".
+    fn describe(self) -> String {
+        match self {
+            Self::Text(most) => format!("text of at most {most} characters"),
+            Self::Choice(names) => format!("one of {}", names.join(", ")),
+            Self::Switch => "true or false".to_owned(),
+            Self::Integer(least, most) => format!("a whole number from {least} to {most}"),
+            Self::Number(least, most) if least <= f64::MIN && most >= f64::MAX => {
+                "a number".to_owned()
+            }
+            Self::Number(least, most) if most >= f64::MAX => format!("a number, {least} or more"),
+            Self::Number(least, most) => format!("a number from {least} to {most}"),
+            Self::Numbers(least, most) if least == most => format!("{least} numbers"),
+            Self::Numbers(least, most) => format!("{least} to {most} numbers"),
+            Self::Object => "an object".to_owned(),
+            Self::Objects => "an array of objects".to_owned(),
+            Self::Either(kinds) => {
+                let kinds: Vec<_> = kinds.iter().map(|kind| kind.describe()).collect();
+                kinds.join(", or ")
+            }
+        }
+    }
+
+    /// As JSON Schema.
+    #[must_use]
+    pub fn schema(self) -> Value {
+        match self {
+            Self::Text(most) => json!({"type": "string", "maxLength": most}),
+            Self::Choice(names) => json!({"type": "string", "enum": names}),
+            Self::Switch => json!({"type": "boolean"}),
+            Self::Integer(least, most) => {
+                json!({"type": "integer", "minimum": least, "maximum": most})
+            }
+            Self::Number(least, most) => {
+                let mut schema = json!({"type": "number"});
+                if least > f64::MIN {
+                    schema["minimum"] = json!(least);
+                }
+                if most < f64::MAX {
+                    schema["maximum"] = json!(most);
+                }
+                schema
+            }
+            Self::Numbers(least, most) => json!({
+                "type": "array", "items": {"type": "number"}, "minItems": least, "maxItems": most
+            }),
+            Self::Object => json!({"type": "object"}),
+            Self::Objects => json!({"type": "array", "items": {"type": "object"}}),
+            Self::Either(kinds) => {
+                let kinds: Vec<_> = kinds.iter().map(|kind| kind.schema()).collect();
+                json!({"oneOf": kinds})
+            }
+        }
+    }
+}
+
+/// Parameters that are what their method takes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Params(Map<String, Value>);
+
+impl Params {
+    /// Checks parameters: names, kinds and ranges; what has to be given is.
+    pub(crate) fn check(wanted: &[Param], given: Map<String, Value>) -> Result<Self, RpcError> {
+        for (name, value) in &given {
+            let Some(param) = wanted.iter().find(|param| param.name == name) else {
+                let names: Vec<_> = wanted.iter().map(|param| param.name).collect();
+                let takes = match names.as_slice() {
+                    [] => "the method takes none".to_owned(),
+                    names => format!("the method takes {}", names.join(", ")),
+                };
+                return Err(RpcError::param(
+                    name,
+                    format!("unknown parameter `{name}`: {takes}"),
+                ));
+            };
+            if !param.kind.takes(value) {
+                let kind = param.kind.describe();
+                return Err(RpcError::param(name, format!("`{name}` must be {kind}")));
+            }
+        }
+        for param in wanted.iter().filter(|param| param.required) {
+            if !given.contains_key(param.name) {
+                let name = param.name;
+                return Err(RpcError::param(name, format!("`{name}` is missing")));
+            }
+        }
+        Ok(Self(given))
+    }
+
+    pub(crate) fn get(&self, name: &str) -> Option<&Value> {
+        self.0.get(name)
+    }
+
+    pub(crate) fn text(&self, name: &str) -> Option<&str> {
+        self.get(name)?.as_str()
+    }
+
+    pub(crate) fn number(&self, name: &str) -> Option<f64> {
+        self.get(name)?.as_f64()
+    }
+
+    pub(crate) fn integer(&self, name: &str) -> Option<u64> {
+        self.get(name)?.as_u64()
+    }
+
+    pub(crate) fn is_on(&self, name: &str) -> bool {
+        self.get(name).and_then(Value::as_bool) == Some(true)
+    }
+
+    pub(crate) fn switch(&self, name: &str) -> Option<bool> {
+        self.get(name)?.as_bool()
+    }
+
+    pub(crate) fn numbers(&self, name: &str) -> Option<Vec<f64>> {
+        let items = self.get(name)?.as_array()?;
+        Some(items.iter().filter_map(Value::as_f64).collect())
+    }
+
+    pub(crate) fn object(&self, name: &str) -> Option<&Map<String, Value>> {
+        self.get(name)?.as_object()
+    }
+
+    /// As a journal has them: without secrets, programs as their length.
+    pub(crate) fn for_journal(&self) -> Value {
+        let shown = |(name, value): (&String, &Value)| {
+            let value = match (name.as_str(), value) {
+                ("token" | "resume", _) => return None,
+                ("data" | "text", Value::String(text)) => json!({"bytes": text.len()}),
+                _ => value.clone(),
+            };
+            Some((name.clone(), value))
+        };
+        Value::Object(self.0.iter().filter_map(shown).collect())
+    }
+}

@@ -1,0 +1,411 @@
+//! Who may move which arm: the lease, the dead man of a jog, and what gives way to what. Without I/O, clock or text.
+//!
+//! All decisions of a station about who moves an arm are made here; what follows from them comes out as [`Effect`]s, in
+//! their order. Time is what the caller says. The whole state is values, so that every interleaving of what sessions do
+//! can be tried (`tests/lease.rs`).
+
+mod lease;
+mod work;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+
+use self::lease::Lease;
+pub use self::lease::{ASK, GRACE, TTL};
+pub use self::work::{Busy, JobPhase, OnLost, WorkKind};
+use self::work::{Job, Jog, Work};
+
+macro_rules! id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub u64);
+    };
+}
+
+id! {
+    /// A session: a program or a person with a page.
+    SessionId
+}
+id! {
+    /// An arm of the station, by its place in the list.
+    ArmId
+}
+id! {
+    /// A lease that was given; the next one of the same arm has another id.
+    LeaseId
+}
+id! {
+    /// A request that is answered later.
+    RequestId
+}
+id! {
+    /// A jog.
+    JogId
+}
+id! {
+    /// A job.
+    JobId
+}
+
+/// What follows from a decision. The caller carries them out in their order.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Effect {
+    /// The request for a lease is granted.
+    Granted {
+        /// The request.
+        request: RequestId,
+        /// Of this arm.
+        arm: ArmId,
+        /// The lease.
+        lease: LeaseId,
+    },
+    /// The request for a lease is not granted.
+    Denied {
+        /// The request.
+        request: RequestId,
+        /// The session that has the lease.
+        holder: Option<SessionId>,
+    },
+    /// A session that waits for a lease has another place.
+    Place {
+        /// The session.
+        session: SessionId,
+        /// The arm.
+        arm: ArmId,
+        /// The place, from 1.
+        place: usize,
+    },
+    /// An arm has another holder, or none.
+    Holder {
+        /// The arm.
+        arm: ArmId,
+        /// Its holder.
+        holder: Option<SessionId>,
+    },
+    /// A session asks the holder for the lease.
+    Asked {
+        /// The arm.
+        arm: ArmId,
+        /// The holder.
+        holder: SessionId,
+        /// Who asks.
+        session: SessionId,
+        /// The request that is answered when the holder has answered.
+        request: RequestId,
+    },
+    /// The jog has to be stopped, and its session told why.
+    EndJog {
+        /// The arm.
+        arm: ArmId,
+        /// The jog.
+        jog: JogId,
+        /// Why it ends.
+        why: JogEnd,
+    },
+    /// The arm has to be stopped: these requests are over, and what is in its queue must not be done.
+    EndWork {
+        /// The arm.
+        arm: ArmId,
+        /// Requests under way, each to be answered as ended.
+        requests: Vec<RequestId>,
+        /// Why.
+        why: WorkEnd,
+    },
+    /// The job has to pause or to stop, because the lease under which it runs has ended.
+    EndJob {
+        /// The arm.
+        arm: ArmId,
+        /// The job.
+        job: JobId,
+        /// Whether it can be resumed.
+        pause: bool,
+    },
+    /// A session is over: it did not come back.
+    SessionOver(SessionId),
+}
+
+/// Why a jog ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum JogEnd {
+    /// Its session stopped it, or went away.
+    Released,
+    /// It was not kept up in time.
+    NotKept,
+    /// A stop of the arm came.
+    Stopped,
+    /// The lease ended.
+    Lease,
+    /// The line to the arm broke.
+    Link,
+    /// The same session began another one.
+    Replaced,
+    /// The arm came to a limit, or to its fence.
+    Limit,
+}
+
+impl JogEnd {
+    /// Its name in interfaces.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Released => "released",
+            Self::NotKept => "not-kept",
+            Self::Stopped => "stopped",
+            Self::Lease => "lease",
+            Self::Link => "link",
+            Self::Replaced => "replaced",
+            Self::Limit => "limit",
+        }
+    }
+}
+
+/// Why requests under way are over before their end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum WorkEnd {
+    /// The lease ended; the holder from now on.
+    Lease(Option<SessionId>),
+    /// A stop came from this session, or from outside of all of them.
+    Stop(Option<SessionId>),
+}
+
+/// Why nothing is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Refusal {
+    /// Another session has the lease, or none has: it has to be acquired.
+    Lease(Option<SessionId>),
+    /// Something else has the arm.
+    Busy(Busy),
+    /// There is no such lease, jog or question.
+    Unknown,
+}
+
+/// A session as far as control goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Presence {
+    /// The last word of it.
+    word: HostInstant,
+    /// When its socket ended, if it has none.
+    left: Option<HostInstant>,
+}
+
+/// An arm as far as control goes.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
+struct ArmControl {
+    lease: Lease,
+    jog: Option<Jog>,
+    work: Vec<Work>,
+    /// Whether commands of the holder may wait in the arm's queue.
+    queued: bool,
+    job: Option<Job>,
+}
+
+/// The arms of a station and who moves them.
+///
+/// ```
+/// use std::time::Duration;
+/// use magician_protocol::HostInstant;
+/// use magician_station::control::{ArmId, Control, RequestId, SessionId, WorkKind};
+///
+/// let now = HostInstant::ZERO;
+/// let mut control = Control::new(1);
+/// let (arm, anna, ben) = (ArmId(0), SessionId(1), SessionId(2));
+/// control.join(now, anna);
+/// control.join(now, ben);
+/// control.acquire(now, anna, arm, RequestId(1), Duration::ZERO);
+/// assert_eq!(control.holder(arm), Some(anna));
+/// assert!(control.begin(now, ben, arm, RequestId(2), WorkKind::Motion).is_err());
+/// assert!(control.begin(now, anna, arm, RequestId(3), WorkKind::Motion).is_ok());
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Control {
+    arms: Vec<ArmControl>,
+    sessions: BTreeMap<SessionId, Presence>,
+    effects: VecDeque<Effect>,
+    /// Leases and jogs that were given an id.
+    ids: u64,
+}
+
+impl Control {
+    /// So many arms, and no session.
+    #[must_use]
+    pub fn new(arms: usize) -> Self {
+        Self {
+            arms: vec![ArmControl::default(); arms],
+            sessions: BTreeMap::new(),
+            effects: VecDeque::new(),
+            ids: 0,
+        }
+    }
+
+    /// What has to be done next.
+    pub fn poll_effect(&mut self) -> Option<Effect> {
+        self.effects.pop_front()
+    }
+
+    /// A session begins.
+    pub fn join(&mut self, now: HostInstant, session: SessionId) {
+        let presence = Presence {
+            word: now,
+            left: None,
+        };
+        self.sessions.insert(session, presence);
+    }
+
+    /// A word of a session: a message, or the answer to a ping.
+    pub fn word(&mut self, now: HostInstant, session: SessionId) {
+        if let Some(presence) = self.sessions.get_mut(&session) {
+            presence.word = now;
+        }
+    }
+
+    /// The socket of a session has ended. A jog ends at once; the lease waits for the session to come back.
+    pub fn leave(&mut self, now: HostInstant, session: SessionId) {
+        let Some(presence) = self.sessions.get_mut(&session) else {
+            return;
+        };
+        presence.left.get_or_insert(now);
+        for arm in self.arm_ids() {
+            self.end_jog_of(arm, JogEnd::Released, |jog| jog.session == session);
+            let requests = self.arm_mut(arm).lease.forget(session);
+            self.deny(arm, requests);
+            self.tell_places(arm);
+        }
+    }
+
+    /// A session that had no socket has one again. False where it is over.
+    pub fn rejoin(&mut self, now: HostInstant, session: SessionId) -> bool {
+        match self.sessions.get_mut(&session) {
+            Some(presence) => {
+                *presence = Presence {
+                    word: now,
+                    left: None,
+                };
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// A session ends for good, and at once: its token was revoked, or its server says so.
+    pub fn expel(&mut self, now: HostInstant, session: SessionId) {
+        self.leave(now, session);
+        self.over(now, session);
+    }
+
+    /// The session that has the lease of an arm.
+    #[must_use]
+    pub fn holder(&self, arm: ArmId) -> Option<SessionId> {
+        self.arm(arm).lease.holder().map(|held| held.session)
+    }
+
+    /// The jog under way, and its session.
+    #[must_use]
+    pub fn jog(&self, arm: ArmId) -> Option<(JogId, SessionId)> {
+        self.arm(arm).jog.map(|jog| (jog.id, jog.session))
+    }
+
+    /// The arms whose lease a session has.
+    pub fn held_by(&self, session: SessionId) -> impl Iterator<Item = ArmId> + '_ {
+        self.arm_ids()
+            .filter(move |arm| self.holder(*arm) == Some(session))
+    }
+
+    /// When [`handle_timeout`](Self::handle_timeout) is due.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<HostInstant> {
+        let arms = self.arms.iter().flat_map(|arm| {
+            let jog = arm.jog.map(|jog| jog.kept + jog.keep);
+            [self.lease_ends(arm), arm.lease.next_question(), jog]
+        });
+        let sessions = self.sessions.values().map(|presence| presence.left);
+        let sessions = sessions.map(|left| left.map(|left| left + GRACE));
+        arms.chain(sessions).flatten().min()
+    }
+
+    /// Ends what is over by now.
+    pub fn handle_timeout(&mut self, now: HostInstant) {
+        for arm in self.arm_ids() {
+            self.end_jog_of(arm, JogEnd::NotKept, |jog| jog.kept + jog.keep <= now);
+        }
+        let gone: Vec<_> = { self.sessions.iter() }
+            .filter(|(_, presence)| presence.left.is_some_and(|left| left + GRACE <= now))
+            .map(|(session, _)| *session)
+            .collect();
+        for session in gone {
+            self.over(now, session);
+        }
+        for arm in self.arm_ids() {
+            if self.lease_ends(self.arm(arm)).is_some_and(|end| end <= now) {
+                self.end_lease(now, arm, LeaseEnd::Silent);
+            }
+            let denied = self.arm_mut(arm).lease.waited_enough(now);
+            self.deny(arm, denied);
+            while let Some(ask) = self.arm_mut(arm).lease.unanswered(now) {
+                self.pass(now, arm, ask.session, ask.request);
+            }
+        }
+    }
+
+    /// A session did not come back.
+    fn over(&mut self, now: HostInstant, session: SessionId) {
+        if self.sessions.remove(&session).is_none() {
+            return;
+        }
+        for arm in self.arm_ids() {
+            if self.holder(arm) == Some(session) {
+                self.end_lease(now, arm, LeaseEnd::Gone);
+            }
+        }
+        self.effects.push_back(Effect::SessionOver(session));
+    }
+
+    /// When the lease of an arm ends unless its holder says something.
+    fn lease_ends(&self, arm: &ArmControl) -> Option<HostInstant> {
+        let held = arm.lease.holder()?;
+        let presence = self.sessions.get(&held.session)?;
+        match presence.left {
+            Some(left) => Some(left + GRACE),
+            // A request under way is a word all the time.
+            None if arm.work.iter().any(|work| work.session == held.session) => None,
+            None => Some(presence.word + TTL),
+        }
+    }
+
+    fn arm_ids(&self) -> impl Iterator<Item = ArmId> + use<> {
+        (0..self.arms.len() as u64).map(ArmId)
+    }
+
+    fn arm(&self, arm: ArmId) -> &ArmControl {
+        &self.arms[arm.0 as usize]
+    }
+
+    fn arm_mut(&mut self, arm: ArmId) -> &mut ArmControl {
+        &mut self.arms[arm.0 as usize]
+    }
+
+    fn next_id(&mut self) -> u64 {
+        self.ids += 1;
+        self.ids
+    }
+}
+
+/// How a lease ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LeaseEnd {
+    /// Its holder gave it back: what it queued goes on.
+    Released,
+    /// It passed to another session.
+    Passed,
+    /// Its holder did not say anything for too long.
+    Silent,
+    /// Its holder did not come back.
+    Gone,
+}
+
+/// How long a session may wait for a lease.
+pub const LONGEST_WAIT: Duration = Duration::from_secs(3600);

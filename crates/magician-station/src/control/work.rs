@@ -1,0 +1,230 @@
+//! What has an arm: requests under way, a jog, a job; and what gives way to what.
+
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+
+use super::{ArmId, Control, Effect, JobId, JogEnd, JogId, Refusal, RequestId, SessionId};
+
+/// What a request does with the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum WorkKind {
+    /// It sets something, and nothing of it is left behind.
+    Setting,
+    /// It sets something that a job lets through: its speed.
+    JobSetting,
+    /// It moves the arm, and is over when the arm is there.
+    Motion,
+    /// It leaves a command in the arm's queue.
+    Queued,
+    /// It starts a job.
+    StartJob,
+    /// It pauses or resumes one.
+    SteerJob,
+}
+
+/// What has the arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Busy {
+    /// A job.
+    Job(JobId),
+    /// A jog.
+    Jog(JogId),
+}
+
+/// What a job does, as far as others have to wait for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum JobPhase {
+    /// It checks, runs, pauses, or comes to its end.
+    Active,
+    /// The arm is free to be moved until the job is resumed.
+    Paused,
+}
+
+impl JobPhase {
+    pub(super) const fn is_under_way(self) -> bool {
+        matches!(self, Self::Active)
+    }
+}
+
+/// What becomes of a job when the lease ends under which it runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum OnLost {
+    /// It pauses, and any later holder may resume it.
+    #[default]
+    Pause,
+    /// It stops.
+    Stop,
+    /// It goes on.
+    Continue,
+}
+
+/// A request under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Work {
+    pub(super) session: SessionId,
+    pub(super) request: RequestId,
+}
+
+/// A jog under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Jog {
+    pub(super) id: JogId,
+    pub(super) session: SessionId,
+    /// It ends when it was not kept up for so long.
+    pub(super) keep: Duration,
+    pub(super) kept: HostInstant,
+}
+
+/// The job of an arm that is not over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Job {
+    pub(super) id: JobId,
+    pub(super) on_lost: OnLost,
+    pub(super) phase: JobPhase,
+}
+
+impl Control {
+    /// A request that needs the lease begins. [`finish`](Self::finish) says that it is over.
+    ///
+    /// # Errors
+    /// [`Refusal::Lease`], then [`Refusal::Busy`]; nothing begins then.
+    pub fn begin(
+        &mut self,
+        now: HostInstant,
+        session: SessionId,
+        arm: ArmId,
+        request: RequestId,
+        kind: WorkKind,
+    ) -> Result<(), Refusal> {
+        self.may(session, arm, kind)?;
+        self.word(now, session);
+        let state = self.arm_mut(arm);
+        state.queued |= kind == WorkKind::Queued;
+        state.work.push(Work { session, request });
+        Ok(())
+    }
+
+    /// Whether a request could begin.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin).
+    pub fn may(&self, session: SessionId, arm: ArmId, kind: WorkKind) -> Result<(), Refusal> {
+        let holder = self.holder(arm);
+        if holder != Some(session) {
+            return Err(Refusal::Lease(holder));
+        }
+        let state = self.arm(arm);
+        if let Some(jog) = state.jog {
+            return Err(Refusal::Busy(Busy::Jog(jog.id)));
+        }
+        match (state.job, kind) {
+            (Some(job), WorkKind::StartJob) => Err(Refusal::Busy(Busy::Job(job.id))),
+            (_, WorkKind::SteerJob | WorkKind::JobSetting) => Ok(()),
+            (Some(job), _) if job.phase.is_under_way() => Err(Refusal::Busy(Busy::Job(job.id))),
+            _ => Ok(()),
+        }
+    }
+
+    /// A request is over. False where it was ended before, so that its outcome is nobody's any more.
+    pub fn finish(&mut self, now: HostInstant, arm: ArmId, request: RequestId) -> bool {
+        let work = &mut self.arm_mut(arm).work;
+        let Some(at) = work.iter().position(|work| work.request == request) else {
+            return false;
+        };
+        let session = work.remove(at).session;
+        // It was a word up to now.
+        self.word(now, session);
+        true
+    }
+
+    /// A jog begins, in the place of one of the same session.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin); another session's jog is none of the holder's and cannot be.
+    pub fn start_jog(
+        &mut self,
+        now: HostInstant,
+        session: SessionId,
+        arm: ArmId,
+        keep: Duration,
+    ) -> Result<JogId, Refusal> {
+        let replaces = self.arm(arm).jog.is_some_and(|jog| jog.session == session);
+        if !replaces {
+            self.may(session, arm, WorkKind::Motion)?;
+        }
+        self.word(now, session);
+        self.end_jog_of(arm, JogEnd::Replaced, |_| true);
+        let id = JogId(self.next_id());
+        self.arm_mut(arm).jog = Some(Jog {
+            id,
+            session,
+            keep,
+            kept: now,
+        });
+        Ok(id)
+    }
+
+    /// A jog is kept up by its session. False where it is over, or another session's.
+    pub fn keep_jog(&mut self, now: HostInstant, session: SessionId, jog: JogId) -> bool {
+        // The clock decides before the message does: a browser that wakes finds its jog over.
+        self.handle_timeout(now);
+        self.word(now, session);
+        for arm in &mut self.arms {
+            if let Some(jogging) = &mut arm.jog
+                && (jogging.id, jogging.session) == (jog, session)
+            {
+                jogging.kept = now;
+                return true;
+            }
+        }
+        false
+    }
+
+    /// A jog is stopped, by any session. False where it is over.
+    pub fn stop_jog(&mut self, jog: JogId) -> bool {
+        let arm = self
+            .arm_ids()
+            .find(|arm| self.jog(*arm).is_some_and(|(id, _)| id == jog));
+        match arm {
+            Some(arm) => {
+                self.end_jog_of(arm, JogEnd::Released, |_| true);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// A jog has ended by itself.
+    pub fn jog_ended(&mut self, arm: ArmId, jog: JogId, why: JogEnd) {
+        self.end_jog_of(arm, why, |under_way| under_way.id == jog);
+    }
+
+    /// A stop of the arm came: the requests under way, which are over by it. The lease stays. The job, and the stop
+    /// itself, are the caller's.
+    pub fn stop(&mut self, arm: ArmId) -> Vec<RequestId> {
+        self.end_jog_of(arm, JogEnd::Stopped, |_| true);
+        let state = self.arm_mut(arm);
+        state.queued = false;
+        let work = std::mem::take(&mut state.work);
+        work.into_iter().map(|work| work.request).collect()
+    }
+
+    /// The arm's job is in this phase now; none: it is over.
+    pub fn job_is(&mut self, arm: ArmId, job: JobId, on_lost: OnLost, phase: Option<JobPhase>) {
+        self.arm_mut(arm).job = phase.map(|phase| Job {
+            id: job,
+            on_lost,
+            phase,
+        });
+    }
+
+    pub(super) fn end_jog_of(&mut self, arm: ArmId, why: JogEnd, wanted: impl Fn(&Jog) -> bool) {
+        let jog = &mut self.arm_mut(arm).jog;
+        if let Some(jog) = jog.take_if(|jog| wanted(jog)) {
+            let jog = jog.id;
+            self.effects.push_back(Effect::EndJog { arm, jog, why });
+        }
+    }
+}

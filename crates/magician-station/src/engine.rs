@@ -1,0 +1,344 @@
+//! An arm of the driver at the orders of a station.
+
+mod acts;
+mod reads;
+
+use std::collections::VecDeque;
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::Arc;
+
+use magician::{Arm, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch};
+use magician_protocol::visible;
+use serde_json::{Value, json};
+use tokio::sync::mpsc;
+use tokio::task::{AbortHandle, JoinSet};
+
+use self::reads::Known;
+use crate::api::RpcError;
+use crate::control::{JogEnd, JogId, RequestId};
+use crate::order::{ArmAct, ArmOrder, ArmReport, Outcome};
+
+type Doing = Pin<Box<dyn Future<Output = Result<Outcome, RpcError>> + Send>>;
+
+/// An arm that carries out the orders of a station: reads side by side, what moves or sets it one after the other, and
+/// stops at once, before everything else.
+///
+/// When it is dropped a jog ends, and what it does is stopped by the rules of the driver.
+#[derive(Debug)]
+pub struct ArmEngine {
+    orders: mpsc::UnboundedSender<ArmOrder>,
+    task: AbortHandle,
+}
+
+impl ArmEngine {
+    /// Starts one on the present tokio runtime; `report` gets what the arm reports.
+    ///
+    /// # Panics
+    /// Outside of a tokio runtime.
+    pub fn start(arm: &Arm, report: impl Fn(ArmReport) + Send + Sync + 'static) -> Self {
+        let (orders, inbox) = mpsc::unbounded_channel();
+        let work = Work {
+            arm: arm.clone(),
+            report: Arc::new(report),
+            inbox,
+            watch: None,
+            known: Known::default(),
+            waiting: VecDeque::new(),
+            doing: None,
+            stops: 0,
+            side: JoinSet::new(),
+            jog: None,
+            beginning: None,
+        };
+        let task = tokio::spawn(work.run()).abort_handle();
+        Self { orders, task }
+    }
+
+    /// Gives it an order.
+    pub fn order(&self, order: ArmOrder) {
+        // Its task ends with it.
+        let _ = self.orders.send(order);
+    }
+}
+
+impl Drop for ArmEngine {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+/// What came of something that was done beside.
+enum Side {
+    Report(ArmReport),
+    /// The arm was read, on request or for what is not read each time.
+    Read(
+        RequestId,
+        Result<Outcome, RpcError>,
+        Box<Known>,
+        Option<Box<crate::ArmReading>>,
+    ),
+    Known(Box<Known>),
+    Jog(RequestId, JogId, Result<Jog, magician::Error>),
+    Stopped(Option<RequestId>, Result<Value, RpcError>),
+}
+
+/// An action that waits for its turn.
+struct Waiting {
+    request: RequestId,
+    act: ArmAct,
+    laser: bool,
+}
+
+struct Work {
+    arm: Arm,
+    report: Arc<dyn Fn(ArmReport) + Send + Sync>,
+    inbox: mpsc::UnboundedReceiver<ArmOrder>,
+    watch: Option<StateWatch>,
+    known: Known,
+    waiting: VecDeque<Waiting>,
+    doing: Option<(RequestId, Doing)>,
+    /// Stops under way: nothing begins before they are over.
+    stops: usize,
+    side: JoinSet<Side>,
+    jog: Option<(JogId, Jog)>,
+    /// A jog that begins.
+    beginning: Option<(JogId, AbortHandle)>,
+}
+
+impl Work {
+    async fn run(mut self) {
+        let mut events = self.arm.events();
+        self.learn();
+        loop {
+            self.begin_next();
+            tokio::select! {
+                biased;
+                order = self.inbox.recv() => match order {
+                    Some(order) => self.obey(order),
+                    None => return,
+                },
+                Some(side) = self.side.join_next() => {
+                    if let Ok(side) = side {
+                        self.take(side);
+                    }
+                }
+                (request, outcome) = done(&mut self.doing) => {
+                    self.doing = None;
+                    let outcome = self.after(outcome).await;
+                    (self.report)(ArmReport::Done { request, outcome });
+                }
+                event = events.next() => match event {
+                    Some(event) => self.tell(event),
+                    None => return,
+                },
+                status = changed(&mut self.watch) => match status {
+                    Some(status) => self.read(&status),
+                    None => self.watch = None,
+                },
+            }
+        }
+    }
+
+    fn obey(&mut self, order: ArmOrder) {
+        match order {
+            ArmOrder::Read { request, read } => {
+                let (arm, known) = (self.arm.clone(), self.known.clone());
+                self.side.spawn(reads::answer(arm, known, request, read));
+            }
+            ArmOrder::Act {
+                request,
+                act,
+                laser,
+            } => self.waiting.push_back(Waiting {
+                request,
+                act,
+                laser,
+            }),
+            ArmOrder::StartJog {
+                request,
+                jog,
+                direction,
+                keep,
+                percent,
+            } => {
+                let mut options = JogOptions::default().keep(keep);
+                if let Some(percent) = percent {
+                    options = options.ratio(percent);
+                }
+                let arm = self.arm.clone();
+                let begins =
+                    async move { Side::Jog(request, jog, arm.jog_with(direction, options).await) };
+                let begins = self.side.spawn(begins);
+                self.beginning = Some((jog, begins));
+            }
+            ArmOrder::KeepJog(jog) => self.keep(jog),
+            ArmOrder::EndJog(jog) => {
+                self.jog.take_if(|(id, _)| *id == jog);
+                if let Some((_, begins)) = self.beginning.take_if(|(id, _)| *id == jog) {
+                    // One that is given up on ends, whether it has begun or not.
+                    begins.abort();
+                }
+            }
+            ArmOrder::Stop { request } => {
+                self.doing = None;
+                self.waiting.clear();
+                self.jog = None;
+                if let Some((_, begins)) = self.beginning.take() {
+                    begins.abort();
+                }
+                self.stops += 1;
+                let arm = self.arm.clone();
+                self.side.spawn(async move {
+                    let stood = async {
+                        arm.stop().await?;
+                        Ok::<_, magician::Error>(arm.get().await?)
+                    };
+                    let stood = stood.await.map(|pose| acts::stood(&pose));
+                    Side::Stopped(request, stood.map_err(RpcError::from))
+                });
+            }
+            ArmOrder::Watch { rate, pins } => {
+                let options = rate.map(|rate| StateOptions::at(f64::from(rate)).pins(pins));
+                // Rates and pins were checked when they were asked for.
+                self.watch = options.and_then(|options| self.arm.state_with(options).ok());
+                if self.watch.is_some() {
+                    self.learn();
+                }
+            }
+        }
+    }
+
+    /// Begins the next action if nothing is in its way.
+    fn begin_next(&mut self) {
+        if self.doing.is_some() || self.stops > 0 {
+            return;
+        }
+        if let Some(next) = self.waiting.pop_front() {
+            let arm = if next.laser {
+                self.arm.allowing_laser()
+            } else {
+                self.arm.clone()
+            };
+            let rail = self.known.rail.is_some();
+            self.doing = Some((next.request, Box::pin(acts::act(arm, next.act, rail))));
+        }
+    }
+
+    /// What follows an action: the state as it is then.
+    async fn after(&mut self, outcome: Result<Outcome, RpcError>) -> Result<Outcome, RpcError> {
+        let outcome = outcome?;
+        self.known = Known::read(&self.arm).await?;
+        if outcome == Outcome::State {
+            let reading = reads::reading(&self.arm, &self.known).await?;
+            (self.report)(ArmReport::Reading(Box::new(reading)));
+        }
+        Ok(outcome)
+    }
+
+    fn keep(&mut self, jog: JogId) {
+        let Some((id, under_way)) = &self.jog else {
+            return;
+        };
+        if *id == jog
+            && let Err(error) = under_way.keep()
+        {
+            self.jog = None;
+            let why = match error.code() {
+                ErrorCode::NotKept => JogEnd::NotKept,
+                ErrorCode::LineLost => JogEnd::Link,
+                ErrorCode::Fenced => JogEnd::Limit,
+                ErrorCode::RunOver => JogEnd::Replaced,
+                _ => JogEnd::Stopped,
+            };
+            (self.report)(ArmReport::JogEnded { jog, why });
+        }
+    }
+
+    fn take(&mut self, side: Side) {
+        match side {
+            Side::Report(report) => (self.report)(report),
+            Side::Known(known) => self.known = *known,
+            Side::Read(request, outcome, known, reading) => {
+                self.known = *known;
+                if let Some(reading) = reading {
+                    (self.report)(ArmReport::Reading(reading));
+                }
+                (self.report)(ArmReport::Done { request, outcome });
+            }
+            Side::Jog(request, id, begun) => {
+                self.beginning.take_if(|(beginning, _)| *beginning == id);
+                let outcome = match begun {
+                    Ok(jog) => {
+                        self.jog = Some((id, jog));
+                        Ok(Outcome::Value(Value::Null))
+                    }
+                    Err(error) => Err(RpcError::from(error)),
+                };
+                (self.report)(ArmReport::Done { request, outcome });
+            }
+            Side::Stopped(request, outcome) => {
+                self.stops -= 1;
+                if let Some(request) = request {
+                    let outcome = outcome.map(Outcome::Value);
+                    (self.report)(ArmReport::Done { request, outcome });
+                }
+            }
+        }
+    }
+
+    /// Reads what is not read each time, beside.
+    fn learn(&mut self) {
+        let arm = self.arm.clone();
+        let before = self.known.clone();
+        self.side
+            .spawn(async move { Side::Known(Box::new(Known::read(&arm).await.unwrap_or(before))) });
+    }
+
+    fn read(&mut self, status: &magician::Status) {
+        let link = status.link == Link::Up;
+        if link {
+            let reading = self.known.reading(status, self.arm.moving());
+            (self.report)(ArmReport::Reading(Box::new(reading)));
+        }
+    }
+
+    fn tell(&mut self, event: Event) {
+        let tell = |name, fields| (self.report)(ArmReport::Event { name, fields });
+        match event {
+            Event::AlarmRaised { code } => tell("alarm-raised", vec![("code", json!(code))]),
+            Event::AlarmCleared { code } => tell("alarm-cleared", vec![("code", json!(code))]),
+            Event::CommandFinished { last, .. } => {
+                tell("command-finished", vec![("index", json!(last.0))]);
+            }
+            Event::Unaccounted { to, .. } => tell("unaccounted", vec![("index", json!(to.0))]),
+            Event::LinkLost { .. } => (self.report)(ArmReport::Link(false)),
+            Event::LinkFound { .. } => {
+                (self.report)(ArmReport::Link(true));
+                self.learn();
+            }
+            Event::Reset { .. } => {
+                tell("reset", Vec::new());
+                self.learn();
+            }
+            Event::Missed { events } => tell("missed", vec![("count", json!(events))]),
+            other => tracing::debug!(event = %visible(&format!("{other:?}")), "unknown event"),
+        }
+    }
+}
+
+/// What the action under way comes to; never without one.
+async fn done(doing: &mut Option<(RequestId, Doing)>) -> (RequestId, Result<Outcome, RpcError>) {
+    match doing {
+        Some((request, doing)) => (*request, doing.as_mut().await),
+        None => std::future::pending().await,
+    }
+}
+
+/// The next reading; `None` when the connection has ended.
+async fn changed(watch: &mut Option<StateWatch>) -> Option<magician::Status> {
+    match watch {
+        Some(watch) => watch.changed().await.ok(),
+        None => std::future::pending().await,
+    }
+}

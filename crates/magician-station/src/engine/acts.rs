@@ -1,0 +1,157 @@
+//! What an arm does.
+
+use magician::commands::{JogCommonParams, Pose, PtpCommonParams};
+use magician::words::{self, Axis};
+use magician::{Arm, Set};
+use serde_json::{Value, json};
+
+use crate::api::RpcError;
+use crate::order::{ArmAct, Outcome, Path};
+use crate::reading;
+
+/// An arm that stands there.
+pub(super) fn stood(pose: &Pose) -> Value {
+    json!({"stood": true, "pose": reading::pose(pose)})
+}
+
+/// Does it. Dropping the future stops what has begun, by the rules of the driver.
+pub(super) async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> {
+    match act {
+        ArmAct::Set(set) => {
+            if magician::sets_in_motion(&set) {
+                arm.check_dark().await?;
+            }
+            arm.set_any(&set).await?;
+            Ok(Outcome::Value(Value::Null))
+        }
+        ArmAct::Enqueue(set) => {
+            let index = arm.enqueue_set(&set).await?;
+            Ok(Outcome::Value(json!({"index": index.0})))
+        }
+        ArmAct::Move {
+            to,
+            rail,
+            by,
+            joints,
+            relative,
+            wait,
+        } => {
+            let command = command(to, rail, by, joints, relative, on_rail)?;
+            arm.check_dark().await?;
+            if wait {
+                arm.run(&[command]).await?;
+                return Ok(Outcome::State);
+            }
+            arm.permit(&[command])?;
+            arm.preflight_for(&[command]).await?.check(&command)?;
+            let index = arm.enqueue_set(&command).await?;
+            arm.start_queue().await?;
+            Ok(Outcome::Value(json!({"index": index.0})))
+        }
+        ArmAct::Home => {
+            arm.darken().await?;
+            arm.home().await?;
+            Ok(Outcome::State)
+        }
+        ArmAct::ClearAlarms => {
+            arm.permit_queue().await?;
+            arm.clear_alarms().await?;
+            Ok(Outcome::State)
+        }
+        ArmAct::Tip(bias) => {
+            arm.set_any(&words::tool(bias)).await?;
+            Ok(Outcome::State)
+        }
+        ArmAct::Tool(set) => {
+            arm.set_any(&set).await?;
+            Ok(Outcome::State)
+        }
+        ArmAct::Speed(percent) => {
+            speed(&arm, percent).await?;
+            Ok(Outcome::Value(Value::Null))
+        }
+        ArmAct::Step {
+            axis,
+            by,
+            turned,
+            percent,
+        } => {
+            arm.check_dark().await?;
+            arm.wait_still().await?;
+            if let Some(percent) = percent {
+                let before = arm.get::<PtpCommonParams>().await?;
+                arm.set(&PtpCommonParams {
+                    velocity_ratio: percent,
+                    ..before
+                })
+                .await?;
+            }
+            let command = if turned && matches!(axis, Axis::X | Axis::Y) {
+                turned_step(&arm, axis, by).await?
+            } else {
+                axis.step(by)
+            };
+            arm.run(&[command]).await?;
+            Ok(Outcome::State)
+        }
+    }
+}
+
+/// A step in the tool's frame, turned by the arm's r as it stands.
+async fn turned_step(arm: &Arm, axis: Axis, by: f32) -> Result<Set, RpcError> {
+    let r = f64::from(arm.get::<Pose>().await?.r).to_radians();
+    let by = f64::from(by);
+    let (x, y) = match axis {
+        Axis::X => (by * r.cos(), by * r.sin()),
+        _ => (-by * r.sin(), by * r.cos()),
+    };
+    Ok(words::line_by(x as f32, y as f32, 0.0, 0.0))
+}
+
+async fn speed(arm: &Arm, percent: f32) -> Result<(), RpcError> {
+    let moves = arm.get::<PtpCommonParams>().await?;
+    let jogs = arm.get::<JogCommonParams>().await?;
+    arm.set(&PtpCommonParams {
+        velocity_ratio: percent,
+        ..moves
+    })
+    .await?;
+    arm.set(&JogCommonParams {
+        velocity_ratio: percent,
+        ..jogs
+    })
+    .await?;
+    Ok(())
+}
+
+/// The command of a move.
+fn command(
+    [a, b, c, d]: [f32; 4],
+    rail: Option<f32>,
+    by: Path,
+    joints: bool,
+    relative: bool,
+    on_rail: bool,
+) -> Result<Set, RpcError> {
+    let no = |name: &str, why: &str| Err(RpcError::param(name, why));
+    let command = match (by, joints, relative) {
+        (Path::Joint, false, false) => words::move_to(a, b, c, d),
+        (Path::Linear, false, false) => words::line_to(a, b, c, d),
+        (Path::Jump, false, false) => words::jump_to(a, b, c, d),
+        (Path::Joint, true, false) => words::move_joints(a, b, c, d),
+        (Path::Linear, true, false) => words::line_joints(a, b, c, d),
+        (Path::Jump, true, false) => words::jump_joints(a, b, c, d),
+        (Path::Joint, false, true) => words::move_by(a, b, c, d),
+        (Path::Linear, false, true) => words::line_by(a, b, c, d),
+        (Path::Joint, true, true) => words::move_joints_by(a, b, c, d),
+        (Path::Linear, true, true) => {
+            return no("by", "a relative move by joints has no straight line");
+        }
+        (Path::Jump, _, true) => return no("by", "a jump counts from no place"),
+    };
+    match rail {
+        None => Ok(command),
+        Some(_) if !on_rail => no("to", "a fifth number is for an arm on a rail"),
+        Some(rail) => Ok(words::with_rail(command, rail)?),
+    }
+}

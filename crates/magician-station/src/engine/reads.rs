@@ -1,0 +1,191 @@
+//! What is read of an arm.
+
+use magician::commands::{DeviceWithL, EndEffectorParams, Pose, PoseL, PtpCommonParams};
+use magician::report::{AlarmReport, ArmInfo};
+use magician::{Alarm, AlarmSet, Arm, Ctrl, Level, Pin, Result, Status, ToolBias};
+use magician_job::jog::ToolState;
+use magician_program::Grip;
+use magician_protocol::{Direction, describe};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::Side;
+use super::acts::stood;
+use crate::api::RpcError;
+use crate::control::RequestId;
+use crate::order::{ArmRead, Outcome};
+use crate::reading::{ArmReading, ToolReading};
+
+/// What is not read each time: it changes by commands only, and rarely.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Known {
+    tool: ToolReading,
+    speed: Option<f32>,
+    pub(super) rail: Option<f32>,
+    /// The pose of the last reading.
+    before: Option<Pose>,
+}
+
+impl Known {
+    pub(super) async fn read(arm: &Arm) -> Result<Self> {
+        let tools = ToolState::read(arm).await?;
+        let bias = arm.get::<EndEffectorParams>().await?;
+        let bias = [bias.x_bias, bias.y_bias, bias.z_bias];
+        let [x, y, z] = bias.map(f64::from);
+        let own = |named: &ToolBias| {
+            let apart = [named.x - x, named.y - y, named.z - z];
+            apart.iter().all(|apart| apart.abs() < 0.01)
+        };
+        let name = ToolBias::NAMED
+            .iter()
+            .find(|(_, named)| own(named))
+            .map(|(name, _)| *name);
+        let on_rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
+        let rail = if on_rail {
+            Some(arm.get::<PoseL>().await?.pose_l)
+        } else {
+            None
+        };
+        Ok(Self {
+            tool: ToolReading {
+                name,
+                bias: Some(bias),
+                suction: Some(tools.suction),
+                gripper: Some(match tools.gripper {
+                    Grip::Open => "open",
+                    Grip::Close => "closed",
+                    Grip::Off => "off",
+                }),
+                laser: arm.laser().await?,
+            },
+            speed: Some(arm.get::<PtpCommonParams>().await?.velocity_ratio),
+            rail,
+            before: None,
+        })
+    }
+
+    /// A reading with what is known beside it.
+    pub(super) fn reading(&mut self, status: &Status, moving: bool) -> ArmReading {
+        // What others set going is seen by the pose alone.
+        let moved = self
+            .before
+            .replace(status.pose)
+            .is_some_and(|before| before != status.pose);
+        self.with(
+            status.pose,
+            status.current.0,
+            status.left_space,
+            &status.alarms,
+            moving || moved,
+            &status.pins,
+            status.at.elapsed(),
+        )
+    }
+
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "each is read by a command of its own"
+    )]
+    fn with(
+        &self,
+        pose: Pose,
+        current_index: u64,
+        left_space: u32,
+        alarms: &AlarmSet,
+        moving: bool,
+        pins: &[Level],
+        age: std::time::Duration,
+    ) -> ArmReading {
+        ArmReading {
+            age,
+            pose,
+            current_index,
+            left_space,
+            alarms: alarms.codes().collect(),
+            alarm_holds: alarms.blocking(),
+            link: true,
+            moving,
+            // Alarm 0x00 stands from a reset until homing, or until it is cleared: then it is not known.
+            homed: alarms.contains(Alarm::ResetOccurred).then_some(false),
+            rail: self.rail,
+            tool: self.tool.clone(),
+            speed: self.speed,
+            pins: pins.iter().map(pin).collect(),
+        }
+    }
+}
+
+fn pin(level: &Level) -> (&'static str, u8, u16) {
+    let kind = match level.pin {
+        Pin::Input(_) => "input",
+        Pin::Output(_) => "output",
+        Pin::Analog(_) => "analog",
+        _ => "unknown",
+    };
+    (kind, level.pin.address(), level.value)
+}
+
+/// Reads the state once.
+pub(super) async fn reading(arm: &Arm, known: &Known) -> Result<ArmReading> {
+    let current = arm.current_index().await?.0;
+    let space = arm.left_space().await?;
+    let alarms = arm.alarms().await?;
+    let pose = arm.get::<Pose>().await?;
+    let moved = known.before.is_some_and(|before| before != pose);
+    let moving = arm.moving() || moved;
+    Ok(known.with(
+        pose,
+        current,
+        space,
+        &alarms,
+        moving,
+        &[],
+        std::time::Duration::ZERO,
+    ))
+}
+
+/// Answers a request to read.
+pub(super) async fn answer(arm: Arm, known: Known, request: RequestId, read: ArmRead) -> Side {
+    if read == ArmRead::State {
+        let outcome = async {
+            let known = Known::read(&arm).await?;
+            let reading = reading(&arm, &known).await?;
+            Ok::<_, magician::Error>((known, reading))
+        };
+        return match outcome.await {
+            Ok((known, reading)) => {
+                let (known, reading) = (Box::new(known), Box::new(reading));
+                Side::Read(request, Ok(Outcome::State), known, Some(reading))
+            }
+            Err(error) => Side::Read(request, Err(error.into()), Box::new(known), None),
+        };
+    }
+    let outcome = value(&arm, read).await.map(Outcome::Value);
+    Side::Report(crate::order::ArmReport::Done { request, outcome })
+}
+
+async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError> {
+    match read {
+        ArmRead::Info => to_value(&ArmInfo::read(arm).await?),
+        ArmRead::Alarms => to_value(&AlarmReport::read(arm).await?),
+        ArmRead::Stand => {
+            arm.wait_still().await?;
+            Ok(stood(&arm.get::<Pose>().await?))
+        }
+        ArmRead::Get { id, params } => {
+            let reply = arm.raw(id, Ctrl::GET, &params).await?;
+            let answer = describe(&reply.frame(), Direction::Reply).map_err(|error| {
+                RpcError::arm(magician::ErrorKind::Unexpected, error.to_string())
+            })?;
+            to_value(&answer)
+        }
+        ArmRead::State => Err(RpcError::internal("a state is a reading")),
+    }
+}
+
+/// By way of the text: a value in memory makes long decimals of single-precision numbers.
+pub(super) fn to_value(value: &impl Serialize) -> std::result::Result<Value, RpcError> {
+    let text = serde_json::to_string(value);
+    let value = text.and_then(|text| serde_json::from_str(&text));
+    value.map_err(|error| RpcError::internal(error.to_string()))
+}

@@ -1,0 +1,27 @@
+//! One Dobot Magician arm, many programs: a station owns arms by name, lets many look, one move, and anybody stop.
+//!
+//! [`Station`] is the whole of it without I/O and clock: JSON-RPC text of clients goes in, text and frames for them come out,
+//! and orders for the arms ([`ArmOrder`]), whose reports ([`ArmReport`]) go in again. Who may move an arm is decided in
+//! [`control`] alone. [`ArmEngine`] carries the orders out on arms of the driver.
+//!
+//! This is a convenience, not a safety function: the arm has a power switch.
+#![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
+pub mod api;
+pub mod control;
+mod engine;
+mod order;
+mod reading;
+mod running;
+mod station;
+
+pub use api::Role;
+pub use engine::ArmEngine;
+pub use order::{ArmAct, ArmOrder, ArmRead, ArmReport, Outcome, Path};
+pub use reading::{ArmReading, FIELDS, FRAME, FRAME_FIELDS, ToolReading};
+pub use running::{Client, JournalSink, RunningStation};
+pub use station::{
+    ArmEntry, CloseCode, Gate, Grant, JournalLine, NoTokens, Outgoing, Peer, SocketId, Station,
+    StationConfig,
+};

@@ -1,0 +1,263 @@
+//! A station with its arms on a tokio runtime: what listeners, pages in the process and tests talk to.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+
+use magician::Arm;
+use magician_protocol::HostInstant;
+use tokio::sync::Notify;
+use tokio::task::AbortHandle;
+use tokio::time::{Instant, sleep_until};
+
+use crate::control::ArmId;
+use crate::engine::ArmEngine;
+use crate::order::ArmReport;
+use crate::station::{JournalLine, Outgoing, Peer, SocketId, Station, StationConfig};
+
+/// Takes the lines of a journal.
+pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
+
+/// A station whose arms are at work. Clones are of the same station; when the last one and the last [`Client`] are gone, jogs
+/// end and what the arms do is stopped, by the rules of the driver.
+///
+/// ```
+/// use magician::Arm;
+/// use magician_station::{ArmEntry, Grant, NoTokens, Outgoing, Peer, Role, RunningStation, StationConfig};
+///
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let arm = Arm::connect("sim").await?;
+/// let entry = ArmEntry { name: "arm".into(), port: "sim".into(), is_virtual: true, laser_pins: true };
+/// let config = StationConfig {
+///     arms: vec![entry],
+///     epoch: "1".into(),
+///     unix_zero: 0.0,
+///     version: "0.1.0".into(),
+///     read_only: false,
+///     student_laser: false,
+///     gate: Box::new(NoTokens),
+/// };
+/// let station = RunningStation::start(config, vec![arm], Box::new(|_| {}));
+/// let grant = Some(Grant { role: Role::Teacher, token: None });
+/// let peer = Peer { grant, address: "here".into(), secret: "0123456789abcdef".into() };
+/// let mut client = station.connect(peer);
+/// client.send(r#"{"jsonrpc":"2.0","id":1,"method":"session.hello","params":{"client":{"name":"doc"}}}"#);
+/// client.send(r#"{"jsonrpc":"2.0","id":2,"method":"arm.state"}"#);
+/// while let Some(Outgoing::Text(text)) = client.receive().await {
+///     if text.contains("left_space") {
+///         break;
+///     }
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone)]
+pub struct RunningStation {
+    shared: Arc<Shared>,
+    _timer: Arc<Timer>,
+}
+
+impl fmt::Debug for RunningStation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("RunningStation").finish_non_exhaustive()
+    }
+}
+
+struct Timer(AbortHandle);
+
+impl Drop for Timer {
+    fn drop(&mut self) {
+        self.0.abort();
+    }
+}
+
+struct Shared {
+    inner: Mutex<Inner>,
+    begun: Instant,
+    /// Something is due earlier than before.
+    due: Notify,
+    journal: JournalSink,
+}
+
+struct Inner {
+    station: Station,
+    engines: Vec<ArmEngine>,
+    sockets: BTreeMap<SocketId, Arc<Notify>>,
+}
+
+impl RunningStation {
+    /// Sets it going on the present runtime, with an arm for each entry of the config, in its order.
+    ///
+    /// # Panics
+    /// Outside of a tokio runtime.
+    #[must_use]
+    pub fn start(config: StationConfig, arms: Vec<Arm>, journal: JournalSink) -> Self {
+        let shared = Arc::new_cyclic(|shared: &Weak<Shared>| {
+            let engine = |(at, arm): (usize, &Arm)| {
+                let (shared, id) = (Weak::clone(shared), ArmId(at as u64));
+                ArmEngine::start(arm, move |report| {
+                    if let Some(shared) = shared.upgrade() {
+                        shared.report(id, report);
+                    }
+                })
+            };
+            Shared {
+                inner: Mutex::new(Inner {
+                    station: Station::new(config),
+                    engines: arms.iter().enumerate().map(engine).collect(),
+                    sockets: BTreeMap::new(),
+                }),
+                begun: Instant::now(),
+                due: Notify::new(),
+                journal,
+            }
+        });
+        let timer = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
+        Self {
+            shared,
+            _timer: Arc::new(Timer(timer.abort_handle())),
+        }
+    }
+
+    /// A client connects.
+    #[must_use]
+    pub fn connect(&self, peer: Peer) -> Client {
+        let awake = Arc::new(Notify::new());
+        let socket = self.shared.with(|inner, now| {
+            let socket = inner.station.open(now, peer);
+            inner.sockets.insert(socket, Arc::clone(&awake));
+            socket
+        });
+        Client {
+            shared: Arc::clone(&self.shared),
+            socket,
+            awake,
+        }
+    }
+
+    /// A token is good no more: its sessions end.
+    pub fn revoke(&self, token: &str) {
+        self.shared
+            .with(|inner, now| inner.station.revoke(now, token));
+    }
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, Inner> {
+        // A panic in the station is a bug; what it holds is whole values all the same.
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn now(&self) -> HostInstant {
+        HostInstant::ZERO + self.begun.elapsed()
+    }
+
+    /// Does something with the station, and what follows from it.
+    fn with<T>(&self, act: impl FnOnce(&mut Inner, HostInstant) -> T) -> T {
+        let (outcome, lines) = {
+            let mut inner = self.lock();
+            let due = inner.station.poll_timeout();
+            let outcome = act(&mut inner, self.now());
+            while let Some((arm, order)) = inner.station.poll_order() {
+                if let Some(engine) = inner.engines.get(arm.0 as usize) {
+                    engine.order(order);
+                }
+            }
+            while let Some(socket) = inner.station.poll_awake() {
+                if let Some(awake) = inner.sockets.get(&socket) {
+                    awake.notify_one();
+                }
+            }
+            let mut lines = Vec::new();
+            while let Some(line) = inner.station.poll_journal() {
+                lines.push(line);
+            }
+            if inner.station.poll_timeout() != due {
+                self.due.notify_one();
+            }
+            (outcome, lines)
+        };
+        // Orders are out: a slow disk delays nothing but the answer.
+        lines.into_iter().for_each(&self.journal);
+        outcome
+    }
+
+    fn report(&self, arm: ArmId, report: ArmReport) {
+        self.with(|inner, now| inner.station.report(now, arm, report));
+    }
+
+    async fn keep_time(shared: Weak<Self>) {
+        loop {
+            let Some(strong) = shared.upgrade() else {
+                return;
+            };
+            let due = strong.lock().station.poll_timeout();
+            let begun = strong.begun;
+            let sleep = async {
+                match due {
+                    Some(due) => sleep_until(begun + (due - HostInstant::ZERO)).await,
+                    None => std::future::pending().await,
+                }
+            };
+            tokio::select! {
+                () = sleep => strong.with(|inner, now| inner.station.handle_timeout(now)),
+                () = strong.due.notified() => {}
+            }
+        }
+    }
+}
+
+/// A client of a station in this process, or of a listener that carries its messages. Dropping it is the end of its socket.
+pub struct Client {
+    shared: Arc<Shared>,
+    socket: SocketId,
+    awake: Arc<Notify>,
+}
+
+impl fmt::Debug for Client {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Client")
+            .field("socket", &self.socket)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Client {
+    /// A message of the client.
+    pub fn send(&self, text: &str) {
+        self.shared
+            .with(|inner, now| inner.station.receive(now, self.socket, text));
+    }
+
+    /// A sign of life: the answer to a ping. A holder without a word for five seconds loses its lease.
+    pub fn pong(&self) {
+        self.shared
+            .with(|inner, now| inner.station.pong(now, self.socket));
+    }
+
+    /// What the client is to be sent next; waits for it. `None` after the end. Ask when it can be sent: what waits here stays
+    /// new. Dropping the future loses nothing.
+    pub async fn receive(&mut self) -> Option<Outgoing> {
+        loop {
+            if let Some(outgoing) = self.try_receive() {
+                return Some(outgoing);
+            }
+            self.awake.notified().await;
+        }
+    }
+
+    /// What waits to be sent now, if anything does.
+    pub fn try_receive(&mut self) -> Option<Outgoing> {
+        self.shared.lock().station.poll_send(self.socket)
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        self.shared.with(|inner, now| {
+            inner.station.close(now, self.socket);
+            inner.sockets.remove(&self.socket);
+        });
+    }
+}

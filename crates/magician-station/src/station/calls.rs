@@ -1,0 +1,458 @@
+//! The methods of arms: what each checks, and what it orders.
+
+use std::collections::BTreeSet;
+use std::time::Duration;
+
+use magician::words::{self, Axis, JogDirection};
+use magician::{Set, ToolBias, burns};
+use magician_protocol::{LayoutInfo, MAX_PARAMS, Row, Writer, encode_text};
+use serde_json::{Map, Value, json};
+
+use super::dispatch::{Call, Handled, forbidden};
+use super::{Station, Waits};
+use crate::api::{Method, Needs, Role, RpcError};
+use crate::control::{ArmId, JogId, WorkKind};
+use crate::order::{ArmAct, ArmOrder, ArmRead, Path};
+
+/// Jogs that are known by their ids after their end.
+const JOGS: usize = 256;
+
+impl Station {
+    /// Does what a method is for, or orders it.
+    pub(super) fn call(
+        &mut self,
+        method: &'static Method,
+        call: &Call<'_>,
+    ) -> Result<Handled, RpcError> {
+        let name = method.name;
+        if name.starts_with("lease.") {
+            return self.lease_call(name, call);
+        }
+        match (name, call.arm) {
+            ("session.list", _) => Ok(Handled::Now(self.list_sessions())),
+            ("server.info", _) => Ok(Handled::Now(self.server_info(call))),
+            ("arm.list", _) => Ok(Handled::Now(self.list_arms())),
+            ("arm.subscribe", Some(arm)) => {
+                let subscribed = self.subscribe(call.now, call.socket, arm, call.params);
+                subscribed.map(Handled::Now)
+            }
+            ("arm.unsubscribe", _) => {
+                let id = call.params.integer("subscription").unwrap_or(0) as u16;
+                self.unsubscribe(call.socket, id).map(Handled::Now)
+            }
+            ("events.since", Some(arm)) => {
+                let seq = call.params.integer("seq").unwrap_or(0);
+                Ok(Handled::Now(self.arm(arm).events.since(seq)))
+            }
+            ("arm.stop", arm) => Ok(self.stop(call, arm)),
+            ("arm.info", Some(arm)) => Ok(self.read(call, arm, ArmRead::Info)),
+            ("arm.alarms", Some(arm)) => Ok(self.read(call, arm, ArmRead::Alarms)),
+            ("arm.state", Some(arm)) => self.state(call, arm),
+            ("arm.get", Some(arm)) => {
+                let read = wanted(call)?;
+                Ok(self.read(call, arm, read))
+            }
+            ("jog.start", Some(arm)) => self.start_jog(call, arm),
+            ("jog.keep", _) => {
+                if let Some(jog) = self.jog_named(call)
+                    && self.control.keep_jog(call.now, call.session, jog)
+                    && let Some(arm) = self.jogging(jog)
+                {
+                    self.order(arm, ArmOrder::KeepJog(jog));
+                }
+                Ok(Handled::Now(Value::Null))
+            }
+            ("jog.stop", _) => self.stop_jog(call),
+            (_, Some(arm)) => match method.needs {
+                Needs::Lease(kind) => self.act(call, arm, method, kind),
+                Needs::Nothing => Err(RpcError::internal(format!("{name} does nothing"))),
+            },
+            _ => Err(RpcError::internal(format!("{name} does nothing"))),
+        }
+    }
+
+    fn server_info(&self, call: &Call<'_>) -> Value {
+        let arms: Vec<_> = self
+            .arms
+            .iter()
+            .map(|arm| arm.entry.name.as_str())
+            .collect();
+        json!({
+            "version": self.config.version,
+            "api": 1,
+            "uptime_s": call.now.as_micros() as f64 / 1e6,
+            "arms": arms,
+        })
+    }
+
+    fn list_arms(&self) -> Value {
+        let list = self.arm_ids().map(|arm| {
+            let place = self.arm(arm);
+            json!({
+                "name": place.entry.name,
+                "port": place.entry.port,
+                "virtual": place.entry.is_virtual,
+                "link": if place.link { "up" } else { "lost" },
+                "holder": self.holder(arm),
+                "job": Value::Null,
+            })
+        });
+        json!({"arms": list.collect::<Vec<_>>()})
+    }
+
+    fn read(&mut self, call: &Call<'_>, arm: ArmId, read: ArmRead) -> Handled {
+        let request = call.request;
+        self.order(arm, ArmOrder::Read { request, read });
+        Handled::Later(request, Waits::Arm(arm))
+    }
+
+    fn state(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
+        if !self.arm(arm).link {
+            let why = "the line to the arm is lost";
+            return Err(RpcError::arm(magician::ErrorKind::Port, why));
+        }
+        if self.is_fresh(call.now, arm) {
+            return Ok(Handled::Now(self.whole_state(arm)));
+        }
+        Ok(self.read(call, arm, ArmRead::State))
+    }
+
+    /// The state of an arm by its last reading.
+    pub(super) fn whole_state(&self, arm: ArmId) -> Value {
+        let beside = self.beside(arm);
+        let reading = self.arm(arm).reading.as_ref();
+        reading.map_or(Value::Null, |reading| {
+            Value::Object(reading.fields(&beside))
+        })
+    }
+
+    /// Stops one arm, or all.
+    fn stop(&mut self, call: &Call<'_>, arm: Option<ArmId>) -> Handled {
+        let request = call.request;
+        let arms = self.meant(arm);
+        let by = Some(call.session);
+        for arm in &arms {
+            // The stop goes out before anything is told.
+            self.order(
+                *arm,
+                ArmOrder::Stop {
+                    request: Some(request),
+                },
+            );
+            for ended in self.control.stop(*arm) {
+                let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
+                self.finish(call.now, ended, Err(error));
+            }
+            let by = self.by(by);
+            self.event(call.now, *arm, "stop", vec![("by", by)]);
+        }
+        let waits = Waits::Stops {
+            left: arms,
+            arms: Vec::new(),
+            failed: None,
+        };
+        Handled::Later(request, waits)
+    }
+
+    fn start_jog(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
+        let params = call.params;
+        let axis = params.text("axis").unwrap_or_default();
+        let direction = direction(axis)
+            .ok_or_else(|| RpcError::param("axis", format!("unknown axis `{axis}`")))?;
+        let keep = Duration::from_millis(params.integer("keep_ms").unwrap_or(250));
+        let percent = params.number("percent").map(|percent| percent as f32);
+        let begun = self.control.start_jog(call.now, call.session, arm, keep);
+        let jog = begun.map_err(|refusal| self.refused(arm, refusal))?;
+        self.jogs.insert(jog, arm);
+        while self.jogs.len() > JOGS {
+            self.jogs.pop_first();
+        }
+        // The stop of one that it replaces goes out before.
+        self.settle(call.now);
+        let request = call.request;
+        self.order(
+            arm,
+            ArmOrder::StartJog {
+                request,
+                jog,
+                direction,
+                keep,
+                percent,
+            },
+        );
+        let fields = vec![("jog", json!(self.jog_id(jog))), ("axis", json!(axis))];
+        self.event(call.now, arm, "jog", fields);
+        self.state_has_changed(arm);
+        Ok(Handled::Later(request, Waits::Jog(arm, jog)))
+    }
+
+    fn stop_jog(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
+        let unknown = || RpcError::param("jog", "there is no such jog");
+        let jog = self.jog_named(call).ok_or_else(unknown)?;
+        let arm = self.jogs.get(&jog).copied().ok_or_else(unknown)?;
+        self.control.stop_jog(jog);
+        self.settle(call.now);
+        Ok(self.read(call, arm, ArmRead::Stand))
+    }
+
+    fn jog_named(&self, call: &Call<'_>) -> Option<JogId> {
+        let text = call.params.text("jog")?;
+        self.number('g', text).map(JogId)
+    }
+
+    /// The arm that a jog moves.
+    fn jogging(&self, jog: JogId) -> Option<ArmId> {
+        self.arm_ids()
+            .find(|arm| self.control.jog(*arm).is_some_and(|(id, _)| id == jog))
+    }
+
+    /// What needs the lease, and is over when the arm has done it.
+    fn act(
+        &mut self,
+        call: &Call<'_>,
+        arm: ArmId,
+        method: &Method,
+        kind: WorkKind,
+    ) -> Result<Handled, RpcError> {
+        let act = act_of(method.name, call)?;
+        let laser = self.laser(call, arm, &act)?;
+        let kind = match &act {
+            ArmAct::Move { wait: false, .. } => WorkKind::Queued,
+            ArmAct::Set(set) if magician::sets_in_motion(set) => WorkKind::Queued,
+            _ => kind,
+        };
+        let begun = self
+            .control
+            .begin(call.now, call.session, arm, call.request, kind);
+        begun.map_err(|refusal| self.refused(arm, refusal))?;
+        let request = call.request;
+        self.order(
+            arm,
+            ArmOrder::Act {
+                request,
+                act,
+                laser,
+            },
+        );
+        Ok(Handled::Later(request, Waits::Arm(arm)))
+    }
+
+    /// Whether the laser may burn by this; refused where it would and may not, or where the command is dangerous.
+    fn laser(&self, call: &Call<'_>, arm: ArmId, act: &ArmAct) -> Result<bool, RpcError> {
+        let entry = &self.arm(arm).entry;
+        let command = match act {
+            ArmAct::Set(set) | ArmAct::Enqueue(set) | ArmAct::Tool(set) => Some(set),
+            _ => None,
+        };
+        if let Some(set) = command
+            && set.row().dangerous
+        {
+            if call.grant.role < Role::Teacher {
+                return Err(forbidden(&call.grant, Role::Teacher, set.row().set_name));
+            }
+            if !call.yes() {
+                return Err(dangerous(set, "can brick, uncalibrate or unlock the arm"));
+            }
+        }
+        if entry.is_virtual {
+            return Ok(true);
+        }
+        let least = if self.config.student_laser {
+            Role::Student
+        } else {
+            Role::Teacher
+        };
+        if let Some(set) = command.filter(|set| burns(set, entry.laser_pins)) {
+            if call.grant.role < least {
+                return Err(forbidden(&call.grant, least, set.row().set_name));
+            }
+            if !call.yes() {
+                return Err(dangerous(set, "may switch the laser on"));
+            }
+        }
+        Ok(call.yes() && call.grant.role >= least)
+    }
+}
+
+fn dangerous(set: &Set, why: &str) -> RpcError {
+    let name = set.row().set_name;
+    let message = format!("{name} {why}: it needs \"yes\": true");
+    RpcError::new(RpcError::DANGEROUS, message).with("command", name)
+}
+
+/// The direction of a name such as `x+`.
+fn direction(text: &str) -> Option<JogDirection> {
+    let axis = text.strip_suffix(['+', '-'])?;
+    let axis: Axis = axis.parse().ok()?;
+    Some(if text.ends_with('+') {
+        axis.plus()
+    } else {
+        axis.minus()
+    })
+}
+
+/// What a method of the arm has it do.
+fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
+    let params = call.params;
+    match name {
+        "arm.set" => Ok(ArmAct::Set(command(call, false)?)),
+        "arm.enqueue" => Ok(ArmAct::Enqueue(command(call, true)?)),
+        "arm.home" => Ok(ArmAct::Home),
+        "arm.clear_alarms" => Ok(ArmAct::ClearAlarms),
+        "arm.speed" => Ok(ArmAct::Speed(
+            params.number("percent").unwrap_or(100.0) as f32
+        )),
+        "arm.tool" => tool(call),
+        "arm.move" => {
+            let to = params.numbers("to").unwrap_or_default();
+            let [x, y, z, r, rest @ ..] = to.as_slice() else {
+                return Err(RpcError::param("to", "`to` must be 4 to 5 numbers"));
+            };
+            Ok(ArmAct::Move {
+                to: [*x as f32, *y as f32, *z as f32, *r as f32],
+                rail: rest.first().map(|rail| *rail as f32),
+                by: match params.text("by") {
+                    Some("linear") => Path::Linear,
+                    Some("jump") => Path::Jump,
+                    _ => Path::Joint,
+                },
+                joints: params.text("frame") == Some("joints"),
+                relative: params.is_on("relative"),
+                wait: params.switch("wait").unwrap_or(true),
+            })
+        }
+        "jog.step" => {
+            let axis = params.text("axis").unwrap_or_default();
+            let turned = params.text("frame") == Some("tool");
+            let axis: Axis = axis
+                .parse()
+                .map_err(|_| RpcError::param("axis", format!("unknown axis `{axis}`")))?;
+            if turned && !matches!(axis, Axis::X | Axis::Y | Axis::Z | Axis::R) {
+                let why = "the tool frame is for steps along x, y, z and r";
+                return Err(RpcError::param("frame", why));
+            }
+            Ok(ArmAct::Step {
+                axis,
+                by: params.number("by").unwrap_or(0.0) as f32,
+                turned,
+                percent: params.number("percent").map(|percent| percent as f32),
+            })
+        }
+        _ => Err(RpcError::internal(format!("{name} does nothing"))),
+    }
+}
+
+/// What `arm.tool` is to do: one thing.
+fn tool(call: &Call<'_>) -> Result<ArmAct, RpcError> {
+    let params = call.params;
+    let things = ["tool", "suction", "gripper", "laser"];
+    let given: BTreeSet<_> = { things.iter() }
+        .filter(|name| params.get(name).is_some())
+        .collect();
+    if given.len() != 1 {
+        let why = "one of `tool`, `suction`, `gripper`, `laser` has to be given";
+        return Err(RpcError::param("tool", why));
+    }
+    if let Some(on) = params.switch("suction") {
+        return Ok(ArmAct::Tool(words::suction(on)));
+    }
+    if let Some(gripper) = params.text("gripper") {
+        return Ok(ArmAct::Tool(match gripper {
+            "closed" => words::grip(),
+            "open" => words::release(),
+            _ => words::pump_off(),
+        }));
+    }
+    if let Some(laser) = params.object("laser") {
+        let wrong = || RpcError::param("laser", "`laser` is {on}: true or false");
+        let on = laser.get("on").and_then(Value::as_bool).ok_or_else(wrong)?;
+        if laser.len() != 1 {
+            return Err(wrong());
+        }
+        return Ok(ArmAct::Tool(words::laser(on)));
+    }
+    let bias = match (params.text("tool"), params.numbers("tool").as_deref()) {
+        (Some(name), _) => ToolBias::named(name),
+        (None, Some([x, y, z])) => Some(ToolBias::new(*x, *y, *z)),
+        _ => None,
+    };
+    bias.map(ArmAct::Tip)
+        .ok_or_else(|| RpcError::param("tool", "unknown tool"))
+}
+
+/// What `arm.get` reads.
+fn wanted(call: &Call<'_>) -> Result<ArmRead, RpcError> {
+    let name = call.params.text("command").unwrap_or_default();
+    let row = Row::find_readable(name).map_err(|_| unknown(name, "read"))?;
+    let given = call.params.object("query").cloned().unwrap_or_default();
+    let params = match row.query {
+        Some(layout) => encode(layout, &given, "query")?,
+        None if given.is_empty() => Vec::new(),
+        None => {
+            return Err(RpcError::param(
+                "query",
+                format!("{name} is asked for nothing"),
+            ));
+        }
+    };
+    let id = row.id;
+    Ok(ArmRead::Get { id, params })
+}
+
+/// The command that a request names, with its fields.
+fn command(call: &Call<'_>, queued: bool) -> Result<Set, RpcError> {
+    let name = call.params.text("command").unwrap_or_default();
+    let row = Row::find_writable(name).map_err(|_| unknown(name, "set"))?;
+    let layout = row.set.ok_or_else(|| unknown(name, "set"))?;
+    if queued && !row.queueable {
+        return Err(RpcError::param(
+            "command",
+            format!("{} cannot be queued", row.set_name),
+        ));
+    }
+    let given = call.params.object("fields").cloned().unwrap_or_default();
+    let params = encode(layout, &given, "fields")?;
+    let set = Set::decode(row.id, &params);
+    set.map_err(|error| RpcError::param("fields", format!("{name}: {error}")))
+}
+
+fn unknown(name: &str, does: &str) -> RpcError {
+    let name = magician_protocol::visible(name);
+    RpcError::param(
+        "command",
+        format!("there is no command `{name}` that can be {does}"),
+    )
+}
+
+/// The bytes of fields, by the same words as on the command line.
+fn encode(
+    layout: &LayoutInfo,
+    given: &Map<String, Value>,
+    param: &'static str,
+) -> Result<Vec<u8>, RpcError> {
+    let words: Vec<_> = given
+        .iter()
+        .map(|(name, value)| (name.as_str(), word(value)))
+        .collect();
+    let pairs: Vec<_> = words
+        .iter()
+        .map(|(name, value)| (*name, value.as_str()))
+        .collect();
+    let mut bytes = [0; MAX_PARAMS];
+    let mut writer = Writer::new(&mut bytes);
+    let wrong = |error: String| RpcError::param(param, error);
+    encode_text(layout, &pairs, &mut writer).map_err(|error| wrong(error.to_string()))?;
+    let count = writer.finish().map_err(|error| wrong(error.to_string()))?;
+    Ok(bytes.get(..count).unwrap_or_default().to_vec())
+}
+
+/// A value of JSON as the command line has it.
+fn word(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Array(items) => items.iter().map(word).collect::<Vec<_>>().join(","),
+        // An output of a path: ratio, address, level.
+        Value::Object(parts) => parts.values().map(word).collect::<Vec<_>>().join(":"),
+        value => value.to_string(),
+    }
+}

@@ -1,0 +1,367 @@
+//! From the text of a message to what is done: the checks, in the order in which the first that fails is the answer.
+
+use std::collections::BTreeSet;
+
+use magician_protocol::HostInstant;
+use serde_json::{Value, json};
+
+use super::socket::{CloseCode, Pace, RATE, UNDER_WAY};
+use super::{Grant, JournalLine, Pending, SocketId, Station, Waits};
+use crate::api::{Message, MessageId, Method, Needs, Params, Role, RpcError, answer};
+use crate::control::{ArmId, Busy, RequestId, SessionId};
+
+/// What became of a request.
+pub(super) enum Handled {
+    /// It is answered now.
+    Now(Value),
+    /// It is answered later; it waits under this number.
+    Later(RequestId, Waits),
+}
+
+/// A request that has passed its checks.
+pub(super) struct Call<'a> {
+    pub(super) now: HostInstant,
+    pub(super) socket: SocketId,
+    pub(super) session: SessionId,
+    pub(super) grant: Grant,
+    /// The arm that is meant, of methods that take one.
+    pub(super) arm: Option<ArmId>,
+    pub(super) params: &'a Params,
+    pub(super) request: RequestId,
+}
+
+impl Call<'_> {
+    /// Whether the person said that it is meant, and may.
+    pub(super) fn yes(&self) -> bool {
+        self.params.is_on("yes")
+    }
+}
+
+impl Station {
+    /// Takes a message of a socket.
+    pub(super) fn take(&mut self, now: HostInstant, socket: SocketId, text: &str) {
+        let Some(open) = self.sockets.get_mut(&socket) else {
+            return;
+        };
+        if open.is_closing() {
+            return;
+        }
+        let pace = open.hears(now);
+        let session = open.session;
+        if let Some(session) = session {
+            self.control.word(now, session);
+        }
+        let parsed = Message::parse(text);
+        let overtakes = matches!(&parsed, Ok(message)
+            if Method::named(&message.method).is_some_and(|method| method.always));
+        // Stops, and what keeps a jog up, are obeyed in any number.
+        if !overtakes {
+            match pace {
+                Pace::Fine => {}
+                Pace::TooMany => {
+                    let why = format!("more than {RATE} messages a second");
+                    let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", RATE);
+                    let id = match &parsed {
+                        Ok(message) => message.id.as_ref(),
+                        Err(bad) => bad.id.as_ref(),
+                    };
+                    return self.answer(socket, id, &Err(error));
+                }
+                Pace::Close => return self.end_socket(socket, CloseCode::TOO_MANY),
+            }
+        }
+        let message = match parsed {
+            Ok(message) => message,
+            Err(bad) => {
+                self.answer(socket, bad.id.as_ref(), &Err(bad.error));
+                if session.is_none() {
+                    self.end_socket(socket, CloseCode::HELLO);
+                }
+                return;
+            }
+        };
+        self.dispatch(now, socket, message);
+    }
+
+    fn dispatch(&mut self, now: HostInstant, socket: SocketId, message: Message) {
+        let Message { id, method, params } = message;
+        let Some(method) = Method::named(&method) else {
+            let shown = magician_protocol::visible(&method).to_string();
+            let error = RpcError::new(RpcError::METHOD, format!("unknown method `{shown}`"));
+            return self.answer(socket, id.as_ref(), &Err(error));
+        };
+        if id.is_none() && !method.always {
+            let why = format!("{} needs an `id`", method.name);
+            return self.answer(socket, None, &Err(RpcError::request(why)));
+        }
+        if method.name == "session.hello" {
+            return self.greet(now, socket, id, params);
+        }
+        let Some(session) = self.session_of(socket) else {
+            let why = "`session.hello` comes first";
+            let error = RpcError::new(RpcError::FORBIDDEN, why);
+            return self.answer(socket, id.as_ref(), &Err(error));
+        };
+        let request = RequestId(self.next_id());
+        let params = Params::check(method.params, params);
+        let line = self.line_of(now, session, method, params.as_ref().ok());
+        let handled =
+            params.and_then(|params| self.handle(now, socket, session, method, &params, request));
+        self.handled(now, socket, id, line, handled);
+    }
+
+    /// The first message of a socket.
+    fn greet(
+        &mut self,
+        now: HostInstant,
+        socket: SocketId,
+        id: Option<MessageId>,
+        params: serde_json::Map<String, Value>,
+    ) {
+        if self.session_of(socket).is_some() {
+            let error = RpcError::request("`session.hello` came already");
+            return self.answer(socket, id.as_ref(), &Err(error));
+        }
+        let Some(method) = Method::named("session.hello") else {
+            return;
+        };
+        let params = Params::check(method.params, params);
+        let shown = params.as_ref().map_or(Value::Null, Params::for_journal);
+        let outcome = params.and_then(|params| self.hello(now, socket, &params));
+        let session = self.session_of(socket);
+        let mut line = self.line(now, session, method.name, shown);
+        if let Some(open) = self.sockets.get(&socket) {
+            open.peer.address.clone_into(&mut line.peer);
+        }
+        self.write(now, now, line, &outcome);
+        self.answer(socket, id.as_ref(), &outcome);
+        if outcome.is_err() {
+            // After the code that says more, if it has one.
+            self.end_socket(socket, CloseCode::HELLO);
+        }
+    }
+
+    /// The checks behind the parameters' own, then what the method does.
+    fn handle(
+        &mut self,
+        now: HostInstant,
+        socket: SocketId,
+        session: SessionId,
+        method: &'static Method,
+        params: &Params,
+        request: RequestId,
+    ) -> Result<Handled, RpcError> {
+        let takes_arm = method.params.iter().any(|param| param.name == "arm");
+        // Without a name a stop means all of them.
+        let arm = match (takes_arm, method.name) {
+            (false, _) => None,
+            (true, "arm.stop") if params.text("arm").is_none() => None,
+            (true, _) => Some(self.arm_named(params.text("arm"))?),
+        };
+        let grant = { self.sessions.get(&session) }.map(|session| session.grant.clone());
+        let grant = grant.ok_or_else(|| RpcError::internal("the session is gone"))?;
+        if grant.role < method.role {
+            return Err(forbidden(&grant, method.role, method.name));
+        }
+        let under_way = self.sockets.get(&socket).map_or(0, |open| open.under_way);
+        if under_way >= UNDER_WAY && !method.always {
+            let why = format!("{UNDER_WAY} requests are under way on this socket");
+            let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", UNDER_WAY);
+            return Err(error);
+        }
+        let call = Call {
+            now,
+            socket,
+            session,
+            grant,
+            arm,
+            params,
+            request,
+        };
+        self.call(method, &call)
+    }
+
+    /// Answers a request, or remembers it.
+    fn handled(
+        &mut self,
+        now: HostInstant,
+        socket: SocketId,
+        id: Option<MessageId>,
+        line: Option<JournalLine>,
+        handled: Result<Handled, RpcError>,
+    ) {
+        let outcome = match handled {
+            Ok(Handled::Later(request, waits)) => {
+                if let Some(open) = self.sockets.get_mut(&socket) {
+                    open.under_way += 1;
+                }
+                let pending = Pending {
+                    socket,
+                    id,
+                    waits,
+                    line,
+                    began: now,
+                };
+                self.pending.insert(request, pending);
+                return;
+            }
+            Ok(Handled::Now(result)) => Ok(result),
+            Err(error) => Err(error),
+        };
+        if let Some(line) = line {
+            self.write(now, now, line, &outcome);
+        }
+        self.answer(socket, id.as_ref(), &outcome);
+    }
+
+    /// A request that waited is over.
+    pub(super) fn finish(
+        &mut self,
+        now: HostInstant,
+        request: RequestId,
+        outcome: Result<Value, RpcError>,
+    ) {
+        let Some(pending) = self.pending.remove(&request) else {
+            return;
+        };
+        if let Waits::Arm(arm) | Waits::Jog(arm, _) = pending.waits {
+            self.control.finish(now, arm, request);
+        }
+        if let Some(line) = pending.line {
+            self.write(now, pending.began, line, &outcome);
+        }
+        if let Some(open) = self.sockets.get_mut(&pending.socket) {
+            open.under_way = open.under_way.saturating_sub(1);
+        }
+        self.answer(pending.socket, pending.id.as_ref(), &outcome);
+    }
+
+    /// Answers, unless it was a notification, which has no answer.
+    fn answer(
+        &mut self,
+        socket: SocketId,
+        id: Option<&MessageId>,
+        outcome: &Result<Value, RpcError>,
+    ) {
+        // A message that is not a request at all is answered without an id.
+        let unasked = id.is_none()
+            && !matches!(outcome, Err(error)
+                if [RpcError::REQUEST, RpcError::PARSE].contains(&error.code));
+        if unasked {
+            return;
+        }
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            open.answer(answer(id, outcome));
+            self.awake.insert(socket);
+        }
+    }
+
+    /// The line of a request that counts: stops, and what needs the lease.
+    fn line_of(
+        &self,
+        now: HostInstant,
+        session: SessionId,
+        method: &Method,
+        params: Option<&Params>,
+    ) -> Option<JournalLine> {
+        let counts = method.needs != Needs::Nothing
+            || method.name.starts_with("lease.")
+            || (method.always && method.name != "jog.keep");
+        if !counts {
+            return None;
+        }
+        let shown = params.map_or(Value::Null, Params::for_journal);
+        let mut line = self.line(now, Some(session), method.name, shown);
+        let named = params.and_then(|params| params.text("arm"));
+        line.arm = self
+            .arm_named(named)
+            .ok()
+            .map(|arm| self.arm(arm).entry.name.clone());
+        Some(line)
+    }
+
+    fn write(
+        &mut self,
+        now: HostInstant,
+        began: HostInstant,
+        mut line: JournalLine,
+        outcome: &Result<Value, RpcError>,
+    ) {
+        let result = outcome.as_ref().map_or_else(RpcError::outcome, |_| "ok");
+        result.clone_into(&mut line.result);
+        line.ms = now.micros_since(began) as f64 / 1e3;
+        self.lines.push_back(line);
+    }
+
+    /// The arm of a name; without one the only arm.
+    pub(super) fn arm_named(&self, name: Option<&str>) -> Result<ArmId, RpcError> {
+        let found = match name {
+            Some(name) => self.arm_ids().find(|arm| self.arm(*arm).entry.name == name),
+            None if self.arms.len() == 1 => Some(ArmId(0)),
+            None => None,
+        };
+        found.ok_or_else(|| {
+            let names: Vec<_> = self
+                .arms
+                .iter()
+                .map(|arm| arm.entry.name.as_str())
+                .collect();
+            let names = names.join(", ");
+            let message = match name {
+                Some(name) => {
+                    let name = magician_protocol::visible(name);
+                    format!("there is no arm `{name}`: the station has {names}")
+                }
+                None => format!("`arm` is missing: the station has {names}"),
+            };
+            RpcError::param("arm", message)
+        })
+    }
+
+    /// Why the lease is needed.
+    pub(super) fn refused(&self, arm: ArmId, refusal: crate::control::Refusal) -> RpcError {
+        use crate::control::Refusal;
+        match refusal {
+            Refusal::Lease(holder) => self.needs_lease(arm, holder),
+            Refusal::Busy(Busy::Job(job)) => {
+                let job = self.text_id('j', job.0);
+                RpcError::new(RpcError::BUSY, "a job has the arm").with("job", job)
+            }
+            Refusal::Busy(Busy::Jog(jog)) => {
+                let jog = self.jog_id(jog);
+                RpcError::new(RpcError::BUSY, "a jog has the arm").with("jog", jog)
+            }
+            Refusal::Unknown => RpcError::param("session", "that session does not ask"),
+        }
+    }
+
+    pub(super) fn needs_lease(&self, arm: ArmId, holder: Option<SessionId>) -> RpcError {
+        let name = &self.arm(arm).entry.name;
+        let known = holder.and_then(|holder| self.sessions.get(&holder));
+        let message = match known {
+            Some(holder) => format!("{} has the lease of {name}", holder.name),
+            None => format!("moving {name} needs its lease: acquire it first"),
+        };
+        RpcError::new(RpcError::LEASE, message).with("holder", self.name_of(holder))
+    }
+
+    /// All arms, or the one that is meant.
+    pub(super) fn meant(&self, arm: Option<ArmId>) -> BTreeSet<ArmId> {
+        match arm {
+            Some(arm) => BTreeSet::from([arm]),
+            None => self.arm_ids().collect(),
+        }
+    }
+}
+
+/// A role that is too low.
+pub(super) fn forbidden(grant: &Grant, needs: Role, what: &str) -> RpcError {
+    let message = format!(
+        "{what} needs the role {}, this session is {}",
+        needs.name(),
+        grant.role.name()
+    );
+    RpcError::new(RpcError::FORBIDDEN, message)
+        .with("role", json!(grant.role.name()))
+        .with("needs", json!(needs.name()))
+}

@@ -1,0 +1,162 @@
+//! What follows from the decisions of [`Control`](crate::control::Control): orders, answers, notifications.
+
+use magician_protocol::HostInstant;
+use serde_json::{Value, json};
+
+use super::{Station, Waits};
+use crate::api::RpcError;
+use crate::control::{ArmId, Effect, JogEnd, JogId, SessionId, TTL, WorkEnd};
+use crate::order::ArmOrder;
+
+impl Station {
+    pub(super) fn carry_out(&mut self, now: HostInstant, effect: Effect) {
+        match effect {
+            Effect::Granted {
+                request,
+                arm,
+                lease,
+            } => {
+                let asked = { self.pending.get(&request) }
+                    .is_some_and(|pending| matches!(pending.waits, Waits::Lease { asked: true }));
+                let lease = self.lease_id(lease);
+                let ttl = TTL.as_secs();
+                let result = if asked {
+                    json!({"granted": true, "lease": lease, "ttl_s": ttl})
+                } else {
+                    json!({"arm": self.arm(arm).entry.name, "lease": lease, "ttl_s": ttl})
+                };
+                self.finish(now, request, Ok(result));
+            }
+            Effect::Denied { request, holder } => {
+                let Some(pending) = self.pending.get(&request) else {
+                    return;
+                };
+                let outcome = match pending.waits {
+                    Waits::Lease { asked: true } => Ok(json!({"granted": false})),
+                    _ => {
+                        let name = holder.and_then(|id| self.sessions.get(&id));
+                        let why = match name {
+                            Some(holder) => format!("{} has the lease", holder.name),
+                            None => "the lease was not granted".to_owned(),
+                        };
+                        let error = RpcError::new(RpcError::LEASE, why);
+                        Err(error.with("holder", self.name_of(holder)))
+                    }
+                };
+                self.finish(now, request, outcome);
+            }
+            Effect::Place {
+                session,
+                arm,
+                place,
+            } => {
+                let params = json!({"arm": self.arm(arm).entry.name, "place": place});
+                self.notify(session, "lease.queue", &params);
+            }
+            Effect::Holder { arm, .. } => {
+                let holder = self.holder(arm);
+                let params = json!({"arm": self.arm(arm).entry.name, "holder": holder});
+                self.notify_all("lease.changed", &params);
+                self.event(now, arm, "lease", vec![("holder", holder)]);
+                self.state_has_changed(arm);
+            }
+            Effect::Asked {
+                arm,
+                holder,
+                session,
+                request,
+            } => {
+                let message = { self.pending.get(&request) }
+                    .and_then(|pending| pending.line.as_ref())
+                    .and_then(|line| line.params.get("message").cloned());
+                let mut params = self.name_of(Some(session));
+                params["arm"] = json!(self.arm(arm).entry.name);
+                params["message"] = message.unwrap_or(Value::Null);
+                self.notify(holder, "lease.asked", &params);
+            }
+            Effect::EndJog { arm, jog, why } => {
+                self.order(arm, ArmOrder::EndJog(jog));
+                self.jog_over(now, arm, jog, why);
+            }
+            Effect::EndWork { arm, requests, why } => {
+                self.order(arm, ArmOrder::Stop { request: None });
+                for request in requests {
+                    let error = self.ended(arm, why);
+                    self.finish(now, request, Err(error));
+                }
+                if let WorkEnd::Lease(_) = why {
+                    self.event(now, arm, "stop", vec![("by", Value::Null)]);
+                }
+            }
+            Effect::EndJob { .. } => {}
+            Effect::SessionOver(session) => self.session_over(session),
+        }
+    }
+
+    /// Why a request under way is over.
+    pub(super) fn ended(&self, arm: ArmId, why: WorkEnd) -> RpcError {
+        match why {
+            WorkEnd::Lease(holder) => {
+                let message = format!("the lease of {} has ended", self.arm(arm).entry.name);
+                let error = RpcError::new(RpcError::LEASE, message);
+                error.with("holder", self.name_of(holder))
+            }
+            WorkEnd::Stop(by) => {
+                let message = "a stop ended it";
+                RpcError::new(RpcError::STOPPED, message).with("by", self.by(by))
+            }
+        }
+    }
+
+    /// The id of a session, or null.
+    pub(super) fn by(&self, session: Option<SessionId>) -> Value {
+        session.map_or(Value::Null, |session| json!(self.session_id(session)))
+    }
+
+    /// Tells that a jog is over.
+    fn jog_over(&mut self, now: HostInstant, arm: ArmId, jog: JogId, why: JogEnd) {
+        let beginning = self.pending.iter().find_map(|(request, pending)| {
+            matches!(pending.waits, Waits::Jog(_, id) if id == jog).then_some(*request)
+        });
+        let id = self.jog_id(jog);
+        if let Some(request) = beginning {
+            // It was asked for and ended before the arm had answered.
+            let error = match why {
+                JogEnd::Lease => self.ended(arm, WorkEnd::Lease(self.control.holder(arm))),
+                JogEnd::Stopped => self.ended(arm, WorkEnd::Stop(None)),
+                why => {
+                    let message = format!("the jog ended as it began: {}", why.name());
+                    RpcError::new(RpcError::STOPPED, message).with("by", Value::Null)
+                }
+            };
+            self.finish(now, request, Err(error));
+        }
+        let name = self.arm(arm).entry.name.clone();
+        let params = json!({"arm": name, "jog": id, "why": why.name()});
+        self.notify_all("jog.ended", &params);
+        let fields = vec![("jog", json!(id)), ("why", json!(why.name()))];
+        self.event(now, arm, "jog", fields);
+        self.state_has_changed(arm);
+    }
+
+    /// Numbers an event, and tells the subscribers of its arm.
+    pub(super) fn event(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        name: &str,
+        fields: Vec<(&'static str, Value)>,
+    ) {
+        let t = self.unix(now);
+        let place = self.arm_mut(arm);
+        let event = place.events.push(&place.entry.name, t, name, fields);
+        let subscribed = self.sockets.iter().filter(|(_, socket)| {
+            { socket.subscriptions.iter() }.any(|subscription| subscription.arm == arm)
+        });
+        let subscribed: Vec<_> = subscribed.map(|(id, _)| *id).collect();
+        let text = crate::api::notification("arm.event", &event);
+        for socket in subscribed {
+            self.notify_socket(socket, text.clone());
+        }
+    }
+}

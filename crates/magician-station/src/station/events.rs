@@ -1,0 +1,52 @@
+//! The last events of an arm, each with its number.
+
+use std::collections::VecDeque;
+
+use serde_json::{Map, Value, json};
+
+/// Events that are kept, and given at once.
+const KEPT: usize = 1000;
+
+#[derive(Debug, Default)]
+pub(super) struct EventLog {
+    seq: u64,
+    events: VecDeque<(u64, Value)>,
+}
+
+impl EventLog {
+    /// Numbers an event and keeps it.
+    pub(super) fn push(
+        &mut self,
+        arm: &str,
+        t: f64,
+        name: &str,
+        fields: Vec<(&'static str, Value)>,
+    ) -> Value {
+        self.seq += 1;
+        let mut event = Map::new();
+        for (name, value) in [
+            ("arm", json!(arm)),
+            ("seq", json!(self.seq)),
+            ("t", json!(t)),
+            ("event", json!(name)),
+        ]
+        .into_iter()
+        .chain(fields)
+        {
+            event.insert(name.to_owned(), value);
+        }
+        let event = Value::Object(event);
+        if self.events.len() == KEPT {
+            self.events.pop_front();
+        }
+        self.events.push_back((self.seq, event.clone()));
+        event
+    }
+
+    /// Those behind a number, and the number of the last.
+    pub(super) fn since(&self, seq: u64) -> Value {
+        let behind = self.events.iter().filter(|(number, _)| *number > seq);
+        let events: Vec<_> = behind.map(|(_, event)| event.clone()).collect();
+        json!({"events": events, "seq": self.seq})
+    }
+}

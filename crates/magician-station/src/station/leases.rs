@@ -1,0 +1,65 @@
+//! The methods of the lease.
+
+use std::time::Duration;
+
+use serde_json::Value;
+
+use super::dispatch::{Call, Handled};
+use super::{Station, Waits};
+use crate::api::RpcError;
+use crate::control::{ArmId, LeaseId, SessionId};
+
+impl Station {
+    pub(super) fn lease_call(&mut self, name: &str, call: &Call<'_>) -> Result<Handled, RpcError> {
+        let (now, session, request) = (call.now, call.session, call.request);
+        match (name, call.arm) {
+            ("lease.acquire", Some(arm)) => {
+                let wait = call.params.number("wait_s").unwrap_or(0.0);
+                let wait = Duration::try_from_secs_f64(wait).unwrap_or_default();
+                self.control.acquire(now, session, arm, request, wait);
+                Ok(Handled::Later(request, Waits::Lease { asked: false }))
+            }
+            ("lease.ask", Some(arm)) => {
+                self.control.ask(now, session, arm, request);
+                Ok(Handled::Later(request, Waits::Lease { asked: true }))
+            }
+            ("lease.take", Some(arm)) => {
+                self.control.take(now, session, arm, request);
+                Ok(Handled::Later(request, Waits::Lease { asked: false }))
+            }
+            ("lease.answer", Some(arm)) => self.answer_ask(call, arm),
+            ("lease.renew", _) => {
+                let lease = self.lease(call)?;
+                let renewed = self.control.renew(session, lease);
+                renewed.map_err(|_| RpcError::new(RpcError::LEASE, "the lease has ended"))?;
+                Ok(Handled::Now(Value::Null))
+            }
+            ("lease.release", _) => {
+                let lease = self.lease(call)?;
+                self.control.release(now, session, lease);
+                Ok(Handled::Now(Value::Null))
+            }
+            _ => Err(RpcError::internal("a lease of no arm")),
+        }
+    }
+
+    fn answer_ask(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
+        let unknown = || RpcError::param("session", "that session does not ask");
+        let text = call.params.text("session").unwrap_or_default();
+        let asker = SessionId(self.number('s', text).ok_or_else(unknown)?);
+        let grant = call.params.is_on("grant");
+        let answered = self
+            .control
+            .answer(call.now, call.session, arm, asker, grant);
+        answered.map_err(|refusal| self.refused(arm, refusal))?;
+        Ok(Handled::Now(Value::Null))
+    }
+
+    /// The lease that is named.
+    fn lease(&self, call: &Call<'_>) -> Result<LeaseId, RpcError> {
+        let text = call.params.text("lease").unwrap_or_default();
+        let number = self.number('l', text);
+        let unknown = || RpcError::param("lease", "there is no such lease");
+        number.map(LeaseId).ok_or_else(unknown)
+    }
+}

@@ -1,0 +1,436 @@
+//! The station: text of clients in, text and orders to arms out. Without I/O and clock.
+
+mod calls;
+mod dispatch;
+mod effects;
+mod events;
+mod journal;
+mod leases;
+mod reports;
+mod sessions;
+mod socket;
+mod watch;
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::fmt;
+
+use magician_protocol::HostInstant;
+use serde_json::Value;
+
+use self::events::EventLog;
+pub use self::journal::JournalLine;
+use self::sessions::Session;
+pub use self::socket::{CloseCode, Outgoing, Peer};
+use self::socket::{HELLO, Next, Socket};
+use crate::api::{MessageId, Role, RpcError, notification};
+use crate::control::{ArmId, Control, JogId, LeaseId, RequestId, SessionId};
+use crate::order::{ArmOrder, ArmReport};
+use crate::reading::{ArmReading, Beside};
+
+/// A connection of a client.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SocketId(pub u64);
+
+/// What somebody may do, and by which right.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Grant {
+    /// Its role.
+    pub role: Role,
+    /// The name of the token; none for who needs no token.
+    pub token: Option<String>,
+}
+
+/// Knows the tokens of a station.
+pub trait Gate: Send {
+    /// What a token allows; none for one that is not good.
+    fn grant(&mut self, token: &str) -> Option<Grant>;
+}
+
+/// A station without tokens.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoTokens;
+
+impl Gate for NoTokens {
+    fn grant(&mut self, _: &str) -> Option<Grant> {
+        None
+    }
+}
+
+/// An arm of a station.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ArmEntry {
+    /// Its name: `[a-z0-9][a-z0-9_-]{0,31}`.
+    pub name: String,
+    /// Where it is, as a person wrote it.
+    pub port: String,
+    /// Whether it is a virtual arm of this process: nothing of it burns.
+    pub is_virtual: bool,
+    /// Whether a laser may be mounted at its pins.
+    pub laser_pins: bool,
+}
+
+/// What a station is made of.
+pub struct StationConfig {
+    /// Its arms.
+    pub arms: Vec<ArmEntry>,
+    /// What ids begin with: another text for each start of a station, so that none is used twice.
+    pub epoch: String,
+    /// Unix seconds at [`HostInstant::ZERO`].
+    pub unix_zero: f64,
+    /// Version of the program.
+    pub version: String,
+    /// Whether nobody is more than a viewer.
+    pub read_only: bool,
+    /// Whether students may have the laser of a real arm burn.
+    pub student_laser: bool,
+    /// Its tokens.
+    pub gate: Box<dyn Gate>,
+}
+
+impl fmt::Debug for StationConfig {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("StationConfig")
+            .field("arms", &self.arms)
+            .field("epoch", &self.epoch)
+            .finish_non_exhaustive()
+    }
+}
+
+/// What a request waits for.
+#[derive(Debug)]
+enum Waits {
+    /// The outcome of an order.
+    Arm(ArmId),
+    /// The lease.
+    Lease { asked: bool },
+    /// A jog that begins.
+    Jog(ArmId, JogId),
+    /// Arms that come to a stand.
+    Stops {
+        left: BTreeSet<ArmId>,
+        arms: Vec<Value>,
+        failed: Option<RpcError>,
+    },
+}
+
+/// A request that is not answered yet.
+#[derive(Debug)]
+struct Pending {
+    socket: SocketId,
+    id: Option<MessageId>,
+    waits: Waits,
+    line: Option<JournalLine>,
+    began: HostInstant,
+}
+
+/// An arm as the station knows it.
+#[derive(Debug)]
+struct ArmPlace {
+    entry: ArmEntry,
+    reading: Option<ArmReading>,
+    /// When that reading came.
+    read_at: HostInstant,
+    link: bool,
+    events: EventLog,
+    /// How often it is read at present.
+    watched: (Option<u32>, Vec<magician::Pin>),
+}
+
+/// One or more arms for many clients.
+///
+/// A listener gives it what clients send ([`open`](Self::open), [`receive`](Self::receive), [`close`](Self::close)) and sends what
+/// [`poll_send`](Self::poll_send) has for each; arms get the orders of [`poll_order`](Self::poll_order) and
+/// [`report`](Self::report) what comes of them. Time is what the calls say; [`poll_timeout`](Self::poll_timeout) tells when
+/// [`handle_timeout`](Self::handle_timeout) is due.
+///
+/// ```
+/// use magician_protocol::HostInstant;
+/// use magician_station::{ArmEntry, Grant, NoTokens, Outgoing, Peer, Role, Station, StationConfig};
+///
+/// let mut station = Station::new(StationConfig {
+///     arms: vec![ArmEntry { name: "arm".into(), port: "sim".into(), is_virtual: true, laser_pins: true }],
+///     epoch: "1".into(),
+///     unix_zero: 0.0,
+///     version: "0.1.0".into(),
+///     read_only: false,
+///     student_laser: false,
+///     gate: Box::new(NoTokens),
+/// });
+/// let grant = Some(Grant { role: Role::Teacher, token: None });
+/// let peer = Peer { grant, address: "127.0.0.1".into(), secret: "0123456789abcdef".into() };
+/// let now = HostInstant::ZERO;
+/// let socket = station.open(now, peer);
+/// station.receive(now, socket, r#"{"jsonrpc":"2.0","id":1,"method":"session.hello","params":{"client":{"name":"doc"}}}"#);
+/// let Some(Outgoing::Text(answer)) = station.poll_send(socket) else { panic!() };
+/// assert!(answer.contains("\"role\":\"teacher\""));
+/// ```
+pub struct Station {
+    config: StationConfig,
+    control: Control,
+    arms: Vec<ArmPlace>,
+    sockets: BTreeMap<SocketId, Socket>,
+    sessions: BTreeMap<SessionId, Session>,
+    pending: BTreeMap<RequestId, Pending>,
+    orders: VecDeque<(ArmId, ArmOrder)>,
+    /// The arms of jogs, also of those that have ended.
+    jogs: BTreeMap<JogId, ArmId>,
+    lines: VecDeque<JournalLine>,
+    awake: BTreeSet<SocketId>,
+    ids: u64,
+}
+
+impl fmt::Debug for Station {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Station")
+            .field("config", &self.config)
+            .field("sockets", &self.sockets.len())
+            .field("pending", &self.pending.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Station {
+    /// A station whose arms are connected, and nobody else.
+    #[must_use]
+    pub fn new(config: StationConfig) -> Self {
+        let place = |entry: &ArmEntry| ArmPlace {
+            entry: entry.clone(),
+            reading: None,
+            read_at: HostInstant::ZERO,
+            link: true,
+            events: EventLog::default(),
+            watched: (None, Vec::new()),
+        };
+        Self {
+            control: Control::new(config.arms.len()),
+            arms: config.arms.iter().map(place).collect(),
+            config,
+            sockets: BTreeMap::new(),
+            sessions: BTreeMap::new(),
+            pending: BTreeMap::new(),
+            orders: VecDeque::new(),
+            jogs: BTreeMap::new(),
+            lines: VecDeque::new(),
+            awake: BTreeSet::new(),
+            ids: 0,
+        }
+    }
+
+    /// The arms, in the order of their ids.
+    #[must_use]
+    pub fn arms(&self) -> &[ArmEntry] {
+        &self.config.arms
+    }
+
+    /// A client connects.
+    pub fn open(&mut self, now: HostInstant, peer: Peer) -> SocketId {
+        let id = SocketId(self.next_id());
+        self.sockets.insert(id, Socket::new(now, peer));
+        id
+    }
+
+    /// A text message of a client.
+    pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
+        // What is over by now is over for this message too.
+        self.handle_timeout(now);
+        self.take(now, socket, text);
+        self.settle(now);
+    }
+
+    /// The answer to a ping: a word, as a message is one.
+    pub fn pong(&mut self, now: HostInstant, socket: SocketId) {
+        if let Some(session) = self.session_of(socket) {
+            self.control.word(now, session);
+        }
+    }
+
+    /// A client is gone, or was closed.
+    pub fn close(&mut self, now: HostInstant, socket: SocketId) {
+        let Some(gone) = self.sockets.remove(&socket) else {
+            return;
+        };
+        self.pending
+            .retain(|_, pending| pending.socket != socket || pending.line.is_some());
+        if let Some(session) = gone.session {
+            self.left(now, session);
+        }
+        self.watch_anew();
+        self.settle(now);
+    }
+
+    /// An arm reports.
+    pub fn report(&mut self, now: HostInstant, arm: ArmId, report: ArmReport) {
+        self.take_report(now, arm, report);
+        self.settle(now);
+    }
+
+    /// Something that is due by now.
+    pub fn handle_timeout(&mut self, now: HostInstant) {
+        self.control.handle_timeout(now);
+        let late = |socket: &Socket| socket.session.is_none() && now - socket.opened >= HELLO;
+        let late: Vec<_> = { self.sockets.iter() }
+            .filter(|(_, socket)| late(socket) && !socket.is_closing())
+            .map(|(id, _)| *id)
+            .collect();
+        for socket in late {
+            self.end_socket(socket, CloseCode::LATE);
+        }
+        self.settle(now);
+    }
+
+    /// When [`handle_timeout`](Self::handle_timeout) is due.
+    #[must_use]
+    pub fn poll_timeout(&self) -> Option<HostInstant> {
+        let hellos = self.sockets.values().filter_map(|socket| {
+            let waits = socket.session.is_none() && !socket.is_closing();
+            waits.then(|| socket.opened + HELLO)
+        });
+        hellos.chain(self.control.poll_timeout()).min()
+    }
+
+    /// An order for an arm.
+    pub fn poll_order(&mut self) -> Option<(ArmId, ArmOrder)> {
+        self.orders.pop_front()
+    }
+
+    /// A line for the journal.
+    pub fn poll_journal(&mut self) -> Option<JournalLine> {
+        self.lines.pop_front()
+    }
+
+    /// A socket that has something to send since it was asked last.
+    pub fn poll_awake(&mut self) -> Option<SocketId> {
+        self.awake.pop_first()
+    }
+
+    /// What a client is to be sent next. Ask when it can take it: a state is the newest one then.
+    pub fn poll_send(&mut self, socket: SocketId) -> Option<Outgoing> {
+        loop {
+            match self.sockets.get_mut(&socket)?.next()? {
+                Next::Text(text) => return Some(Outgoing::Text(text)),
+                Next::Close(code) => return Some(Outgoing::Close(code)),
+                Next::State(subscription) => {
+                    if let Some(state) = self.state_for(socket, subscription) {
+                        return Some(state);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Carries out what follows from what happened.
+    fn settle(&mut self, now: HostInstant) {
+        while let Some(effect) = self.control.poll_effect() {
+            self.carry_out(now, effect);
+        }
+    }
+
+    fn next_id(&mut self) -> u64 {
+        self.ids += 1;
+        self.ids
+    }
+
+    fn session_of(&self, socket: SocketId) -> Option<SessionId> {
+        self.sockets.get(&socket)?.session
+    }
+
+    fn arm_ids(&self) -> impl Iterator<Item = ArmId> + use<> {
+        (0..self.arms.len() as u64).map(ArmId)
+    }
+
+    fn arm(&self, arm: ArmId) -> &ArmPlace {
+        &self.arms[arm.0 as usize]
+    }
+
+    fn arm_mut(&mut self, arm: ArmId) -> &mut ArmPlace {
+        &mut self.arms[arm.0 as usize]
+    }
+
+    fn order(&mut self, arm: ArmId, order: ArmOrder) {
+        self.orders.push_back((arm, order));
+    }
+
+    /// Unix seconds.
+    fn unix(&self, now: HostInstant) -> f64 {
+        let micros = (self.config.unix_zero + now.as_micros() as f64 / 1e6) * 1e6;
+        micros.round() / 1e6
+    }
+
+    fn text_id(&self, mark: char, id: u64) -> String {
+        format!("{mark}{}-{id}", self.config.epoch)
+    }
+
+    fn session_id(&self, id: SessionId) -> String {
+        self.text_id('s', id.0)
+    }
+
+    fn jog_id(&self, id: JogId) -> String {
+        self.text_id('g', id.0)
+    }
+
+    fn lease_id(&self, id: LeaseId) -> String {
+        self.text_id('l', id.0)
+    }
+
+    /// The number of an id of this kind.
+    fn number(&self, mark: char, text: &str) -> Option<u64> {
+        let rest = text.strip_prefix(mark)?;
+        let (epoch, number) = rest.rsplit_once('-')?;
+        let number: u64 = number.parse().ok()?;
+        // In one form only: an id is compared as text by clients.
+        (epoch == self.config.epoch && self.text_id(mark, number) == text).then_some(number)
+    }
+
+    /// What every state of an arm says beside its reading.
+    fn beside(&self, arm: ArmId) -> Beside {
+        Beside {
+            t: self.unix(self.arm(arm).read_at),
+            arm: self.arm(arm).entry.name.clone(),
+            job: None,
+            job_runs: false,
+            jog: self.control.jog(arm).map(|(jog, _)| self.jog_id(jog)),
+            holder: self.holder(arm),
+        }
+    }
+
+    /// The holder of an arm's lease as JSON has it.
+    fn holder(&self, arm: ArmId) -> Value {
+        self.name_of(self.control.holder(arm))
+    }
+
+    fn end_socket(&mut self, socket: SocketId, code: CloseCode) {
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            open.close(code);
+            self.awake.insert(socket);
+        }
+    }
+
+    /// Tells a session something.
+    fn notify(&mut self, session: SessionId, method: &str, params: &Value) {
+        let socket = self
+            .sessions
+            .get(&session)
+            .and_then(|session| session.socket);
+        if let Some(socket) = socket {
+            self.notify_socket(socket, notification(method, params));
+        }
+    }
+
+    fn notify_socket(&mut self, socket: SocketId, text: String) {
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            open.notice(text);
+            self.awake.insert(socket);
+        }
+    }
+
+    /// Tells all sessions something.
+    fn notify_all(&mut self, method: &str, params: &Value) {
+        let text = notification(method, params);
+        let sockets: Vec<_> = { self.sessions.values() }
+            .filter_map(|session| session.socket)
+            .collect();
+        for socket in sockets {
+            self.notify_socket(socket, text.clone());
+        }
+    }
+}

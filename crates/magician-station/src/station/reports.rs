@@ -1,0 +1,84 @@
+//! What arms report.
+
+use magician_protocol::HostInstant;
+use serde_json::json;
+
+use super::{Station, Waits};
+use crate::api::RpcError;
+use crate::control::{ArmId, JogEnd, RequestId};
+use crate::order::{ArmReport, Outcome};
+
+impl Station {
+    pub(super) fn take_report(&mut self, now: HostInstant, arm: ArmId, report: ArmReport) {
+        match report {
+            ArmReport::Done { request, outcome } => self.done(now, arm, request, outcome),
+            ArmReport::Reading(reading) => {
+                let place = self.arm_mut(arm);
+                place.read_at = now - reading.age;
+                place.reading = Some(*reading);
+                self.has_read(now, arm);
+            }
+            ArmReport::JogEnded { jog, why } => self.control.jog_ended(arm, jog, why),
+            ArmReport::Event { name, fields } => self.event(now, arm, name, fields),
+            ArmReport::Link(up) => {
+                let was = std::mem::replace(&mut self.arm_mut(arm).link, up);
+                if was && !up {
+                    if let Some((jog, _)) = self.control.jog(arm) {
+                        self.control.jog_ended(arm, jog, JogEnd::Link);
+                    }
+                    self.has_lost(now, arm);
+                }
+                if was != up {
+                    let name = if up { "link-found" } else { "link-lost" };
+                    self.event(now, arm, name, Vec::new());
+                }
+            }
+        }
+    }
+
+    fn done(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        request: RequestId,
+        outcome: Result<Outcome, RpcError>,
+    ) {
+        let outcome = outcome.map(|outcome| match outcome {
+            Outcome::Value(value) => value,
+            Outcome::State => self.whole_state(arm),
+        });
+        let Some(pending) = self.pending.get_mut(&request) else {
+            // Its lease has ended, or a stop came: it was answered then.
+            self.control.finish(now, arm, request);
+            return;
+        };
+        match &mut pending.waits {
+            Waits::Stops { left, arms, failed } => {
+                left.remove(&arm);
+                match outcome {
+                    Ok(stood) => arms.push(stood),
+                    Err(error) => *failed = Some(error),
+                }
+                if left.is_empty() {
+                    let outcome = match failed.take() {
+                        Some(error) => Err(error),
+                        None => Ok(json!({"arms": std::mem::take(arms)})),
+                    };
+                    self.finish(now, request, outcome);
+                }
+            }
+            Waits::Jog(_, jog) => {
+                let jog = *jog;
+                let id = self.jog_id(jog);
+                match outcome {
+                    Ok(_) => self.finish(now, request, Ok(json!({"jog": id}))),
+                    Err(error) => {
+                        self.finish(now, request, Err(error));
+                        self.control.jog_ended(arm, jog, JogEnd::Limit);
+                    }
+                }
+            }
+            Waits::Arm(_) | Waits::Lease { .. } => self.finish(now, request, outcome),
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! Sessions: hello, coming back, and who is there.
+
+use magician_protocol::HostInstant;
+use serde_json::{Map, Value, json};
+
+use super::journal::JournalLine;
+use super::socket::{CloseCode, RATE};
+use super::{Grant, SocketId, Station};
+use crate::api::{Params, Role, RpcError};
+use crate::control::SessionId;
+
+/// Bytes of a message, at most.
+pub(crate) const MESSAGE: usize = 1024 * 1024;
+/// Sockets of a station, at most.
+pub(crate) const SOCKETS: usize = 64;
+
+/// A client with a name.
+#[derive(Debug)]
+pub(super) struct Session {
+    pub(super) name: String,
+    pub(super) grant: Grant,
+    /// The secret to come back with.
+    secret: String,
+    pub(super) since: HostInstant,
+    pub(super) socket: Option<SocketId>,
+    pub(super) address: String,
+}
+
+impl Station {
+    /// The first message of a socket.
+    pub(super) fn hello(
+        &mut self,
+        now: HostInstant,
+        socket: SocketId,
+        params: &Params,
+    ) -> Result<Value, RpcError> {
+        let client = params.object("client").cloned().unwrap_or_default();
+        let name = client_name(&client)?;
+        let Some(open) = self.sockets.get(&socket) else {
+            return Err(RpcError::internal("the socket is gone"));
+        };
+        let peer = open.peer.clone();
+        let grant = match params.text("token") {
+            Some(token) => self.config.gate.grant(token),
+            None => peer.grant.clone(),
+        };
+        let Some(mut grant) = grant else {
+            self.end_socket(socket, CloseCode::TOKEN);
+            let why = match params.text("token") {
+                Some(_) => "the token is not good",
+                None => "a token is needed from this address",
+            };
+            return Err(RpcError::new(RpcError::FORBIDDEN, why));
+        };
+        if self.config.read_only {
+            grant.role = Role::Viewer;
+        }
+        let back = params
+            .text("resume")
+            .and_then(|secret| self.resumed(secret, &grant));
+        let (session, resumed) = match back {
+            Some(session) => {
+                self.control.rejoin(now, session);
+                (session, true)
+            }
+            None => {
+                let session = SessionId(self.next_id());
+                self.control.join(now, session);
+                (session, false)
+            }
+        };
+        let since = self
+            .sessions
+            .get(&session)
+            .map_or(now, |before| before.since);
+        let before = self.sessions.insert(
+            session,
+            Session {
+                name: name.clone(),
+                grant: grant.clone(),
+                secret: peer.secret.clone(),
+                since,
+                socket: Some(socket),
+                address: peer.address,
+            },
+        );
+        if let Some(other) = before.and_then(|before| before.socket) {
+            // Its jog, and what it waited for, were the other socket's.
+            if let Some(open) = self.sockets.get_mut(&other) {
+                open.session = None;
+            }
+            self.control.leave(now, session);
+            self.control.rejoin(now, session);
+            self.end_socket(other, CloseCode::TAKEN_OVER);
+        }
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            open.session = Some(session);
+        }
+        self.tell_sessions();
+        let arms: Vec<_> = self.arms.iter().map(|arm| arm.entry.name.clone()).collect();
+        Ok(json!({
+            "session": self.session_id(session),
+            "resume": peer.secret,
+            "resumed": resumed,
+            "role": grant.role.name(),
+            "api": 1,
+            "version": self.config.version,
+            "arms": arms,
+            "limits": {"message": MESSAGE, "rate": RATE, "sockets": SOCKETS},
+        }))
+    }
+
+    /// The session that this secret belongs to, if it is of the same right.
+    fn resumed(&self, secret: &str, grant: &Grant) -> Option<SessionId> {
+        let of =
+            |session: &Session| same(&session.secret, secret) && session.grant.token == grant.token;
+        let (id, _) = self.sessions.iter().find(|(_, session)| of(session))?;
+        Some(*id)
+    }
+
+    /// The socket of a session has ended.
+    pub(super) fn left(&mut self, now: HostInstant, session: SessionId) {
+        if let Some(gone) = self.sessions.get_mut(&session) {
+            gone.socket = None;
+        }
+        self.control.leave(now, session);
+        let mut line = self.line(now, Some(session), "session.end", Value::Null);
+        "ok".clone_into(&mut line.result);
+        self.lines.push_back(line);
+    }
+
+    /// A session is over for good.
+    pub(super) fn session_over(&mut self, session: SessionId) {
+        self.sessions.remove(&session);
+        self.tell_sessions();
+    }
+
+    /// A token is good no more: its sessions end now, and with them their leases.
+    pub fn revoke(&mut self, now: HostInstant, token: &str) {
+        let revoked: Vec<_> = { self.sessions.iter() }
+            .filter(|(_, session)| session.grant.token.as_deref() == Some(token))
+            .map(|(id, session)| (*id, session.socket))
+            .collect();
+        for (session, socket) in revoked {
+            if let Some(socket) = socket {
+                self.end_socket(socket, CloseCode::REVOKED);
+            }
+            self.control.expel(now, session);
+        }
+        self.settle(now);
+    }
+
+    pub(super) fn list_sessions(&self) -> Value {
+        let list = self.sessions.iter().map(|(id, session)| {
+            let held = self
+                .control
+                .held_by(*id)
+                .map(|arm| self.arm(arm).entry.name.clone());
+            json!({
+                "session": self.session_id(*id),
+                "name": session.name,
+                "role": session.grant.role.name(),
+                "leases": held.collect::<Vec<_>>(),
+                "since": self.unix(session.since),
+            })
+        });
+        json!({"sessions": list.collect::<Vec<_>>()})
+    }
+
+    pub(super) fn tell_sessions(&mut self) {
+        let list = self.list_sessions();
+        self.notify_all("session.changed", &list);
+    }
+
+    /// A session as JSON has it: `{session, name}`, or null.
+    pub(super) fn name_of(&self, session: Option<SessionId>) -> Value {
+        let known = session.and_then(|id| Some((id, self.sessions.get(&id)?)));
+        known.map_or(
+            Value::Null,
+            |(id, session)| json!({"session": self.session_id(id), "name": session.name}),
+        )
+    }
+
+    /// A line of the journal that has no result yet.
+    pub(super) fn line(
+        &self,
+        now: HostInstant,
+        session: Option<SessionId>,
+        method: &str,
+        params: Value,
+    ) -> JournalLine {
+        let known = session.and_then(|id| self.sessions.get(&id));
+        JournalLine {
+            t: self.unix(now),
+            session: session.map(|id| self.session_id(id)),
+            name: known
+                .map(|session| session.name.clone())
+                .unwrap_or_default(),
+            role: known.map(|session| session.grant.role.name()),
+            peer: known
+                .map(|session| session.address.clone())
+                .unwrap_or_default(),
+            arm: None,
+            method: method.to_owned(),
+            params,
+            result: String::new(),
+            ms: 0.0,
+        }
+    }
+}
+
+/// The name of a client.
+fn client_name(client: &Map<String, Value>) -> Result<String, RpcError> {
+    let wrong = |why| Err(RpcError::param("client", why));
+    for (key, value) in client {
+        match (key.as_str(), value) {
+            ("name" | "version", Value::String(text)) if text.chars().count() <= 80 => {}
+            ("name" | "version", _) => {
+                return wrong("`name` and `version` are text of at most 80 characters");
+            }
+            _ => return wrong("`client` has `name` and `version` alone"),
+        }
+    }
+    match client.get("name").and_then(Value::as_str).map(str::trim) {
+        Some(name) if !name.is_empty() => Ok(magician_protocol::visible(name).to_string()),
+        _ => wrong("`client` needs a `name`"),
+    }
+}
+
+/// Whether two secrets are the same, in a time that does not tell where they differ.
+fn same(one: &str, other: &str) -> bool {
+    let differ = one
+        .bytes()
+        .zip(other.bytes())
+        .fold(0, |sum, (a, b)| sum | (a ^ b));
+    one.len() == other.len() && differ == 0 && !one.is_empty()
+}

@@ -1,0 +1,246 @@
+//! Readings for subscribers: at the rate that each asks for, the newest one when several are due.
+
+use std::time::Duration;
+
+use magician::Pin;
+use magician_protocol::HostInstant;
+use serde_json::{Map, Value, json};
+
+use super::socket::{SUBSCRIPTIONS, Subscription};
+use super::{Outgoing, SocketId, Station};
+use crate::api::{Params, RpcError, notification};
+use crate::control::ArmId;
+use crate::order::ArmOrder;
+use crate::reading::{FIELDS, FRAME_FIELDS, beside_frames, changes};
+
+/// Every so many states a whole one is sent.
+const WHOLE: u32 = 100;
+/// EIO addresses.
+const PINS: std::ops::RangeInclusive<u64> = 1..=20;
+
+impl Station {
+    pub(super) fn subscribe(
+        &mut self,
+        now: HostInstant,
+        socket: SocketId,
+        arm: ArmId,
+        params: &Params,
+    ) -> Result<Value, RpcError> {
+        let rate = params.integer("rate").unwrap_or(1).clamp(1, 50) as u32;
+        let binary = params.text("frame") == Some("binary");
+        let pins = pins(params.get("pins"))?;
+        let Some(open) = self.sockets.get_mut(&socket) else {
+            return Err(RpcError::internal("the socket is gone"));
+        };
+        if open.subscriptions.len() >= SUBSCRIPTIONS {
+            let why = format!("a socket has at most {SUBSCRIPTIONS} subscriptions");
+            let error = RpcError::new(RpcError::TOO_MANY, why);
+            return Err(error.with("limit", SUBSCRIPTIONS));
+        }
+        let id = open.next_subscription();
+        open.subscriptions.push(Subscription {
+            id,
+            arm,
+            period: Duration::from_secs(1) / rate,
+            binary,
+            pins,
+            due: now,
+            sent: Map::new(),
+            sequence: 0,
+            lost: false,
+        });
+        self.watch_anew();
+        // What is known is sent at once; else the first reading is.
+        if self.is_fresh(now, arm) {
+            self.state_is_due(socket, id);
+        }
+        let fields: Vec<_> = if binary {
+            FRAME_FIELDS.to_vec()
+        } else {
+            FIELDS.to_vec()
+        };
+        Ok(json!({"subscription": id, "rate": rate, "fields": fields}))
+    }
+
+    pub(super) fn unsubscribe(&mut self, socket: SocketId, id: u16) -> Result<Value, RpcError> {
+        let Some(open) = self.sockets.get_mut(&socket) else {
+            return Err(RpcError::internal("the socket is gone"));
+        };
+        let before = open.subscriptions.len();
+        open.subscriptions
+            .retain(|subscription| subscription.id != id);
+        if open.subscriptions.len() == before {
+            let why = format!("there is no subscription {id}");
+            return Err(RpcError::param("subscription", why));
+        }
+        self.watch_anew();
+        Ok(Value::Null)
+    }
+
+    /// Has each arm read as often as its subscribers need.
+    pub(super) fn watch_anew(&mut self) {
+        for arm in self.arm_ids() {
+            let all = self
+                .sockets
+                .values()
+                .flat_map(|socket| &socket.subscriptions);
+            let (mut rate, mut pins) = (None, Vec::new());
+            for subscription in all.filter(|subscription| subscription.arm == arm) {
+                let wanted = (1.0 / subscription.period.as_secs_f64()).round() as u32;
+                rate = rate.max(Some(wanted));
+                for pin in &subscription.pins {
+                    if !pins.contains(pin) {
+                        pins.push(*pin);
+                    }
+                }
+            }
+            let wanted = (rate, pins);
+            if self.arm(arm).watched != wanted {
+                self.arm_mut(arm).watched = wanted.clone();
+                let (rate, pins) = wanted;
+                self.order(arm, ArmOrder::Watch { rate, pins });
+            }
+        }
+    }
+
+    /// A reading came: those whose next state is due get it.
+    pub(super) fn has_read(&mut self, now: HostInstant, arm: ArmId) {
+        let mut due = Vec::new();
+        for (socket, open) in &mut self.sockets {
+            for subscription in { open.subscriptions.iter_mut() }.filter(|one| one.arm == arm) {
+                // A reading that comes a little early is not one to wait a whole period for.
+                let early = subscription.period / 10;
+                if now + early < subscription.due {
+                    continue;
+                }
+                // Times that are due lie on a grid, so that the rate holds in the mean; after a gap it begins anew.
+                let next = subscription.due + subscription.period;
+                subscription.due = if next <= now {
+                    now + subscription.period
+                } else {
+                    next
+                };
+                due.push((*socket, subscription.id));
+            }
+        }
+        for (socket, id) in due {
+            self.state_is_due(socket, id);
+        }
+    }
+
+    /// The line to an arm broke: its subscribers hear it once.
+    pub(super) fn has_lost(&mut self, now: HostInstant, arm: ArmId) {
+        let t = self.unix(now);
+        let mut told = Vec::new();
+        for (socket, open) in &mut self.sockets {
+            for subscription in { open.subscriptions.iter_mut() }.filter(|one| one.arm == arm) {
+                if !std::mem::replace(&mut subscription.lost, true) {
+                    told.push((*socket, subscription.id));
+                }
+            }
+        }
+        for (socket, id) in told {
+            let state = json!({"subscription": id, "state": {"link": "lost", "t": t}});
+            self.notify_socket(socket, notification("arm.state", &state));
+        }
+    }
+
+    /// Something beside the reading has changed: its subscribers get it with the next state, at once.
+    pub(super) fn state_has_changed(&mut self, arm: ArmId) {
+        let all = self.sockets.iter().flat_map(|(socket, open)| {
+            let of_arm = open.subscriptions.iter().filter(|one| one.arm == arm);
+            of_arm.map(|one| (*socket, one.id))
+        });
+        let all: Vec<_> = all.collect();
+        if self.arm(arm).reading.is_some() && self.arm(arm).link {
+            for (socket, id) in all {
+                self.state_is_due(socket, id);
+            }
+        }
+    }
+
+    fn state_is_due(&mut self, socket: SocketId, id: u16) {
+        let Some(open) = self.sockets.get_mut(&socket) else {
+            return;
+        };
+        if let Some(subscription) = { open.subscriptions.iter_mut() }.find(|one| one.id == id) {
+            // What is not sent because a newer one took its place is a number that is missing.
+            subscription.sequence = subscription.sequence.wrapping_add(1);
+            subscription.lost = false;
+        }
+        if open.state_due(id) {
+            self.awake.insert(socket);
+        }
+    }
+
+    /// The state for a subscription as it is now.
+    pub(super) fn state_for(&mut self, socket: SocketId, id: u16) -> Option<Outgoing> {
+        let open = self.sockets.get(&socket)?;
+        let subscription = open.subscriptions.iter().find(|one| one.id == id)?;
+        let arm = subscription.arm;
+        let beside = self.beside(arm);
+        let place = self.arm(arm);
+        let reading = place.reading.clone().filter(|_| place.link)?;
+        let fields = reading.fields(&beside);
+        let open = self.sockets.get_mut(&socket)?;
+        let subscription = open.subscriptions.iter_mut().find(|one| one.id == id)?;
+        let number = subscription.sequence.wrapping_sub(1);
+        let whole = subscription.sent.is_empty();
+        if subscription.binary {
+            let rest = beside_frames(&fields);
+            let before = beside_frames(&subscription.sent);
+            let changed = changes(&before, &rest);
+            let frame = Outgoing::Frame(reading.frame(&beside, id, number));
+            // `t` is in every change; alone it is none.
+            if changed.len() > 1 || whole {
+                let state = if whole { fields.clone() } else { changed };
+                let text = notification("arm.state", &json!({"subscription": id, "state": state}));
+                subscription.sent = fields;
+                open.notice_next(text);
+            }
+            return Some(frame);
+        }
+        let state = if whole || number.is_multiple_of(WHOLE) {
+            fields.clone()
+        } else {
+            changes(&subscription.sent, &fields)
+        };
+        subscription.sent = fields;
+        let state = json!({"subscription": id, "state": state});
+        Some(Outgoing::Text(notification("arm.state", &state)))
+    }
+
+    /// Whether an arm was read within the last 100 ms.
+    pub(super) fn is_fresh(&self, now: HostInstant, arm: ArmId) -> bool {
+        let place = self.arm(arm);
+        let age = now - place.read_at;
+        place.reading.is_some() && place.link && age <= Duration::from_millis(100)
+    }
+}
+
+/// The pins of a subscription.
+fn pins(given: Option<&Value>) -> Result<Vec<Pin>, RpcError> {
+    let wrong = || {
+        let why = "a pin is `kind` (input, output, analog) and `address` (1 to 20)";
+        RpcError::param("pins", why)
+    };
+    let items = given.and_then(Value::as_array).cloned().unwrap_or_default();
+    let pin = |item: &Value| {
+        let address = item
+            .get("address")?
+            .as_u64()
+            .filter(|at| PINS.contains(at))? as u8;
+        let known = item.as_object()?.len() == 2;
+        match item.get("kind")?.as_str()? {
+            _ if !known => None,
+            "input" => Some(Pin::Input(address)),
+            "output" => Some(Pin::Output(address)),
+            "analog" => Some(Pin::Analog(address)),
+            _ => None,
+        }
+    };
+    items
+        .iter()
+        .map(|item| pin(item).ok_or_else(wrong))
+        .collect()
+}

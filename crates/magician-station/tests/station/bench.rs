@@ -1,0 +1,224 @@
+//! A station with virtual arms, and clients that speak JSON to it.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use magician::sim::{Controller, Profile};
+use magician::{Arm, Options, SimSpeed, VirtualArm};
+use magician_station::{
+    ArmEntry, Client, CloseCode, Grant, JournalLine, NoTokens, Outgoing, Peer, Role,
+    RunningStation, StationConfig,
+};
+use serde_json::{Value, json};
+use tokio::time::{Instant, timeout};
+
+/// No answer takes longer.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+pub(crate) struct Bench {
+    pub(crate) station: RunningStation,
+    pub(crate) arms: Vec<VirtualArm>,
+    pub(crate) lines: Arc<Mutex<Vec<JournalLine>>>,
+    sockets: std::cell::Cell<u32>,
+}
+
+impl Bench {
+    /// So many arms: `arm`, or `arm1`, `arm2`. They move in their own time, which is the test's.
+    pub(crate) async fn new(arms: usize) -> Self {
+        Self::with(arms, true).await
+    }
+
+    /// As far as the laser goes they are real arms.
+    pub(crate) async fn real(arms: usize) -> Self {
+        Self::with(arms, false).await
+    }
+
+    async fn with(count: usize, is_virtual: bool) -> Self {
+        let mut arms = Vec::new();
+        let mut virtual_arms = Vec::new();
+        let mut entries = Vec::new();
+        for at in 0..count {
+            let controller = Controller::new(Profile::default());
+            let virtual_arm = VirtualArm::new(controller, SimSpeed::Times(1.0));
+            let options = Options::default().laser_pins(true);
+            arms.push(Arm::simulated(virtual_arm.clone(), options).await.unwrap());
+            virtual_arms.push(virtual_arm);
+            entries.push(ArmEntry {
+                name: if count == 1 {
+                    "arm".to_owned()
+                } else {
+                    format!("arm{}", at + 1)
+                },
+                port: "sim".to_owned(),
+                is_virtual,
+                laser_pins: true,
+            });
+        }
+        let lines = Arc::new(Mutex::new(Vec::new()));
+        let config = StationConfig {
+            arms: entries,
+            epoch: "0".to_owned(),
+            unix_zero: 1_000_000.0,
+            version: "0.0.0".to_owned(),
+            read_only: false,
+            student_laser: false,
+            gate: Box::new(NoTokens),
+        };
+        let journal = Arc::clone(&lines);
+        let station = RunningStation::start(
+            config,
+            arms,
+            Box::new(move |line| journal.lock().unwrap().push(line)),
+        );
+        Self {
+            station,
+            arms: virtual_arms,
+            lines,
+            sockets: std::cell::Cell::new(0),
+        }
+    }
+
+    /// A socket without a session.
+    pub(crate) fn socket(&self, role: Option<Role>) -> Tester {
+        self.sockets.set(self.sockets.get() + 1);
+        let grant = role.map(|role| Grant { role, token: None });
+        let secret = format!("secret-{:032}", self.sockets.get());
+        let peer = Peer {
+            grant,
+            address: "127.0.0.1:1".to_owned(),
+            secret,
+        };
+        Tester {
+            client: self.station.connect(peer),
+            next: 0,
+            notices: Vec::new(),
+            frames: Vec::new(),
+            closed: None,
+        }
+    }
+
+    /// A session of this name and role.
+    pub(crate) async fn join_as(&self, name: &str, role: Role) -> Tester {
+        let mut tester = self.socket(Some(role));
+        tester
+            .call("session.hello", json!({"client": {"name": name}}))
+            .await
+            .unwrap();
+        tester
+    }
+
+    pub(crate) async fn join(&self, name: &str) -> Tester {
+        self.join_as(name, Role::Student).await
+    }
+}
+
+/// A client.
+pub(crate) struct Tester {
+    pub(crate) client: Client,
+    next: i64,
+    /// Notifications that came, in their order: method and parameters.
+    pub(crate) notices: Vec<(String, Value)>,
+    pub(crate) frames: Vec<Vec<u8>>,
+    pub(crate) closed: Option<CloseCode>,
+}
+
+impl Tester {
+    /// Sends a request, and returns its id.
+    pub(crate) fn send(&mut self, method: &str, params: Value) -> i64 {
+        self.next += 1;
+        let message =
+            json!({"jsonrpc": "2.0", "id": self.next, "method": method, "params": params});
+        self.client.send(&message.to_string());
+        self.next
+    }
+
+    pub(crate) fn notify(&mut self, method: &str, params: Value) {
+        let message = json!({"jsonrpc": "2.0", "method": method, "params": params});
+        self.client.send(&message.to_string());
+    }
+
+    /// Calls a method: its result, or its error.
+    pub(crate) async fn call(&mut self, method: &str, params: Value) -> Result<Value, Value> {
+        let id = self.send(method, params);
+        self.answer(id).await
+    }
+
+    /// As [`call`](Self::call), of a method that succeeds.
+    pub(crate) async fn ok(&mut self, method: &str, params: Value) -> Value {
+        let outcome = self.call(method, params).await;
+        outcome.unwrap_or_else(|error| panic!("{method}: {error}"))
+    }
+
+    /// The code of the error with which a method fails.
+    pub(crate) async fn code(&mut self, method: &str, params: Value) -> i64 {
+        let outcome = self.call(method, params).await;
+        let error = outcome.expect_err(method);
+        error["code"].as_i64().unwrap()
+    }
+
+    /// Waits for the answer to a request.
+    pub(crate) async fn answer(&mut self, id: i64) -> Result<Value, Value> {
+        loop {
+            let message = self.message().await.expect("an answer before the end");
+            if message["id"] == json!(id) {
+                return match message.get("error") {
+                    Some(error) => Err(error.clone()),
+                    None => Ok(message["result"].clone()),
+                };
+            }
+        }
+    }
+
+    /// The next answer; notifications are kept.
+    pub(crate) async fn message(&mut self) -> Option<Value> {
+        loop {
+            let outgoing = timeout(PATIENCE, self.client.receive())
+                .await
+                .expect("in time");
+            match outgoing? {
+                Outgoing::Text(text) => {
+                    let message: Value = serde_json::from_str(&text).unwrap();
+                    if message.get("method").is_none() {
+                        return Some(message);
+                    }
+                    self.keep(&message);
+                }
+                Outgoing::Frame(frame) => self.frames.push(frame),
+                Outgoing::Close(code) => {
+                    self.closed = Some(code);
+                    return None;
+                }
+            }
+        }
+    }
+
+    /// Reads what comes within so much time.
+    pub(crate) async fn listen(&mut self, time: Duration) {
+        let until = Instant::now() + time;
+        while let Ok(Some(outgoing)) = tokio::time::timeout_at(until, self.client.receive()).await {
+            match outgoing {
+                Outgoing::Text(text) => self.keep(&serde_json::from_str(&text).unwrap()),
+                Outgoing::Frame(frame) => self.frames.push(frame),
+                Outgoing::Close(code) => {
+                    self.closed = Some(code);
+                    return;
+                }
+            }
+        }
+    }
+
+    fn keep(&mut self, message: &Value) {
+        let method = message["method"].as_str().unwrap_or("answer").to_owned();
+        self.notices.push((method, message["params"].clone()));
+    }
+
+    /// The notifications of a method so far.
+    pub(crate) fn noticed(&self, method: &str) -> Vec<&Value> {
+        let of = self.notices.iter().filter(|(name, _)| name == method);
+        of.map(|(_, params)| params).collect()
+    }
+
+    pub(crate) async fn lease(&mut self) -> Value {
+        self.ok("lease.acquire", json!({})).await["lease"].clone()
+    }
+}

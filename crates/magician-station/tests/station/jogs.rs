@@ -1,0 +1,138 @@
+//! The dead man of a jog.
+
+use std::time::Duration;
+
+use serde_json::json;
+
+use crate::bench::{Bench, Tester};
+
+async fn jogging(bench: &Bench) -> (Tester, serde_json::Value) {
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let jog = anna.ok("jog.start", json!({"axis": "y+"})).await["jog"].clone();
+    (anna, jog)
+}
+
+/// Keeps a jog up for so long.
+async fn keep(anna: &mut Tester, jog: &serde_json::Value, time: Duration) {
+    for _ in 0..time.as_millis() / 50 {
+        anna.notify("jog.keep", json!({"jog": jog}));
+        anna.listen(Duration::from_millis(50)).await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_jog_goes_on_while_it_is_kept_up_and_stops_when_told() {
+    let bench = Bench::new(1).await;
+    let (mut anna, jog) = jogging(&bench).await;
+    keep(&mut anna, &jog, Duration::from_secs(2)).await;
+    assert!(bench.arms[0].state().moving);
+    let stood = anna.ok("jog.stop", json!({"jog": jog})).await;
+    assert_eq!(stood["stood"], json!(true));
+    assert!(!bench.arms[0].state().moving);
+    let pose = bench.arms[0].state().pose;
+    assert!((stood["pose"]["y"].as_f64().unwrap() - f64::from(pose.y)).abs() < 0.01);
+    assert_eq!(anna.noticed("jog.ended")[0]["why"], json!("released"));
+    // Of a jog that has ended: the same, where the arm stands.
+    assert_eq!(anna.ok("jog.stop", json!({"jog": jog})).await, stood);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_jog_that_is_not_kept_up_ends_in_time() {
+    let bench = Bench::new(1).await;
+    let (mut anna, jog) = jogging(&bench).await;
+    keep(&mut anna, &jog, Duration::from_millis(500)).await;
+    assert!(bench.arms[0].state().moving);
+    anna.listen(Duration::from_millis(300)).await;
+    assert_eq!(anna.noticed("jog.ended")[0]["why"], json!("not-kept"));
+    // It brakes.
+    anna.listen(Duration::from_millis(500)).await;
+    assert!(!bench.arms[0].state().moving);
+    // It was over when that came.
+    anna.notify("jog.keep", json!({"jog": jog}));
+    anna.listen(Duration::from_millis(300)).await;
+    assert!(!bench.arms[0].state().moving);
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_end_of_a_socket_ends_its_jog_at_once() {
+    let bench = Bench::new(1).await;
+    let mut ben = bench.join("Ben").await;
+    let (mut anna, jog) = jogging(&bench).await;
+    keep(&mut anna, &jog, Duration::from_millis(300)).await;
+    drop(anna);
+    ben.listen(Duration::from_millis(20)).await;
+    assert_eq!(ben.noticed("jog.ended")[0]["why"], json!("released"));
+    ben.listen(Duration::from_millis(400)).await;
+    assert!(!bench.arms[0].state().moving);
+    // The lease is kept for the session to come back.
+    assert_eq!(ben.code("lease.acquire", json!({})).await, -32002);
+}
+
+#[tokio::test(start_paused = true)]
+async fn anybody_stops_a_jog_and_only_its_session_keeps_it_up() {
+    let bench = Bench::new(1).await;
+    let mut ben = bench.join("Ben").await;
+    let (mut anna, jog) = jogging(&bench).await;
+    for _ in 0..10 {
+        ben.notify("jog.keep", json!({"jog": jog}));
+        ben.listen(Duration::from_millis(50)).await;
+    }
+    assert_eq!(ben.noticed("jog.ended")[0]["why"], json!("not-kept"));
+    let jog = anna.ok("jog.start", json!({"axis": "x-"})).await["jog"].clone();
+    ben.ok("arm.stop", json!({})).await;
+    anna.listen(Duration::from_millis(10)).await;
+    let last = anna.noticed("jog.ended").last().copied().cloned().unwrap();
+    assert_eq!((&last["why"], &last["jog"]), (&json!("stopped"), &jog));
+    assert!(!bench.arms[0].state().moving);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_second_jog_takes_the_place_of_the_first_and_everything_else_is_busy() {
+    let bench = Bench::new(1).await;
+    let (mut anna, first) = jogging(&bench).await;
+    let busy = anna
+        .call("arm.move", json!({"to": [220, 0, 50, 0]}))
+        .await
+        .unwrap_err();
+    assert_eq!(
+        (&busy["code"], &busy["data"]["jog"]),
+        (&json!(-32003), &first)
+    );
+    let second = anna.ok("jog.start", json!({"axis": "z+"})).await["jog"].clone();
+    assert_eq!(anna.noticed("jog.ended")[0]["why"], json!("replaced"));
+    keep(&mut anna, &second, Duration::from_millis(500)).await;
+    let before = bench.arms[0].state().pose;
+    keep(&mut anna, &second, Duration::from_millis(500)).await;
+    let after = bench.arms[0].state().pose;
+    assert!(
+        after.z > before.z + 1.0 && (after.y - before.y).abs() < 0.5,
+        "{before:?} {after:?}"
+    );
+    anna.ok("jog.stop", json!({"jog": second})).await;
+    anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_step_is_checked_and_turned_by_r_in_the_tools_frame() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    anna.ok("arm.move", json!({"to": [220, 0, 50, 90]})).await;
+    let state = anna
+        .ok("jog.step", json!({"axis": "x", "by": 10, "frame": "tool"}))
+        .await;
+    assert_eq!((&state["x"], &state["y"]), (&json!(220.0), &json!(10.0)));
+    let state = anna.ok("jog.step", json!({"axis": "x", "by": -10})).await;
+    assert_eq!((&state["x"], &state["y"]), (&json!(210.0), &json!(10.0)));
+    let refused = anna
+        .call("jog.step", json!({"axis": "x", "by": 500}))
+        .await
+        .unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("unreachable"));
+    assert_eq!(
+        anna.code("jog.step", json!({"axis": "j1", "by": 5, "frame": "tool"}))
+            .await,
+        -32602
+    );
+}

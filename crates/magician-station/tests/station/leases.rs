@@ -1,0 +1,168 @@
+//! The lease as clients see it.
+
+use std::time::Duration;
+
+use magician_station::Role;
+use serde_json::json;
+
+use crate::bench::Bench;
+
+#[tokio::test(start_paused = true)]
+async fn a_second_session_is_refused_asks_and_gets_the_lease() {
+    let bench = Bench::new(1).await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    anna.lease().await;
+    let refused = ben.call("lease.acquire", json!({})).await.unwrap_err();
+    assert_eq!(
+        (&refused["code"], &refused["data"]["holder"]["name"]),
+        (&json!(-32002), &json!("Anna"))
+    );
+    let asked = ben.send("lease.ask", json!({"message": "please"}));
+    anna.listen(Duration::from_millis(10)).await;
+    let question = anna.noticed("lease.asked")[0].clone();
+    assert_eq!(
+        (&question["name"], &question["message"]),
+        (&json!("Ben"), &json!("please"))
+    );
+    let grant = json!({"session": question["session"], "grant": true});
+    anna.ok("lease.answer", grant).await;
+    assert_eq!(ben.answer(asked).await.unwrap()["granted"], json!(true));
+    ben.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+    assert_eq!(
+        anna.code("arm.move", json!({"to": [220, 0, 60, 0]})).await,
+        -32002
+    );
+    let holders: Vec<_> = anna
+        .noticed("lease.changed")
+        .iter()
+        .map(|change| change["holder"]["name"].clone())
+        .collect();
+    assert_eq!(holders, [json!("Anna"), json!("Ben")]);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_question_that_is_not_answered_is_granted() {
+    let bench = Bench::new(1).await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    anna.lease().await;
+    let asked = ben.send("lease.ask", json!({}));
+    for _ in 0..19 {
+        ben.listen(Duration::from_secs(1)).await;
+        anna.client.pong();
+    }
+    assert!(ben.noticed("answer").is_empty());
+    assert_eq!(ben.answer(asked).await.unwrap()["granted"], json!(true));
+    assert_eq!(anna.code("arm.home", json!({})).await, -32002);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_holder_without_a_word_loses_the_lease_and_its_move_is_stopped() {
+    let bench = Bench::new(1).await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    anna.lease().await;
+    let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 1, "acceleration_ratio": 1}});
+    anna.ok("arm.set", slow).await;
+    anna.ok("arm.move", json!({"to": [200, 200, 50, 0], "wait": false}))
+        .await;
+    ben.listen(Duration::from_millis(4900)).await;
+    assert!(bench.arms[0].state().moving);
+    ben.listen(Duration::from_millis(150)).await;
+    assert_eq!(bench.arms[0].state().queue.waiting, 0);
+    // It brakes as slowly as it was set to.
+    ben.listen(Duration::from_secs(1)).await;
+    assert!(!bench.arms[0].state().moving, "what it queued is stopped");
+    assert_eq!(
+        ben.noticed("lease.changed").last().unwrap()["holder"],
+        json!(null)
+    );
+    // Nothing of it goes on under the next holder.
+    ben.lease().await;
+    let stood = bench.arms[0].state().pose;
+    ben.listen(Duration::from_secs(4)).await;
+    assert_eq!(bench.arms[0].state().pose, stood);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_move_under_way_is_a_word_all_the_time() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 2, "acceleration_ratio": 2}});
+    anna.ok("arm.set", slow).await;
+    let begun = tokio::time::Instant::now();
+    anna.ok("arm.move", json!({"to": [180, 180, 50, 0]})).await;
+    assert!(
+        begun.elapsed() > Duration::from_secs(6),
+        "{:?}",
+        begun.elapsed()
+    );
+    anna.ok("arm.move", json!({"to": [220, 0, 50, 0], "wait": false}))
+        .await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn those_who_wait_get_it_in_order_and_are_told_their_place() {
+    let bench = Bench::new(1).await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    let mut carl = bench.join("Carl").await;
+    let lease = anna.lease().await;
+    let bens = ben.send("lease.acquire", json!({"wait_s": 60}));
+    let carls = carl.send("lease.acquire", json!({"wait_s": 60}));
+    carl.listen(Duration::from_millis(10)).await;
+    assert_eq!(carl.noticed("lease.queue")[0]["place"], json!(2));
+    anna.ok("lease.release", json!({"lease": lease})).await;
+    let lease = ben.answer(bens).await.unwrap()["lease"].clone();
+    carl.listen(Duration::from_millis(10)).await;
+    assert_eq!(carl.noticed("lease.queue")[1]["place"], json!(1));
+    ben.ok("lease.release", json!({"lease": lease})).await;
+    carl.answer(carls).await.unwrap();
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_socket_that_comes_back_in_time_keeps_the_lease() {
+    let bench = Bench::new(1).await;
+    let mut ben = bench.join("Ben").await;
+    let mut anna = bench.socket(Some(Role::Student));
+    let hello = anna
+        .ok("session.hello", json!({"client": {"name": "Anna"}}))
+        .await;
+    anna.lease().await;
+    drop(anna);
+    ben.listen(Duration::from_millis(4800)).await;
+    assert_eq!(ben.code("lease.acquire", json!({})).await, -32002);
+    let mut back = bench.socket(Some(Role::Student));
+    let client = json!({"client": {"name": "Anna"}, "resume": hello["resume"]});
+    let again = back.ok("session.hello", client).await;
+    assert_eq!(
+        (&again["resumed"], &again["session"]),
+        (&json!(true), &hello["session"])
+    );
+    assert_ne!(again["resume"], hello["resume"]);
+    back.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+    drop(back);
+    ben.listen(Duration::from_millis(5100)).await;
+    ben.lease().await;
+    let mut late = bench.socket(Some(Role::Student));
+    let client = json!({"client": {"name": "Anna"}, "resume": again["resume"]});
+    let new = late.ok("session.hello", client).await;
+    assert_eq!(new["resumed"], json!(false));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_teacher_takes_the_lease_and_what_its_holder_did_is_stopped() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+    anna.lease().await;
+    assert_eq!(anna.code("lease.take", json!({})).await, -32001);
+    let moving = anna.send("arm.move", json!({"to": [200, 200, 50, 0]}));
+    teacher.listen(Duration::from_millis(300)).await;
+    teacher.ok("lease.take", json!({})).await;
+    let ended = anna.answer(moving).await.unwrap_err();
+    assert_eq!(
+        (&ended["code"], &ended["data"]["holder"]["name"]),
+        (&json!(-32002), &json!("Teacher"))
+    );
+    let state = teacher.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+    assert_eq!(state["x"], json!(220.0));
+}

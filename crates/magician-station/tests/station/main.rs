@@ -1,0 +1,9 @@
+//! A station, its engines and virtual arms, in virtual time: the clients are tests, time passes when nothing else is to be done.
+
+mod bench;
+mod jogs;
+mod leases;
+mod limits;
+mod messages;
+mod moves;
+mod watching;

@@ -1,0 +1,182 @@
+//! What needs the lease: moves, settings, tools, and who may.
+
+use magician_station::Role;
+use serde_json::json;
+
+use crate::bench::Bench;
+
+#[tokio::test(start_paused = true)]
+async fn a_move_needs_the_lease_and_is_answered_when_the_arm_is_there() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let to = json!({"to": [220, 0, 50, 0]});
+    let refused = anna.call("arm.move", to.clone()).await.unwrap_err();
+    assert_eq!(
+        (&refused["code"], &refused["data"]["holder"]),
+        (&json!(-32002), &json!(null))
+    );
+    assert!(!bench.arms[0].state().moving);
+    anna.lease().await;
+    let state = anna.ok("arm.move", to).await;
+    assert_eq!((&state["x"], &state["z"]), (&json!(220.0), &json!(50.0)));
+    assert_eq!(state["holder"]["name"], json!("Anna"));
+    assert_eq!(state["moving"], json!(false));
+    let lines = bench.lines.lock().unwrap();
+    let told: Vec<_> = lines
+        .iter()
+        .map(|line| (line.method.as_str(), line.result.as_str()))
+        .collect();
+    assert_eq!(
+        told,
+        [
+            ("session.hello", "ok"),
+            ("arm.move", "lease"),
+            ("lease.acquire", "ok"),
+            ("arm.move", "ok")
+        ]
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_out_of_reach_is_refused_and_nothing_is_sent() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let before = bench.arms[0].state().pose;
+    let refused = anna
+        .call("arm.move", json!({"to": [600, 0, 50, 0]}))
+        .await
+        .unwrap_err();
+    assert_eq!(
+        (&refused["code"], &refused["data"]["kind"]),
+        (&json!(-32000), &json!("unreachable"))
+    );
+    let refused = anna
+        .call("arm.move", json!({"to": [600, 0, 50, 0], "wait": false}))
+        .await
+        .unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("unreachable"));
+    assert_eq!(bench.arms[0].state().pose, before);
+}
+
+#[tokio::test(start_paused = true)]
+async fn commands_and_readings_are_those_of_the_table() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let fields = json!({"velocity_ratio": 80, "acceleration_ratio": 60.5});
+    let set = json!({"command": "PTPCommonParams", "fields": fields});
+    assert_eq!(anna.ok("arm.set", set).await, json!(null));
+    let read = anna
+        .ok("arm.get", json!({"command": "PTPCommonParams"}))
+        .await;
+    assert_eq!(
+        read,
+        json!({"velocity_ratio": 80.0, "acceleration_ratio": 60.5})
+    );
+    let read = anna
+        .ok(
+            "arm.get",
+            json!({"command": "IODO", "query": {"address": 4}}),
+        )
+        .await;
+    assert_eq!(read["address"], json!(4));
+    let fields = json!({"ptp_mode": "movl-xyz", "x": 220, "y": 40, "z": 30, "r": 0});
+    let queued = anna
+        .ok(
+            "arm.enqueue",
+            json!({"command": "PTPCmd", "fields": fields}),
+        )
+        .await;
+    assert_eq!(queued, json!({"index": 1}));
+    for (params, param) in [
+        (json!({"command": "Nonsense"}), "command"),
+        (json!({"command": "PTPCmd", "fields": {"x": 1}}), "fields"),
+        (
+            json!({"command": "PTPCmd", "fields": {"weight": 1}}),
+            "fields",
+        ),
+        (json!({"command": "GetPose", "fields": 3}), "fields"),
+    ] {
+        let refused = anna.call("arm.enqueue", params.clone()).await.unwrap_err();
+        assert_eq!(
+            (&refused["code"], &refused["data"]["param"]),
+            (&json!(-32602), &json!(param)),
+            "{params}"
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_laser_of_a_real_arm_needs_a_teacher_who_means_it() {
+    let bench = Bench::real(1).await;
+    let laser = json!({"laser": {"on": true}});
+    let mut pupil = bench.join("Pupil").await;
+    let lease = pupil.lease().await;
+    assert_eq!(pupil.code("arm.tool", laser.clone()).await, -32001);
+    let yes = json!({"laser": {"on": true}, "yes": true});
+    assert_eq!(pupil.code("arm.tool", yes.clone()).await, -32001);
+    pupil.ok("lease.release", json!({"lease": lease})).await;
+    let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+    teacher.lease().await;
+    let refused = teacher.call("arm.tool", laser).await.unwrap_err();
+    assert_eq!(
+        (&refused["code"], &refused["data"]["command"]),
+        (&json!(-32005), &json!("SetEndEffectorLaser"))
+    );
+    let burn = json!({"command": "CPLECmd", "fields": {"cp_mode": 1, "x": 230, "y": 0, "z": 0, "velocity_or_power": 40}});
+    assert_eq!(teacher.code("arm.enqueue", burn).await, -32005);
+    assert!(!bench.arms[0].state().laser);
+    let state = teacher.ok("arm.tool", yes).await;
+    assert_eq!(state["tool"]["laser"], json!(true));
+    let state = teacher
+        .ok("arm.tool", json!({"laser": {"on": false}}))
+        .await;
+    assert_eq!(state["tool"]["laser"], json!(false));
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_dangerous_needs_a_teacher_who_means_it() {
+    let bench = Bench::new(1).await;
+    let reset = json!({"command": "ResetPose", "fields": {"manual": 0, "rear_arm_angle": 0, "front_arm_angle": 0}});
+    let mut pupil = bench.join("Pupil").await;
+    let refused = pupil.call("arm.set", reset.clone()).await.unwrap_err();
+    assert_eq!(
+        (&refused["code"], &refused["data"]["needs"]),
+        (&json!(-32001), &json!("teacher"))
+    );
+    let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+    assert_eq!(teacher.code("arm.set", reset).await, -32005);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_viewer_looks_and_stops_and_does_nothing_else() {
+    let bench = Bench::new(1).await;
+    let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
+    for method in [
+        "arm.state",
+        "arm.info",
+        "arm.alarms",
+        "arm.list",
+        "session.list",
+        "server.info",
+    ] {
+        viewer.ok(method, json!({})).await;
+    }
+    assert_eq!(viewer.code("lease.acquire", json!({})).await, -32001);
+    assert_eq!(viewer.code("arm.home", json!({})).await, -32001);
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let moving = anna.send("arm.move", json!({"to": [200, 150, 50, 0], "by": "linear"}));
+    viewer.listen(std::time::Duration::from_millis(300)).await;
+    let stood = viewer.ok("arm.stop", json!({})).await;
+    assert_eq!(stood["arms"][0]["stood"], json!(true));
+    let ended = anna.answer(moving).await.unwrap_err();
+    assert_eq!(ended["code"], json!(-32007));
+    let by = ended["data"]["by"].as_str().unwrap().to_owned();
+    let sessions = viewer.ok("session.list", json!({})).await;
+    assert_eq!(sessions["sessions"][0]["session"], json!(by));
+    assert!(!bench.arms[0].state().moving);
+    // The lease stays, and the arm moves again.
+    anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+}

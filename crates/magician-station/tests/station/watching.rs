@@ -1,0 +1,184 @@
+//! Subscriptions.
+
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::bench::Bench;
+
+fn states(notices: &[(String, Value)], subscription: &Value) -> Vec<Value> {
+    let of = notices
+        .iter()
+        .filter(|(name, params)| name == "arm.state" && params["subscription"] == *subscription);
+    of.map(|(_, params)| params["state"].clone()).collect()
+}
+
+#[tokio::test(start_paused = true)]
+async fn each_gets_the_rate_that_it_asked_for() {
+    let bench = Bench::new(1).await;
+    let mut rates = Vec::new();
+    for rate in [1, 3, 7, 20, 30, 50] {
+        let mut viewer = bench.join("Viewer").await;
+        let made = viewer.ok("arm.subscribe", json!({"rate": rate})).await;
+        assert_eq!(made["rate"], json!(rate));
+        rates.push((rate, made["subscription"].clone(), viewer));
+    }
+    for (rate, subscription, mut viewer) in rates {
+        viewer.listen(Duration::from_millis(500)).await;
+        viewer.notices.clear();
+        let seconds = 20;
+        viewer.listen(Duration::from_secs(seconds)).await;
+        let got = states(&viewer.notices, &subscription).len() as f64;
+        let wanted = (rate * seconds) as f64;
+        assert!(
+            (got - wanted).abs() <= 0.1 * wanted,
+            "{rate} a second: {got} of {wanted}"
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_first_state_is_whole_and_then_what_has_changed() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let made = anna.ok("arm.subscribe", json!({"rate": 10})).await;
+    anna.listen(Duration::from_secs(1)).await;
+    let all = states(&anna.notices, &made["subscription"]);
+    for field in made["fields"].as_array().unwrap() {
+        assert!(all[0].get(field.as_str().unwrap()).is_some(), "{field}");
+    }
+    assert_eq!(
+        all[0].as_object().unwrap().len(),
+        made["fields"].as_array().unwrap().len()
+    );
+    assert_eq!(all[5].as_object().unwrap().len(), 1, "{}", all[5]);
+    anna.notices.clear();
+    anna.lease().await;
+    anna.listen(Duration::from_millis(50)).await;
+    let told = states(&anna.notices, &made["subscription"]);
+    assert_eq!(
+        told[0]["holder"]["name"],
+        json!("Anna"),
+        "what is beside the reading is told at once"
+    );
+    assert!(told[0].get("x").is_none());
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_frame_has_112_bytes_and_text_goes_along_when_the_rest_changes() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let made = anna
+        .ok("arm.subscribe", json!({"rate": 10, "frame": "binary"}))
+        .await;
+    anna.listen(Duration::from_secs(1)).await;
+    let frame = &anna.frames[0];
+    assert_eq!((frame.len(), frame[0], frame[1]), (112, 0x4D, 1));
+    let value = |frame: &[u8], at: usize| {
+        let from = 8 + 8 * at;
+        f64::from_le_bytes(frame[from..from + 8].try_into().unwrap())
+    };
+    let pose = bench.arms[0].state().pose;
+    assert_eq!(value(frame, 1), f64::from(pose.x as f32));
+    assert!(value(frame, 9).is_nan(), "no rail");
+    assert_eq!(value(frame, 12), 1.0, "the link is up, and nothing else");
+    let numbers: Vec<_> = anna
+        .frames
+        .iter()
+        .map(|frame| u32::from_le_bytes(frame[4..8].try_into().unwrap()))
+        .collect();
+    assert_eq!(numbers, (0..numbers.len() as u32).collect::<Vec<_>>());
+    assert_eq!(states(&anna.notices, &made["subscription"]).len(), 1);
+    anna.lease().await;
+    anna.listen(Duration::from_millis(300)).await;
+    assert_eq!(states(&anna.notices, &made["subscription"]).len(), 2);
+    assert_eq!(value(anna.frames.last().unwrap(), 12), 65.0);
+}
+
+#[tokio::test(start_paused = true)]
+async fn who_does_not_read_gets_the_newest_and_misses_the_rest() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.ok("arm.subscribe", json!({"rate": 50, "frame": "binary"}))
+        .await;
+    anna.listen(Duration::from_millis(200)).await;
+    let before = anna.frames.len();
+    anna.lease().await;
+    anna.ok("arm.move", json!({"to": [220, 60, 50, 0]})).await;
+    anna.frames.clear();
+    // It reads nothing for ten seconds.
+    tokio::time::advance(Duration::from_millis(1)).await;
+    let mut other = bench.join("Other").await;
+    other.listen(Duration::from_secs(4)).await;
+    assert!(before > 5);
+    anna.client.pong();
+    let mut frames = Vec::new();
+    while let Some(outgoing) = anna.client.try_receive() {
+        if let magician_station::Outgoing::Frame(frame) = outgoing {
+            frames.push(frame);
+        }
+    }
+    assert_eq!(frames.len(), 1, "one state waits, the newest");
+    let y = f64::from_le_bytes(frames[0][24..32].try_into().unwrap());
+    assert!((y - 60.0).abs() < 0.01, "{y}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn pins_are_read_for_those_who_ask() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let pins = json!([{"kind": "output", "address": 2}]);
+    let made = anna
+        .ok("arm.subscribe", json!({"rate": 10, "pins": pins}))
+        .await;
+    anna.listen(Duration::from_secs(1)).await;
+    let all = states(&anna.notices, &made["subscription"]);
+    let told = all.iter().find(|state| {
+        state["pins"]
+            .as_array()
+            .is_some_and(|pins| !pins.is_empty())
+    });
+    assert_eq!(
+        told.unwrap()["pins"][0],
+        json!({"kind": "output", "address": 2, "value": 0})
+    );
+    for pins in [
+        json!([{"kind": "output"}]),
+        json!([{"kind": "tail", "address": 2}]),
+        json!([{"kind": "input", "address": 21}]),
+    ] {
+        assert_eq!(
+            anna.code("arm.subscribe", json!({"rate": 10, "pins": pins}))
+                .await,
+            -32602
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn events_have_numbers_and_can_be_had_later() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.ok("arm.subscribe", json!({"rate": 10})).await;
+    anna.lease().await;
+    anna.ok("arm.move", json!({"to": [220, 60, 50, 0]})).await;
+    anna.ok("arm.stop", json!({})).await;
+    anna.listen(Duration::from_millis(300)).await;
+    let told: Vec<_> = anna.noticed("arm.event").into_iter().cloned().collect();
+    let names: Vec<_> = told
+        .iter()
+        .map(|event| event["event"].as_str().unwrap())
+        .collect();
+    assert!(
+        names.contains(&"lease") && names.contains(&"command-finished") && names.contains(&"stop"),
+        "{names:?}"
+    );
+    let later = anna.ok("events.since", json!({"seq": 0})).await;
+    assert_eq!(later["seq"], told.last().unwrap()["seq"]);
+    let rest = anna
+        .ok("events.since", json!({"seq": told[0]["seq"]}))
+        .await;
+    let earlier =
+        later["events"].as_array().unwrap().len() - rest["events"].as_array().unwrap().len();
+    assert_eq!(Some(earlier as u64), told[0]["seq"].as_u64());
+}
