@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What each crate depends on among ours, in any section but dev-dependencies: all of it, and nothing else.
-const DEPENDENCIES: [(&str, &[&str]); 18] = [
+const DEPENDENCIES: [(&str, &[&str]); 19] = [
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),
@@ -44,6 +44,15 @@ const DEPENDENCIES: [(&str, &[&str]); 18] = [
     (
         "magician-job",
         &["magician-protocol", "magician", "magician-program"],
+    ),
+    (
+        "magician-station",
+        &[
+            "magician-protocol",
+            "magician",
+            "magician-program",
+            "magician-job",
+        ],
     ),
     (
         "magician-cli",

@@ -86,7 +86,7 @@ enum Side {
 /// An action that waits for its turn.
 struct Waiting {
     request: RequestId,
-    act: ArmAct,
+    act: Box<ArmAct>,
     laser: bool,
 }
 
@@ -192,7 +192,7 @@ impl Work {
                 self.side.spawn(async move {
                     let stood = async {
                         arm.stop().await?;
-                        Ok::<_, magician::Error>(arm.get().await?)
+                        arm.get().await
                     };
                     let stood = stood.await.map(|pose| acts::stood(&pose));
                     Side::Stopped(request, stood.map_err(RpcError::from))
@@ -221,7 +221,7 @@ impl Work {
                 self.arm.clone()
             };
             let rail = self.known.rail.is_some();
-            self.doing = Some((next.request, Box::pin(acts::act(arm, next.act, rail))));
+            self.doing = Some((next.request, Box::pin(acts::act(arm, *next.act, rail))));
         }
     }
 

@@ -25,3 +25,8 @@ pub use station::{
     ArmEntry, CloseCode, Gate, Grant, JournalLine, NoTokens, Outgoing, Peer, SocketId, Station,
     StationConfig,
 };
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -26,7 +26,7 @@ pub enum ArmOrder {
         /// The request that is answered when it is done.
         request: RequestId,
         /// What.
-        act: ArmAct,
+        act: Box<ArmAct>,
         /// Whether the laser may burn by it.
         laser: bool,
     },

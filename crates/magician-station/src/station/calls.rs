@@ -230,7 +230,7 @@ impl Station {
             arm,
             ArmOrder::Act {
                 request,
-                act,
+                act: Box::new(act),
                 laser,
             },
         );

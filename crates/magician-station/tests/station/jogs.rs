@@ -31,7 +31,7 @@ async fn a_jog_goes_on_while_it_is_kept_up_and_stops_when_told() {
     assert_eq!(stood["stood"], json!(true));
     assert!(!bench.arms[0].state().moving);
     let pose = bench.arms[0].state().pose;
-    assert!((stood["pose"]["y"].as_f64().unwrap() - f64::from(pose.y)).abs() < 0.01);
+    assert!((stood["pose"]["y"].as_f64().unwrap() - pose.y).abs() < 0.01);
     assert_eq!(anna.noticed("jog.ended")[0]["why"], json!("released"));
     // Of a jog that has ended: the same, where the arm stands.
     assert_eq!(anna.ok("jog.stop", json!({"jog": jog})).await, stood);
