@@ -11,6 +11,8 @@
 pub mod api;
 pub mod control;
 mod engine;
+#[cfg(feature = "http")]
+pub mod http;
 mod order;
 mod reading;
 mod running;

@@ -13,7 +13,7 @@ use tokio::time::{Instant, sleep_until};
 use crate::control::ArmId;
 use crate::engine::ArmEngine;
 use crate::order::ArmReport;
-use crate::station::{JournalLine, Outgoing, Peer, SocketId, Station, StationConfig};
+use crate::station::{JournalLine, Outgoing, Peer, SOCKETS, SocketId, Station, StationConfig};
 
 /// Takes the lines of a journal.
 pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
@@ -41,10 +41,10 @@ pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
 /// let station = RunningStation::start(config, vec![arm], Box::new(|_| {}));
 /// let grant = Some(Grant { role: Role::Teacher, token: None });
 /// let peer = Peer { grant, address: "here".into(), secret: "0123456789abcdef".into() };
-/// let mut client = station.connect(peer);
+/// let client = station.connect(peer);
 /// client.send(r#"{"jsonrpc":"2.0","id":1,"method":"session.hello","params":{"client":{"name":"doc"}}}"#);
 /// client.send(r#"{"jsonrpc":"2.0","id":2,"method":"arm.state"}"#);
-/// while let Some(Outgoing::Text(text)) = client.receive().await {
+/// while let Outgoing::Text(text) = client.receive().await {
 ///     if text.contains("left_space") {
 ///         break;
 ///     }
@@ -133,6 +133,32 @@ impl RunningStation {
             shared: Arc::clone(&self.shared),
             socket,
             awake,
+        }
+    }
+
+    /// As [`connect`](Self::connect); `None` where the station has all the sockets that it takes.
+    #[must_use]
+    pub fn try_connect(&self, peer: Peer) -> Option<Client> {
+        let full = self.shared.lock().sockets.len() >= SOCKETS;
+        (!full).then(|| self.connect(peer))
+    }
+
+    /// Carries out one request, as a session of its own that lasts as long: the lease that it needs is taken when it is free.
+    /// `None` for a notification, which has no answer. Dropping the future ends the session, and what it does is stopped.
+    pub async fn call(&self, peer: Peer, text: &str) -> Option<String> {
+        let client = self.connect(peer);
+        let answered = self
+            .shared
+            .with(|inner, now| inner.station.receive_once(now, client.socket, text));
+        if !answered {
+            return None;
+        }
+        loop {
+            match client.receive().await {
+                Outgoing::Text(text) => return Some(text),
+                Outgoing::Frame(_) => {}
+                Outgoing::Close(_) => return None,
+            }
         }
     }
 
@@ -236,19 +262,19 @@ impl Client {
             .with(|inner, now| inner.station.pong(now, self.socket));
     }
 
-    /// What the client is to be sent next; waits for it. `None` after the end. Ask when it can be sent: what waits here stays
-    /// new. Dropping the future loses nothing.
-    pub async fn receive(&mut self) -> Option<Outgoing> {
+    /// What the client is to be sent next; waits for it. After a close comes nothing but the close. Ask when it can be sent:
+    /// what waits here stays new. Dropping the future loses nothing.
+    pub async fn receive(&self) -> Outgoing {
         loop {
             if let Some(outgoing) = self.try_receive() {
-                return Some(outgoing);
+                return outgoing;
             }
             self.awake.notified().await;
         }
     }
 
     /// What waits to be sent now, if anything does.
-    pub fn try_receive(&mut self) -> Option<Outgoing> {
+    pub fn try_receive(&self) -> Option<Outgoing> {
         self.shared.lock().station.poll_send(self.socket)
     }
 }

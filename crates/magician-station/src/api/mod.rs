@@ -3,10 +3,12 @@
 mod error;
 mod message;
 mod methods;
+mod openrpc;
 mod param;
 
 pub use error::RpcError;
 pub use message::{BadMessage, Message, MessageId, answer, notification};
 pub use methods::{METHODS, Method, Needs, Role};
+pub use openrpc::openrpc;
 pub(crate) use param::Params;
 pub use param::{Kind, Param};

@@ -143,6 +143,14 @@ impl Control {
         }
     }
 
+    /// Gives back all leases of a session.
+    pub fn release_all(&mut self, now: HostInstant, session: SessionId) {
+        let held: Vec<_> = self.held_by(session).collect();
+        for arm in held {
+            self.end_lease(now, arm, LeaseEnd::Released);
+        }
+    }
+
     /// A session asks the holder for the lease. Without one it is granted.
     pub fn ask(&mut self, now: HostInstant, session: SessionId, arm: ArmId, request: RequestId) {
         let holder = self.arm(arm).lease.holder.map(|held| held.session);

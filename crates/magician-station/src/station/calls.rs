@@ -221,6 +221,7 @@ impl Station {
             ArmAct::Set(set) if magician::sets_in_motion(set) => WorkKind::Queued,
             _ => kind,
         };
+        self.take_lease(call, arm);
         let begun = self
             .control
             .begin(call.now, call.session, arm, call.request, kind);

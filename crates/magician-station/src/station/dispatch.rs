@@ -83,6 +83,45 @@ impl Station {
         self.dispatch(now, socket, message);
     }
 
+    /// Takes the only message of a socket.
+    pub(super) fn take_once(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
+        let message = match Message::parse(text) {
+            Ok(message) => message,
+            Err(bad) => {
+                self.answer(socket, bad.id.as_ref(), &Err(bad.error));
+                return true;
+            }
+        };
+        let answered = message.id.is_some()
+            || Method::named(&message.method).is_none_or(|method| !method.always);
+        if let Some(method) = Method::named(&message.method)
+            && method.session
+        {
+            let why = format!("{} needs a session: use a WebSocket", method.name);
+            let error = RpcError::request(why).with("method", method.name);
+            self.answer(socket, message.id.as_ref(), &Err(error));
+            return true;
+        }
+        match self.join_briefly(now, socket) {
+            Ok(()) => self.dispatch(now, socket, message),
+            Err(error) => self.answer(socket, message.id.as_ref(), &Err(error)),
+        }
+        answered
+    }
+
+    /// A request without a session of its own takes the lease that it needs, when it is free.
+    pub(super) fn take_lease(&mut self, call: &Call<'_>, arm: ArmId) {
+        let brief = self
+            .sessions
+            .get(&call.session)
+            .is_some_and(|session| session.brief);
+        if brief && self.control.holder(arm).is_none() {
+            let request = RequestId(self.next_id());
+            self.control.take(call.now, call.session, arm, request);
+            self.settle(call.now);
+        }
+    }
+
     fn dispatch(&mut self, now: HostInstant, socket: SocketId, message: Message) {
         let Message { id, method, params } = message;
         let Some(method) = Method::named(&method) else {

@@ -20,6 +20,7 @@ use serde_json::Value;
 use self::events::EventLog;
 pub use self::journal::JournalLine;
 use self::sessions::Session;
+pub(crate) use self::sessions::{MESSAGE, SOCKETS};
 pub use self::socket::{CloseCode, Outgoing, Peer};
 use self::socket::{HELLO, Next, Socket};
 use crate::api::{MessageId, Role, RpcError, notification};
@@ -237,6 +238,15 @@ impl Station {
         self.settle(now);
     }
 
+    /// The only message of a client that says no hello: one request, by a session that ends with the socket. The lease that it
+    /// needs is taken when it is free. Whether an answer comes.
+    pub fn receive_once(&mut self, now: HostInstant, socket: SocketId, text: &str) -> bool {
+        self.handle_timeout(now);
+        let answered = self.take_once(now, socket, text);
+        self.settle(now);
+        answered
+    }
+
     /// The answer to a ping: a word, as a message is one.
     pub fn pong(&mut self, now: HostInstant, socket: SocketId) {
         if let Some(session) = self.session_of(socket) {
@@ -249,10 +259,17 @@ impl Station {
         let Some(gone) = self.sockets.remove(&socket) else {
             return;
         };
+        let unanswered = self
+            .pending
+            .values()
+            .any(|pending| pending.socket == socket);
         self.pending
             .retain(|_, pending| pending.socket != socket || pending.line.is_some());
         if let Some(session) = gone.session {
-            self.left(now, session);
+            match self.sessions.get(&session) {
+                Some(known) if known.brief => self.left_briefly(now, session, unanswered),
+                _ => self.left(now, session),
+            }
         }
         self.watch_anew();
         self.settle(now);

@@ -24,6 +24,8 @@ pub(super) struct Session {
     pub(super) since: HostInstant,
     pub(super) socket: Option<SocketId>,
     pub(super) address: String,
+    /// It lasts for one request, and nobody is told of it.
+    pub(super) brief: bool,
 }
 
 impl Station {
@@ -82,6 +84,7 @@ impl Station {
                 since,
                 socket: Some(socket),
                 address: peer.address,
+                brief: false,
             },
         );
         if let Some(other) = before.and_then(|before| before.socket) {
@@ -110,6 +113,49 @@ impl Station {
         }))
     }
 
+    /// A session for one request of a socket that has said no hello: by the right of its peer.
+    pub(super) fn join_briefly(
+        &mut self,
+        now: HostInstant,
+        socket: SocketId,
+    ) -> Result<(), RpcError> {
+        let peer = { self.sockets.get(&socket) }.map(|open| open.peer.clone());
+        let peer = peer.ok_or_else(|| RpcError::internal("the socket is gone"))?;
+        let needs = || RpcError::new(RpcError::FORBIDDEN, "a token is needed from this address");
+        let mut grant = peer.grant.ok_or_else(needs)?;
+        if self.config.read_only {
+            grant.role = Role::Viewer;
+        }
+        let session = SessionId(self.next_id());
+        self.control.join(now, session);
+        let name = grant.token.clone().unwrap_or_else(|| "request".to_owned());
+        self.sessions.insert(
+            session,
+            Session {
+                name,
+                grant,
+                secret: String::new(),
+                since: now,
+                // Nothing is told to it but its answer.
+                socket: None,
+                address: peer.address,
+                brief: true,
+            },
+        );
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            open.session = Some(session);
+        }
+        Ok(())
+    }
+
+    /// The request of a brief session is over, or its caller is gone: then what it does is stopped.
+    pub(super) fn left_briefly(&mut self, now: HostInstant, session: SessionId, unanswered: bool) {
+        if !unanswered {
+            self.control.release_all(now, session);
+        }
+        self.control.expel(now, session);
+    }
+
     /// The session that this secret belongs to, if it is of the same right.
     fn resumed(&self, secret: &str, grant: &Grant) -> Option<SessionId> {
         let of =
@@ -131,8 +177,10 @@ impl Station {
 
     /// A session is over for good.
     pub(super) fn session_over(&mut self, session: SessionId) {
-        self.sessions.remove(&session);
-        self.tell_sessions();
+        let over = self.sessions.remove(&session);
+        if over.is_some_and(|over| !over.brief) {
+            self.tell_sessions();
+        }
     }
 
     /// A token is good no more: its sessions end now, and with them their leases.
@@ -151,7 +199,8 @@ impl Station {
     }
 
     pub(super) fn list_sessions(&self) -> Value {
-        let list = self.sessions.iter().map(|(id, session)| {
+        let lasting = self.sessions.iter().filter(|(_, session)| !session.brief);
+        let list = lasting.map(|(id, session)| {
             let held = self
                 .control
                 .held_by(*id)

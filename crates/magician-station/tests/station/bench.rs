@@ -175,7 +175,7 @@ impl Tester {
             let outgoing = timeout(PATIENCE, self.client.receive())
                 .await
                 .expect("in time");
-            match outgoing? {
+            match outgoing {
                 Outgoing::Text(text) => {
                     let message: Value = serde_json::from_str(&text).unwrap();
                     if message.get("method").is_none() {
@@ -195,7 +195,7 @@ impl Tester {
     /// Reads what comes within so much time.
     pub(crate) async fn listen(&mut self, time: Duration) {
         let until = Instant::now() + time;
-        while let Ok(Some(outgoing)) = tokio::time::timeout_at(until, self.client.receive()).await {
+        while let Ok(outgoing) = tokio::time::timeout_at(until, self.client.receive()).await {
             match outgoing {
                 Outgoing::Text(text) => self.keep(&serde_json::from_str(&text).unwrap()),
                 Outgoing::Frame(frame) => self.frames.push(frame),

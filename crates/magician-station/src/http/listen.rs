@@ -1,0 +1,239 @@
+//! Addresses to listen at, and the connections that come.
+
+use std::fmt;
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::sync::Arc;
+use std::time::Duration;
+
+use hyper::body::Incoming;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Semaphore, watch};
+use tokio::task::JoinSet;
+use tower::ServiceExt;
+
+use super::routes::{HttpOptions, router};
+use super::security::Ends;
+use super::tokens::TokenStore;
+use crate::RunningStation;
+
+/// The port of a station.
+const PORT: u16 = 8910;
+/// Connections at once, of whatever kind: more have to wait in the system's queue.
+const CONNECTIONS: usize = 256;
+/// The file of tokens is looked at so often.
+const FOLLOWS: Duration = Duration::from_millis(500);
+/// A request's head has to be there within this time.
+const HEAD: Duration = Duration::from_secs(5);
+
+/// Why a station cannot listen.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum ListenError {
+    /// It is no `HOST:PORT`.
+    Address(String),
+    /// The address is in use, or not this machine's.
+    Bind(SocketAddr, io::Error),
+}
+
+impl fmt::Display for ListenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Address(text) => write!(f, "{text:?} is no address: expected HOST:PORT"),
+            Self::Bind(address, error) => write!(f, "{address}: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for ListenError {}
+
+/// The addresses of a station, before anything is accepted there.
+#[derive(Debug)]
+pub struct Listener {
+    listeners: Vec<TcpListener>,
+    addresses: Vec<SocketAddr>,
+}
+
+impl Listener {
+    /// Listens at `HOST:PORT`; without one, and for `localhost`, at port 8910, or the one that is named, of both loopback addresses.
+    /// Port 0 takes a free one, the same on both. An IPv6 address that the machine does not have is left out beside `127.0.0.1`.
+    ///
+    /// # Errors
+    /// [`ListenError`].
+    pub async fn bind(address: Option<&str>) -> Result<Self, ListenError> {
+        let wanted = address.unwrap_or("localhost:8910");
+        let wrong = || ListenError::Address(wanted.to_owned());
+        let port = |text: &str| text.parse::<u16>().map_err(|_| wrong());
+        if let Some((name, text)) = wanted.rsplit_once(':')
+            && name.eq_ignore_ascii_case("localhost")
+        {
+            return Self::loopback(port(text)?).await;
+        }
+        let address = match wanted.parse::<SocketAddr>() {
+            Ok(address) => address,
+            Err(_) => SocketAddr::new(wanted.parse().map_err(|_| wrong())?, PORT),
+        };
+        let bind = |error| ListenError::Bind(address, error);
+        let listener = TcpListener::bind(address).await.map_err(bind)?;
+        let addresses = vec![listener.local_addr().map_err(bind)?];
+        Ok(Self {
+            listeners: vec![listener],
+            addresses,
+        })
+    }
+
+    async fn loopback(port: u16) -> Result<Self, ListenError> {
+        let four = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port);
+        let bind = |error| ListenError::Bind(four, error);
+        let listener = TcpListener::bind(four).await.map_err(bind)?;
+        let four = listener.local_addr().map_err(bind)?;
+        let six = SocketAddr::new(IpAddr::V6(Ipv6Addr::LOCALHOST), four.port());
+        let (mut listeners, mut addresses) = (vec![listener], vec![four]);
+        match TcpListener::bind(six).await {
+            Ok(listener) => {
+                listeners.push(listener);
+                addresses.push(six);
+            }
+            Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
+                return Err(ListenError::Bind(six, error));
+            }
+            // The machine has no IPv6.
+            Err(_) => {}
+        }
+        Ok(Self {
+            listeners,
+            addresses,
+        })
+    }
+
+    /// Where it listens.
+    #[must_use]
+    pub fn addresses(&self) -> &[SocketAddr] {
+        &self.addresses
+    }
+
+    /// Whether it can be reached from this machine alone.
+    #[must_use]
+    pub fn is_loopback(&self) -> bool {
+        self.addresses
+            .iter()
+            .all(|address| address.ip().is_loopback())
+    }
+
+    /// Serves a station until `over` says so; sockets are closed with 1001 then.
+    pub async fn serve(
+        self,
+        station: RunningStation,
+        options: HttpOptions,
+        over: watch::Receiver<bool>,
+    ) {
+        let options = Arc::new(options);
+        let places = Arc::new(Semaphore::new(CONNECTIONS));
+        let follows = tokio::spawn(follow(options.tokens.clone(), station.clone()));
+        let mut accepting = JoinSet::new();
+        for listener in self.listeners {
+            let (station, options) = (station.clone(), Arc::clone(&options));
+            let (places, over) = (Arc::clone(&places), over.clone());
+            accepting.spawn(accept(listener, station, options, places, over));
+        }
+        accepting.join_all().await;
+        follows.abort();
+    }
+}
+
+async fn accept(
+    listener: TcpListener,
+    station: RunningStation,
+    options: Arc<HttpOptions>,
+    places: Arc<Semaphore>,
+    mut over: watch::Receiver<bool>,
+) {
+    let mut connections = JoinSet::new();
+    loop {
+        let Ok(place) = Arc::clone(&places).acquire_owned().await else {
+            return;
+        };
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
+            () = ended(&mut over) => break,
+        };
+        while connections.try_join_next().is_some() {}
+        let Ok((stream, peer)) = accepted else {
+            // Out of files: one that ends makes room.
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            continue;
+        };
+        let (station, options, over) = (station.clone(), Arc::clone(&options), over.clone());
+        connections.spawn(async move {
+            let _place = place;
+            carry(stream, peer, station, options, over).await;
+        });
+    }
+    // Sockets say goodbye; what goes on after that is cut.
+    let farewell = async { while connections.join_next().await.is_some() {} };
+    let _ = tokio::time::timeout(Duration::from_secs(2), farewell).await;
+}
+
+/// One connection to its end.
+async fn carry(
+    stream: TcpStream,
+    peer: SocketAddr,
+    station: RunningStation,
+    options: Arc<HttpOptions>,
+    mut over: watch::Receiver<bool>,
+) {
+    let Ok(local) = stream.local_addr() else {
+        return;
+    };
+    // A stop is one small message.
+    let _ = stream.set_nodelay(true);
+    let ends = Ends {
+        local,
+        peer,
+        tls: false,
+    };
+    let service = router(station, options, ends, over.clone());
+    let service =
+        service.map_request(|request: hyper::Request<Incoming>| request.map(axum::body::Body::new));
+    let mut http = hyper::server::conn::http1::Builder::new();
+    http.timer(TokioTimer::new())
+        .header_read_timeout(HEAD)
+        .max_buf_size(64 * 1024);
+    let connection = http
+        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(service))
+        .with_upgrades();
+    let mut connection = std::pin::pin!(connection);
+    tokio::select! {
+        // What a client does wrong is told to it alone.
+        _ = connection.as_mut() => {}
+        () = ended(&mut over) => {
+            connection.as_mut().graceful_shutdown();
+            let _ = tokio::time::timeout(Duration::from_secs(1), connection).await;
+        }
+    }
+}
+
+/// Ends the sessions of tokens that are revoked, whoever revokes them.
+async fn follow(tokens: TokenStore, station: RunningStation) {
+    let mut before = tokens.names().unwrap_or_default();
+    let mut looks = tokio::time::interval(FOLLOWS);
+    loop {
+        looks.tick().await;
+        // A file that cannot be read now says nothing of its tokens.
+        let Ok(now) = tokens.names() else {
+            continue;
+        };
+        for revoked in before.iter().filter(|name| !now.contains(name)) {
+            station.revoke(revoked);
+        }
+        before = now;
+    }
+}
+
+/// Waits for the station's end.
+pub(super) async fn ended(over: &mut watch::Receiver<bool>) {
+    // Nobody is left who could say it: that is the end, too.
+    drop(over.wait_for(|over| *over).await);
+}

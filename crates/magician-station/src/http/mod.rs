@@ -1,0 +1,15 @@
+//! The station on a network: WebSocket and HTTP, with who is let in decided in one place.
+//!
+//! [`Listener`] accepts on this machine's own addresses unless it is told otherwise, and serves a
+//! [`RunningStation`](crate::RunningStation).
+
+mod listen;
+mod routes;
+mod security;
+mod socket;
+mod tokens;
+
+pub use listen::{ListenError, Listener};
+pub use routes::{HttpOptions, ROUTES, Route, RouteNeeds, Tries};
+pub use security::{Admission, Ends};
+pub use tokens::{CODE, TokenEntry, TokenError, TokenStore};

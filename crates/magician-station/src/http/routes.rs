@@ -1,0 +1,414 @@
+//! The routes of a station: a table of what each needs, and what each does.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use axum::Router;
+use axum::body::Body;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{FromRequestParts, Request};
+use axum::http::header::{ALLOW, CONTENT_TYPE, RETRY_AFTER, UPGRADE, VARY, WWW_AUTHENTICATE};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode};
+use axum::response::{IntoResponse, Response};
+use serde_json::{Value, json};
+use tokio::sync::watch;
+use tokio::time::Instant;
+
+use super::security::{Admission, Admitted, Ends, Refused, grant};
+use super::socket;
+use super::tokens::{TokenStore, secret};
+use crate::running::RunningStation;
+use crate::station::{Grant, Peer};
+use crate::{Gate, Role};
+
+/// Bytes of a request's body, at most.
+const BODY: usize = 1024 * 1024;
+/// Tries to pair within a minute, over all callers.
+const TRIES: usize = 5;
+
+/// What a route needs of whoever calls it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RouteNeeds {
+    /// Nothing.
+    Nothing,
+    /// What its first message says.
+    Hello,
+    /// What the method that is called needs.
+    Method,
+    /// A code.
+    Code,
+    /// A role.
+    Role(Role),
+}
+
+/// A route.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Route {
+    /// The method of HTTP. HEAD is as GET.
+    pub method: &'static str,
+    /// The path.
+    pub path: &'static str,
+    /// What it needs.
+    pub needs: RouteNeeds,
+    /// What it answers.
+    pub about: &'static str,
+}
+
+/// All routes.
+pub static ROUTES: &[Route] = &[
+    Route {
+        method: "GET",
+        path: "/healthz",
+        needs: RouteNeeds::Nothing,
+        about: "that it is there, its version, and that of its API",
+    },
+    Route {
+        method: "GET",
+        path: "/api/v1/ws",
+        needs: RouteNeeds::Hello,
+        about: "a WebSocket for JSON-RPC; subprotocol `magician.v1` if it is offered",
+    },
+    Route {
+        method: "POST",
+        path: "/api/v1/rpc",
+        needs: RouteNeeds::Method,
+        about: "one request of JSON-RPC; what needs the lease takes it for the call when it is free",
+    },
+    Route {
+        method: "GET",
+        path: "/api/v1/openrpc.json",
+        needs: RouteNeeds::Nothing,
+        about: "the methods of the API, as OpenRPC",
+    },
+    Route {
+        method: "POST",
+        path: "/api/v1/pair",
+        needs: RouteNeeds::Code,
+        about: "a token for a code of six digits",
+    },
+];
+
+/// How a station is on the network.
+#[derive(Clone, Debug)]
+pub struct HttpOptions {
+    /// Who is let in.
+    pub admission: Admission,
+    /// Tokens; for roles beyond this machine's people.
+    pub tokens: TokenStore,
+    /// Version of the program.
+    pub version: String,
+    /// When somebody tried to pair.
+    pub tries: Tries,
+}
+
+/// The tries to pair of the last minute.
+#[derive(Clone, Debug, Default)]
+pub struct Tries(Arc<Mutex<Vec<Instant>>>);
+
+impl Tries {
+    /// Counts one; how long to wait where there were too many.
+    fn count(&self) -> Result<(), Duration> {
+        let minute = Duration::from_secs(60);
+        let mut tries = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let now = Instant::now();
+        tries.retain(|at| now - *at < minute);
+        match tries.first() {
+            Some(first) if tries.len() >= TRIES => Err(minute - (now - *first)),
+            _ => {
+                tries.push(now);
+                Ok(())
+            }
+        }
+    }
+}
+
+/// What a request of one connection meets.
+#[derive(Clone)]
+struct Here {
+    station: RunningStation,
+    options: Arc<HttpOptions>,
+    ends: Ends,
+    over: watch::Receiver<bool>,
+}
+
+/// The service of one connection.
+pub(super) fn router(
+    station: RunningStation,
+    options: Arc<HttpOptions>,
+    ends: Ends,
+    over: watch::Receiver<bool>,
+) -> Router {
+    let here = Here {
+        station,
+        options,
+        ends,
+        over,
+    };
+    // One way in: nothing is reached but through the door.
+    Router::new().fallback(move |request: Request| door(here.clone(), request))
+}
+
+/// Lets a request in and finds its route; every answer has the headers of safety.
+async fn door(here: Here, request: Request) -> Response {
+    let (parts, body) = request.into_parts();
+    let admitted = here.options.admission.admit(&parts, here.ends);
+    let foreign = admitted
+        .as_ref()
+        .ok()
+        .and_then(|admitted| admitted.foreign_origin.clone());
+    let mut response = match admitted {
+        Err(refused) => refusal(&refused),
+        Ok(_) if parts.method == Method::OPTIONS => preflight(foreign.is_some()),
+        Ok(admitted) => {
+            let request = Request::from_parts(parts, body);
+            answer(&here, request, &admitted).await
+        }
+    };
+    let headers = response.headers_mut();
+    for (name, value) in SAFETY {
+        headers.insert(
+            HeaderName::from_static(name),
+            HeaderValue::from_static(value),
+        );
+    }
+    if let Some(origin) = foreign
+        && let Ok(origin) = HeaderValue::from_str(&origin)
+    {
+        headers.insert("access-control-allow-origin", origin);
+        headers.insert(VARY, HeaderValue::from_static("Origin"));
+    }
+    response
+}
+
+/// What every answer says.
+const SAFETY: [(&str, &str); 5] = [
+    (
+        "content-security-policy",
+        "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws: wss:; \
+         img-src 'self' blob: data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'",
+    ),
+    ("x-content-type-options", "nosniff"),
+    ("referrer-policy", "no-referrer"),
+    ("cross-origin-opener-policy", "same-origin"),
+    ("cross-origin-resource-policy", "same-origin"),
+];
+
+fn preflight(allowed: bool) -> Response {
+    if !allowed {
+        return text(
+            StatusCode::METHOD_NOT_ALLOWED,
+            "the method is not allowed here",
+        );
+    }
+    let mut response = StatusCode::NO_CONTENT.into_response();
+    let headers = response.headers_mut();
+    let methods = HeaderValue::from_static("GET, PUT, POST, DELETE");
+    headers.insert("access-control-allow-methods", methods);
+    let names = HeaderValue::from_static("authorization, content-type");
+    headers.insert("access-control-allow-headers", names);
+    response
+}
+
+async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response {
+    let path = request.uri().path();
+    let method = match request.method() {
+        &Method::HEAD => "GET",
+        method => method.as_str(),
+    };
+    let of_path = ROUTES.iter().filter(|route| route.path == path);
+    let of_path: Vec<_> = of_path.collect();
+    let Some(route) = of_path.iter().find(|route| route.method == method) else {
+        if of_path.is_empty() {
+            return text(StatusCode::NOT_FOUND, "there is nothing at this address");
+        }
+        let allowed: Vec<_> = of_path.iter().map(|route| route.method).collect();
+        let mut response = text(
+            StatusCode::METHOD_NOT_ALLOWED,
+            "the method is not allowed here",
+        );
+        if let Ok(allowed) = HeaderValue::from_str(&allowed.join(", ")) {
+            response.headers_mut().insert(ALLOW, allowed);
+        }
+        return response;
+    };
+    let is_head = request.method() == Method::HEAD;
+    let response = match (route.method, route.path) {
+        ("GET", "/healthz") => {
+            let version = &here.options.version;
+            object(
+                StatusCode::OK,
+                &json!({"ok": true, "version": version, "api": 1}),
+            )
+        }
+        ("GET", "/api/v1/openrpc.json") => object(StatusCode::OK, &crate::api::openrpc()),
+        ("GET", "/api/v1/ws") => upgrade(here, request, admitted).await,
+        ("POST", "/api/v1/rpc") => rpc(here, request, admitted).await,
+        _ => pair(here, request).await,
+    };
+    if is_head {
+        response.map(|_| Body::empty())
+    } else {
+        response
+    }
+}
+
+/// What may be done without a hello, by the token or the place.
+fn granted(here: &Here, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
+    let mut tokens = here.options.tokens.clone();
+    let grant = grant(admitted, &mut tokens as &mut dyn Gate);
+    if admitted.token.is_some() && grant.is_none() {
+        return Err(Refused::new(
+            StatusCode::UNAUTHORIZED,
+            "the token is not good",
+        ));
+    }
+    Ok(grant)
+}
+
+fn peer(here: &Here, grant: Option<Grant>) -> Result<Peer, Refused> {
+    let secret = secret()
+        .map_err(|error| Refused::new(StatusCode::INTERNAL_SERVER_ERROR, error.to_string()))?;
+    Ok(Peer {
+        grant,
+        address: here.ends.peer.to_string(),
+        secret,
+    })
+}
+
+async fn upgrade(here: &Here, request: Request, admitted: &Admitted) -> Response {
+    let (mut parts, _) = request.into_parts();
+    if !parts.headers.contains_key(UPGRADE) {
+        let mut response = text(StatusCode::UPGRADE_REQUIRED, "this is for a WebSocket");
+        response
+            .headers_mut()
+            .insert(UPGRADE, HeaderValue::from_static("websocket"));
+        return response;
+    }
+    let upgrade = match WebSocketUpgrade::from_request_parts(&mut parts, &()).await {
+        Ok(upgrade) => upgrade,
+        Err(rejection) => return rejection.into_response(),
+    };
+    let peer = match granted(here, admitted).and_then(|grant| peer(here, grant)) {
+        Ok(peer) => peer,
+        Err(refused) => return refusal(&refused),
+    };
+    let Some(client) = here.station.try_connect(peer) else {
+        return text(
+            StatusCode::SERVICE_UNAVAILABLE,
+            "the station has all the sockets that it takes",
+        );
+    };
+    let over = here.over.clone();
+    upgrade
+        .protocols(["magician.v1"])
+        // What is a little too large is read to its end, so that its sender hears why it is closed.
+        .max_message_size(2 * BODY)
+        .max_frame_size(2 * BODY)
+        .write_buffer_size(0)
+        .on_upgrade(move |socket| socket::carry(socket, client, over))
+}
+
+async fn rpc(here: &Here, request: Request, admitted: &Admitted) -> Response {
+    if !is_json(request.headers()) {
+        let why = "a request is `application/json`";
+        return text(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
+    }
+    let peer = match granted(here, admitted) {
+        Ok(None) => Err(Refused::new(
+            StatusCode::UNAUTHORIZED,
+            "a token is needed from this address",
+        )),
+        Ok(grant) => peer(here, grant),
+        Err(refused) => Err(refused),
+    };
+    let peer = match peer {
+        Ok(peer) => peer,
+        Err(refused) => return refusal(&refused),
+    };
+    let text = match body(request).await {
+        Ok(text) => text,
+        Err(refused) => return refusal(&refused),
+    };
+    let Some(answer) = here.station.call(peer, &text).await else {
+        return StatusCode::NO_CONTENT.into_response();
+    };
+    ([(CONTENT_TYPE, "application/json")], answer).into_response()
+}
+
+async fn pair(here: &Here, request: Request) -> Response {
+    if let Err(wait) = here.options.tries.count() {
+        let mut response = text(StatusCode::TOO_MANY_REQUESTS, "five tries a minute: wait");
+        let seconds = HeaderValue::from(wait.as_secs() + 1);
+        response.headers_mut().insert(RETRY_AFTER, seconds);
+        return response;
+    }
+    if !is_json(request.headers()) {
+        let why = "a request is `application/json`";
+        return text(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
+    }
+    let text_of = match body(request).await {
+        Ok(text) => text,
+        Err(refused) => return refusal(&refused),
+    };
+    let wanted: Value = serde_json::from_str(&text_of).unwrap_or_default();
+    let code = wanted["code"].as_str().unwrap_or_default();
+    let name = wanted["name"].as_str().unwrap_or_default();
+    let sign = |sign: char| sign.is_ascii_alphanumeric() || "._- ".contains(sign);
+    let name: String = name.chars().filter(|known| sign(*known)).take(32).collect();
+    match here.options.tokens.redeem(code, name.trim()) {
+        Ok(Some((token, role))) => object(
+            StatusCode::OK,
+            &json!({"token": token, "role": role.name()}),
+        ),
+        Ok(None) => refusal(&Refused::new(
+            StatusCode::UNAUTHORIZED,
+            "the code is not good",
+        )),
+        Err(error) => {
+            tracing::warn!(%error, "no token can be made");
+            text(StatusCode::INTERNAL_SERVER_ERROR, "no token can be made")
+        }
+    }
+}
+
+fn is_json(headers: &HeaderMap) -> bool {
+    let kind = headers
+        .get(CONTENT_TYPE)
+        .and_then(|kind| kind.to_str().ok());
+    let kind = kind
+        .and_then(|kind| kind.split(';').next())
+        .unwrap_or_default();
+    kind.trim().eq_ignore_ascii_case("application/json")
+}
+
+/// The body as text, within its bound.
+async fn body(request: Request) -> Result<String, Refused> {
+    let bytes = axum::body::to_bytes(request.into_body(), BODY).await;
+    let too_large = |_| Refused::new(StatusCode::PAYLOAD_TOO_LARGE, "a request is 1 MiB at most");
+    let bytes = bytes.map_err(too_large)?;
+    let no_text = |_| Refused::new(StatusCode::BAD_REQUEST, "the body is no UTF-8");
+    String::from_utf8(bytes.into()).map_err(no_text)
+}
+
+fn refusal(refused: &Refused) -> Response {
+    let mut response = text(refused.status, &refused.why);
+    if refused.status == StatusCode::UNAUTHORIZED {
+        let bearer = HeaderValue::from_static("Bearer");
+        response.headers_mut().insert(WWW_AUTHENTICATE, bearer);
+    }
+    response
+}
+
+fn text(status: StatusCode, why: &str) -> Response {
+    let why = format!("{}\n", magician_protocol::visible(why));
+    (status, [(CONTENT_TYPE, "text/plain; charset=utf-8")], why).into_response()
+}
+
+fn object(status: StatusCode, value: &Value) -> Response {
+    (
+        status,
+        [(CONTENT_TYPE, "application/json")],
+        value.to_string(),
+    )
+        .into_response()
+}

@@ -1,0 +1,381 @@
+//! Who is let in: host names, origins, loopback, tokens. Everything that a request may not do is decided here, before anything
+//! else looks at it.
+
+use std::net::{IpAddr, SocketAddr};
+
+use axum::http::header::{AUTHORIZATION, FORWARDED, HOST, ORIGIN};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, HeaderName, StatusCode};
+
+use crate::station::Grant;
+use crate::{Gate, Role};
+
+static FORWARDED_FOR: HeaderName = HeaderName::from_static("x-forwarded-for");
+
+/// Names by which a machine calls itself.
+const LOOPBACK: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
+
+/// The two ends of a connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ends {
+    /// Where it arrived.
+    pub local: SocketAddr,
+    /// Where it comes from.
+    pub peer: SocketAddr,
+    /// Whether it is encrypted.
+    pub tls: bool,
+}
+
+/// What a listener lets in beside what is its own.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Admission {
+    /// Further host names: `HOST`, for any port, or `HOST:PORT`.
+    pub hosts: Vec<String>,
+    /// Further origins: `https://example.org`.
+    pub origins: Vec<String>,
+}
+
+/// A request that is let in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Admitted {
+    /// The token that it brings, if it does.
+    pub(super) token: Option<String>,
+    /// Whether it is of this machine, so that it needs none.
+    pub(super) loopback: bool,
+    /// The origin that is allowed by name, to be named in the answer.
+    pub(super) foreign_origin: Option<String>,
+}
+
+/// Why a request is not let in.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Refused {
+    pub(super) status: StatusCode,
+    /// For whoever made the request.
+    pub(super) why: String,
+}
+
+impl Refused {
+    pub(super) fn new(status: StatusCode, why: impl Into<String>) -> Self {
+        Self {
+            status,
+            why: why.into(),
+        }
+    }
+
+    fn forbidden(why: impl Into<String>) -> Self {
+        Self::new(StatusCode::FORBIDDEN, why)
+    }
+}
+
+impl Admission {
+    /// Lets a request in, or not.
+    pub(super) fn admit(&self, parts: &Parts, ends: Ends) -> Result<Admitted, Refused> {
+        if parts.uri.scheme().is_some() || !parts.uri.path().starts_with('/') {
+            return Err(Refused::forbidden("the target of a request must be a path"));
+        }
+        let query = parts.uri.query().unwrap_or_default();
+        if query
+            .split('&')
+            .any(|pair| pair.split('=').next() == Some("token"))
+        {
+            let why =
+                "a token does not belong into an address: send it as `Authorization: Bearer TOKEN`";
+            return Err(Refused::new(StatusCode::BAD_REQUEST, why));
+        }
+        let host = match texts(&parts.headers, &HOST).as_slice() {
+            [Some(host)] => host.to_ascii_lowercase(),
+            _ => {
+                let why = "a request has one `Host` header";
+                return Err(Refused::new(StatusCode::BAD_REQUEST, why));
+            }
+        };
+        if !self.is_own(&host, ends) {
+            return Err(Refused::forbidden(format!(
+                "the host name {host:?} is not one of this station: --allow-host {host} allows it"
+            )));
+        }
+        let foreign_origin = self.origin(&parts.headers, ends)?;
+        let forwarded = [&FORWARDED, &FORWARDED_FOR];
+        let forwarded = forwarded
+            .iter()
+            .any(|name| parts.headers.contains_key(*name));
+        let named = LOOPBACK.iter().any(|name| strip_port(&host).0 == *name);
+        let loopback = is_loopback(ends.local) && is_loopback(ends.peer) && named && !forwarded;
+        Ok(Admitted {
+            token: token(&parts.headers)?,
+            loopback,
+            foreign_origin,
+        })
+    }
+
+    /// Whether a page of another site asks; the origin that is allowed by name.
+    fn origin(&self, headers: &HeaderMap, ends: Ends) -> Result<Option<String>, Refused> {
+        let origin = match texts(headers, &ORIGIN).as_slice() {
+            [] => return Ok(None),
+            [Some(origin)] => origin.to_ascii_lowercase(),
+            _ => {
+                return Err(Refused::forbidden(
+                    "a request has at most one `Origin` header",
+                ));
+            }
+        };
+        if { self.origins.iter() }.any(|allowed| allowed.eq_ignore_ascii_case(&origin))
+            && origin != "null"
+        {
+            return Ok(Some(origin));
+        }
+        let host = { origin.strip_prefix("http://") }.or_else(|| origin.strip_prefix("https://"));
+        if host.is_some_and(|host| self.is_own(host, ends)) {
+            return Ok(None);
+        }
+        let why = format!(
+            "a page of {origin:?} may not use this station: --allow-origin {origin} allows it"
+        );
+        Err(Refused::forbidden(why))
+    }
+
+    /// Whether a name, in lower case, is one of the station's at this end.
+    fn is_own(&self, host: &str, ends: Ends) -> bool {
+        let (name, port) = strip_port(host);
+        let here = match ends.local.ip() {
+            IpAddr::V4(address) => address.to_string(),
+            IpAddr::V6(address) => format!("[{address}]"),
+        };
+        let own = LOOPBACK.contains(&name) || name == here;
+        let at_port = match port {
+            Some(port) => port == ends.local.port().to_string(),
+            None => ends.local.port() == 80 || (ends.tls && ends.local.port() == 443),
+        };
+        own && at_port
+            || self.hosts.iter().any(|allowed| {
+                let allowed = allowed.to_ascii_lowercase();
+                match strip_port(&allowed) {
+                    (allowed, None) => allowed == name,
+                    (..) => allowed == host,
+                }
+            })
+    }
+}
+
+/// What a request may do: the role of its token, or that of this machine's people.
+pub(super) fn grant(admitted: &Admitted, gate: &mut dyn Gate) -> Option<Grant> {
+    match &admitted.token {
+        Some(token) => gate.grant(token),
+        None => admitted.loopback.then_some(Grant {
+            role: Role::Teacher,
+            token: None,
+        }),
+    }
+}
+
+/// The token of `Authorization: Bearer TOKEN`.
+fn token(headers: &HeaderMap) -> Result<Option<String>, Refused> {
+    let unauthorized = |why| Refused::new(StatusCode::UNAUTHORIZED, why);
+    match texts(headers, &AUTHORIZATION).as_slice() {
+        [] => Ok(None),
+        [Some(text)] => match text.split_once(' ') {
+            Some((scheme, token)) if scheme.eq_ignore_ascii_case("bearer") => {
+                Ok(Some(token.trim().to_owned()))
+            }
+            _ => Err(unauthorized("`Authorization` must be `Bearer TOKEN`")),
+        },
+        _ => Err(unauthorized(
+            "a request has at most one `Authorization` header",
+        )),
+    }
+}
+
+/// All values of a header; none for what is no text.
+fn texts(headers: &HeaderMap, name: &HeaderName) -> Vec<Option<String>> {
+    let values = headers.get_all(name).iter();
+    values
+        .map(|value| value.to_str().ok().map(str::to_owned))
+        .collect()
+}
+
+/// A host and its port, if it has one: `[::1]:80`, `localhost`.
+fn strip_port(host: &str) -> (&str, Option<&str>) {
+    match host.rsplit_once(':') {
+        Some((name, port)) if !port.contains(']') => (name, Some(port)),
+        _ => (host, None),
+    }
+}
+
+fn is_loopback(address: SocketAddr) -> bool {
+    match address.ip() {
+        IpAddr::V4(address) => address.is_loopback(),
+        IpAddr::V6(address) => {
+            address.is_loopback()
+                || address
+                    .to_ipv4_mapped()
+                    .is_some_and(|four| four.is_loopback())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use axum::http::Request;
+
+    use super::*;
+
+    const HERE: &str = "127.0.0.1:8910";
+
+    fn ends(local: &str, peer: &str) -> Ends {
+        Ends {
+            local: local.parse().unwrap(),
+            peer: peer.parse().unwrap(),
+            tls: false,
+        }
+    }
+
+    fn admit(
+        admission: &Admission,
+        ends: Ends,
+        target: &str,
+        headers: &[(&str, &str)],
+    ) -> Result<Admitted, u16> {
+        let mut request = Request::builder().uri(target);
+        for (name, value) in headers {
+            request = request.header(*name, *value);
+        }
+        let (parts, ()) = request.body(()).unwrap().into_parts();
+        admission
+            .admit(&parts, ends)
+            .map_err(|refused| refused.status.as_u16())
+    }
+
+    #[test]
+    fn hosts_of_this_machine_are_let_in_and_no_others() {
+        let admission = Admission::default();
+        let local = ends(HERE, "127.0.0.1:50000");
+        for (hosts, outcome) in [
+            (vec!["localhost:8910"], None),
+            (vec!["LocalHost:8910"], None),
+            (vec!["127.0.0.1:8910"], None),
+            (vec!["[::1]:8910"], None),
+            (vec![], Some(400)),
+            (vec!["localhost:8910", "localhost:8910"], Some(400)),
+            (vec!["localhost"], Some(403)),
+            (vec!["localhost:8911"], Some(403)),
+            (vec!["localhost.:8910"], Some(403)),
+            (vec!["127.0.0.2:8910"], Some(403)),
+            (vec!["evil.example:8910"], Some(403)),
+            (vec!["localhost:8910.evil.example"], Some(403)),
+            (vec![""], Some(403)),
+        ] {
+            let headers: Vec<_> = hosts.iter().map(|host| ("host", *host)).collect();
+            let admitted = admit(&admission, local, "/", &headers);
+            assert_eq!(admitted.clone().err(), outcome, "{hosts:?}");
+            assert!(admitted.is_err() || admitted.unwrap().loopback, "{hosts:?}");
+        }
+        let port_80 = ends("127.0.0.1:80", "127.0.0.1:50000");
+        assert!(admit(&admission, port_80, "/", &[("host", "localhost")]).is_ok());
+        let lan = ends("192.168.1.5:8910", "192.168.1.9:50000");
+        let admitted = admit(&admission, lan, "/", &[("host", "192.168.1.5:8910")]).unwrap();
+        assert!(!admitted.loopback);
+        assert_eq!(
+            admit(&admission, lan, "/", &[("host", "192.168.1.6:8910")]),
+            Err(403)
+        );
+    }
+
+    #[test]
+    fn loopback_is_both_ends_and_nothing_between() {
+        let admission = Admission {
+            hosts: vec!["arm.example".into()],
+            origins: Vec::new(),
+        };
+        let local = ends(HERE, "127.0.0.1:50000");
+        let loopback =
+            |headers: &[(&str, &str)]| admit(&admission, local, "/", headers).unwrap().loopback;
+        assert!(loopback(&[("host", "localhost:8910")]));
+        assert!(!loopback(&[
+            ("host", "localhost:8910"),
+            ("x-forwarded-for", "1.2.3.4")
+        ]));
+        assert!(!loopback(&[
+            ("host", "localhost:8910"),
+            ("forwarded", "for=1.2.3.4")
+        ]));
+        assert!(!loopback(&[("host", "arm.example")]));
+        let far = ends(HERE, "192.168.1.9:50000");
+        assert!(
+            !admit(&admission, far, "/", &[("host", "localhost:8910")])
+                .unwrap()
+                .loopback
+        );
+    }
+
+    #[test]
+    fn origins_are_our_own_or_named() {
+        let admission = Admission {
+            hosts: vec!["arm.example:443".into()],
+            origins: vec!["https://lessons.example".into(), "null".into()],
+        };
+        let local = ends(HERE, "127.0.0.1:50000");
+        for (origin, outcome) in [
+            ("http://localhost:8910", Ok(None)),
+            ("https://127.0.0.1:8910", Ok(None)),
+            ("https://arm.example:443", Ok(None)),
+            (
+                "https://lessons.example",
+                Ok(Some("https://lessons.example".to_owned())),
+            ),
+            ("https://lessons.example.evil", Err(403)),
+            ("http://evil.example", Err(403)),
+            ("null", Err(403)),
+            ("file://", Err(403)),
+            ("ftp://localhost:8910", Err(403)),
+        ] {
+            let headers = [("host", "localhost:8910"), ("origin", origin)];
+            let admitted = admit(&admission, local, "/", &headers);
+            assert_eq!(
+                admitted.map(|admitted| admitted.foreign_origin),
+                outcome,
+                "{origin}"
+            );
+        }
+        let two = [
+            ("host", "localhost:8910"),
+            ("origin", "http://localhost:8910"),
+            ("origin", "http://localhost:8910"),
+        ];
+        assert_eq!(admit(&admission, local, "/", &two), Err(403));
+    }
+
+    #[test]
+    fn a_token_is_in_a_header_and_never_in_an_address() {
+        let admission = Admission::default();
+        let local = ends(HERE, "127.0.0.1:50000");
+        let host = ("host", "localhost:8910");
+        assert_eq!(
+            admit(&admission, local, "/api/v1/ws?token=abc", &[host]),
+            Err(400)
+        );
+        assert_eq!(
+            admit(&admission, local, "/?a=b&token=abc", &[host]),
+            Err(400)
+        );
+        let admitted = admit(
+            &admission,
+            local,
+            "/",
+            &[host, ("authorization", "bearer abc")],
+        );
+        assert_eq!(admitted.unwrap().token.as_deref(), Some("abc"));
+        assert_eq!(
+            admit(
+                &admission,
+                local,
+                "/",
+                &[host, ("authorization", "Basic abc")]
+            ),
+            Err(401)
+        );
+        assert_eq!(
+            admit(&admission, local, "http://localhost:8910/", &[host]),
+            Err(403)
+        );
+    }
+}

@@ -1,0 +1,91 @@
+//! A WebSocket of a client: its messages to the station, and what the station has for it.
+
+use std::time::Duration;
+
+use axum::extract::ws::{CloseFrame, Message, WebSocket};
+use futures_util::{SinkExt, StreamExt};
+use tokio::sync::watch;
+use tokio::time::{MissedTickBehavior, interval, timeout};
+
+use super::listen::ended;
+use crate::running::Client;
+use crate::station::{MESSAGE, Outgoing};
+
+/// A client is pinged so often; its answer is a word of a holder.
+const PING: Duration = Duration::from_secs(2);
+/// A client that takes nothing for so long is cut off.
+const STUCK: Duration = Duration::from_secs(10);
+/// The last word to a client gets so long.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// Carries messages until one of the two ends.
+pub(super) async fn carry(socket: WebSocket, client: Client, mut over: watch::Receiver<bool>) {
+    let (mut sink, mut stream) = socket.split();
+    let reader = async {
+        loop {
+            match stream.next().await {
+                Some(Ok(Message::Text(text))) if text.len() > MESSAGE => return Some(too_large()),
+                Some(Ok(Message::Text(text))) => client.send(&text),
+                Some(Ok(Message::Pong(_))) => client.pong(),
+                Some(Ok(Message::Ping(_))) => {}
+                Some(Ok(Message::Binary(_))) => return Some(close(1003, "messages are text")),
+                Some(Err(error)) => return broken(&error),
+                Some(Ok(Message::Close(_))) | None => return None,
+            }
+        }
+    };
+    let writer = async {
+        let mut pings = interval(PING);
+        pings.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            let message = tokio::select! {
+                biased;
+                () = ended(&mut over) => return Some(close(1001, "the station ends")),
+                outgoing = client.receive() => match outgoing {
+                    Outgoing::Text(text) => Message::Text(text.into()),
+                    Outgoing::Frame(bytes) => Message::Binary(bytes.into()),
+                    Outgoing::Close(code) => return Some(close(code.0, "")),
+                },
+                _ = pings.tick() => Message::Ping(Vec::new().into()),
+            };
+            // What waits meanwhile stays in the station, where a newer state takes the place of an older one.
+            match timeout(STUCK, sink.send(message)).await {
+                Ok(Ok(())) => {}
+                Ok(Err(_)) | Err(_) => return None,
+            }
+        }
+    };
+    // What is being written does not keep what comes from being heard: a stop above all.
+    let last = tokio::select! {
+        last = reader => last,
+        last = writer => last,
+    };
+    // The station hears of the end now, not when the last bytes are gone.
+    drop(client);
+    if let Some(last) = last {
+        let _ = timeout(FAREWELL, sink.send(last)).await;
+    }
+}
+
+fn too_large() -> Message {
+    close(1009, "a message is 1 MiB at most")
+}
+
+fn close(code: u16, reason: &'static str) -> Message {
+    Message::Close(Some(CloseFrame {
+        code,
+        reason: reason.into(),
+    }))
+}
+
+/// What a client is told whose message cannot be taken.
+fn broken(error: &axum::Error) -> Option<Message> {
+    use tokio_tungstenite::tungstenite::Error;
+    let source = std::error::Error::source(error)?;
+    match source.downcast_ref::<Error>()? {
+        Error::Capacity(_) => Some(too_large()),
+        Error::Utf8(_) => Some(close(1007, "the message is no UTF-8")),
+        Error::Protocol(_) => Some(close(1002, "no WebSocket")),
+        _ => None,
+    }
+}

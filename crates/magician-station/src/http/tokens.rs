@@ -1,0 +1,333 @@
+//! The tokens of a station, in a file of the user's: made once, kept as digests, revoked at any time.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::station::Grant;
+use crate::{Gate, Role};
+
+/// A code is good for so long.
+pub const CODE: Duration = Duration::from_secs(120);
+/// Characters of a token of somebody else's making, at least.
+const LEAST: usize = 32;
+
+/// A token as its file has it.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct TokenEntry {
+    /// Its role.
+    pub role: String,
+    /// SHA-256 of it, in hex.
+    sha256: String,
+    /// When it was made, Unix seconds.
+    pub made: u64,
+    /// When it was used last, Unix seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub used: Option<u64>,
+}
+
+/// A code for which one token is given.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+struct PairingCode {
+    /// SHA-256 of it, in hex.
+    sha256: String,
+    role: String,
+    /// Until when it is good, Unix seconds.
+    until: u64,
+}
+
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+struct File {
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    code: Vec<PairingCode>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    token: BTreeMap<String, TokenEntry>,
+}
+
+/// Why a file of tokens cannot be used.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum TokenError {
+    /// It cannot be read or written.
+    Io(PathBuf, io::Error),
+    /// It is no file of tokens.
+    Damaged(PathBuf, String),
+    /// There is a token of this name already.
+    Taken(String),
+    /// There is no token of this name.
+    Unknown(String),
+    /// A line of a list of tokens is wrong.
+    Line(PathBuf, usize, &'static str),
+    /// Others than its owner may read it.
+    Open(PathBuf),
+    /// The system has no random numbers.
+    Random,
+}
+
+impl std::fmt::Display for TokenError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
+            Self::Damaged(path, why) => write!(f, "{} is damaged: {why}", path.display()),
+            Self::Taken(name) => write!(f, "there is a token {name} already"),
+            Self::Unknown(name) => write!(f, "there is no token {name}"),
+            Self::Line(path, line, why) => write!(f, "{}, line {line}: {why}", path.display()),
+            Self::Open(path) => write!(
+                f,
+                "{} can be read by others than its owner: chmod 600 it",
+                path.display()
+            ),
+            Self::Random => f.write_str("the system gives no random numbers"),
+        }
+    }
+}
+
+impl std::error::Error for TokenError {}
+
+/// The file of tokens.
+#[derive(Clone, Debug)]
+pub struct TokenStore {
+    path: PathBuf,
+    /// Tokens of another file, which are not written.
+    more: BTreeMap<String, (Role, String)>,
+}
+
+impl TokenStore {
+    /// In this file, which need not exist.
+    #[must_use]
+    pub fn at(path: impl Into<PathBuf>) -> Self {
+        Self {
+            path: path.into(),
+            more: BTreeMap::new(),
+        }
+    }
+
+    /// Adds the tokens of a list: `TOKEN ROLE [NAME]` a line, `#` begins a comment.
+    ///
+    /// # Errors
+    /// [`TokenError`], for a file that others may read as well.
+    pub fn with_list(mut self, path: &Path) -> Result<Self, TokenError> {
+        let io = |error| TokenError::Io(path.to_owned(), error);
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            if fs::metadata(path).map_err(io)?.permissions().mode() & 0o077 != 0 {
+                return Err(TokenError::Open(path.to_owned()));
+            }
+        }
+        let text = fs::read_to_string(path).map_err(io)?;
+        for (at, line) in text.lines().enumerate() {
+            let line = line.split('#').next().unwrap_or_default();
+            let words: Vec<_> = line.split_whitespace().collect();
+            let wrong = |why| TokenError::Line(path.to_owned(), at + 1, why);
+            let (token, role, name) = match words.as_slice() {
+                [] => continue,
+                [token, role] => (*token, *role, format!("line-{}", at + 1)),
+                [token, role, name] => (*token, *role, (*name).to_owned()),
+                _ => return Err(wrong("expected TOKEN ROLE [NAME]")),
+            };
+            let sign = |byte: u8| byte.is_ascii_alphanumeric() || b"_-".contains(&byte);
+            if token.len() < LEAST || !token.bytes().all(sign) {
+                return Err(wrong("a token is at least 32 of A-Z, a-z, 0-9, _ and -"));
+            }
+            let role = Role::named(role);
+            let role = role.ok_or_else(|| wrong("the role is viewer, student or teacher"))?;
+            self.more.insert(name, (role, digest(token)));
+        }
+        Ok(self)
+    }
+
+    /// Makes a token, and returns it: it can not be had again.
+    ///
+    /// # Errors
+    /// [`TokenError`].
+    pub fn create(&self, name: Option<&str>, role: Role) -> Result<(String, String), TokenError> {
+        let mut file = self.read()?;
+        let name = match name {
+            Some(name) if file.token.contains_key(name) => {
+                return Err(TokenError::Taken(name.to_owned()));
+            }
+            Some(name) => name.to_owned(),
+            None => free_name(&file),
+        };
+        let token = secret()?;
+        file.token.insert(name.clone(), entry(&token, role));
+        self.write(&file)?;
+        Ok((name, token))
+    }
+
+    /// All tokens, by name.
+    ///
+    /// # Errors
+    /// [`TokenError`].
+    pub fn list(&self) -> Result<BTreeMap<String, TokenEntry>, TokenError> {
+        Ok(self.read()?.token)
+    }
+
+    /// Ends a token.
+    ///
+    /// # Errors
+    /// [`TokenError::Unknown`], and the others.
+    pub fn revoke(&self, name: &str) -> Result<(), TokenError> {
+        let mut file = self.read()?;
+        if file.token.remove(name).is_none() {
+            return Err(TokenError::Unknown(name.to_owned()));
+        }
+        self.write(&file)
+    }
+
+    /// Makes a code of six digits, good for one token of this role within [`CODE`].
+    ///
+    /// # Errors
+    /// [`TokenError`].
+    pub fn pair(&self, role: Role) -> Result<String, TokenError> {
+        let mut bytes = [0; 8];
+        getrandom::fill(&mut bytes).map_err(|_| TokenError::Random)?;
+        let code = format!("{:06}", u64::from_le_bytes(bytes) % 1_000_000);
+        let mut file = self.read()?;
+        file.code.retain(|code| code.until > unix_now());
+        file.code.push(PairingCode {
+            sha256: digest(&code),
+            role: role.name().to_owned(),
+            until: unix_now() + CODE.as_secs(),
+        });
+        self.write(&file)?;
+        Ok(code)
+    }
+
+    /// A token for a code; none for one that is not good. A code is good once.
+    ///
+    /// # Errors
+    /// [`TokenError`].
+    pub fn redeem(&self, code: &str, name: &str) -> Result<Option<(String, Role)>, TokenError> {
+        let mut file = self.read()?;
+        let wanted = digest(code);
+        let good = |known: &PairingCode| same(&known.sha256, &wanted) && known.until > unix_now();
+        let Some(at) = file.code.iter().position(good) else {
+            return Ok(None);
+        };
+        let known = file.code.remove(at);
+        let Some(role) = Role::named(&known.role) else {
+            return Ok(None);
+        };
+        let mut own = name.to_owned();
+        if own.is_empty() || file.token.contains_key(&own) {
+            own = free_name(&file);
+        }
+        let token = secret()?;
+        file.token.insert(own, entry(&token, role));
+        self.write(&file)?;
+        Ok(Some((token, role)))
+    }
+
+    /// The names of all tokens that are good.
+    pub(super) fn names(&self) -> Result<Vec<String>, TokenError> {
+        let own = self.read()?.token.into_keys();
+        Ok(own.chain(self.more.keys().cloned()).collect())
+    }
+
+    fn read(&self) -> Result<File, TokenError> {
+        let text = match fs::read_to_string(&self.path) {
+            Ok(text) => text,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(File::default()),
+            Err(error) => return Err(TokenError::Io(self.path.clone(), error)),
+        };
+        toml::from_str(&text)
+            .map_err(|error| TokenError::Damaged(self.path.clone(), error.message().to_owned()))
+    }
+
+    /// Whole or not at all, and for its owner alone.
+    fn write(&self, file: &File) -> Result<(), TokenError> {
+        let io = |error| TokenError::Io(self.path.clone(), error);
+        let text = toml::to_string(file)
+            .map_err(|error| TokenError::Damaged(self.path.clone(), error.to_string()))?;
+        if let Some(folder) = self.path.parent() {
+            fs::create_dir_all(folder).map_err(io)?;
+        }
+        let beside = self
+            .path
+            .with_extension(format!("{}.tmp", std::process::id()));
+        let mut options = fs::OpenOptions::new();
+        options.write(true).create(true).truncate(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let mut out = options.open(&beside).map_err(io)?;
+        io::Write::write_all(&mut out, text.as_bytes()).map_err(io)?;
+        fs::rename(&beside, &self.path).map_err(io)
+    }
+}
+
+impl Gate for TokenStore {
+    fn grant(&mut self, token: &str) -> Option<Grant> {
+        let wanted = digest(token);
+        let more = { self.more.iter() }.find(|(_, (_, sha256))| same(sha256, &wanted));
+        if let Some((name, (role, _))) = more {
+            return Some(Grant {
+                role: *role,
+                token: Some(name.clone()),
+            });
+        }
+        let mut file = self.read().ok()?;
+        let (name, found) =
+            { file.token.iter_mut() }.find(|(_, known)| same(&known.sha256, &wanted))?;
+        let grant = Grant {
+            role: Role::named(&found.role)?,
+            token: Some(name.clone()),
+        };
+        found.used = Some(unix_now());
+        // When it was used last is for people to read: a disk that is full locks nobody out.
+        if let Err(error) = self.write(&file) {
+            tracing::warn!(%error, "the use of a token is not noted");
+        }
+        Some(grant)
+    }
+}
+
+fn entry(token: &str, role: Role) -> TokenEntry {
+    TokenEntry {
+        role: role.name().to_owned(),
+        sha256: digest(token),
+        made: unix_now(),
+        used: None,
+    }
+}
+
+fn free_name(file: &File) -> String {
+    let mut names = (1..).map(|number| format!("token-{number}"));
+    names
+        .find(|name| !file.token.contains_key(name))
+        .unwrap_or_default()
+}
+
+/// 32 random bytes as text.
+pub(super) fn secret() -> Result<String, TokenError> {
+    use base64::Engine;
+    let mut bytes = [0; 32];
+    getrandom::fill(&mut bytes).map_err(|_| TokenError::Random)?;
+    Ok(base64::engine::general_purpose::URL_SAFE_NO_PAD.encode(bytes))
+}
+
+fn digest(text: &str) -> String {
+    let digest = Sha256::digest(text.as_bytes());
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Whether two digests are the same, in a time that does not tell where they differ.
+fn same(one: &str, other: &str) -> bool {
+    let differ = one
+        .bytes()
+        .zip(other.bytes())
+        .fold(0, |sum, (a, b)| sum | (a ^ b));
+    one.len() == other.len() && differ == 0
+}
+
+fn unix_now() -> u64 {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |since| since.as_secs())
+}

@@ -1,0 +1,242 @@
+//! A station that listens at a free port, and clients of HTTP and WebSocket that say what a test wants them to.
+
+use std::net::SocketAddr;
+
+use futures_util::{SinkExt, StreamExt};
+use magician::{Arm, Options, SimSpeed, VirtualArm, sim::Controller};
+use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries};
+use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
+use serde_json::{Value, json};
+use tempfile::TempDir;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::sync::watch;
+use tokio_tungstenite::WebSocketStream;
+use tokio_tungstenite::tungstenite::{Message, client::IntoClientRequest};
+
+pub(crate) struct Bench {
+    pub(crate) address: SocketAddr,
+    pub(crate) tokens: TokenStore,
+    pub(crate) arm: VirtualArm,
+    pub(crate) station: RunningStation,
+    pub(crate) over: watch::Sender<bool>,
+    _folder: TempDir,
+}
+
+impl Bench {
+    pub(crate) async fn new() -> Self {
+        Self::with(Admission::default()).await
+    }
+
+    pub(crate) async fn with(admission: Admission) -> Self {
+        let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(20.0));
+        let driver = Arm::simulated(arm.clone(), Options::default())
+            .await
+            .unwrap();
+        let folder = TempDir::new().unwrap();
+        let tokens = TokenStore::at(folder.path().join("station/tokens.toml"));
+        let config = StationConfig {
+            arms: vec![ArmEntry {
+                name: "arm".to_owned(),
+                port: "sim".to_owned(),
+                is_virtual: true,
+                laser_pins: true,
+            }],
+            epoch: "0".to_owned(),
+            unix_zero: 0.0,
+            version: "0.0.0".to_owned(),
+            read_only: false,
+            student_laser: false,
+            gate: Box::new(tokens.clone()),
+        };
+        let station = RunningStation::start(config, vec![driver], Box::new(|_| {}));
+        let listener = Listener::bind(Some("127.0.0.1:0")).await.unwrap();
+        let address = listener.addresses()[0];
+        let (over, ends) = watch::channel(false);
+        let options = HttpOptions {
+            admission,
+            tokens: tokens.clone(),
+            version: "0.0.0".to_owned(),
+            tries: Tries::default(),
+        };
+        tokio::spawn(listener.serve(station.clone(), options, ends));
+        Self {
+            address,
+            tokens,
+            arm,
+            station,
+            over,
+            _folder: folder,
+        }
+    }
+
+    /// Sends the text of a request, with `{host}` for the station's name, and reads the whole answer.
+    pub(crate) async fn raw(&self, request: &str) -> Answer {
+        let mut stream = TcpStream::connect(self.address).await.unwrap();
+        let host = self.address.to_string();
+        let request = request.replace("{host}", &host).replace('\n', "\r\n");
+        stream.write_all(request.as_bytes()).await.unwrap();
+        let mut bytes = Vec::new();
+        // Where the station cuts the line before it has read all of a request, that is its answer.
+        let _ = stream.read_to_end(&mut bytes).await;
+        Answer::of(&String::from_utf8_lossy(&bytes))
+    }
+
+    pub(crate) async fn get(&self, path: &str, headers: &str) -> Answer {
+        self.raw(&format!(
+            "GET {path} HTTP/1.1\nhost: {{host}}\nconnection: close\n{headers}\n"
+        ))
+        .await
+    }
+
+    pub(crate) async fn post(&self, path: &str, headers: &str, body: &str) -> Answer {
+        let length = body.len();
+        self.raw(&format!(
+            "POST {path} HTTP/1.1\nhost: {{host}}\nconnection: close\ncontent-type: application/json\n\
+             content-length: {length}\n{headers}\n{body}"
+        ))
+        .await
+    }
+
+    /// A WebSocket without a hello; the headers are added.
+    pub(crate) async fn socket(&self, headers: &[(&'static str, &str)]) -> Result<Socket, u16> {
+        let url = format!("ws://{}/api/v1/ws", self.address);
+        let mut request = url.into_client_request().unwrap();
+        for (name, value) in headers {
+            request.headers_mut().insert(*name, value.parse().unwrap());
+        }
+        let stream = TcpStream::connect(self.address).await.unwrap();
+        match tokio_tungstenite::client_async(request, stream).await {
+            Ok((socket, _)) => Ok(Socket { socket, next: 0 }),
+            Err(tokio_tungstenite::tungstenite::Error::Http(response)) => {
+                Err(response.status().as_u16())
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+
+    /// A session of this machine.
+    pub(crate) async fn join(&self, name: &str) -> Socket {
+        let mut socket = self.socket(&[]).await.unwrap();
+        socket
+            .call("session.hello", json!({"client": {"name": name}}))
+            .await
+            .unwrap();
+        socket
+    }
+
+    pub(crate) fn token(&self, role: Role) -> String {
+        self.tokens.create(None, role).unwrap().1
+    }
+}
+
+/// An answer of HTTP.
+pub(crate) struct Answer {
+    pub(crate) status: u16,
+    pub(crate) headers: Vec<(String, String)>,
+    pub(crate) body: String,
+}
+
+impl Answer {
+    fn of(text: &str) -> Self {
+        let (head, body) = text.split_once("\r\n\r\n").unwrap_or((text, ""));
+        let mut lines = head.lines();
+        let status = lines
+            .next()
+            .and_then(|line| line.split(' ').nth(1)?.parse().ok());
+        let headers = lines.filter_map(|line| line.split_once(": "));
+        Self {
+            status: status.unwrap_or(0),
+            headers: headers
+                .map(|(name, value)| (name.to_lowercase(), value.to_owned()))
+                .collect(),
+            body: body.to_owned(),
+        }
+    }
+
+    pub(crate) fn header(&self, name: &str) -> Option<&str> {
+        let header = self.headers.iter().find(|(known, _)| known == name);
+        header.map(|(_, value)| value.as_str())
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_str(&self.body).unwrap_or_else(|_| panic!("{:?}", self.body))
+    }
+}
+
+/// A WebSocket client.
+pub(crate) struct Socket {
+    pub(crate) socket: WebSocketStream<TcpStream>,
+    next: i64,
+}
+
+impl Socket {
+    pub(crate) async fn send(&mut self, method: &str, params: Value) -> i64 {
+        self.next += 1;
+        let message =
+            json!({"jsonrpc": "2.0", "id": self.next, "method": method, "params": params});
+        self.socket
+            .send(Message::text(message.to_string()))
+            .await
+            .unwrap();
+        self.next
+    }
+
+    pub(crate) async fn call(&mut self, method: &str, params: Value) -> Result<Value, Value> {
+        let id = self.send(method, params).await;
+        self.answer(id).await
+    }
+
+    pub(crate) async fn answer(&mut self, id: i64) -> Result<Value, Value> {
+        loop {
+            let message = match self.socket.next().await {
+                Some(Ok(Message::Text(text))) => serde_json::from_str::<Value>(&text).unwrap(),
+                Some(Ok(Message::Close(frame))) => panic!("closed: {frame:?}"),
+                Some(Ok(_)) => continue,
+                other => panic!("{other:?}"),
+            };
+            if message["id"] == json!(id) {
+                return match message.get("error") {
+                    Some(error) => Err(error.clone()),
+                    None => Ok(message["result"].clone()),
+                };
+            }
+        }
+    }
+
+    /// Watches the arm until a field of its state has this value; the state as it is then.
+    pub(crate) async fn until(&mut self, field: &str, value: Value) -> Value {
+        let made = self
+            .call("arm.subscribe", json!({"rate": 50}))
+            .await
+            .unwrap();
+        let mut state = json!({});
+        while state[field] != value {
+            let Some(Ok(Message::Text(text))) = self.socket.next().await else {
+                continue;
+            };
+            let message: Value = serde_json::from_str(&text).unwrap();
+            let fresh = message["method"] == "arm.state"
+                && message["params"]["subscription"] == made["subscription"];
+            for (name, value) in message["params"]["state"].as_object().into_iter().flatten() {
+                if fresh {
+                    state[name] = value.clone();
+                }
+            }
+        }
+        let subscription = json!({"subscription": made["subscription"]});
+        self.call("arm.unsubscribe", subscription).await.unwrap();
+        state
+    }
+
+    /// The code with which it is closed.
+    pub(crate) async fn closed(&mut self) -> Option<u16> {
+        loop {
+            match self.socket.next().await {
+                Some(Ok(Message::Close(frame))) => return frame.map(|frame| frame.code.into()),
+                Some(Ok(_)) => {}
+                Some(Err(_)) | None => return None,
+            }
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! The station on this machine's network: routes, who is let in, tokens, sockets.
+#![cfg(feature = "http")]
+
+mod bench;
+mod calls;
+mod hostile;
+mod pairing;
+mod routes;
+mod sockets;

@@ -1,0 +1,152 @@
+//! The table of routes, row by row, and what every answer says.
+
+use magician_station::Role;
+use magician_station::http::{Admission, ROUTES, RouteNeeds};
+use serde_json::json;
+
+use crate::bench::Bench;
+
+#[tokio::test]
+async fn every_route_is_there_and_has_the_headers_of_safety() {
+    let bench = Bench::new().await;
+    for route in ROUTES {
+        let (path, method) = (route.path, route.method);
+        let answer = bench
+            .raw(&format!(
+                "{method} {path} HTTP/1.1\nhost: {{host}}\nconnection: close\ncontent-length: 0\n\n"
+            ))
+            .await;
+        let expected = match (path, method) {
+            ("/api/v1/ws", _) => 426,
+            (_, "POST") => 415,
+            _ => 200,
+        };
+        assert_eq!(answer.status, expected, "{method} {path}");
+        assert_eq!(
+            answer.header("x-content-type-options"),
+            Some("nosniff"),
+            "{path}"
+        );
+        assert_eq!(answer.header("referrer-policy"), Some("no-referrer"));
+        assert_eq!(
+            answer.header("cross-origin-opener-policy"),
+            Some("same-origin")
+        );
+        assert_eq!(
+            answer.header("cross-origin-resource-policy"),
+            Some("same-origin")
+        );
+        let policy = answer.header("content-security-policy").unwrap();
+        assert!(
+            policy.starts_with("default-src 'self'") && policy.ends_with("frame-ancestors 'none'")
+        );
+        assert_eq!(answer.header("access-control-allow-origin"), None);
+        let wrong = bench
+            .raw(&format!(
+                "PATCH {path} HTTP/1.1\nhost: {{host}}\nconnection: close\n\n"
+            ))
+            .await;
+        assert_eq!(wrong.status, 405, "{path}");
+        assert!(wrong.header("allow").unwrap().contains(method));
+        // What is of another place is refused before the route is looked at.
+        let foreign = bench
+            .raw(&format!("{method} {path} HTTP/1.1\nhost: evil.example\nconnection: close\ncontent-length: 0\n\n"))
+            .await;
+        assert_eq!(foreign.status, 403, "{path}");
+        assert!(foreign.body.contains("--allow-host"), "{}", foreign.body);
+        let page = format!(
+            "{method} {path} HTTP/1.1\nhost: {{host}}\norigin: http://evil.example\nconnection: close\ncontent-length: 0\n\n"
+        );
+        let page = bench.raw(&page).await;
+        assert_eq!(page.status, 403, "{path}");
+        assert!(page.body.contains("--allow-origin"), "{}", page.body);
+    }
+    assert_eq!(bench.get("/nowhere", "").await.status, 404);
+    assert_eq!(bench.get("/api/v1/../../etc/passwd", "").await.status, 404);
+    assert_eq!(
+        bench
+            .raw("HEAD /healthz HTTP/1.1\nhost: {host}\nconnection: close\n\n")
+            .await
+            .body,
+        ""
+    );
+    assert_eq!(
+        bench
+            .raw("OPTIONS /healthz HTTP/1.1\nhost: {host}\nconnection: close\n\n")
+            .await
+            .status,
+        405
+    );
+}
+
+#[tokio::test]
+async fn who_has_no_token_where_one_is_needed_gets_401() {
+    let bench = Bench::new().await;
+    let body = json!({"jsonrpc": "2.0", "id": 1, "method": "server.info"}).to_string();
+    for route in ROUTES
+        .iter()
+        .filter(|route| route.needs != RouteNeeds::Nothing)
+    {
+        if route.method != "POST" {
+            continue;
+        }
+        // A proxy stands between: it is not this machine's people.
+        let answer = bench
+            .post(route.path, "x-forwarded-for: 1.2.3.4\n", &body)
+            .await;
+        assert_eq!(answer.status, 401, "{}", route.path);
+        assert_eq!(answer.header("www-authenticate"), Some("Bearer"));
+    }
+    let wrong = bench
+        .post("/api/v1/rpc", "authorization: Bearer nonsense\n", &body)
+        .await;
+    assert_eq!(wrong.status, 401, "a token that is given counts everywhere");
+    let token = bench.token(Role::Viewer);
+    let headers = format!("x-forwarded-for: 1.2.3.4\nauthorization: Bearer {token}\n");
+    let right = bench.post("/api/v1/rpc", &headers, &body).await;
+    assert_eq!(
+        (right.status, &right.json()["result"]["api"]),
+        (200, &json!(1))
+    );
+    let in_address = bench.get(&format!("/healthz?token={token}"), "").await;
+    assert_eq!(in_address.status, 400);
+}
+
+#[tokio::test]
+async fn an_origin_that_is_named_is_let_in_and_told_so() {
+    let origin = "https://lessons.example";
+    let admission = Admission {
+        hosts: Vec::new(),
+        origins: vec![origin.to_owned()],
+    };
+    let bench = Bench::with(admission).await;
+    let answer = bench.get("/healthz", &format!("origin: {origin}\n")).await;
+    assert_eq!(answer.header("access-control-allow-origin"), Some(origin));
+    assert_eq!(answer.header("vary"), Some("Origin"));
+    let asked = bench
+        .raw(&format!(
+            "OPTIONS /api/v1/rpc HTTP/1.1\nhost: {{host}}\norigin: {origin}\nconnection: close\n\n"
+        ))
+        .await;
+    assert_eq!(asked.status, 204);
+    assert_eq!(
+        asked.header("access-control-allow-headers"),
+        Some("authorization, content-type")
+    );
+}
+
+#[tokio::test]
+async fn the_methods_are_described() {
+    let bench = Bench::new().await;
+    let document = bench.get("/api/v1/openrpc.json", "").await.json();
+    let methods = document["methods"].as_array().unwrap();
+    let moving = methods
+        .iter()
+        .find(|method| method["name"] == "arm.move")
+        .unwrap();
+    assert_eq!(
+        (&moving["x-role"], &moving["x-lease"]),
+        (&json!("student"), &json!(true))
+    );
+    assert_eq!(moving["params"][1]["schema"]["minItems"], json!(4));
+}

@@ -1,0 +1,117 @@
+//! WebSockets.
+
+use futures_util::SinkExt;
+use magician_station::Role;
+use serde_json::json;
+use tokio_tungstenite::tungstenite::Message;
+
+use crate::bench::Bench;
+
+#[tokio::test]
+async fn a_session_moves_the_arm_and_another_stops_it() {
+    let bench = Bench::new().await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    anna.call("lease.acquire", json!({})).await.unwrap();
+    let state = anna
+        .call("arm.move", json!({"to": [220, 40, 50, 0]}))
+        .await
+        .unwrap();
+    assert_eq!(state["y"], json!(40.0));
+    let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 1, "acceleration_ratio": 1}});
+    anna.call("arm.set", slow).await.unwrap();
+    let moving = anna
+        .send("arm.move", json!({"to": [200, -150, 50, 0]}))
+        .await;
+    ben.until("moving", json!(true)).await;
+    ben.call("arm.stop", json!({})).await.unwrap();
+    assert_eq!(
+        anna.answer(moving).await.unwrap_err()["code"],
+        json!(-32007)
+    );
+    assert!(!bench.arm.state().moving);
+}
+
+#[tokio::test]
+async fn what_is_no_text_within_bounds_closes_the_socket() {
+    let bench = Bench::new().await;
+    let mut anna = bench.join("Anna").await;
+    anna.socket
+        .send(Message::binary(vec![1, 2, 3]))
+        .await
+        .unwrap();
+    assert_eq!(anna.closed().await, Some(1003));
+    let mut ben = bench.join("Ben").await;
+    ben.socket
+        .send(Message::text("x".repeat(1_100_000)))
+        .await
+        .unwrap();
+    assert_eq!(ben.closed().await, Some(1009));
+}
+
+#[tokio::test]
+async fn hosts_origins_and_tokens_count_for_sockets_too() {
+    let bench = Bench::new().await;
+    assert_eq!(
+        bench
+            .socket(&[("origin", "http://evil.example")])
+            .await
+            .err(),
+        Some(403)
+    );
+    assert_eq!(bench.socket(&[("origin", "null")]).await.err(), Some(403));
+    assert_eq!(
+        bench.socket(&[("host", "evil.example")]).await.err(),
+        Some(403)
+    );
+    assert_eq!(
+        bench
+            .socket(&[("authorization", "Bearer nonsense")])
+            .await
+            .err(),
+        Some(401)
+    );
+    let own = format!("http://{}", bench.address);
+    assert!(bench.socket(&[("origin", &own)]).await.is_ok());
+    let mut foreign = bench
+        .socket(&[("x-forwarded-for", "1.2.3.4")])
+        .await
+        .unwrap();
+    let hello = foreign
+        .call("session.hello", json!({"client": {"name": "x"}}))
+        .await;
+    assert_eq!(hello.unwrap_err()["code"], json!(-32001));
+    assert_eq!(foreign.closed().await, Some(4401));
+    let token = bench.token(Role::Viewer);
+    let mut viewer = bench.socket(&[]).await.unwrap();
+    let hello = json!({"client": {"name": "x"}, "token": token});
+    assert_eq!(
+        viewer.call("session.hello", hello).await.unwrap()["role"],
+        json!("viewer")
+    );
+}
+
+#[tokio::test]
+async fn the_sixty_fifth_socket_is_not_taken() {
+    let bench = Bench::new().await;
+    let mut sockets = Vec::new();
+    for _ in 0..64 {
+        sockets.push(bench.socket(&[]).await.unwrap());
+    }
+    assert_eq!(bench.socket(&[]).await.err(), Some(503));
+    let body = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.stop"}).to_string();
+    assert_eq!(
+        bench.post("/api/v1/rpc", "", &body).await.status,
+        200,
+        "a stop is always taken"
+    );
+}
+
+#[tokio::test]
+async fn the_end_of_the_station_closes_its_sockets() {
+    let bench = Bench::new().await;
+    let mut anna = bench.join("Anna").await;
+    bench.over.send(true).unwrap();
+    assert_eq!(anna.closed().await, Some(1001));
+    assert!(tokio::net::TcpStream::connect(bench.address).await.is_err());
+    let _ = &bench.station;
+}
