@@ -14,8 +14,8 @@ use crate::output::{Output, Text};
 use crate::verbs::{
     alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
     demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, laser,
-    man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, set, shell, sim, stop,
-    teach, tools, travel, version, watch,
+    man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, serve, set, shell,
+    sim, station, stop, teach, tools, travel, version, watch,
 };
 
 /// The name of the option that chooses the tool of a virtual arm.
@@ -220,6 +220,8 @@ pub(crate) enum Verb {
     Demo(demo::Demo),
     Sim(Box<sim::Sim>),
     Proxy(Box<proxy::Proxy>),
+    Serve(Box<serve::Serve>),
+    Station(station::Station),
     Conform(conform::Conform),
     Doctor(doctor::Doctor),
     Bench(bench::Bench),
@@ -268,6 +270,8 @@ impl Verb {
             Self::Demo(verb) => verb.run(context),
             Self::Sim(verb) => verb.run(context),
             Self::Proxy(verb) => verb.run(context),
+            Self::Serve(verb) => verb.run(context),
+            Self::Station(verb) => verb.run(context),
             Self::Conform(verb) => verb.run(context),
             Self::Doctor(verb) => verb.run(context),
             Self::Bench(verb) => verb.run(context),
@@ -301,11 +305,13 @@ mod tests {
     #[test]
     fn verbs_that_work_with_an_arm_take_the_tool_of_a_virtual_one() {
         // Those of `calibrate` stand in its own verbs.
-        const WITHOUT: [&str; 16] = [
+        const WITHOUT: [&str; 18] = [
             "calibrate",
             "ports",
             "convert",
             "proxy",
+            "serve",
+            "station",
             "conform",
             "doctor",
             "bench",

@@ -65,6 +65,7 @@ const DEPENDENCIES: [(&str, &[&str]); 19] = [
             "magician-program",
             "magician-job",
             "magician-record",
+            "magician-station",
         ],
     ),
     ("magician-capi", &["magician"]),

@@ -9,6 +9,7 @@ use super::Context;
 use super::policy::{Rules, UnderWay};
 use crate::failure::Failure;
 use crate::serving::create;
+use crate::verbs::serve::url_of;
 
 /// How a verb treats the virtual arm in this process.
 #[derive(Clone, Copy, Debug)]
@@ -139,7 +140,9 @@ impl Context {
                 let arm = VirtualArm::new(Controller::default().with_tool(tool), speed);
                 Arm::simulated(arm, options).await?
             }
-            (target, _, _) => Arm::connect_with(&target, options).await?,
+            (target, _, _) => Arm::connect_with(&target, options)
+                .await
+                .map_err(|error| held(Failure::from(&error), &target.to_string()))?,
         };
         Ok(Connected {
             arm,
@@ -220,6 +223,14 @@ impl Context {
             (None, Some(sim)) if sim.unasked => Target::Sim(speed),
             (None, _) => Target::discover()?,
         })
+    }
+}
+
+/// What is wrong with a port, and at which station it is, if one of this machine has it.
+pub(crate) fn held(failure: Failure, port: &str) -> Failure {
+    match url_of(port) {
+        Some(url) => failure.hint(format!("a station has this port: {url}")),
+        None => failure,
     }
 }
 

@@ -20,8 +20,8 @@ use crate::options::Global;
 use crate::output::{Output, Text};
 use crate::saved::SavedSettings;
 
-pub(crate) use connect::Sim;
 use connect::{Connected, Stage, Trace};
+pub(crate) use connect::{Sim, held};
 pub(crate) use job::Ended;
 pub(crate) use policy::{Burns, JobPolicy, StopPolicy, ToldPolicy};
 pub(crate) use stop::{not_confirmed, place, stop};

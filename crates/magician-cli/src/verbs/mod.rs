@@ -36,11 +36,13 @@ pub(crate) mod record;
 pub(crate) mod replay;
 pub(crate) mod run;
 pub(crate) mod sensor;
+pub(crate) mod serve;
 pub(crate) mod set;
 pub(crate) mod shell;
 pub(crate) mod sim;
 #[cfg(test)]
 mod sizes;
+pub(crate) mod station;
 pub(crate) mod stop;
 pub(crate) mod teach;
 pub(crate) mod tools;

@@ -29,6 +29,7 @@ mod replay;
 mod resume;
 mod run;
 mod screen;
+mod serve;
 mod sim;
 mod suspend;
 mod terminal;

@@ -3,12 +3,14 @@
 //! [`Listener`] accepts on this machine's own addresses unless it is told otherwise, and serves a
 //! [`RunningStation`](crate::RunningStation).
 
+mod journal;
 mod listen;
 mod routes;
 mod security;
 mod socket;
 mod tokens;
 
+pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 pub use routes::{HttpOptions, ROUTES, Route, RouteNeeds, Tries};
 pub use security::{Admission, Ends};

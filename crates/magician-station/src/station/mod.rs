@@ -19,8 +19,10 @@ use serde_json::Value;
 
 use self::events::EventLog;
 pub use self::journal::JournalLine;
+#[cfg(feature = "http")]
+pub(crate) use self::sessions::MESSAGE;
+pub(crate) use self::sessions::SOCKETS;
 use self::sessions::Session;
-pub(crate) use self::sessions::{MESSAGE, SOCKETS};
 pub use self::socket::{CloseCode, Outgoing, Peer};
 use self::socket::{HELLO, Next, Socket};
 use crate::api::{MessageId, Role, RpcError, notification};

@@ -86,6 +86,8 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("demo", &["demo"], &["StopPolicy::Move"]),
     ("sim", &["sim"], &["alone"]),
     ("proxy", &["proxy"], &["alone"]),
+    ("serve", &["serve"], &["alone"]),
+    ("station", &["station.rs"], &[]),
     ("conform", &["conform"], &["alone", "attending"]),
     (
         "doctor",

@@ -23,7 +23,10 @@ const GROUPS: [(&str, &[&str]); 7] = [
         &["draw", "engrave", "run", "convert", "calibrate", "demo"],
     ),
     ("Teach", &["teach", "play"]),
-    ("Share and serve", &["sim", "proxy", "shell"]),
+    (
+        "Share and serve",
+        &["serve", "station", "sim", "proxy", "shell"],
+    ),
     (
         "Protocol",
         &[

@@ -1,0 +1,314 @@
+//! `serve`: one or more arms for many programs, people and pages.
+
+mod holder;
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use clap::Args;
+use magician::{Arm, SimSpeed, Target, VirtualArm, sim::Controller};
+use magician_job::dirs;
+use magician_station::http::{
+    Admission, HttpOptions, JournalFile, ListenError, Listener, TokenError, TokenStore, Tries,
+};
+use magician_station::{ArmEntry, RunningStation, StationConfig};
+use serde_json::json;
+use tokio::sync::watch;
+use tokio::time::timeout;
+
+use super::sim::scenario_of;
+use crate::context::{Context, Sim, held};
+use crate::failure::{Failure, Kind};
+use crate::interrupt::Signals;
+use crate::paint::tell;
+use crate::serving::say_ready;
+use crate::verbs::station::tokens;
+pub(crate) use holder::{Holder, url_of};
+
+/// How long arms get to stop at the end.
+const STOPPING: Duration = Duration::from_secs(2);
+
+/// Share arms on the network: many look, one moves, anybody stops
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Prints the one line `ready` (with --json an object with its addresses) when everything accepts connections. Ends with Ctrl-C or SIGTERM: what \
+moves is stopped where it is, the laser is off.
+
+  magician serve --port sim
+  magician serve --port /dev/ttyUSB0 --listen 192.168.1.5:8910 --pair
+  magician serve --arm left=/dev/ttyUSB0 --arm right=/dev/ttyUSB1
+
+Programs talk JSON-RPC to ws://HOST:8910/api/v1/ws, or POST one request to /api/v1/rpc; /api/v1/openrpc.json lists the methods. Without --listen only \
+this machine is let in, and needs no token. From elsewhere a token is needed: `magician station token` makes one, `magician station pair` a code for one.")]
+pub(crate) struct Serve {
+    /// Serve this arm under a name, instead of --port; repeat it for more
+    #[arg(long, value_name = "NAME=PORT", value_parser = named)]
+    arm: Vec<(String, String)>,
+    /// Listen at this address; by default at port 8910 of this machine's own
+    #[arg(long, value_name = "HOST:PORT")]
+    listen: Option<String>,
+    /// Print a code of six digits, good for one token within two minutes
+    #[arg(long)]
+    pair: bool,
+    /// Take the tokens of this file as well: TOKEN ROLE [NAME] a line
+    #[arg(long, value_name = "FILE")]
+    token_file: Option<PathBuf>,
+    /// Let pages of another site use the station, such as https://example.org
+    #[arg(long, value_name = "ORIGIN")]
+    allow_origin: Vec<String>,
+    /// Answer to another host name as well
+    #[arg(long, value_name = "HOST[:PORT]")]
+    allow_host: Vec<String>,
+    /// Let everybody look and stop, and nobody move
+    #[arg(long)]
+    read_only: bool,
+    /// World of the virtual arms
+    #[arg(long, value_name = "FILE")]
+    scenario: Option<PathBuf>,
+}
+
+/// `NAME=PORT`.
+fn named(text: &str) -> Result<(String, String), String> {
+    let pair = text.split_once('=').filter(|(_, port)| !port.is_empty());
+    let (name, port) = pair.ok_or("expected NAME=PORT")?;
+    Ok((name.to_owned(), port.to_owned()))
+}
+
+/// What an arm may be called.
+fn check_name(name: &str) -> Result<(), Failure> {
+    let sign = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_' || c == '-';
+    if name.starts_with(['_', '-']) || name.is_empty() || name.len() > 32 || !name.chars().all(sign)
+    {
+        let message = format!("`{name}` is no name for an arm");
+        let rule =
+            "a name is of a-z, 0-9, _ and -, 32 at most, and begins with a letter or a digit";
+        return Err(Failure::invalid(message).hint(rule));
+    }
+    Ok(())
+}
+
+impl Serve {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let targets = self.targets(context)?;
+        let scenario = self
+            .scenario
+            .is_some()
+            .then(|| scenario_of(self.scenario.as_deref()));
+        let scenario = scenario.transpose()?;
+        let mut store = tokens()?;
+        if let Some(path) = &self.token_file {
+            store = store.with_list(path)?;
+        }
+        let config = context.config()?;
+        let mut arms = Vec::new();
+        for (name, target) in targets {
+            let mut options = context.options()?;
+            options.reconnect = true;
+            let options = options.for_arm(config.arm_at(&target));
+            let entry = ArmEntry {
+                name,
+                port: port_of(&target),
+                is_virtual: matches!(target, Target::Sim(_)),
+                laser_pins: options.laser_pins,
+            };
+            arms.push((entry, target, options));
+        }
+        let json = context.global.json;
+        context.let_go()?;
+        context.alone(async |_, signals| {
+            // First what others may hold, then the arms.
+            let listener = Listener::bind(self.listen.as_deref()).await?;
+            let mut connected = Vec::new();
+            for (_, target, options) in &arms {
+                let opened = match (target, &scenario) {
+                    (Target::Sim(speed), Some(scenario)) => {
+                        let world = magician::sim::World::from_scenario(scenario);
+                        let arm = Controller::in_world(magician::sim::Profile::default(), world);
+                        Arm::simulated(VirtualArm::new(arm, *speed), options.clone()).await
+                    }
+                    _ => Arm::connect_with(target, options.clone()).await,
+                };
+                let opened =
+                    opened.map_err(|error| held(Failure::from(&error), &target.to_string()))?;
+                connected.push(opened);
+            }
+            let entries: Vec<_> = arms.iter().map(|(entry, ..)| entry.clone()).collect();
+            self.serve(json, store, listener, entries, connected, signals)
+                .await
+        })
+    }
+
+    /// The arms that are meant, by name.
+    fn targets(&self, context: &mut Context) -> Result<Vec<(String, Target)>, Failure> {
+        let sim = Sim {
+            speed: SimSpeed::Times(1.0),
+            unasked: false,
+        };
+        if self.arm.is_empty() {
+            return Ok(vec![("arm".to_owned(), context.target(Some(sim))?)]);
+        }
+        if context.global.port.is_some() {
+            return Err(Failure::usage("--arm and --port contradict each other")
+                .hint("name all arms by --arm"));
+        }
+        let mut names = BTreeSet::new();
+        let mut targets = Vec::new();
+        for (name, port) in &self.arm {
+            check_name(name)?;
+            if !names.insert(name) {
+                return Err(Failure::invalid(format!("two arms are named {name}")));
+            }
+            targets.push((name.clone(), Target::parse(port, sim.speed)?));
+        }
+        Ok(targets)
+    }
+
+    async fn serve(
+        &self,
+        json: bool,
+        store: TokenStore,
+        listener: Listener,
+        entries: Vec<ArmEntry>,
+        arms: Vec<Arm>,
+        signals: &mut Signals,
+    ) -> Result<(), Failure> {
+        let since = SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or_default();
+        let config = StationConfig {
+            arms: entries.clone(),
+            epoch: format!("{:x}", since.as_millis()),
+            unix_zero: since.as_secs_f64(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            read_only: self.read_only,
+            student_laser: false,
+            gate: Box::new(store.clone()),
+        };
+        let journal = folder()?.map(|folder| JournalFile::at(folder.join("journal.jsonl")));
+        let sink = Box::new(move |line| {
+            if let Some(journal) = &journal {
+                journal.write(&line);
+            }
+        });
+        let station = RunningStation::start(config, arms.clone(), sink);
+        let address = listener
+            .addresses()
+            .first()
+            .map(ToString::to_string)
+            .unwrap_or_default();
+        let url = format!("http://{address}/");
+        let exposed = !listener.is_loopback();
+        let options = HttpOptions {
+            admission: Admission {
+                hosts: self.allow_host.clone(),
+                origins: self.allow_origin.clone(),
+            },
+            tokens: store.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            tries: Tries::default(),
+        };
+        let (over, ends) = watch::channel(false);
+        let serving = tokio::spawn(listener.serve(station.clone(), options, ends));
+        let ports: Vec<_> = entries.iter().map(|entry| entry.port.clone()).collect();
+        let holder = Holder::write(&url, &ports);
+        tell(format_args!("serving {url}"));
+        if exposed {
+            tell(format_args!("other computers reach it: each needs a token"));
+        }
+        if self.pair {
+            let code = store.pair(magician_station::Role::Student)?;
+            tell(format_args!(
+                "code {code}, good for one token within two minutes"
+            ));
+        }
+        if json {
+            say_addresses(&address, &url, &entries)?;
+        } else {
+            say_ready();
+        }
+        signals.next().await;
+        // A second signal ends at once.
+        let stopping = async {
+            let stops = arms.iter().map(|arm| timeout(STOPPING, quiet(arm)));
+            let stops = stops.collect::<Vec<_>>();
+            let mut unanswered = false;
+            for stop in stops {
+                unanswered |= !matches!(stop.await, Ok(true));
+            }
+            let _ = over.send(true);
+            let _ = timeout(STOPPING, serving).await;
+            unanswered
+        };
+        let unanswered = tokio::select! {
+            unanswered = stopping => unanswered,
+            _ = signals.next() => return Err(Failure::interrupted()),
+        };
+        if unanswered {
+            tell(format_args!("an arm did not answer to the last stop"));
+        }
+        drop(station);
+        for arm in arms {
+            let _ = timeout(Duration::from_millis(500), arm.close()).await;
+        }
+        drop(holder);
+        Ok(())
+    }
+}
+
+/// Where an arm is, as a person would write it.
+fn port_of(target: &Target) -> String {
+    match target {
+        Target::Sim(SimSpeed::Times(speed)) if *speed == 1.0 => "sim".to_owned(),
+        target => target.to_string(),
+    }
+}
+
+/// Stops what moves, and switches the laser off; whether the arm answered.
+async fn quiet(arm: &Arm) -> bool {
+    let stood = if arm.moving() {
+        arm.stop().await.is_ok()
+    } else {
+        true
+    };
+    stood && arm.darken_after().await.is_ok()
+}
+
+fn say_addresses(address: &str, url: &str, entries: &[ArmEntry]) -> Result<(), Failure> {
+    use std::io::Write;
+    let arms = entries
+        .iter()
+        .map(|entry| json!({"name": entry.name, "port": entry.port}));
+    let arms: Vec<_> = arms.collect();
+    let ready = json!({
+        "ready": true,
+        "url": url,
+        "api": format!("ws://{address}/api/v1/ws"),
+        "link": null,
+        "arms": arms,
+    });
+    let mut stdout = std::io::stdout().lock();
+    writeln!(stdout, "{ready}")?;
+    Ok(stdout.flush()?)
+}
+
+/// Where a station keeps its files; none where the system names no place.
+pub(crate) fn folder() -> Result<Option<PathBuf>, Failure> {
+    Ok(dirs::state().map(|state| state.join("station")))
+}
+
+impl From<ListenError> for Failure {
+    fn from(error: ListenError) -> Self {
+        let kind = match error {
+            ListenError::Address(_) => magician::ErrorKind::InvalidInput,
+            _ => magician::ErrorKind::Port,
+        };
+        Self::new(Kind::Driver(kind), error.to_string())
+    }
+}
+
+impl From<TokenError> for Failure {
+    fn from(error: TokenError) -> Self {
+        Self::invalid(error.to_string())
+    }
+}

@@ -1,0 +1,126 @@
+//! `station`: the tokens of this machine's stations.
+
+use clap::{Args, Subcommand};
+use magician_station::Role;
+use magician_station::http::{CODE, TokenStore};
+use serde_json::json;
+
+use super::serve::folder;
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// Make, list and revoke tokens for a station, and codes for tokens
+#[derive(Args, Debug)]
+pub(crate) struct Station {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// Make a token and print it, once; list them, or revoke one
+    Token(Token),
+    /// Print a code of six digits, good for one token within two minutes
+    Pair(Pair),
+}
+
+#[derive(Args, Debug)]
+struct Token {
+    /// Name of the new token; token-N by default
+    #[arg(long, value_name = "NAME")]
+    new: Option<String>,
+    /// What whoever has it may do
+    #[arg(long, value_name = "ROLE", default_value = "student", value_parser = role)]
+    role: Role,
+    /// List the tokens: name, role, when they were made and used last
+    #[arg(long, conflicts_with_all = ["new", "revoke"])]
+    list: bool,
+    /// End a token: a running station closes its sessions within a second
+    #[arg(long, value_name = "NAME", conflicts_with = "new")]
+    revoke: Option<String>,
+}
+
+#[derive(Args, Debug)]
+struct Pair {
+    /// What whoever gets the token may do
+    #[arg(long, value_name = "ROLE", default_value = "student", value_parser = role)]
+    role: Role,
+}
+
+fn role(text: &str) -> Result<Role, String> {
+    Role::named(text).ok_or_else(|| "expected viewer, student or teacher".to_owned())
+}
+
+/// The tokens of this machine's stations.
+pub(crate) fn tokens() -> Result<TokenStore, Failure> {
+    let folder = folder()?.ok_or_else(|| {
+        Failure::invalid("there is no place for tokens: neither XDG_STATE_HOME nor HOME is set")
+    })?;
+    Ok(TokenStore::at(folder.join("tokens.toml")))
+}
+
+impl Station {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        let store = tokens()?;
+        match self.what {
+            What::Pair(pair) => {
+                let code = store.pair(pair.role)?;
+                let seconds = CODE.as_secs();
+                let answer = json!({"code": code, "role": pair.role.name(), "seconds": seconds});
+                context.show(&answer, |out| out.line(&code))
+            }
+            What::Token(token) if token.list => list(&store, context),
+            What::Token(Token {
+                revoke: Some(name), ..
+            }) => {
+                store.revoke(&name)?;
+                context.show(&json!({"revoked": name}), |out| {
+                    out.line(format_args!("{name} is revoked"))
+                })
+            }
+            What::Token(token) => {
+                let (name, text) = store.create(token.new.as_deref(), token.role)?;
+                let answer = json!({"name": name, "role": token.role.name(), "token": text});
+                context.show(&answer, |out| out.line(&text))
+            }
+        }
+    }
+}
+
+fn list(store: &TokenStore, context: &mut Context) -> Result<(), Failure> {
+    let tokens = store.list()?;
+    let entries: Vec<_> = { tokens.iter() }
+        .map(|(name, token)| {
+            json!({"name": name, "role": token.role, "made": token.made, "used": token.used})
+        })
+        .collect();
+    context.show(&json!({"tokens": entries}), |out| {
+        let mut columns = Columns::default();
+        for (name, token) in &tokens {
+            let used = token.used.map_or_else(
+                || "never used".to_owned(),
+                |used| format!("used {}", ago(used)),
+            );
+            columns.row([
+                name.as_str(),
+                &token.role,
+                &format!("made {}", ago(token.made)),
+                &used,
+            ]);
+        }
+        columns.write(out)
+    })
+}
+
+/// How long ago, in words.
+fn ago(unix: u64) -> String {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let seconds = now.map_or(0, |now| now.as_secs()).saturating_sub(unix);
+    match seconds {
+        0..120 => format!("{seconds} s ago"),
+        120..7200 => format!("{} min ago", seconds / 60),
+        7200..172_800 => format!("{} h ago", seconds / 3600),
+        _ => format!("{} days ago", seconds / 86_400),
+    }
+}

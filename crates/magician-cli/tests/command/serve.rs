@@ -1,0 +1,216 @@
+//! `magician serve` and `magician station` as other programs use them.
+#![cfg(unix)]
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use crate::magician::served::Served;
+use crate::magician::{command, run};
+
+/// A station at a free port, and its address.
+struct Station {
+    served: Served,
+    address: String,
+}
+
+impl Station {
+    fn start(arguments: &[&str]) -> Self {
+        let listen = ["--listen", "127.0.0.1:0"];
+        let served = Served::verb("serve", &[arguments, &listen].concat(), 1);
+        let address = served
+            .door("http")
+            .replace("http://", "http:")
+            .replace("http:", "");
+        let address = address.trim_matches('/').to_owned();
+        Self { served, address }
+    }
+
+    /// The status of a request, and what it answers.
+    fn request(&self, method: &str, path: &str, headers: &str, body: &str) -> (u16, String) {
+        let mut stream = TcpStream::connect(&self.address).expect("it listens");
+        let length = body.len();
+        write!(
+            stream,
+            "{method} {path} HTTP/1.1\r\nhost: {}\r\nconnection: close\r\ncontent-type: application/json\r\n\
+             content-length: {length}\r\n{headers}\r\n{body}",
+            self.address
+        )
+        .expect("it reads");
+        let mut text = String::new();
+        stream.read_to_string(&mut text).expect("an answer");
+        let status = text
+            .split(' ')
+            .nth(1)
+            .and_then(|status| status.parse().ok());
+        let body = text.split_once("\r\n\r\n").map_or("", |(_, body)| body);
+        (status.unwrap_or(0), body.to_owned())
+    }
+
+    fn call(&self, method: &str, params: &Value) -> Value {
+        let body = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
+        let (status, text) = self.request("POST", "/api/v1/rpc", "", &body.to_string());
+        assert_eq!(status, 200, "{text}");
+        serde_json::from_str(&text).expect("JSON")
+    }
+}
+
+/// The folder for state of this test.
+fn state() -> PathBuf {
+    let command = command();
+    let mut variables = command.get_envs();
+    let state = variables.find_map(|(name, value)| (name == "XDG_STATE_HOME").then_some(value));
+    PathBuf::from(state.flatten().expect("it is set")).join("magician/station")
+}
+
+fn journal() -> Vec<Value> {
+    let text = std::fs::read_to_string(state().join("journal.jsonl")).unwrap_or_default();
+    text.lines()
+        .map(|line| serde_json::from_str(line).expect("JSON"))
+        .collect()
+}
+
+#[test]
+fn an_arm_is_served_moved_and_told_of() {
+    let station = Station::start(&["--port", "sim"]);
+    let moved = station.call("arm.move", &json!({"to": [220, 30, 50, 0]}));
+    assert_eq!(moved["result"]["y"], json!(30.0));
+    let list = station.call("arm.list", &json!({}));
+    assert_eq!(list["result"]["arms"][0]["port"], json!("sim"));
+    let served: Vec<_> = std::fs::read_dir(state()).unwrap().flatten().collect();
+    let holder =
+        |entry: &std::fs::DirEntry| entry.file_name().to_string_lossy().starts_with("serve-");
+    assert!(served.iter().any(holder));
+    let (status, rest) = station.served.end("-TERM");
+    assert_eq!((status.code(), rest.as_str()), (Some(0), ""));
+    let served: Vec<_> = std::fs::read_dir(state()).unwrap().flatten().collect();
+    assert!(!served.iter().any(holder));
+    let lines = journal();
+    assert_eq!(
+        (&lines[0]["method"], &lines[0]["result"]),
+        (&json!("arm.move"), &json!("ok"))
+    );
+    assert_eq!(lines[0]["params"]["to"], json!([220, 30, 50, 0]));
+}
+
+#[test]
+fn what_moves_is_stopped_at_the_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let port = folder.path().join("arm").to_str().unwrap().to_owned();
+    let _arm = Served::start(&["--pty", &port], 1);
+    let station = Station::start(&["--port", &port]);
+    let slow = json!({"command": "PTPCommonParams", "fields": {"velocity_ratio": 1, "acceleration_ratio": 1}});
+    station.call("arm.set", &slow);
+    station.call("arm.move", &json!({"to": [200, 150, 50, 0], "wait": false}));
+    let (status, _) = station.served.end("-INT");
+    assert_eq!(status.code(), Some(0));
+    let before = run(&["--port", &port, "pose", "--json"]).object();
+    assert!(before["y"].as_f64().unwrap() < 149.0, "{before}");
+    let queue = run(&["--port", &port, "queue", "status", "--json"]).object();
+    assert_eq!(
+        run(&["--port", &port, "pose", "--json"]).object(),
+        before,
+        "{queue}"
+    );
+}
+
+#[test]
+fn a_port_that_is_served_names_its_station() {
+    let folder = tempfile::tempdir().unwrap();
+    let port = folder.path().join("arm").to_str().unwrap().to_owned();
+    let _arm = Served::start(&["--pty", &port], 1);
+    let station = Station::start(&["--port", &port]);
+    for words in [vec!["pose"], vec!["serve", "--listen", "127.0.0.1:0"]] {
+        let words = [&["--port", &port][..], &words].concat();
+        let refused = run(&words);
+        assert_eq!(refused.status, 4, "{refused:?}");
+        assert!(refused.err.contains(&station.address), "{refused:?}");
+    }
+    let mut station = station;
+    station.served.child.kill().unwrap();
+    station.served.child.wait().unwrap();
+    assert_eq!(run(&["--port", &port, "pose"]).status, 0);
+}
+
+#[test]
+fn what_cannot_be_served_says_why_and_how_it_exits() {
+    for (words, status, said) in [
+        (
+            vec!["--port", "sim", "serve", "--arm", "a=sim"],
+            2,
+            "contradict",
+        ),
+        (vec!["serve", "--arm", "A=sim"], 3, "a-z"),
+        (
+            vec!["serve", "--arm", "a=sim", "--arm", "a=sim"],
+            3,
+            "two arms",
+        ),
+        (
+            vec!["--port", "sim", "serve", "--listen", "nowhere"],
+            3,
+            "HOST:PORT",
+        ),
+        (
+            vec!["--port", "sim", "serve", "--token-file", "/nowhere"],
+            3,
+            "/nowhere",
+        ),
+        (
+            vec!["--port", "/nowhere", "serve", "--listen", "127.0.0.1:0"],
+            4,
+            "/nowhere",
+        ),
+    ] {
+        let refused = run(&words);
+        assert_eq!(refused.status, status, "{words:?} {refused:?}");
+        assert!(refused.err.contains(said), "{words:?} {refused:?}");
+        assert_eq!(refused.out, "");
+    }
+    let station = Station::start(&["--port", "sim"]);
+    let taken = run(&["--port", "sim", "serve", "--listen", &station.address]);
+    assert_eq!(taken.status, 4, "{taken:?}");
+}
+
+#[test]
+fn tokens_are_made_listed_used_and_revoked() {
+    let made = run(&[
+        "station", "token", "--new", "tablet", "--role", "viewer", "--json",
+    ])
+    .object();
+    let token = made["token"].as_str().unwrap();
+    let station = Station::start(&["--port", "sim"]);
+    let headers = format!("authorization: Bearer {token}\r\n");
+    let moving = json!({"jsonrpc": "2.0", "id": 1, "method": "arm.home"}).to_string();
+    let (_, refused) = station.request("POST", "/api/v1/rpc", &headers, &moving);
+    assert!(refused.contains("forbidden"), "{refused}");
+    let list = run(&["station", "token", "--list", "--json"]).object();
+    assert_eq!(
+        (&list["tokens"][0]["name"], &list["tokens"][0]["role"]),
+        (&json!("tablet"), &json!("viewer"))
+    );
+    assert!(list["tokens"][0]["used"].is_u64(), "{list}");
+    assert!(!list.to_string().contains(token));
+    assert_eq!(run(&["station", "token", "--revoke", "tablet"]).status, 0);
+    let (status, _) = station.request("POST", "/api/v1/rpc", &headers, &moving);
+    assert_eq!(status, 401);
+    assert_eq!(run(&["station", "token", "--revoke", "tablet"]).status, 3);
+    let told = station.served.log().join("\n");
+    assert!(!told.contains(token), "{told}");
+}
+
+#[test]
+fn a_code_is_printed_for_who_starts_it() {
+    let station = Served::verb(
+        "serve",
+        &["--port", "sim", "--listen", "127.0.0.1:0", "--pair"],
+        2,
+    );
+    let code = station.doors[1].strip_prefix("code ").expect("a code");
+    assert!(
+        code.as_bytes()[..6].iter().all(u8::is_ascii_digit),
+        "{code}"
+    );
+}

@@ -1,0 +1,172 @@
+//! The journal of a station as a file: who did what, a line each.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use serde_json::json;
+
+use crate::station::JournalLine;
+
+/// A file that is larger begins anew.
+const LARGEST: u64 = 10 * 1024 * 1024;
+/// Older files that are kept.
+const KEPT: u32 = 5;
+
+/// A file of lines that is rotated: `journal.jsonl`, and the older ones `journal.1.jsonl` (the newest of them) to
+/// `journal.5.jsonl`. For its owner alone.
+#[derive(Debug)]
+pub struct JournalFile {
+    path: PathBuf,
+    open: Mutex<Option<(File, u64)>>,
+}
+
+impl JournalFile {
+    /// At this place; the file need not exist.
+    #[must_use]
+    pub fn at(path: impl Into<PathBuf>) -> Self {
+        Self {
+            path: path.into(),
+            open: Mutex::new(None),
+        }
+    }
+
+    /// Writes a line. A disk that is full, or may not be written, costs the journal and nothing else.
+    pub fn write(&self, line: &JournalLine) {
+        if let Err(error) = self.try_write(line) {
+            tracing::warn!(%error, path = %self.path.display(), "the journal is not written");
+        }
+    }
+
+    fn try_write(&self, line: &JournalLine) -> io::Result<()> {
+        let mut text = json!({
+            "time": rfc3339(line.t),
+            "session": line.session,
+            "name": line.name,
+            "role": line.role,
+            "peer": line.peer,
+            "arm": line.arm,
+            "method": line.method,
+            "params": line.params,
+            "result": line.result,
+            "ms": line.ms,
+        })
+        .to_string();
+        text.push('\n');
+        let mut open = self.open.lock().unwrap_or_else(PoisonError::into_inner);
+        let (mut file, size) = match open.take() {
+            Some(open) if open.1 < LARGEST => open,
+            Some(_) => {
+                self.rotate()?;
+                self.begin()?
+            }
+            None => self.begin()?,
+        };
+        file.write_all(text.as_bytes())?;
+        *open = Some((file, size + text.len() as u64));
+        Ok(())
+    }
+
+    fn begin(&self) -> io::Result<(File, u64)> {
+        if let Some(folder) = self.path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let mut options = OpenOptions::new();
+        options.append(true).create(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let file = options.open(&self.path)?;
+        let size = file.metadata()?.len();
+        Ok((file, size))
+    }
+
+    fn rotate(&self) -> io::Result<()> {
+        let older = |number: u32| self.path.with_extension(format!("{number}.jsonl"));
+        for number in (1..KEPT).rev() {
+            match fs::rename(older(number), older(number + 1)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
+        fs::rename(&self.path, older(1))
+    }
+}
+
+/// Unix seconds as RFC 3339 in UTC, to the millisecond.
+fn rfc3339(t: f64) -> String {
+    let millis = (t.max(0.0) * 1000.0).round() as u64;
+    let (seconds, millis) = (millis / 1000, millis % 1000);
+    let (days, rest) = (seconds / 86_400, seconds % 86_400);
+    let (year, month, day) = date(days);
+    let (hours, minutes, seconds) = (rest / 3600, rest / 60 % 60, rest % 60);
+    format!("{year:04}-{month:02}-{day:02}T{hours:02}:{minutes:02}:{seconds:02}.{millis:03}Z")
+}
+
+/// The date of a day since 1970: the calendar repeats every 400 years, which begin in March here, so that a leap day is the last.
+fn date(days: u64) -> (u64, u64, u64) {
+    let from_march = days + 719_468;
+    let (era, day) = (from_march / 146_097, from_march % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    (era * 400 + year + u64::from(month <= 2), month, day)
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::*;
+
+    #[test]
+    fn times_are_those_of_the_calendar() {
+        for (t, text) in [
+            (0.0, "1970-01-01T00:00:00.000Z"),
+            (951_782_399.5, "2000-02-28T23:59:59.500Z"),
+            (951_782_400.0, "2000-02-29T00:00:00.000Z"),
+            (1_795_437_296.25, "2026-11-23T12:34:56.250Z"),
+            (4_107_542_400.0, "2100-03-01T00:00:00.000Z"),
+        ] {
+            assert_eq!(rfc3339(t), text);
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_large_begins_anew_and_five_older_ones_stay() {
+        let folder = tempfile::tempdir().unwrap();
+        let journal = JournalFile::at(folder.path().join("station/journal.jsonl"));
+        let line = |number: u64| JournalLine {
+            t: 0.0,
+            session: None,
+            name: String::new(),
+            role: None,
+            peer: String::new(),
+            arm: None,
+            method: "arm.set".to_owned(),
+            params: json!({"fields": "x".repeat(1024 * 1024), "number": number}),
+            result: "ok".to_owned(),
+            ms: 0.0,
+        };
+        for number in 0..80 {
+            journal.write(&line(number));
+        }
+        let mut files: Vec<_> = fs::read_dir(folder.path().join("station"))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        files.sort();
+        let older = (1..=5).map(|number| format!("journal.{number}.jsonl"));
+        assert_eq!(
+            files,
+            older
+                .chain(["journal.jsonl".to_owned()])
+                .collect::<Vec<_>>()
+        );
+        let newest = fs::read_to_string(folder.path().join("station/journal.jsonl")).unwrap();
+        let last: Value = serde_json::from_str(newest.lines().last().unwrap()).unwrap();
+        assert_eq!(last["params"]["number"], json!(79));
+    }
+}
