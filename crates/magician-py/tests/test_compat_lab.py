@@ -140,11 +140,52 @@ def test_a_batch_runs_at_its_end(bot: pydobotlab.Magician) -> None:
     assert bot.get_pose().as_xyzr()[:2] == pytest.approx((200, -30), abs=1e-2)
 
 
+def test_a_batch_in_a_batch_runs_at_the_end_of_the_outer_one(bot: pydobotlab.Magician) -> None:
+    before = bot.get_pose().as_xyzr()
+    with bot.batch():
+        with bot.batch():
+            bot.ptp(1, 220, 30, 20, 5)
+        bot.ptp(1, 200, -30, 20, 5)
+        assert bot.get_pose().as_xyzr() == before
+    assert bot.get_pose().as_xyzr()[:2] == pytest.approx((200, -30), abs=1e-2)
+
+
+def test_a_batch_that_raises_moves_nothing(bot: pydobotlab.Magician) -> None:
+    before = bot.get_pose().as_xyzr()
+    with pytest.raises(ZeroDivisionError), bot.batch():
+        bot.ptp(1, 220, 30, 20, 5)
+        bot.move_to(1 / 0, 0, 0)
+    bot.wait_idle()
+    assert bot.wait(0.01) is True and bot.get_pose().as_xyzr() == before
+
+
+def test_idle_is_when_the_last_queued_command_is_done(bot: pydobotlab.Magician) -> None:
+    bot.wait_idle()
+    index = bot.move_to(220, 30, 20, 5, mode=pydobotlab.PTPMode.MOVL_XYZ, wait=False)
+    bot.wait_idle()
+    assert bot.queued_cmd_current_index() == index
+    assert bot.execute_command(pydobotlab.CommandID.SET_WAIT_CMD, bytes(4)) is True
+
+
 def test_its_exceptions_say_what_and_why(bot: pydobotlab.Magician) -> None:
-    with pytest.raises(pydobotlab.DobotAlarmError) as caught:
+    with pytest.raises(pydobotlab.DobotKinematicError) as caught:
         bot.ptp(1, 900, 0, 0, 0)
     assert caught.value.__cause__ is not None
+    assert caught.value.alarms == ["PUBLIC_RESET", "PLAN_INVERSE_CALCULATION"] == bot.get_lost_step_result()
+    assert pydobotlab.Alarm.PLAN_INVERSE_CALCULATION in bot.get_alarms()
     bot.clear_alarm()
+    bot.ensure_no_alarms()
+
+
+def test_alarms_have_groups() -> None:
+    raw = sum(1 << code for code in (0x51, 0x4A, 0x70)).to_bytes(16, "little")
+    alarms = pydobotlab.AlarmSet(raw)
+    assert alarms.names() == ["LIMIT_0x4A", "LOST_STEP_J2", "UNKNOWN_0x70"] and len(alarms) == 3
+    with pytest.raises(pydobotlab.DobotLostStepError, match="clear_alarm"):
+        raise pydobotlab.alarms.alarm_error(pydobotlab.AlarmSet(raw[:9] + b"\0\0\2"))
+
+
+def test_a_call_before_connect_says_so() -> None:
     with pytest.raises(pydobotlab.DobotConnectionError, match="connect"):
         pydobotlab.Dobot("COM4").get_pose()
 

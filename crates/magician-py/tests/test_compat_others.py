@@ -66,7 +66,7 @@ def test_dobotapi_sends_its_frames(frames: list[str]) -> None:
         "10/0",
         "84/3 01000057430000a0410000f0410000a040",
         "138/3 010201",
-        "138/0 02",
+        "138/0 020101",
         "63/3 0100",
         "63/3 0101",
         "62/3 0101",
@@ -131,6 +131,32 @@ def test_dobotwrapperpy_sends_structures(frames: list[str]) -> None:
     assert bot.get_end_effector_suction_cup() == (True, True)
     with pytest.raises(AttributeError, match="no call set_nothing"):
         bot.set_nothing()
+
+
+def test_dobotwrapperpy_moves_by_so_much_to_a_place(frames: list[str]) -> None:
+    async def program() -> tuple[float, ...]:
+        bot = dobotwrapperpy.DobotAsync("COM3")
+        await bot.connect()
+        await bot.move_xyz_joint(210, 20, 30, 5)
+        await bot.move_relative_xyz_joint(5, 0, 0, 0)
+        await bot.jump_relative_xyz(0, -5, 0, 0)
+        await bot.move_in_circle(220, 20, 30, 5, 225, 15, 30, 5)
+        return await bot.pose()
+
+    assert asyncio.run(program())[:4] == pytest.approx((225, 15, 30, 5), abs=1e-2)
+    # Never by a relative mode: the joint one, the jump, and an arc through a point.
+    assert [frame[:7] for frame in frames if frame[:2] in ("84", "10") and frame[:3] != "10/"] == [
+        "84/3 01",
+        "84/3 01",
+        "84/3 00",
+        "101/3 0",
+    ]
+
+
+def test_a_star_imports_dobotwrapperpy_s_structures() -> None:
+    names: dict[str, Any] = {}
+    exec("from magician.compat.dobotwrapperpy.paramsStructures import *", names)
+    assert names["tagPTPCmd"](1, 210, 20, 30, 5).x == 210
 
 
 def test_dobotwrapperpy_is_awaited() -> None:

@@ -19,7 +19,7 @@ __all__ = ["Line", "find", "opened", "send_elsewhere"]
 T = TypeVar("T")
 
 GET, SET, QUEUED = 0, 1, 3
-START, STOP, FORCE_STOP = 240, 241, 242
+START, STOP, FORCE_STOP, CLEAR = 240, 241, 242, 245
 
 _elsewhere: list[str] = []
 _opened: weakref.WeakSet[Line] = weakref.WeakSet()
@@ -77,6 +77,8 @@ class Line:
         """Whether the connection has been ended."""
         self.running = True
         """Whether the queue runs, as far as this connection has said so."""
+        self.last = 0
+        """The index of the command that this connection queued last, 0 before and after the queue was cleared."""
         self._stopped = False
         self._bench = _bench(self.name)
         self.instant = self._bench is not None and self._bench.speed == 0.0
@@ -102,6 +104,10 @@ class Line:
         answer = self._wait(self._core.exchange(id, ctrl, params, patient and self.running, allow))
         if id in (START, STOP, FORCE_STOP) and ctrl & SET:
             self.running = id == START
+        if ctrl & QUEUED == QUEUED:
+            self.last = int.from_bytes(answer[1][:8], "little")
+        elif id == CLEAR and ctrl & SET:
+            self.last = 0
         return answer
 
     def start_empty_queue(self) -> None:

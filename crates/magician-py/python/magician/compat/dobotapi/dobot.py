@@ -103,7 +103,7 @@ class Dobot:
 
     def get_ir(self, port: int = GPIO.PORT_GP4) -> bool:
         """Whether something is before the infrared sensor."""
-        return bool(self.exchange(138, GET, bytes((port,)))[0])
+        return bool(self.exchange(138, GET, bytes((port, 1, 1)))[0])
 
     def get_alarms(self) -> tuple[int, ...]:
         """The first 32 bits of the alarms."""

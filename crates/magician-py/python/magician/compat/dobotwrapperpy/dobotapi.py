@@ -130,6 +130,7 @@ class DobotApi:
         self._send(245, SET)
         for id, values in ((80, [200.0] * 8), (81, [200.0] * 4), (82, [10.0, 200.0]), (83, [100.0, 100.0])):
             self._send(id, QUEUED, struct.pack(f"<{len(values)}f", *values))
+        self.get_pose()
 
     def close(self) -> None:
         """Ends the connection."""

@@ -14,7 +14,7 @@ from .dobotConnection import DobotConnection
 __all__ = ["DobotAsync"]
 
 _T = TypeVar("_T")
-JUMP, JOINT, LINE, RELATIVE_LINE, RELATIVE_JOINT = 9, 1, 2, 7, 8
+JUMP, JOINT, LINE, LINE_JUMP = 0, 1, 2, 9
 
 
 class DobotAsync:
@@ -29,8 +29,13 @@ class DobotAsync:
     async def _set(self, id: int, params: bytes, motion: bool = False) -> None:
         await self._run(self.dobotApiInterface._set, id, params, True, True, motion)  # pyright: ignore[reportPrivateUsage]
 
-    async def _move(self, mode: int, x: float, y: float, z: float, r: float) -> None:
-        await self._set(84, struct.pack("<B4f", mode, x, y, z, r), True)
+    async def _move(self, mode: int, x: float, y: float, z: float, r: float, *rail: float) -> None:
+        await self._set(86 if rail else 84, struct.pack(f"<B{4 + len(rail)}f", mode, x, y, z, r, *rail), True)
+
+    async def _move_by(self, mode: int, *by: float) -> None:
+        here = [*(await self.pose())[:4], *([await self.pose_rail()] if len(by) == 5 else [])]
+        there = [each + more for each, more in zip(here, by, strict=True)]
+        await self._move(mode, *there)
 
     async def connect(self) -> None:
         """Starts and clears the queue, and sets all speeds to 200."""
@@ -44,17 +49,80 @@ class DobotAsync:
         """Goes there with the joints."""
         await self._move(JOINT, x, y, z, r)
 
-    async def move_relative_xyz_linear(self, x: float, y: float, z: float, r: float) -> None:
+    async def move_relative_xyz_linear(self, delta_x: float, delta_y: float, delta_z: float, delta_r: float) -> None:
         """Goes by so much in a straight line."""
-        await self._move(RELATIVE_LINE, x, y, z, r)
+        await self._move_by(LINE, delta_x, delta_y, delta_z, delta_r)
 
-    async def move_relative_xyz_joint(self, x: float, y: float, z: float, r: float) -> None:
+    async def move_relative_xyz_joint(self, delta_x: float, delta_y: float, delta_z: float, delta_r: float) -> None:
         """Goes by so much with the joints."""
-        await self._move(RELATIVE_JOINT, x, y, z, r)
+        await self._move_by(JOINT, delta_x, delta_y, delta_z, delta_r)
 
     async def jump(self, x: float, y: float, z: float, r: float) -> None:
         """Goes up, across and down."""
-        await self._move(JUMP, x, y, z, r)
+        await self._move(LINE_JUMP, x, y, z, r)
+
+    async def jump_relative_xyz(self, delta_x: float, delta_y: float, delta_z: float, delta_r: float) -> None:
+        """Goes up, across by so much and down."""
+        await self._move_by(JUMP, delta_x, delta_y, delta_z, delta_r)
+
+    async def move_xyz_rail_linear(self, x: float, y: float, z: float, r: float, rail: float) -> None:
+        """Goes there in a straight line, and along the rail."""
+        await self._move(LINE, x, y, z, r, rail)
+
+    async def move_xyz_rail_joint(self, x: float, y: float, z: float, r: float, rail: float) -> None:
+        """Goes there with the joints, and along the rail."""
+        await self._move(JOINT, x, y, z, r, rail)
+
+    async def move_relative_xyz_rail_linear(
+        self, delta_x: float, delta_y: float, delta_z: float, delta_r: float, delta_rail: float
+    ) -> None:
+        """Goes by so much in a straight line, and along the rail."""
+        await self._move_by(LINE, delta_x, delta_y, delta_z, delta_r, delta_rail)
+
+    async def move_relative_xyz_rail_joint(
+        self, delta_x: float, delta_y: float, delta_z: float, delta_r: float, delta_rail: float
+    ) -> None:
+        """Goes by so much with the joints, and along the rail."""
+        await self._move_by(JOINT, delta_x, delta_y, delta_z, delta_r, delta_rail)
+
+    async def jump_rail(self, x: float, y: float, z: float, r: float, rail: float) -> None:
+        """Goes up, across and down, and along the rail."""
+        await self._move(LINE_JUMP, x, y, z, r, rail)
+
+    async def move_in_circle(
+        self,
+        relative_x: float,
+        relative_y: float,
+        relative_z: float,
+        relative_r: float,
+        end_x: float,
+        end_y: float,
+        end_z: float,
+        end_r: float,
+    ) -> None:
+        """Goes along the arc through the first point to the second; both are absolute."""
+        through = (relative_x, relative_y, relative_z, relative_r)
+        await self._set(101, struct.pack("<8f", *through, end_x, end_y, end_z, end_r), True)
+
+    async def set_pin_purpose(self, address: int, purpose: Any) -> None:
+        """What a pin does."""
+        await self._set(130, bytes((address, getattr(purpose, "value", purpose))))
+
+    async def set_pin_output(self, address: int, level: Any) -> None:
+        """Sets an output."""
+        await self._set(131, bytes((address, getattr(level, "value", level))))
+
+    async def get_pin_input(self, address: int) -> Any:
+        """The level of an input."""
+        return await self._run(self.dobotApiInterface.get_io_di, address)
+
+    async def set_pwm(self, address: int, frequency: float, cycle: float) -> None:
+        """Frequency (Hz) and duty cycle (%) of a pin."""
+        await self._set(132, struct.pack("<B2f", address, frequency, cycle))
+
+    async def get_adc(self, address: int) -> int:
+        """The value of an analogue input (0 to 4095)."""
+        return int(await self._run(self.dobotApiInterface.get_io_adc, address))
 
     async def suck(self, enable: bool) -> None:
         """Switches the suction cup."""

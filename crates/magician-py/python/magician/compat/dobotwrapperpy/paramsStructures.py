@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import make_dataclass
 from typing import Any
 
-__all__ = ["STRUCTURES"]
-
 STRUCTURES: dict[str, str] = {
     "tagWithL": "is_with_rail version",
     "tagWithLReturn": "is_with_rail",
@@ -50,8 +48,15 @@ STRUCTURES: dict[str, str] = {
     "tagWIFIDNS": "addr",
 }
 
-globals().update({name: make_dataclass(name, fields.split()) for name, fields in STRUCTURES.items()})
-globals()["tagARCCmd"].Point = make_dataclass("Point", ["x", "y", "z", "r"])
+__all__ = [*STRUCTURES]  # pyright: ignore[reportUnsupportedDunderAll]
+
+
+def _made(name: str, fields: str) -> type[Any]:
+    return make_dataclass(name, [(field, Any) for field in fields.split()])
+
+
+globals().update({name: _made(name, fields) for name, fields in STRUCTURES.items()})
+globals()["tagARCCmd"].Point = _made("Point", "x y z r")
 
 
 def __getattr__(name: str) -> Any:

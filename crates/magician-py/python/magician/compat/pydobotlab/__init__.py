@@ -4,8 +4,8 @@ Calls go straight to the arm; there is no broker, and none is needed for more th
 that the arm queues returns ``True`` when the arm has done it.
 """
 
-from .._alarm import Alarm
-from .device import AlarmSet, Dobot, Magician, Pose
+from .alarms import Alarm, AlarmSet
+from .device import Dobot, Magician, Pose
 from .discovery import (
     KNOWN_DOBOT_USB_IDS,
     DiscoveredDobot,

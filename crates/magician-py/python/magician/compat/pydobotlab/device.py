@@ -5,15 +5,15 @@ from __future__ import annotations
 import struct
 from collections.abc import Generator, Iterator
 from contextlib import contextmanager
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...errors import Error
 from .. import _lab
-from .._alarm import Alarm
 from .._line import GET, QUEUED, SET, Line
-from .errors import DobotConnectionError, fault
+from .alarms import AlarmSet, alarm_error, fault
+from .errors import DobotConnectionError
 
-__all__ = ["AlarmSet", "Dobot", "Magician", "Pose"]
+__all__ = ["Dobot", "Magician", "Pose"]
 
 _CALLS = {call.lab.partition(" ")[0]: call for call in _lab.CALLS if call.lab}
 _FIELDS = ("x", "y", "z", "r", "j1", "j2", "j3", "j4")
@@ -46,23 +46,6 @@ class Pose:
         return f"Pose({', '.join(f'{name}={getattr(self, name):.2f}' for name in _FIELDS)})"
 
 
-class AlarmSet(NamedTuple):
-    """The alarms that stand; true if there are any."""
-
-    raw: bytes
-    alarms: tuple[Alarm, ...]
-
-    def names(self) -> list[str]:
-        """Their names."""
-        return [alarm.name for alarm in self.alarms]
-
-    def __bool__(self) -> bool:
-        return bool(self.alarms)
-
-    def __len__(self) -> int:
-        return len(self.alarms)
-
-
 class Magician:
     """An arm, connected by :meth:`connect` or ``with``: mm, degrees, seconds."""
 
@@ -85,7 +68,7 @@ class Magician:
         self._wanted, self._timeout, self._verbose = port, timeout, verbose
         self._start_queue = auto_start_queue
         self._line: Line | None = None
-        self._batch: list[int] | None = None
+        self._batches = 0
 
     def connect(self) -> None:
         """Connects, and empties and starts the queue."""
@@ -129,19 +112,22 @@ class Magician:
         """Whether it is connected."""
         return self._line is not None and not self._line.closed
 
-    def _exchange(self, id: int, ctrl: int, params: bytes = b"") -> bytes:
+    def _connected(self) -> Line:
         if self._line is None:
             raise DobotConnectionError("not connected: call connect() first, or use `with Magician() as bot:`")
+        return self._line
+
+    def _exchange(self, id: int, ctrl: int, params: bytes = b"") -> bytes:
+        line = self._connected()
         try:
-            return bytes(self._line.exchange(id, ctrl, params)[1])
+            return bytes(line.exchange(id, ctrl, params)[1])
         except Error as error:
             raise fault(error) from error
 
     def _call(self, name: str, *values: Any) -> Any:
-        if self._line is None:
-            raise DobotConnectionError("not connected: call connect() first, or use `with Magician() as bot:`")
+        line = self._connected()
         try:
-            return _lab.exchange(self._line, _CALLS[name], [*values], wait=self._batch is None)
+            return _lab.exchange(line, _CALLS[name], [*values], wait=not self._batches)
         except Error as error:
             raise fault(error) from error
 
@@ -242,7 +228,7 @@ class Magician:
     def set_home(self) -> bool:
         """Homes the arm, and clears its alarms."""
         done = bool(self._call("set_home"))
-        return self.clear_alarm() if self._batch is None and self.get_alarms() else done
+        return self.clear_alarm() if not self._batches and self.get_alarms() else done
 
     def get_pose(self) -> Pose:
         """Where the arm is."""
@@ -253,8 +239,10 @@ class Magician:
         return float(struct.unpack_from("<f", self._exchange(13, GET))[0])
 
     def clear_alarm(self) -> bool:
-        """Clears the alarms."""
-        return bool(self._call("clear_alarm"))
+        """Clears the alarms; raises if one stands again at once."""
+        self._call("clear_alarm")
+        self.ensure_no_alarms()
+        return True
 
     def get_arm_speed_ratio(self, mode: int) -> float:
         """The ratio (%) of jogging (0) or of moves (1)."""
@@ -278,31 +266,44 @@ class Magician:
 
     # Its own.
 
+    set_conveyor = set_converyor
     home = set_home
     clear_alarms = clear_alarm
     wait_seconds = wait
     get_pose_l = get_slideway_pose = get_posel
 
-    def move_to(self, x: float, y: float, z: float, r: float = 0.0, mode: int = 1, wait: bool = True) -> int:
+    def move_to(
+        self,
+        x: float,
+        y: float,
+        z: float,
+        r: float = 0.0,
+        *,
+        mode: int = 1,
+        wait: bool = True,
+        timeout: float | None = None,
+        raise_on_alarm: bool = True,
+    ) -> int:
         """Goes there; returns the queue index."""
-        index = self._index(self._exchange(84, QUEUED, struct.pack("<B4f", int(mode), x, y, z, r)))
+        index = self.queue_command(84, struct.pack("<B4f", int(mode), x, y, z, r))
         if wait:
-            self.wait_for(index)
+            self.wait_for(index, raise_on_alarm=raise_on_alarm)
         return index
 
-    def cp(self, x: float, y: float, z: float, velocity: float = 100.0, mode: int = 1) -> int:
+    def cp(self, x: float, y: float, z: float, *, velocity: float = 100.0, mode: int = 1) -> int:
         """A point of a continuous path; returns the queue index."""
         return self._index(self._exchange(91, QUEUED, struct.pack("<B4f", int(mode), x, y, z, velocity)))
 
-    def set_cp_params(self, plan_acc: float, junction_vel: float, acc: float = 0.0, real_time: bool = False) -> int:
+    def set_cp_params(
+        self, plan_acc: float, junction_vel: float, acc: float = 0.0, *, real_time_track: bool = False
+    ) -> int:
         """The path's acceleration and speed at corners; returns the queue index."""
-        params = struct.pack("<3fB", plan_acc, junction_vel, acc, real_time)
+        params = struct.pack("<3fB", plan_acc, junction_vel, acc, real_time_track)
         return self._index(self._exchange(90, QUEUED, params))
 
     def set_endeffector_laser(self, enable: bool, on: bool) -> bool:
         """Switches the laser."""
-        self.wait_for(self._index(self._exchange(61, QUEUED, bytes((bool(enable), bool(on))))))
-        return True
+        return self.execute_command(61, bytes((bool(enable), bool(on))))
 
     def jog(self, cmd: int, mode: int = 0) -> None:
         """Moves along an axis until :meth:`jog_stop`."""
@@ -320,6 +321,25 @@ class Magician:
         """Ratios (%) of jogging."""
         velocity, acceleration = struct.unpack_from("<2f", self._exchange(72, GET))
         return velocity, acceleration
+
+    def write_command(self, command_id: int, params: bytes = b"") -> bytes:
+        """Sends a frame that sets something at once; the parameters of its answer."""
+        return self._exchange(int(command_id), SET, params)
+
+    def read_command(self, command_id: int, params: bytes = b"") -> bytes:
+        """Sends a frame that asks for something; the parameters of its answer."""
+        return self._exchange(int(command_id), GET, params)
+
+    def queue_command(self, command_id: int, params: bytes = b"") -> int:
+        """Queues a frame; returns the queue index."""
+        return self._index(self._exchange(int(command_id), QUEUED, params))
+
+    def execute_command(self, command_id: int, params: bytes = b"") -> bool:
+        """Queues a frame, and waits until it is done unless in a batch."""
+        index = self.queue_command(command_id, params)
+        if not self._batches:
+            self.wait_for(index)
+        return True
 
     def start_queue(self) -> None:
         """Starts the queue."""
@@ -353,35 +373,39 @@ class Magician:
             except Error as error:
                 raise fault(error) from error
 
-    def wait_idle(self, timeout: float | None = None, **_: object) -> None:
-        """Waits until the queue is done."""
-        self.wait_for(self._index(self._exchange(110, QUEUED, bytes(4))))
+    def wait_idle(self, timeout: float | None = None, **named: Any) -> None:
+        """Waits until all that this program has queued is done."""
+        if last := self._connected().last:
+            self.wait_for(last, **named)
 
     @contextmanager
     def batch(self) -> Generator[Magician]:
-        """Queues calls without running them, runs them at the end, and waits."""
-        self.stop_queue()
-        self.clear_queue()
-        self._batch = []
+        """Queues calls without running them, runs them at the end, and waits. An exception leaves them out."""
+        if not self._batches:
+            self.stop_queue()
+            self.clear_queue()
+        self._batches += 1
         try:
             yield self
+        except BaseException:
+            if self._batches == 1:
+                self.clear_queue()
+            raise
         finally:
-            self._batch = None
-            self.start_queue()
-        self.wait_idle()
+            self._batches -= 1
+            if not self._batches:
+                self.start_queue()
+        if not self._batches:
+            self.wait_idle()
 
     def get_alarms(self) -> AlarmSet:
         """The alarms that stand."""
-        raw = self._exchange(20, GET)
-        bits = int.from_bytes(raw, "little")
-        return AlarmSet(raw, tuple(Alarm(code) for code in range(bits.bit_length()) if bits >> code & 1))
+        return AlarmSet(self._exchange(20, GET))
 
     def ensure_no_alarms(self) -> None:
         """Raises if an alarm stands."""
         if alarms := self.get_alarms():
-            from .errors import DobotAlarmError
-
-            raise DobotAlarmError(", ".join(alarms.names()))
+            raise alarm_error(alarms)
 
     def get_device_serial_number(self) -> str:
         """The arm's serial number."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from ... import errors as ours
-
 
 class DobotError(Exception):
     """Something could not be done."""
@@ -34,7 +32,11 @@ class DobotTimeoutError(DobotError):
 
 
 class DobotAlarmError(DobotError):
-    """The arm has an alarm."""
+    """The arm has alarms: ``alarms`` has their names."""
+
+    def __init__(self, alarms: list[str] | None = None, message: str = "") -> None:
+        self.alarms = alarms or []
+        super().__init__(message or f"the arm has an alarm: {', '.join(self.alarms)}")
 
 
 class DobotKinematicError(DobotAlarmError):
@@ -51,17 +53,3 @@ class DobotLostStepError(DobotAlarmError):
 
 class DobotSystemAlarmError(DobotAlarmError):
     """The controller has a fault."""
-
-
-def fault(error: ours.Error) -> DobotError:
-    """What a program for pydobotlab expects."""
-    kind: type[DobotError] = DobotProtocolError
-    if isinstance(error, ours.AlarmError):
-        kind = DobotAlarmError
-    elif isinstance(error, ours.UnreachableError):
-        kind = DobotKinematicError
-    elif isinstance(error, (ours.PortError, ours.ClosedError)):
-        kind = DobotConnectionError
-    elif isinstance(error, TimeoutError):
-        kind = DobotTimeoutError
-    return kind(str(error))
