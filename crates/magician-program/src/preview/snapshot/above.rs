@@ -67,6 +67,7 @@ pub(super) fn draw(
     for object in around.bodies.iter().filter(|object| object.held) {
         body(svg, &panel, object);
     }
+    names(svg, &panel, &around.bodies);
     for [from, to] in &around.beams {
         beam(svg, panel.at([from[0], from[1]]), panel.at([to[0], to[1]]));
     }
@@ -137,16 +138,33 @@ fn body(svg: &mut Svg, panel: &Panel, body: &Body) {
         ("stroke-width", thick),
     ];
     svg.path(&path(corners, true), &look);
-    let label = TextStyle {
-        size: 2.8,
+}
+
+/// The objects' names, each to the right of its object, and below those that are there already.
+fn names(svg: &mut Svg, panel: &Panel, bodies: &[Body]) {
+    const SIZE: f64 = 2.8;
+    let style = TextStyle {
+        size: SIZE,
         colour: INK,
         anchor: Anchor::Start,
         rim: true,
     };
-    let [x, y, ..] = body.place;
-    let [length, width, _] = body.size.map(|side| side / 2.0);
-    let reach = libm::hypot(length, width);
-    svg.text(panel.at([x + reach + 4.0, y - 4.0]), &body.name, &label);
+    let mut taken: Vec<([f64; 2], f64)> = Vec::new();
+    for body in bodies {
+        let [x, y, ..] = body.place;
+        let [length, width, _] = body.size.map(|side| side / 2.0);
+        let reach = libm::hypot(length, width);
+        let mut at = panel.at([x + reach + 4.0, y - 4.0]);
+        // About half as wide as high; two names of a tower would be one upon the other.
+        let size = 0.55 * SIZE * body.name.chars().count() as f64;
+        while taken.iter().any(|([left, line], other)| {
+            (at[1] - line).abs() < SIZE && at[0] < left + other && *left < at[0] + size
+        }) {
+            at[1] += 0.5;
+        }
+        svg.text(at, &body.name, &style);
+        taken.push((at, size));
+    }
 }
 
 /// The links, from the axis of the base to the tip of the tool.

@@ -37,3 +37,28 @@ fn an_arm_alone_stands_where_its_joints_say() {
     view.joints.j1 = 90.0;
     assert!(Snapshot::of_arm(&view).to_svg().contains("x 0  y 259.1"));
 }
+
+#[test]
+fn names_of_a_tower_stand_below_each_other() {
+    let scenario = Scenario::from_toml(
+        r#"
+        tool = { kind = "suction" }
+        table = { height = -60 }
+        object = [
+            { name = "lower", size = [20, 20, 20], at = [220, 80], color = "red" },
+            { name = "upper", size = [20, 20, 20], at = [220, 80], on = "lower", color = "blue" },
+            { name = "apart", size = [20, 20, 20], at = [220, -80], color = "blue" },
+        ]
+        "#,
+    )
+    .unwrap();
+    let arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
+    let svg = Snapshot::of_world(&arm).to_svg().to_owned();
+    let line = |name: &str| -> f64 {
+        let text = svg.split(&format!(">{name}<")).next().unwrap();
+        let y = text.rsplit(" y=\"").next().unwrap();
+        y.split('"').next().unwrap().parse().unwrap()
+    };
+    assert!(line("upper") - line("lower") >= 2.8, "{svg}");
+    assert_eq!(line("apart") - line("lower"), 160.0 * SCALE);
+}
