@@ -15,7 +15,9 @@ def run(folder: Path, files: dict[str, str], main: str = "main.py") -> subproces
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     command = [sys.executable, "-m", "magician.compat", "--port", "sim", main]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env={"PATH": ""}, timeout=300)
+    # Python 3.14 says of a program's own structures with _pack_ that they want a _layout_ by 3.19.
+    environment = {"PATH": "", "PYTHONWARNINGS": "ignore::DeprecationWarning"}
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, env=environment, timeout=300)
 
 
 LOADS = """

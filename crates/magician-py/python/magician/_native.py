@@ -8,7 +8,7 @@ import os
 import time
 import weakref
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeVar
 
 from . import _magician
 from ._arguments import flags, seconds, whole
@@ -27,7 +27,6 @@ T = TypeVar("T")
 Listener = Callable[[Any], object]
 
 
-@runtime_checkable
 class Connectable(Protocol):
     """What can be connected to besides a port: a virtual arm of the program's making."""
 
@@ -74,8 +73,10 @@ def connecting(
         "fence": None if fence is None else fence_text(fence),
         **flags(probe=probe, reconnect=reconnect),
     }
-    if isinstance(port, Connectable):
-        return port.connect_core(**options)
+    # Asked with isinstance, a protocol costs Python 3.12 and newer the import of inspect.
+    if begin := getattr(port, "connect_core", None):
+        call: Call[Core] = begin(**options)
+        return call
     try:
         path: object = None if port is None else os.fspath(port)
     except TypeError:
