@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Draw the same with pydobot, pydobotplus, this driver and its Python package on the same virtual arm:
+"""Draw the same with pydobot, pydobotplus, pydobotlab, this driver and its Python package on the same virtual arm:
 interop/bench_pydobot.py [--segments N] [--package PYTHON]
 
 Every drawing has a fresh `magician sim` on a pseudo-terminal, paced at 115200 baud, with 0, 2 and 4 ms that the arm takes
@@ -8,7 +8,7 @@ seconds are from the first segment sent to the last one executed, without connec
 compared with the last point, so that nobody gains by leaving something out; what a full queue refuses is sent again.
 pydobot takes 0.2 s a segment by itself: 1,000 of them, three times, ten minutes.
 
-With --package the Python package draws too: as its users write it at windows 1 and 4, and in place of either library
+With --package the Python package draws too: as its users write it at windows 1 and 4, and in place of each library
 (`python -m magician.compat`). Of every Python program the share of the time is shown in which its interpreter computes; and
 last all but pydobot draw over a line without a pace, on an arm that is 20 times as fast, where there is little else.
 """
@@ -16,6 +16,7 @@ last all but pydobot draw over a line without a pace, on an arm that is 20 times
 import argparse
 import json
 import math
+import os
 import pathlib
 import struct
 import subprocess
@@ -30,7 +31,8 @@ RADIUS, SEGMENT = 10.0, 0.05
 # The fourfold as the arm has it at power-up: joints 0, 45, 45, 0.
 START = (259.1041, 0.0, -8.4853)
 SPEEDS = ("plan_acc=1000", "junction_vel=100", "acc_or_period=1000", "real_time_track=0")
-LIBRARIES = {"pydobot": "pydobot.txt", "pydobotplus": "pydobotplus.txt"}
+# pydobotlab needs Python 3.11.
+LIBRARIES = {name: f"{name}.txt" for name in ("pydobot", "pydobotplus", "pydobotlab")[: 3 if sys.version_info >= (3, 11) else 2]}
 WINDOWS = (1, 4)
 # How many times as fast as a real arm the one on the line without a pace is: the line is to be what takes time.
 FAST = "20"
@@ -44,7 +46,7 @@ def point(count):
 
 def client(library, port, segments, window):
     """Draw with a library, inside its own interpreter; print the seconds, and those that this thread computed."""
-    begin = package if library == "magician" else command_by_command
+    begin = {"magician": package, "pydobotlab": lab}.get(library, command_by_command)
     draw = begin(library, port, segments, window)
     begun, computed = time.perf_counter(), time.thread_time()
     draw()
@@ -61,6 +63,16 @@ def package(_, port, segments, window):
     return lambda: arm.begin([words.path_to(*point(count)) for count in range(1, segments + 1)]).finish()
 
 
+def lab(_, port, segments, __):
+    """pydobotlab, without its panel; its settings are a file in the home directory."""
+    os.environ["XDG_CONFIG_HOME"] = os.path.dirname(port)
+    from pydobotlab import Magician
+
+    bot = Magician(port, require_panel=False, verbose=False)
+    bot.connect()
+    return drawn(segments, lambda count: bot.cp(*point(count)), bot.queued_cmd_current_index)
+
+
 def command_by_command(library, port, segments, _):
     """A library that knows no more than one command at a time."""
     if library == "pydobot":
@@ -69,16 +81,19 @@ def command_by_command(library, port, segments, _):
         from pydobotplus import Dobot
     dobot = Dobot(port)
 
-    def enqueue(count):
-        # Index 0 is a full queue's, which neither library looks at: it would leave the segment out.
-        while (index := struct.unpack_from("<Q", dobot._set_cp_cmd(*point(count)).params)[0]) == 0:
-            pass
-        return index
+    cp = lambda count: struct.unpack_from("<Q", dobot._set_cp_cmd(*point(count)).params)[0]
+    return drawn(segments, cp, dobot._get_queued_cmd_current_index)
+
+
+def drawn(segments, cp, current_index):
+    """What draws with a library, whose `cp` sends a segment and returns its index."""
 
     def draw():
         for count in range(1, segments + 1):
-            last = enqueue(count)
-        while dobot._get_queued_cmd_current_index() < last:
+            # Index 0 is a full queue's, which no library looks at: it would leave the segment out.
+            while (last := cp(count)) == 0:
+                pass
+        while current_index() < last:
             pass
 
     return draw
@@ -139,10 +154,16 @@ def goals(turnaround, package):
     yield "window 1 to pydobotplus", "window 1", "pydobotplus", 1.0
     beside = {0: 1.4, 4: 3.0}.get(turnaround)
     yield "window 4 to pydobotplus", "window 4", "pydobotplus", beside
+    if "pydobotlab" in LIBRARIES:
+        for window in WINDOWS:
+            yield f"window {window} to pydobotlab", f"window {window}", "pydobotlab", None
     if not package:
         return
     for window in WINDOWS:
         yield f"Python to Rust, window {window}", f"Python, window {window}", f"window {window}", None
+        for library in LIBRARIES:
+            if library != "pydobot" or turnaround is not None:
+                yield f"Python, window {window}, to {library}", f"Python, window {window}", library, None
     for library in LIBRARIES:
         if library != "pydobot" or turnaround is not None:
             yield f"compat.{library} to {library}", f"compat.{library}", library, None
@@ -206,7 +227,7 @@ def show(result, segments):
     for what, found in result["h6"].items():
         goal = found["goal"]
         verdict = "" if goal is None else f"goal {goal:g}: {'met' if found['ratio'] >= goal else 'not met'}"
-        print(f"  {what:<30} {found['ratio']:7.2f} times  {verdict}", flush=True)
+        print(f"  {what:<32} {found['ratio']:7.2f} times  {verdict}", flush=True)
 
 
 if __name__ == "__main__":
