@@ -8,6 +8,7 @@ virtual arm wherever a port is left out.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -47,6 +48,17 @@ def test_there_are_blocks() -> None:
     assert len([name for name, *_ in blocks() if name.startswith("PYTHON.md")]) >= 10
     assert len([name for name, *_ in blocks() if name.startswith("PYTHON-TASKS")]) >= 18
     assert len([name for name, *_ in blocks() if name.startswith("PYTHON-LEARNING")]) >= 6
+
+
+def test_notebooks_are_stored_with_what_they_show() -> None:
+    """That they show it still, tools/notebooks.py checks."""
+    notebooks = sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))
+    assert sum(path.stat().st_size for path in notebooks) < 1_500_000
+    for path in notebooks:
+        cells = [cell for cell in json.loads(path.read_text(encoding="utf-8"))["cells"] if cell["cell_type"] == "code"]
+        outputs = [output for cell in cells for output in cell["outputs"]]
+        assert not [output for output in outputs if output["output_type"] == "error"], path.name
+        assert [output for output in outputs if {"image/svg+xml", "image/png"} & {*output.get("data", ())}], path.name
 
 
 @pytest.mark.parametrize(("name", "program", "said", "picture"), [pytest.param(*each, id=each[0]) for each in blocks()])
