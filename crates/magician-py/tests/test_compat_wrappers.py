@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import multiprocessing
 import subprocess
 import sys
 from pathlib import Path
@@ -59,6 +60,31 @@ print(kind.value.decode(), round(pose.x), round(pose.y), round(pose.r), on.value
 def test_a_program_that_loads_the_c_library_itself_gets_the_arm(tmp_path: Path, load: str) -> None:
     done = run(tmp_path, {"main.py": LOADS.replace("{load}", load)})
     assert (done.returncode, done.stdout, done.stderr) == (0, "DobotSerial 220 30 5 True True\n", "")
+
+
+CHILDREN = """
+import multiprocessing
+import DobotDllType as dType
+def drive():
+    api = dType.load()
+    print(dType.ConnectDobot(api, "COM3", 115200)[0], flush=True)
+    last = dType.SetPTPCmd(api, 2, 220, 40, 30, 0, isQueued=1)[0]
+    dType.SetQueuedCmdStartExec(api)
+    while last > dType.GetQueuedCmdCurrentIndex(api)[0]:
+        dType.dSleep(5)
+    print(round(dType.GetPose(api)[1], 2), flush=True)
+if __name__ == "__main__":
+    child = multiprocessing.get_context("{method}").Process(target=drive)
+    child.start()
+    child.join()
+    print(child.exitcode)
+"""
+
+
+@pytest.mark.parametrize("method", multiprocessing.get_all_start_methods())
+def test_processes_that_a_program_starts_get_the_stand_ins_too(tmp_path: Path, method: str) -> None:
+    done = run(tmp_path, {"main.py": CHILDREN.replace("{method}", method)})
+    assert (done.returncode, done.stdout, done.stderr) == (0, "0\n40.0\n0\n", "")
 
 
 def test_other_libraries_are_loaded_as_ever(tmp_path: Path) -> None:

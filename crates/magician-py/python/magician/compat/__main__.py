@@ -33,7 +33,7 @@ from collections.abc import Mapping, Sequence
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-from . import _line, _modules, _program, _script
+from . import _children, _line, _modules, _program, _script
 
 USAGE = 2
 FAMILIES = ("v1", "v2", "v3")
@@ -87,16 +87,18 @@ def _run(arguments: list[str], module: bool, given: dict[str, str]) -> int:
             return _usage(f"{arguments[0]} cannot be read: {error.strerror}")
         code = b""
     program = _program.look_over(path, _text(code), folder)
-    _line.send_elsewhere(given.get("--port") or os.environ.get("MAGICIAN_PORT"))
     copies = {name: "\n".join(map(_program.text, files)) for name, files in program.copies.items()}
     pydobot = given.get("--pydobot") or _script.which_pydobot(*program.sources, copy=copies.get("pydobot", ""))
-    _modules.install(
+    chosen = _children.Chosen(
+        given.get("--port") or os.environ.get("MAGICIAN_PORT"),
         pydobot,
         given.get("--dobotdll") or _script.which_dobotdll(program.sources, folder, program.wrappers),
         program.packages,
         own=[] if "--pydobot" in given else _modules.needed(copies, program.sources, pydobot),
         wrappers=program.wrappers,
     )
+    _children.stand_in(chosen)
+    _children.hand_on(chosen, program.sources)
     sys.argv[:] = arguments
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupted)

@@ -1,0 +1,62 @@
+"""The stand-ins in processes that a program starts.
+
+A forked process has them. One that ``multiprocessing`` starts anew, as it does on Windows and macOS, and on Linux from
+Python 3.14 on, imports the program again by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from . import _line, _modules
+
+__all__ = ["Chosen", "hand_on", "stand_in"]
+
+
+class Chosen(NamedTuple):
+    """What a program's imports mean, and which arm it speaks to."""
+
+    port: str | None
+    pydobot: str
+    dobotdll: str
+    packages: Collection[str]
+    own: Collection[str]
+    wrappers: Sequence[Path]
+
+
+def stand_in(chosen: Chosen) -> None:
+    """Puts the stand-ins in place of the libraries."""
+    _line.send_elsewhere(chosen.port)
+    _modules.install(chosen.pydobot, chosen.dobotdll, chosen.packages, own=chosen.own, wrappers=chosen.wrappers)
+
+
+def hand_on(chosen: Chosen, sources: Collection[str]) -> None:
+    """Has the processes that a program of these modules starts anew do the same before they import it."""
+    if not any("multiprocessing" in source or "ProcessPool" in source for source in sources):
+        return
+    import multiprocessing
+    from multiprocessing import spawn
+
+    prepared = spawn.get_preparation_data
+    inherited = _Inherited(chosen)
+
+    def preparation_data(name: str) -> dict[str, Any]:
+        # This is the first that a new process unpickles.
+        return {"magician.compat": inherited, **prepared(name)}
+
+    spawn.get_preparation_data = preparation_data
+    if "forkserver" in multiprocessing.get_all_start_methods():
+        # The server itself would import the program, without them.
+        multiprocessing.set_forkserver_preload([])
+
+
+class _Inherited:
+    """Unpickled, the stand-ins are there."""
+
+    def __init__(self, chosen: Chosen) -> None:
+        self.chosen = chosen
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return stand_in, (self.chosen,)
