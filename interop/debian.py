@@ -1,4 +1,5 @@
-"""A Python of Debian's for another processor, in a folder, with nothing installed: apt-get with lists of its own."""
+"""A Python of Debian's, for another processor or newer than those here, in a folder, with nothing installed: apt-get with
+lists of its own."""
 
 import os
 import pathlib
@@ -6,8 +7,12 @@ import shutil
 import subprocess
 
 KEYS = pathlib.Path("/usr/share/keyrings/debian-archive-keyring.gpg")
-# The release: the minor version of its Python, and the names of some libraries there.
-SUITES = {"bookworm": (11, ("libssl3", "libffi8")), "trixie": (13, ("libssl3t64", "libffi8"))}
+# The release: the minor version of its Python, and the names of some libraries there. The one that is to come has two.
+SUITES = {
+    "bookworm": (11, ("libssl3", "libffi8")),
+    "trixie": (13, ("libssl3t64", "libffi8")),
+    "forky": (14, ("libssl3t64", "libffi8", "libzstd1")),
+}
 LIBRARIES = ("libc6", "libgcc-s1", "libexpat1", "zlib1g", "libbz2-1.0", "liblzma5", "libuuid1")
 QEMU = {"arm64": "qemu-aarch64-static", "armhf": "qemu-arm-static"}
 
@@ -28,17 +33,20 @@ SOURCES = "Types: deb\nURIs: http://deb.debian.org/debian\nSuites: {suite}\nComp
 
 
 class Debian:
-    """The Python of a release of Debian for a processor, in a folder of a home."""
+    """The Python of a release of Debian for a processor, in a folder of a home: for ARM emulated, for x86-64 with the release's
+    own loader and libraries."""
 
-    def __init__(self, arch, suite, home):
+    def __init__(self, arch, suite, home, minor=None):
         self.arch, self.suite = arch, suite
         self.minor, self._own = SUITES[suite]
-        self.home = home / f"debian-{suite}-{arch}"
-        self.python = [QEMU[arch], "-L", self.home, self.home / "usr" / "bin" / f"python3.{self.minor}"]
+        self.minor = minor or self.minor
+        self.home = home / f"debian-{suite}-{arch}-3.{self.minor}"
+        program = self.home / "usr" / "bin" / f"python3.{self.minor}"
+        self.python = [QEMU[arch], "-L", self.home, program] if arch in QEMU else [program]
 
     def missing(self):
         """What this computer lacks for it; nothing if it lacks nothing."""
-        lacking = [name for name in (QEMU[self.arch], "apt-get", "dpkg-deb") if not shutil.which(name)]
+        lacking = [name for name in (QEMU.get(self.arch, "patchelf"), "apt-get", "dpkg-deb") if not shutil.which(name)]
         if not KEYS.exists():
             lacking.append(str(KEYS))
         return f"this computer has no {', '.join(lacking)}" if lacking else ""
@@ -64,7 +72,12 @@ class Debian:
                 raise RuntimeError(f"apt-get {words[0]}: {done.stdout}")
         for package in sorted((work / "archives").glob("*.deb")):
             subprocess.run(["dpkg-deb", "-x", package, work / "root"], check=True)
-        if not (work / "root" / "lib").exists():
-            (work / "root" / "lib").symlink_to("usr/lib")
+        for folder in ("lib", "lib64"):
+            if not (work / "root" / folder).exists():
+                (work / "root" / folder).symlink_to(f"usr/{folder}")
+        if self.arch not in QEMU:
+            own = ["--set-interpreter", self.home / "lib64/ld-linux-x86-64.so.2", "--force-rpath", "--set-rpath",
+                   self.home / "usr/lib/x86_64-linux-gnu"]
+            subprocess.run(["patchelf", *own, work / "root" / "usr" / "bin" / python], check=True)
         (work / "root").rename(self.home)
         shutil.rmtree(work)

@@ -42,7 +42,9 @@ mod voice;
 use pyo3::prelude::*;
 
 /// The native part of `magician`.
-#[pymodule]
+// A free-threaded Python switches its lock on for it: the classes are frozen and nothing is unsafe, but no such Python was
+// at hand to run the tests on.
+#[pymodule(gil_used = true)]
 mod _magician {
     use pyo3::prelude::*;
 

@@ -60,7 +60,7 @@ def clean(ran: dict[str, Any]) -> dict[str, Any]:
     """The same without what differs from run to run."""
     cells: list[dict[str, Any]] = []
     for number, cell in enumerate(ran["cells"], 1):
-        kept = {"cell_type": cell["cell_type"], "id": f"cell-{number}", "metadata": {}}
+        kept: dict[str, Any] = {"cell_type": cell["cell_type"], "id": f"cell-{number}", "metadata": {}}
         if cell["cell_type"] == "code":
             kept |= {"execution_count": None, "outputs": outputs(cell["outputs"])}
         cells.append({**kept, "source": lines(cell["source"])})

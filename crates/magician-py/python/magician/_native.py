@@ -8,7 +8,7 @@ import os
 import time
 import weakref
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, cast
 
 from . import _magician
 from ._arguments import flags, seconds, whole
@@ -78,7 +78,7 @@ def connecting(
         call: Call[Core] = begin(**options)
         return call
     try:
-        path: object = None if port is None else os.fspath(port)
+        path: object = None if port is None else os.fspath(cast("str | os.PathLike[str]", port))
     except TypeError:
         path = port
     if path is not None and not isinstance(path, str):
