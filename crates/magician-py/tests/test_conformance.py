@@ -7,8 +7,9 @@ import threading
 
 import magician
 import pytest
+from conftest import in_notebook
 from magician import errors
-from magician.conformance import CaseResult, Mismatch
+from magician.conformance import CaseResult, Conformance, Mismatch
 
 
 def test_a_virtual_arm_conforms() -> None:
@@ -67,3 +68,17 @@ def test_a_failure_says_where() -> None:
     mismatch = Mismatch(7, "get Pose -> x=1", b"\xaa", "x=1", "x=2", b"\xbb")
     result = CaseResult("a.b", "a", "t", "model 1", "M", (), "failed", None, mismatch)
     assert str(result) == "failed: a.b: get Pose -> x=1: expected x=1, got x=2"
+
+
+def test_a_notebook_shows_what_failed() -> None:
+    mismatch = Mismatch(7, "get Pose -> x=1", b"\xaa", "x<1", "x=2", b"\xbb")
+    found = Conformance(
+        (
+            CaseResult("a.b", "a", "t", "model 1", "M", (), "failed", None, mismatch),
+            CaseResult("a.c", "a", "t", "model 1", "M", (), "passed", None, None),
+        )
+    )
+    assert repr(found) == "<Conformance: 1 failed, 1 passed, 0 skipped>"
+    shown = in_notebook(found, "html")
+    assert "<td>a.b</td>" in shown and "x&lt;1" in shown and "a.c" not in shown
+    assert "table" not in in_notebook(Conformance(found.passed), "html")

@@ -89,9 +89,25 @@ class Conformance(Value):
     def _of(self, outcome: str) -> tuple[CaseResult, ...]:
         return tuple(each for each in self.results if each.outcome == outcome)
 
+    def _counts(self) -> str:
+        return f"{len(self.failed)} failed, {len(self.passed)} passed, {len(self.skipped)} skipped"
+
     def __str__(self) -> str:
-        counts = f"{len(self.failed)} failed, {len(self.passed)} passed, {len(self.skipped)} skipped"
-        return "\n".join([counts, *map(str, self.failed)])
+        return "\n".join([self._counts(), *map(str, self.failed)])
+
+    def __repr__(self) -> str:
+        return f"<Conformance: {self._counts()}>"
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        found = ""
+        for each in self.failed:
+            why = (each.failure.expected, each.failure.got) if each.failure else ("", "")
+            cells = "".join(f"<td>{escape(text)}</td>" for text in (each.case, each.title, *why))
+            found += f"<tr>{cells}</tr>"
+        head = "<tr><th>case</th><th>the arm should</th><th>expected</th><th>got</th></tr>"
+        return f"<p>{self._counts()}</p>" + (f"<table>{head}{found}</table>" if found else "")
 
 
 def conform(
