@@ -19,7 +19,19 @@ use crate::api::RpcError;
 use crate::control::{JogEnd, JogId, RequestId};
 use crate::order::{ArmAct, ArmOrder, ArmReport, Outcome};
 
-type Doing = Pin<Box<dyn Future<Output = Result<Outcome, RpcError>> + Send>>;
+/// An action on its way: what it comes to, with what was read behind it.
+type Doing = Pin<Box<dyn Future<Output = Done> + Send>>;
+
+/// What an action comes to.
+struct Done {
+    outcome: Result<Outcome, RpcError>,
+    /// Where it was read anew.
+    known: Option<Known>,
+    /// The state behind it, where that is its outcome.
+    reading: Option<crate::ArmReading>,
+    /// It may have changed what is not read each time.
+    stale: bool,
+}
 
 /// An arm that carries out the orders of a station: reads side by side, what moves or sets it one after the other, and
 /// stops at once, before everything else.
@@ -123,10 +135,9 @@ impl Work {
                         self.take(side);
                     }
                 }
-                (request, outcome) = done(&mut self.doing) => {
+                (request, done) = done(&mut self.doing) => {
                     self.doing = None;
-                    let outcome = self.after(outcome).await;
-                    (self.report)(ArmReport::Done { request, outcome });
+                    self.finish(request, done);
                 }
                 event = events.next() => match event {
                     Some(event) => self.tell(event),
@@ -220,20 +231,23 @@ impl Work {
             } else {
                 self.arm.clone()
             };
-            let rail = self.known.rail.is_some();
-            self.doing = Some((next.request, Box::pin(acts::act(arm, *next.act, rail))));
+            let doing = acts::to_the_end(arm, *next.act, self.known.clone());
+            self.doing = Some((next.request, Box::pin(doing)));
         }
     }
 
-    /// What follows an action: the state as it is then.
-    async fn after(&mut self, outcome: Result<Outcome, RpcError>) -> Result<Outcome, RpcError> {
-        let outcome = outcome?;
-        self.known = Known::read(&self.arm).await?;
-        if outcome == Outcome::State {
-            let reading = reads::reading(&self.arm, &self.known).await?;
+    fn finish(&mut self, request: RequestId, done: Done) {
+        if let Some(known) = done.known {
+            self.known = known;
+        }
+        if done.stale {
+            self.learn();
+        }
+        if let Some(reading) = done.reading {
             (self.report)(ArmReport::Reading(Box::new(reading)));
         }
-        Ok(outcome)
+        let outcome = done.outcome;
+        (self.report)(ArmReport::Done { request, outcome });
     }
 
     fn keep(&mut self, jog: JogId) {
@@ -328,7 +342,7 @@ impl Work {
 }
 
 /// What the action under way comes to; never without one.
-async fn done(doing: &mut Option<(RequestId, Doing)>) -> (RequestId, Result<Outcome, RpcError>) {
+async fn done(doing: &mut Option<(RequestId, Doing)>) -> (RequestId, Done) {
     match doing {
         Some((request, doing)) => (*request, doing.as_mut().await),
         None => std::future::pending().await,

@@ -5,17 +5,52 @@ use magician::words::{self, Axis};
 use magician::{Arm, Set};
 use serde_json::{Value, json};
 
+use super::Done;
+use super::reads::{Known, reading};
 use crate::api::RpcError;
 use crate::order::{ArmAct, Outcome, Path};
-use crate::reading;
+use crate::reading as form;
 
 /// An arm that stands there.
 pub(super) fn stood(pose: &Pose) -> Value {
-    json!({"stood": true, "pose": reading::pose(pose)})
+    json!({"stood": true, "pose": form::pose(pose)})
+}
+
+/// Does it, and reads the state that it leaves where that is the answer. Dropping the future stops what has begun.
+pub(super) async fn to_the_end(arm: Arm, what: ArmAct, known: Known) -> Done {
+    // A move leaves tools and settings as they are, and what is queued changes them later at the soonest.
+    let stale = matches!(what, ArmAct::Set(_) | ArmAct::Speed(_));
+    let changes = matches!(
+        what,
+        ArmAct::Tip(_) | ArmAct::Tool(_) | ArmAct::Home | ArmAct::Step { .. }
+    );
+    let on_rail = known.rail.is_some();
+    let mut done = Done {
+        outcome: act(arm.clone(), what, on_rail).await,
+        known: None,
+        reading: None,
+        stale,
+    };
+    if let Ok(Outcome::State) = done.outcome {
+        let read = async {
+            let known = if changes || on_rail {
+                Known::read(&arm).await?
+            } else {
+                known
+            };
+            let reading = reading(&arm, &known).await?;
+            Ok::<_, magician::Error>((known, reading))
+        };
+        match read.await {
+            Ok((known, reading)) => (done.known, done.reading) = (Some(known), Some(reading)),
+            Err(error) => done.outcome = Err(error.into()),
+        }
+    }
+    done
 }
 
 /// Does it. Dropping the future stops what has begun, by the rules of the driver.
-pub(super) async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> {
+async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> {
     match act {
         ArmAct::Set(set) => {
             if magician::sets_in_motion(&set) {
