@@ -17,6 +17,7 @@ mod python;
 #[cfg(test)]
 mod sentences;
 mod soak;
+mod station;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -25,6 +26,7 @@ const USAGE: &str = "\
 Usage: cargo xtask CHORE
 
   alarms     list the alarms as conformance cases show them: docs/ALARMS.md
+  station    list the methods and routes of a station: docs/STATION-API.md
   fidelity   list what the virtual arm assumes, and the cases that hold it: docs/FIDELITY.md
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
@@ -64,6 +66,7 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "dissector" => dissector::write(&docs),
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
+        Some((chore, [])) if chore == "station" => station::write(&docs),
         Some((chore, [])) if chore == "vendor-headers" => library::headers::write(&root),
         Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
         Some((chore, rest)) if chore == "licences" => dist::licences(rest, &root),

@@ -121,6 +121,7 @@ const DEPENDENCIES: [(&str, &[&str]); 19] = [
             "magician-conform",
             "magician-program",
             "magician-capi",
+            "magician-station",
         ],
     ),
 ];

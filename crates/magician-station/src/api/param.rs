@@ -67,7 +67,8 @@ impl Kind {
     }
 
     /// In words, as in "`rate` must be ..".
-    fn describe(self) -> String {
+    #[must_use]
+    pub fn describe(self) -> String {
         match self {
             Self::Text(most) => format!("text of at most {most} characters"),
             Self::Choice(names) => format!("one of {}", names.join(", ")),
