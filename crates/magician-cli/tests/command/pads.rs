@@ -103,8 +103,6 @@ fn jog_goes_on_while_the_key_repeats_and_stops_when_it_does_not() {
     place.stands();
     let y = place.axis("y");
     assert!(y > 5.0 && y < 200.0, "{y}");
-    // What is ordered while the jog's stop is under way is refused: the first order that is not comes after it.
-    place.terminal.until_drawn_with("c", "no alarm");
     // The speed is given back.
     place.shows(".", "speed 75 %");
     let ratio = |place: &Place| place.look(&["get", "JOGCommonParams"])["velocity_ratio"].clone();

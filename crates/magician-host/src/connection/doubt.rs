@@ -222,21 +222,35 @@ impl Connection {
     /// A stop was submitted, or the controller was reset: nothing that the stream has by now goes
     /// out any more, not even a second time.
     pub(super) fn drop_stream(&mut self) {
-        while let Some(job) = self.lanes[Priority::Stream as usize].pop_front() {
-            self.done(job.ticket, Err(Failure::Stopped));
+        self.drop_stream_but(|_| false);
+    }
+
+    /// The stop of a jog was submitted: the same for all but what only sets something, and that neither moves nor burns.
+    pub(super) fn drop_motions(&mut self) {
+        self.drop_stream_but(Job::only_sets);
+    }
+
+    fn drop_stream_but(&mut self, spares: fn(&Job) -> bool) {
+        for _ in 0..self.lanes[Priority::Stream as usize].len() {
+            match self.lanes[Priority::Stream as usize].pop_front() {
+                Some(job) if spares(&job) => {
+                    self.lanes[Priority::Stream as usize].push_back(job);
+                }
+                Some(job) => self.done(job.ticket, Err(Failure::Stopped)),
+                None => break,
+            }
         }
         if let Some(doubt) = self.doubt.take() {
             self.uncertain(doubt.job);
         }
-        while let Some(at) =
-            (self.flight.iter()).position(|job| job.due && job.priority == Priority::Stream)
-        {
+        let dropped = |job: &Job| job.priority == Priority::Stream && !spares(job);
+        while let Some(at) = (self.flight.iter()).position(|job| job.due && dropped(job)) {
             // What is due is known to have gone nowhere, or may be repeated.
             let job = self.flight.remove(at);
             self.done(job.ticket, Err(Failure::Stopped));
         }
         for job in &mut self.flight {
-            job.over |= job.priority == Priority::Stream && !planted(PlantedBug::ResendAfterStop);
+            job.over |= dropped(job) && !planted(PlantedBug::ResendAfterStop);
         }
     }
 

@@ -1,4 +1,4 @@
-use magician_protocol::{Ctrl, Frame, FrameBuf, Row};
+use magician_protocol::{Ctrl, Effect, Frame, FrameBuf, Row};
 
 use super::outstanding::Key;
 use super::{Micros, Priority, Request, Ticket};
@@ -92,6 +92,13 @@ impl Job {
 
     pub(super) fn queued(&self) -> bool {
         self.policy == Policy::Doubt
+    }
+
+    /// Whether it sets something at once, and neither moves the arm nor may burn.
+    pub(super) fn only_sets(&self) -> bool {
+        let row = Row::with_id(self.frame.frame().id());
+        let sets = row.is_some_and(|row| row.effect == Effect::Setting && !row.may_burn);
+        sets && self.policy == Policy::Resend && !self.frame.frame().ctrl().queued()
     }
 
     /// Whether it is a queued command that may travel beside others.

@@ -129,7 +129,8 @@ mod uptime;
 
 use std::collections::VecDeque;
 
-use magician_protocol::{Deframer, INTER_BYTE_TIMEOUT_MS, QueuedCmdIndex};
+use magician_protocol::commands::JogCmd;
+use magician_protocol::{Deframer, INTER_BYTE_TIMEOUT_MS, QueuedCmdIndex, Writable};
 
 use doubt::Doubt;
 use estimator::Estimator;
@@ -337,11 +338,14 @@ impl Connection {
     /// Takes a request. Its ticket comes back in exactly one [`Event::Done`].
     ///
     /// A [`Priority::Stop`] ends every request of the stream that has not gone out yet with
-    /// [`Failure::Stopped`].
+    /// [`Failure::Stopped`]; the stop of a jog spares what only sets something, and neither moves nor burns.
     pub fn submit(&mut self, request: Request) -> Ticket {
         let ticket = self.ticket();
         if request.priority == Priority::Stop {
-            self.drop_stream();
+            match request.frame.frame().id() == JogCmd::ROW.id {
+                true => self.drop_motions(),
+                false => self.drop_stream(),
+            }
         }
         let lane = &mut self.lanes[request.priority as usize];
         if lane.len() < LANE {

@@ -24,7 +24,7 @@ pub enum PendantOrder {
     },
     /// Let the jog go on.
     Keep,
-    /// End the jog.
+    /// End the jog. A jog or a step that waits for the end of a stop is dropped.
     EndJog,
     /// A checked move by so much, from where the arm comes to rest.
     Step {
@@ -116,7 +116,7 @@ pub struct OrderDone {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum OrderError {
-    /// Something else moves the arm: only a stop, and a jog for a jog, does not wait for it.
+    /// Something else moves the arm: only a stop, and a jog for a jog, takes its place.
     Busy,
     /// The arm or its line.
     Arm(Arc<Error>),

@@ -76,6 +76,8 @@ pub struct Pendant {
     pub activity: Option<Activity>,
     /// The laser was told to burn and has not answered.
     laser_pending: bool,
+    /// The step that waits for the end of a stop.
+    step_pending: Option<JogDirection>,
 }
 
 impl Pendant {
@@ -92,10 +94,12 @@ impl Pendant {
             hold: HoldToRun::new(),
             activity: None,
             laser_pending: false,
+            step_pending: None,
         }
     }
 
-    /// The control for a direction is pressed. While a step is under way further ones are not kept for later.
+    /// The control for a direction is pressed. While a step is under way further ones are not kept for later; while a stop is,
+    /// the last one waits for its end, unless its control is released before.
     pub fn press(&mut self, direction: JogDirection, now: Duration) -> Option<PendantOrder> {
         match self.mode {
             JogMode::Hold => self.turn(|hold| hold.press(direction, now)),
@@ -113,7 +117,9 @@ impl Pendant {
 
     /// It is released; `None` for any other control.
     pub fn release(&mut self, direction: Option<JogDirection>) -> Option<PendantOrder> {
-        self.turn(|hold| hold.release(direction))
+        let stepped = self.step_pending.take_if(|step| Some(*step) == direction);
+        let order = self.turn(|hold| hold.release(direction));
+        order.or(stepped.map(|_| PendantOrder::EndJog))
     }
 
     /// To be called several times a second, as long as the holder of the control is known to be present: what is held
@@ -123,14 +129,17 @@ impl Pendant {
         self.turn(|hold| hold.tick(now))
     }
 
-    /// The holder may be gone: a held jog ends.
+    /// The holder may be gone: a held jog ends, and a step that waits is dropped.
     pub fn release_all(&mut self) -> Option<PendantOrder> {
-        self.turn(HoldToRun::release_all)
+        let stepped = self.step_pending.take();
+        let order = self.turn(HoldToRun::release_all);
+        order.or(stepped.map(|_| PendantOrder::EndJog))
     }
 
     /// Everything stops, and the laser goes dark.
     pub fn stop(&mut self) -> PendantOrder {
         self.hold.release_all();
+        self.step_pending = None;
         self.tools.laser = false;
         self.laser_pending = false;
         PendantOrder::Stop
@@ -210,6 +219,8 @@ impl Pendant {
             (Activity::Jog(_), Err(_)) => {
                 self.hold.release_all();
             }
+            // What waited for it has begun, or will not.
+            (Activity::Stop, _) => self.step_pending = None,
             (Activity::Speed(percent), Ok(())) => self.speed = percent,
             (Activity::Tool(tool), outcome) => {
                 if matches!(tool, ToolOrder::Laser(_)) {
@@ -223,8 +234,10 @@ impl Pendant {
         }
     }
 
-    fn step(&self, direction: JogDirection) -> Option<PendantOrder> {
-        self.activity.is_none().then_some(PendantOrder::Step {
+    fn step(&mut self, direction: JogDirection) -> Option<PendantOrder> {
+        let waits = self.activity == Some(Activity::Stop);
+        self.step_pending = waits.then_some(direction);
+        (waits || self.activity.is_none()).then_some(PendantOrder::Step {
             direction,
             length: self.step,
             burning: self.tools.laser,

@@ -12,6 +12,7 @@ use magician::words::Guards;
 use magician::{Arm, ErrorCode, Jog, JogOptions, RunOptions, SettingsBackup};
 use magician_program::{Ending, Plan, Program};
 use tokio::runtime::Handle;
+use tokio::time::Instant;
 
 use super::{Activity, JogDirection, OrderDone, OrderError, PendantOrder};
 use crate::{JobHandle, JobSpec, NoJournal, SavedSettings, Start};
@@ -45,6 +46,8 @@ pub(super) struct ArmWorker {
     jog: Option<(JogDirection, Jog)>,
     /// What moves it.
     moving: Option<Job>,
+    /// What is to move it once the stop under way has ended, and when that was ordered, or kept up, last.
+    waiting: Option<(PendantOrder, Instant)>,
     /// What is done beside.
     beside: VecDeque<Job>,
     /// The program that runs, or ran last.
@@ -77,6 +80,7 @@ impl ArmWorker {
             changed: false,
             jog: None,
             moving: None,
+            waiting: None,
             beside: VecDeque::new(),
             program: Running::default(),
             runtime: Handle::current(),
@@ -99,8 +103,12 @@ impl ArmWorker {
     }
 
     /// Does what is ordered, or says what came of it at once. What was ordered before and is not done yet gives way only to a
-    /// stop, and a jog to another jog.
+    /// stop, and a jog to another jog; what moves the arm by hand waits for the end of a stop, the newest order for all.
     pub(super) fn order(&mut self, order: PendantOrder) -> Option<OrderDone> {
+        if self.stops() && moves(&order) {
+            self.waiting = Some((order, Instant::now()));
+            return None;
+        }
         match order {
             PendantOrder::Keep => self.keep(),
             PendantOrder::EndJog => {
@@ -109,6 +117,7 @@ impl ArmWorker {
             }
             PendantOrder::Stop => {
                 self.jog = None;
+                self.waiting = None;
                 // The last that holds it, but for what waits for it and is let go of here: it stops.
                 drop(lock(&self.program).take());
                 // What has not been sent would come after it: a laser that is switched on, say.
@@ -171,6 +180,9 @@ impl ArmWorker {
             {
                 let activity = job.activity;
                 self.moving = None;
+                if activity == Activity::Stop {
+                    self.begin_waiting(outcome.is_ok());
+                }
                 return Poll::Ready((activity, outcome));
             }
             if let Some(job) = self.beside.front_mut()
@@ -214,6 +226,9 @@ impl ArmWorker {
     }
 
     fn keep(&mut self) -> Option<OrderDone> {
+        if let Some((_, kept)) = &mut self.waiting {
+            *kept = Instant::now();
+        }
         let (direction, jog) = self.jog.as_ref()?;
         let (activity, kept) = (Activity::Jog(*direction), jog.keep());
         let error = kept.err()?;
@@ -228,6 +243,9 @@ impl ArmWorker {
 
     fn end_jog(&mut self) {
         self.jog = None;
+        self.waiting.take_if(|(order, _)| {
+            matches!(order, PendantOrder::Jog { .. } | PendantOrder::Step { .. })
+        });
         if self.jogs() {
             self.moving = None;
         }
@@ -236,6 +254,22 @@ impl ArmWorker {
     /// Whether what moves it is a jog that begins.
     fn jogs(&self) -> bool {
         (self.moving.as_ref()).is_some_and(|job| matches!(job.activity, Activity::Jog(_)))
+    }
+
+    /// Whether a stop is under way.
+    fn stops(&self) -> bool {
+        (self.moving.as_ref()).is_some_and(|job| job.activity == Activity::Stop)
+    }
+
+    /// A stop has ended: what waited for that begins, if the arm stands and its control is still held.
+    fn begin_waiting(&mut self, stands: bool) {
+        let Some((order, kept)) = self.waiting.take().filter(|_| stands) else {
+            return;
+        };
+        if !matches!(order, PendantOrder::Jog { keep, .. } if kept.elapsed() >= keep) {
+            // Nothing moves the arm, so that nothing refuses it.
+            self.order(order);
+        }
     }
 
     fn start_jog(&mut self, direction: JogDirection, keep: Duration) -> Option<OrderDone> {
@@ -302,6 +336,14 @@ impl ArmWorker {
         self.beside.push_back(Job { activity, work });
         None
     }
+}
+
+/// Whether an order moves the arm by hand.
+fn moves(order: &PendantOrder) -> bool {
+    matches!(
+        order,
+        PendantOrder::Jog { .. } | PendantOrder::Step { .. } | PendantOrder::Home
+    )
 }
 
 /// Checks a program from here on, and runs it.

@@ -259,6 +259,84 @@ async fn one_thing_moves_the_arm_at_a_time() {
     assert!(done.activity == Activity::Step(RIGHT) && done.outcome.is_ok());
 }
 
+/// An arm that is being stopped.
+async fn stopping() -> Place {
+    let mut place = jogging().await;
+    let stop = place.pendant.stop();
+    assert!(place.order(stop).is_none());
+    assert_eq!(place.session.activity(), Some(Activity::Stop));
+    place
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_control_that_is_held_while_the_arm_stops_moves_it_after_that() {
+    let mut place = stopping().await;
+    // The newest order wins.
+    place.press(LEFT).await;
+    place.press(RIGHT).await;
+    assert_eq!(place.session.activity(), Some(Activity::Stop));
+    place.hold(ms(1000)).await;
+    assert_eq!(place.session.activity(), Some(Activity::Jog(RIGHT)));
+    let before = place.y();
+    place.hold(ms(300)).await;
+    assert!(place.y() < before);
+    let order = place.pendant.release(Some(RIGHT));
+    place.order(order.expect("held"));
+    place.wait(ms(500)).await;
+    assert!(place.stands().await);
+    // A step is done once.
+    let mut place = stopping().await;
+    place.pendant.set_mode(JogMode::Step);
+    place.press(LEFT).await;
+    place.press(LEFT).await;
+    let (mut stood, mut done) = (f64::NAN, Vec::new());
+    while !matches!(done.last(), Some(Activity::Step(_))) {
+        for one in place.wait(ms(10)).await {
+            assert!(one.outcome.is_ok(), "{one:?}");
+            if one.activity == Activity::Stop {
+                stood = place.y();
+            }
+            done.push(one.activity);
+        }
+    }
+    assert_eq!(done, [Activity::Stop, Activity::Step(LEFT)]);
+    assert!((place.y() - stood - 5.0).abs() < 0.01, "{stood}");
+    assert!(place.stands().await);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_is_let_go_of_while_the_arm_stops_moves_nothing() {
+    for (mode, hangs) in [
+        (JogMode::Hold, false),
+        (JogMode::Hold, true),
+        (JogMode::Step, false),
+    ] {
+        let mut place = stopping().await;
+        place.pendant.set_mode(mode);
+        place.press(LEFT).await;
+        if hangs {
+            // The holder hangs, and the session is not served either.
+            sleep(ms(1000)).await;
+        } else {
+            let order = place.pendant.release(Some(LEFT));
+            assert!(place.order(order.expect("it waits")).is_none());
+        }
+        let done = place.wait(ms(1000)).await;
+        let done: Vec<_> = done.iter().map(|done| done.activity).collect();
+        assert_eq!(done, [Activity::Stop], "{mode:?}");
+        assert_eq!(place.session.activity(), None);
+        assert!(place.stands().await);
+    }
+    // A further stop drops it, too.
+    let mut place = stopping().await;
+    place.press(LEFT).await;
+    let stop = place.pendant.stop();
+    place.order(stop);
+    place.wait(ms(1000)).await;
+    assert_eq!(place.session.activity(), None);
+    assert!(place.stands().await);
+}
+
 #[tokio::test(start_paused = true)]
 async fn what_is_out_of_reach_is_refused_and_moves_nothing() {
     let mut place = Place::new().await;

@@ -1,6 +1,8 @@
 //! Stops, clears and withdrawals: what they overtake, and what never goes out after them.
 
-use magician_protocol::commands::{QueuedCmdForceStopExec, WaitCmd};
+use magician_protocol::commands::{
+    JogCommonParams, QueuedCmdForceStopExec, SetEndEffectorLaser, WaitCmd,
+};
 use magician_protocol::{Ctrl, JogCommand, Row, Writable};
 
 use super::{SECOND, ready, wait};
@@ -126,6 +128,49 @@ fn what_is_withdrawn_before_it_went_out_never_goes_out() {
     pair.run_until(later);
     assert_eq!(pair.accepted.len(), 1, "neither was sent again");
     assert_eq!(index_of(&pair.ask(wait(5), SECOND).unwrap()), 2);
+}
+
+#[test]
+fn the_stop_of_a_jog_spares_what_only_sets_something() {
+    let mut pair = ready(Settings::ORDERED, 23);
+    let deadline = pair.now + 9 * SECOND;
+    let jog = |cmd| {
+        let is_joint = magician_protocol::Flag::ON;
+        let jog = magician_protocol::commands::JogCmd { is_joint, cmd };
+        Request::set(&jog).unwrap().deadline(deadline)
+    };
+    let speed = JogCommonParams {
+        velocity_ratio: 20.0,
+        acceleration_ratio: 20.0,
+    };
+    let laser = SetEndEffectorLaser {
+        enable_ctrl: magician_protocol::Flag::ON,
+        on: magician_protocol::Flag::ON,
+    };
+    for (stop, spared) in [
+        (jog(JogCommand::Stop), true),
+        (Request::set(&QueuedCmdForceStopExec {}).unwrap(), false),
+    ] {
+        // What is out is seen to its end.
+        pair.host.submit(wait(1).deadline(deadline));
+        let speed = pair
+            .host
+            .submit(Request::set(&speed).unwrap().deadline(deadline));
+        let others = [
+            jog(JogCommand::Axis1Plus),
+            wait(2),
+            Request::set(&laser).unwrap(),
+        ];
+        let others = others.map(|other| pair.host.submit(other.deadline(deadline)));
+        let stop = pair
+            .host
+            .submit(stop.priority(Priority::Stop).deadline(deadline));
+        pair.finish(stop, deadline).unwrap();
+        assert_eq!(pair.finish(speed, deadline).is_ok(), spared);
+        for other in others {
+            assert_eq!(pair.finish(other, deadline), Err(Failure::Stopped));
+        }
+    }
 }
 
 #[test]
