@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import pickle
 from typing import Any
 
@@ -101,7 +102,23 @@ def test_what_is_out_of_reach_is_refused_and_not_sent() -> None:
     assert seen.refused and not seen.alarm and seen.pose == before.pose and seen.time == before.time + 0.5
     assert not is_reachable(400, 0, 0)
     assert arm.step((NAN, 0, 0, 0)).time == seen.time
-    assert not arm.step((220, 0, 20, 0)).refused
+    there = arm.step((220, 0, 20, 0))
+    assert not there.refused
+    # NaN is no target; what is infinite is one.
+    assert not arm.step((NAN, 0, 0, 0)).refused
+    for far in (math.inf, -math.inf, 1e300):
+        seen = arm.step((far, 0, 20, 0))
+        assert seen.refused and seen.pose == there.pose
+
+
+@pytest.mark.parametrize("what", [None, 3, "snapshot", [None]])
+def test_only_a_snapshot_is_restored(what: Any) -> None:
+    arm = Simulation()
+    before = arm.observe()
+    for restore in (arm.restore, VirtualArm().restore, Simulations(1).restore):
+        with pytest.raises(TypeError, match="snapshot"):
+            restore(what)
+    assert arm.observe() == before
 
 
 def test_the_cup_takes_a_cube_and_a_camera_sees_it() -> None:

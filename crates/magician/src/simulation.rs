@@ -78,7 +78,7 @@ impl ActionKind {
 /// The action of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepAction {
-    /// The target; with a number that is not finite it is ignored, and the arm goes on as before.
+    /// The target; one with NaN is none, and the arm goes on as before. An infinite one is refused, as any out of reach.
     pub target: Option<[f64; 4]>,
     /// Suction cup or gripper from now on: sucking, closed.
     pub tool: Option<bool>,
@@ -194,7 +194,7 @@ impl Simulation {
             self.send(&command, Ctrl::SET);
         }
         let target = action.target.map(|target| target.map(|value| value as f32));
-        if let Some(target) = target.filter(|target| target.iter().all(|value| value.is_finite())) {
+        if let Some(target) = target.filter(|target| !target.iter().any(|value| value.is_nan())) {
             self.tell(kind, target, end);
         }
         match time {
@@ -361,6 +361,14 @@ mod tests {
         assert_eq!(arm.arm.state().queue.current_index, 0);
         let seen = arm.step(ActionKind::LineTo, to([f64::NAN; 4]), None);
         assert!(seen.refused, "nothing new was said");
+        // NaN is no target; what is infinite is one, and out of reach.
+        let near = to([220.0, 80.0, 20.0, 0.0]);
+        for far in [f64::INFINITY, f64::NEG_INFINITY, f64::MAX] {
+            let there = arm.step(ActionKind::LineTo, near, None);
+            assert!(!there.refused);
+            let seen = arm.step(ActionKind::LineTo, to([220.0, far, 20.0, 0.0]), None);
+            assert_eq!((seen.refused, seen.pose), (true, there.pose), "{far}");
+        }
     }
 
     #[test]

@@ -7,9 +7,9 @@ import math
 import operator
 import os
 from collections.abc import Callable, Iterable
-from typing import Any, SupportsIndex, overload
+from typing import Any, SupportsIndex, TypeVar, overload
 
-from ._protocol import Command, Queueable
+from ._protocol import Command
 from .errors import InvalidInputError
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "flag",
     "flags",
     "hearing",
+    "instance",
     "not_a_file",
     "number",
     "numbers",
@@ -27,6 +28,8 @@ __all__ = [
     "text",
     "whole",
 ]
+
+_T = TypeVar("_T")
 
 DAY = 86_400.0
 """More seconds than this are no time that a program waits."""
@@ -201,7 +204,14 @@ def _range(above: float | None, least: float, most: float) -> str:
             return "a finite number"
 
 
-def not_a_file(commands: Iterable[Queueable]) -> Iterable[Queueable]:
+def instance(name: str, value: object, kind: type[_T], hint: str) -> _T:
+    """What is of this class."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name} is {_shown(value)} ({type(value).__name__}); it takes a {kind.__name__}: {hint}")
+    return value
+
+
+def not_a_file(commands: Iterable[_T]) -> Iterable[_T]:
     """The commands, unless they are the name of a file: people try that."""
     if isinstance(commands, Command):
         raise TypeError(f"a program is commands in a list: [{type(commands).__name__}(...)]")

@@ -19,7 +19,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from . import _magician, words
-from ._arguments import number, whole
+from ._arguments import instance, number, whole
 from ._meaning import Joints, Position
 from ._points import Floats, SupportsArray, to_list, to_numpy
 from ._points import table as _table
@@ -139,7 +139,8 @@ class Simulation(_Arms):
     """A virtual arm that is stepped.
 
     An action is the four numbers of the word that ``action`` names, and in a fifth place the suction cup or gripper: on
-    (closed) above 0, else off. The tool is switched at once, before the motion begins. A target with NaN is ignored.
+    (closed) above 0, else off. The tool is switched at once, before the motion begins. A target with NaN is none: the
+    arm goes on as before. An infinite one is refused, as any that is out of reach (:attr:`Observation.refused`).
 
     A real arm cannot be given another target on its way, only be stopped. So a step ends, without ``dt``, when the arm
     is at rest; with ``dt`` when that time is over. An arm that is then still on its way goes on if the next target is
@@ -202,7 +203,7 @@ class Simulation(_Arms):
 
     def restore(self, snapshot: Snapshot) -> Observation:
         """Goes back to a snapshot, of this simulation or another, or of a :class:`~magician.VirtualArm` at rest."""
-        self._native.restore(0, snapshot.native)
+        self._native.restore(0, _saved(snapshot))
         return self.observe()
 
     def image(self, view: View = "top", size: tuple[int, int] = (256, 256)) -> Image:
@@ -290,18 +291,24 @@ class Simulations(_Arms):
         """Goes back to snapshots: one for each, or one that all of them go on from."""
         if isinstance(snapshots, Snapshot):
             snapshots = [snapshots] * self._count
-        found = list(snapshots)
+        # People give one, or what is none.
+        several: Any = snapshots if hasattr(snapshots, "__iter__") else [snapshots]
+        found = list(map(_saved, several))
         if len(found) != self._count:
             raise InvalidInputError(
                 f"there are {len(found)} snapshots for {self._count} arms: give one for each, or one"
             )
-        for nth, snapshot in enumerate(found):
-            self._native.restore(nth, snapshot.native)
+        for nth, native in enumerate(found):
+            self._native.restore(nth, native)
         return self.observe()
 
     def images(self, view: View = "top", size: tuple[int, int] = (256, 256)) -> Image:
         """A camera's image of each: shape (n, height, width, 3), as :meth:`Simulation.image`."""
         return _shaped(self._images(range(self._count), view, size), (self._count, *size, 3))
+
+
+def _saved(snapshot: Any) -> _magician.Saved:
+    return instance("snapshot", snapshot, Snapshot, "snapshot() makes one").native
 
 
 def _one(values: bytes, flags: bytes) -> Observation:

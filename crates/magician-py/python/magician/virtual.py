@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
 
 from . import _magician, words
-from ._arguments import flag, number, numbers, whole
+from ._arguments import flag, instance, number, numbers, whole
 from ._blocking import Arm
 from ._bound import Bound
 from ._magician import Call, Core
@@ -257,7 +257,7 @@ class VirtualArm(Bound):
         :raises InvalidInputError: A connection is open, and would keep its old picture of the arm's queue and settings:
             close the arm first, and connect again.
         """
-        self._native.restore(snapshot.native)
+        self._native.restore(instance("snapshot", snapshot, Snapshot, "snapshot() makes one").native)
 
     # The arm itself, seen from outside.
 
