@@ -62,19 +62,20 @@ def test_what_it_carries_is_the_command() -> None:
 
 
 @pytest.mark.parametrize(
-    ("data", "error", "why"),
+    ("data", "error", "why", "kind"),
     [
-        ("AA AA 02 0A 00 F7", "checksum", "checksum is F7, expected F6"),
-        ("AA AA 06 0A 00", "truncated", "the input ends inside the frame"),
-        ("AA AA 01", "length", "length is 1, a frame has 2 to 250"),
-        ("AA AA 02 C8 00 38", "unknown", "unknown command id 200"),
-        ("01 02 03", "noise", "no frame begins in these bytes"),
+        ("AA AA 02 0A 00 F7", "checksum", "checksum is F7, expected F6", ""),
+        ("AA AA 06 0A 00", "truncated", "the input ends inside the frame", "truncated: "),
+        ("AA AA 01", "length", "length is 1, a frame has 2 to 250", ""),
+        ("AA AA 02 C8 00 38", "unknown", "unknown command id 200", ""),
+        ("01 02 03", "noise", "no frame begins in these bytes", "noise: "),
     ],
 )
-def test_what_is_wrong_is_said(data: str, error: str, why: str) -> None:
+def test_what_is_wrong_is_said_once(data: str, error: str, why: str, kind: str) -> None:
     piece = magician.decode(data)[0]
     assert isinstance(piece, Rejected)
     assert (piece.error, piece.why, piece.ok) == (error, why, False)
+    assert str(piece) == f"{kind}{why} ({piece.data.hex(' ')})"
     assert bytes.fromhex(data).startswith(piece.data)
 
 

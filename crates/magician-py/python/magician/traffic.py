@@ -85,8 +85,10 @@ class Rejected(Value):
         return False
 
     def __str__(self) -> str:
-        of = f" {self.command}:" if self.command is not None else ""
-        return f"{self.error}:{of} {self.why} ({self.data.hex(' ')})"
+        # Some sentences begin with the word.
+        kind = "" if self.why.startswith(f"{self.error} ") else f"{self.error}: "
+        of = f"{self.command}: " if self.command is not None else ""
+        return f"{kind}{of}{self.why} ({self.data.hex(' ')})"
 
 
 Piece = Decoded | Rejected
