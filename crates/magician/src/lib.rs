@@ -80,8 +80,9 @@ mod transport;
 mod virtual_arm;
 
 pub use arm::{
-    Arm, Event, Events, Jog, JogOptions, Level, Lifted, Link, Options, Pin, Progress, Ran, Run,
-    RunOptions, SettingsBackup, StateOptions, StateWatch, Status, Stopper, sets_in_motion,
+    Arm, CommandSource, Event, Events, Feeder, Jog, JogOptions, Level, Lifted, Link, Options, Pin,
+    Progress, Ran, Run, RunOptions, SettingsBackup, StateOptions, StateWatch, Status, Stopper,
+    Streaming, sets_in_motion,
 };
 #[cfg(feature = "faults")]
 pub use magician_host::faults;

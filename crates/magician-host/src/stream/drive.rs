@@ -1,7 +1,7 @@
 use magician_protocol::commands::{QueuedCmdClear, QueuedCmdStartExec, QueuedCmdStopExec};
 use magician_protocol::{ArmInstant, Ctrl, EncodeError, FrameBuf};
 
-use super::item::{Entry, Fate};
+use super::item::{Entry, Fate, NextOffer};
 use super::resume::QueueSnapshot;
 use super::{Stream, StreamEvent};
 use crate::connection::{Connection, Micros, Priority, Request};
@@ -144,7 +144,9 @@ impl Stream {
             };
             return;
         };
-        let gathered = (self.gathers).is_some_and(|at| at.after_micros(GATHER) <= now);
+        // Nothing comes soon where the caller has said so.
+        let gathered = self.expects != NextOffer::AtOnce
+            || (self.gathers).is_some_and(|at| at.after_micros(GATHER) <= now);
         let lights = self
             .entries
             .get(next)

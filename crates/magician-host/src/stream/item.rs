@@ -28,6 +28,18 @@ pub enum ArmPace {
     Faster,
 }
 
+/// When the next command is offered to a stream that has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NextOffer {
+    /// At once: its caller is about to tell it.
+    #[default]
+    AtOnce,
+    /// When the arm has finished one more: as many as its caller allows are on their way.
+    AfterOne,
+    /// Some time: its caller has said that there is nothing for now.
+    Later,
+}
+
 /// How a [`Stream`](super::Stream) behaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamSettings {

@@ -106,7 +106,7 @@ use drive::Phase;
 use entries::Entries;
 use event::Events;
 pub use event::{Refused, StreamEvent, StreamFailure};
-pub use item::{ArmPace, Item, StreamSettings};
+pub use item::{ArmPace, Item, NextOffer, StreamSettings};
 use item::{Entry, Fate, switched};
 pub use line::STRAIGHT;
 use reading::Reader;
@@ -156,6 +156,8 @@ pub struct Stream {
     gap: bool,
     /// No more comes.
     ended: bool,
+    /// When more comes, unless that.
+    expects: NextOffer,
     /// `Finished` was told.
     told: bool,
     /// The laser stays lit after the command offered last.
@@ -223,6 +225,7 @@ impl Stream {
             gaps: 0,
             gap: false,
             ended: false,
+            expects: NextOffer::AtOnce,
             told: false,
             lit: false,
             stopped: false,
@@ -295,16 +298,34 @@ impl Stream {
         self.entries.get(at).map(|entry| &entry.item)
     }
 
-    /// Whether commands wait that would go out if the arm had finished some.
+    /// Whether commands wait, here or with its caller, that would go out if the arm had finished some.
     #[must_use]
     pub fn wants_room(&self) -> bool {
-        self.flows() && self.next().is_some()
+        self.flows() && (self.next().is_some() || self.waits_for_one())
+    }
+
+    /// Whether it would send more if there was more, and there is about to be.
+    #[must_use]
+    pub fn starves(&self) -> bool {
+        self.has_nothing() && self.expects == NextOffer::AtOnce
     }
 
     /// Whether it would send more if there was more.
     #[must_use]
-    pub fn starves(&self) -> bool {
+    pub fn has_nothing(&self) -> bool {
         !self.ended && !self.is_over() && self.next().is_none()
+    }
+
+    /// How many commands of the caller the arm has finished, as far as was read.
+    #[must_use]
+    pub fn finished(&self) -> u64 {
+        let left = self.unfinished().filter(|entry| !entry.inserted).count();
+        self.accepted.saturating_sub(left as u64)
+    }
+
+    /// More comes when a command has ended.
+    fn waits_for_one(&self) -> bool {
+        self.has_nothing() && self.expects == NextOffer::AfterOne
     }
 
     fn waiting(&self) -> impl Iterator<Item = &Entry> {
@@ -352,6 +373,11 @@ impl Stream {
     /// No more comes.
     pub fn finish(&mut self) {
         self.ended = true;
+    }
+
+    /// When the next command is offered, where none waits.
+    pub fn expect(&mut self, next: NextOffer) {
+        self.expects = next;
     }
 
     /// The line is lost, or a stop goes out: the stream ends with this failure. Call it before the connection's own

@@ -2,7 +2,7 @@ use magician_protocol::commands::{Pose, QueuedCmdCurrentIndex, QueuedCmdLeftSpac
 use magician_protocol::{ArmInstant, FrameBuf, NoArgs, Readable};
 
 use super::drive::Beginning;
-use super::item::{ArmPace, Entry};
+use super::item::{ArmPace, Entry, NextOffer};
 use super::{Stream, StreamEvent, StreamFailure};
 use crate::connection::{Connection, Failure, Micros, Priority, Request, Ticket};
 
@@ -367,9 +367,9 @@ impl Stream {
         if self.entries.kept() == 0 && !self.credit.full {
             return;
         }
-        let ahead = match self.next() {
-            Some(_) => (count * 3 / 8).max(1),
-            None => count,
+        let ahead = match self.next().is_some() || self.waits_for_one() {
+            true => (count * 3 / 8).max(1),
+            false => count,
         };
         let times = self.unfinished().take(ahead).map(|entry| entry.item.time);
         let time = times.fold(0, Micros::saturating_add);
@@ -379,7 +379,8 @@ impl Stream {
             0 => time.min(SOON << self.reader.misses.min(4)),
             wait => wait,
         };
-        let only = count == 1 && time < Micros::MAX && since < time && self.next().is_none();
+        let last = self.next().is_none() && self.expects == NextOffer::AtOnce;
+        let only = count == 1 && time < Micros::MAX && since < time && last;
         let wait = match self.settings.pace {
             _ if !only => wait.clamp(SOON, LATE),
             ArmPace::Faster if self.reader.misses == 0 && !self.clock.leaps() => 0,

@@ -39,7 +39,7 @@ pub use jog::{Jog, JogOptions};
 pub use link::Link;
 pub use options::Options;
 pub use retract::Lifted;
-pub use run::{Ran, Run, RunOptions};
+pub use run::{CommandSource, Feeder, Ran, Run, RunOptions, Streaming};
 pub use settings_backup::SettingsBackup;
 use shared::Shared;
 pub use state::{Level, Pin, StateOptions, StateWatch, Status};

@@ -225,7 +225,8 @@ impl Watch {
         Err(Error::new(ErrorCode::Stopped, message))
     }
 
-    fn changed(&mut self) {
+    /// It moves, or has to stand for now.
+    pub(super) fn changed(&mut self) {
         self.changed = Instant::now();
         self.pose = None;
     }

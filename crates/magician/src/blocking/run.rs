@@ -1,8 +1,6 @@
-use magician_protocol::Set;
-
 use super::Arm;
 use crate::words::Preflight;
-use crate::{Progress, Ran, Result};
+use crate::{CommandSource, Progress, Ran, Result};
 
 /// See [`crate::Run`].
 #[derive(Debug)]
@@ -12,7 +10,7 @@ pub struct Run<C> {
     run: crate::Run<C>,
 }
 
-impl<C: Iterator<Item = Set>> Run<C> {
+impl<C: CommandSource> Run<C> {
     pub(super) fn new(arm: Arm, run: crate::Run<C>) -> Self {
         Self { arm, run }
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use tokio::time::{Instant, Sleep, sleep_until};
 
-use super::{Leap, Transport};
+use super::{Leap, LeapTo, Transport};
 use crate::connection::Micros;
 use crate::faults::{Faults, Injector, Passed, Side};
 use crate::{Error, ErrorCode, Result};
@@ -253,13 +253,13 @@ impl Transport for Faulty {
     }
 
     /// What is held up on the line is so by the wall's clock, and the arm waits for it.
-    fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
+    fn leap(&mut self, most: Duration, to: LeapTo) -> Option<Leap> {
         let held_up = {
             let state = self.spoiler.lock();
             let next = [state.to_arm.poll_timeout(), state.to_host.poll_timeout()];
             next.iter().any(Option::is_some)
         };
         let free = !held_up && self.out.is_empty() && self.come.is_empty();
-        free.then(|| self.inner.leap(most, ends))?
+        free.then(|| self.inner.leap(most, to))?
     }
 }

@@ -63,12 +63,22 @@ pub(crate) trait Transport: Send {
         false
     }
 
-    /// Lets so much of the arm's time pass at once, less if something comes or the arm comes to rest before, or to the end of a
-    /// queued command if that is of interest. `None`: nothing passes, because it rests already or bytes are under way in
-    /// wall time.
-    fn leap(&mut self, _most: Duration, _ends: bool) -> Option<Leap> {
+    /// Lets so much of the arm's time pass at once, less if something comes or what it is to end at comes before. `None`: nothing
+    /// passes, because the arm rests already or bytes are under way in wall time.
+    fn leap(&mut self, _most: Duration, _to: LeapTo) -> Option<Leap> {
         None
     }
+}
+
+/// What a leap of an arm's time ends at, if not before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LeapTo {
+    /// The arm comes to rest.
+    Rest,
+    /// The same, or the end of a queued command.
+    End,
+    /// Nothing: the time passes for an arm at rest, too.
+    Instant,
 }
 
 /// Time of an arm in virtual time that has passed.

@@ -7,7 +7,7 @@ use std::time::Duration;
 use magician_sim::LinkId;
 use tokio::time::{Instant, Sleep, sleep_until};
 
-use super::{Leap, Transport};
+use super::{Leap, LeapTo, Transport};
 use crate::VirtualArm;
 
 /// The line to a virtual arm in this process.
@@ -73,7 +73,7 @@ impl Transport for Sim {
         self.arm.lock().lead(self.link, leads)
     }
 
-    fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
-        self.arm.lock().leap(self.link, most, ends)
+    fn leap(&mut self, most: Duration, to: LeapTo) -> Option<Leap> {
+        self.arm.lock().leap(self.link, most, to)
     }
 }

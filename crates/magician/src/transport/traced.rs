@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use magician_protocol::Direction;
 use magician_record::trace::{TraceLink, TraceWriter};
 
-use super::{Leap, Transport};
+use super::{Leap, LeapTo, Transport};
 
 /// A trace file under way: everything that passes on a line, as a pcapng file of link type USER0
 /// that Wireshark opens. Clones write to the same file.
@@ -145,8 +145,8 @@ impl Transport for Traced {
         self.inner.lead(leads)
     }
 
-    fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
-        self.inner.leap(most, ends)
+    fn leap(&mut self, most: Duration, to: LeapTo) -> Option<Leap> {
+        self.inner.leap(most, to)
     }
 }
 

@@ -13,7 +13,7 @@ use magician_protocol::MAX_FRAME;
 use magician_sim::{ArmInstant, HostInstant, LinkId, Runner, Speed};
 use tokio::time::Instant;
 
-use crate::transport::{Leap, STEP};
+use crate::transport::{Leap, LeapTo, STEP};
 
 /// Events in one leap, before others get at the arm.
 const EVENTS: usize = 1000;
@@ -185,26 +185,30 @@ impl Cell {
         leads
     }
 
-    /// Lets so much time pass at once, less if something comes over this line or the arm comes to rest before, or to the end of
-    /// a queued command if that is of interest.
-    pub(crate) fn leap(&mut self, link: LinkId, most: Duration, ends: bool) -> Option<Leap> {
+    /// Lets so much time pass at once, less if something comes over this line or what it is to end at comes before.
+    pub(crate) fn leap(&mut self, link: LinkId, most: Duration, to: LeapTo) -> Option<Leap> {
         // An arm at rest has nothing to leap to. But its cable is put in again by its own clock, which goes on by the wall until
         // then, or the run that waits for an answer would wait for ever.
         let comes_back = !self.runner.plugged() && most <= STEP;
-        if !self.led || !(self.runner.busy() || comes_back) {
+        if !self.led || !(self.runner.busy() || comes_back || to == LeapTo::Instant) {
             return None;
         }
         let (from, before) = (self.ahead, self.runner.controller().current_index());
         let end = from + most.max(INSTANT);
+        let was_busy = self.runner.busy();
         let mut news = false;
         for _ in 0..EVENTS {
             let next = self.runner.poll_change().unwrap_or(end);
             self.ahead = next.max(self.ahead + INSTANT).min(end);
             self.runner.handle_timeout(self.ahead);
-            let ended = ends && self.runner.controller().current_index() != before;
-            news = ended || !self.runner.busy();
+            let ended = to != LeapTo::Rest && self.runner.controller().current_index() != before;
+            let rests = !self.runner.busy() && (was_busy || to != LeapTo::Instant);
+            news = ended || rests;
             let heard = self.runner.next_reply(link);
-            if news || self.ahead >= end || heard.is_some_and(|at| at <= self.ahead) {
+            if news && to != LeapTo::Instant
+                || self.ahead >= end
+                || heard.is_some_and(|at| at <= self.ahead)
+            {
                 break;
             }
         }
@@ -246,8 +250,10 @@ mod tests {
                 .is_some()
             {}
         }
-        let leap = cell.leap(leader, Duration::MAX, false).expect("it waits");
+        let leap = cell
+            .leap(leader, Duration::MAX, LeapTo::Rest)
+            .expect("it waits");
         assert_eq!((leap.time, leap.news), (Duration::from_secs(5), true));
-        assert!(cell.leap(leader, Duration::MAX, false).is_none());
+        assert!(cell.leap(leader, Duration::MAX, LeapTo::Rest).is_none());
     }
 }

@@ -18,5 +18,6 @@ mod onlookers;
 mod over;
 mod reconnecting;
 mod runs;
+mod streams;
 mod verbs;
 mod virtual_time;

@@ -1,5 +1,6 @@
 //! A program on its way: the stream, fed by the handle that runs it.
 
+use std::sync::Arc;
 use std::task::{Context, Poll};
 
 use magician_protocol::{Frame, FrameBuf, QueuedCmdIndex};
@@ -8,6 +9,7 @@ use tokio::sync::{mpsc, oneshot, watch};
 use super::explain::{failed, holds};
 use super::{Driver, To, Waiting};
 use crate::arm::in_flight::InFlightMotion;
+use crate::arm::run::Supply;
 use crate::arm::watch::By;
 use crate::connection::{Failure, Law, Ticket};
 use crate::stream::{Item, Leftover, Stream, StreamEvent, StreamFailure};
@@ -19,10 +21,14 @@ pub(in crate::arm) struct Program {
     pub(in crate::arm) stream: Stream,
     /// Its commands, in order; closed after the last.
     pub(in crate::arm) feed: mpsc::Receiver<Item>,
+    /// Where they come from, if that is a source that waits.
+    pub(in crate::arm) supply: Option<Arc<Supply>>,
     /// Stops before it was begun.
     pub(in crate::arm) stops: u64,
     pub(in crate::arm) reached: watch::Sender<Reached>,
     pub(in crate::arm) end: oneshot::Sender<End>,
+    /// Commands that the stream was given.
+    pub(in crate::arm) offered: u64,
 }
 
 /// How far a program is.
@@ -48,6 +54,14 @@ pub(in crate::arm) struct End {
 impl Program {
     /// Gives the stream what has come for it, as far as it has room.
     fn fed(&mut self, cx: &mut Context<'_>) -> Result<()> {
+        self.take(cx)?;
+        if let Some(supply) = &self.supply {
+            self.stream.expect(supply.next_offer(self.offered));
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, cx: &mut Context<'_>) -> Result<()> {
         while self.stream.room() > 0 {
             match self.feed.poll_recv(cx) {
                 Poll::Pending => break,
@@ -55,10 +69,13 @@ impl Program {
                     self.stream.finish();
                     break;
                 }
-                Poll::Ready(Some(item)) => self.stream.offer(item).map_err(|refused| {
-                    let error = Error::invalid(refused.to_string());
-                    error.with_command(item.command.row().set_name)
-                })?,
+                Poll::Ready(Some(item)) => {
+                    self.offered += 1;
+                    self.stream.offer(item).map_err(|refused| {
+                        let error = Error::invalid(refused.to_string());
+                        error.with_command(item.command.row().set_name)
+                    })?;
+                }
             }
         }
         Ok(())
@@ -171,6 +188,9 @@ impl Driver {
                     last,
                     current,
                 } => {
+                    if let Some(supply) = &program.supply {
+                        supply.finished(program.stream.finished());
+                    }
                     program.reached.send_replace(Reached {
                         accepted,
                         indices: Some((first, last)),

@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_protocol::FrameBuf;
 
 use crate::connection::{Connection, Micros};
-use crate::transport::{Leap, Transport};
+use crate::transport::{Leap, LeapTo, Transport};
 
 /// An open line with the frame that is being written to it.
 pub(super) struct Wire {
@@ -84,8 +84,8 @@ impl Wire {
     }
 
     /// As [`Transport::leap`].
-    pub(super) fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
-        self.transport.leap(most, ends)
+    pub(super) fn leap(&mut self, most: Duration, to: LeapTo) -> Option<Leap> {
+        self.transport.leap(most, to)
     }
 
     /// Writes what goes out without waiting, because there is no caller to wait: the rest of the frame under way, then

@@ -10,7 +10,7 @@ use std::time::Duration;
 use magician_protocol::Set;
 
 use crate::connection::Settings;
-use crate::transport::{Leap, Line, Sim, Transport};
+use crate::transport::{Leap, LeapTo, Line, Sim, Transport};
 use crate::{Arm, Options, VirtualArm, words};
 
 /// A line to a virtual arm that counts what is done with it.
@@ -45,9 +45,9 @@ impl Transport for Counted {
         self.sim.lead(leads)
     }
 
-    fn leap(&mut self, most: Duration, ends: bool) -> Option<Leap> {
+    fn leap(&mut self, most: Duration, to: LeapTo) -> Option<Leap> {
         more(&self.counts.leaps);
-        self.sim.leap(most, ends)
+        self.sim.leap(most, to)
     }
 }
 

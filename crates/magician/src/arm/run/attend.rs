@@ -2,13 +2,13 @@
 
 use std::future::Future;
 use std::pin::pin;
+use std::task::Poll;
 use std::time::Duration;
 
-use magician_protocol::Set;
 use tokio::sync::{mpsc, oneshot, watch as cell};
 use tokio::time::{Instant, interval_at, sleep_until, timeout_at};
 
-use super::Run;
+use super::{CommandSource, Run};
 use crate::arm::driver::{End, Message, Program, Reached, micros};
 use crate::arm::watch::{FIRST_PAUSE, Progress, STANDING, Watch};
 use crate::stream::{ArmPace, Item, Stream, StreamSettings};
@@ -35,7 +35,7 @@ const QUICK: Duration = Duration::from_micros(100);
 /// So long may the caller's commands take to come up within a burst.
 const THINKS: Duration = Duration::from_millis(1);
 
-impl<C: Iterator<Item = Set>> Run<C> {
+impl<C: CommandSource> Run<C> {
     /// Gives the program to the task.
     pub(super) async fn hand_over(
         &mut self,
@@ -82,6 +82,8 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let program = Program {
             stream,
             feed: inlet,
+            supply: self.supply.clone(),
+            offered: 0,
             stops,
             reached: show,
             end,
@@ -119,6 +121,9 @@ impl<C: Iterator<Item = Set>> Run<C> {
                     let seen = *reached.borrow();
                     self.note(seen);
                     watch.sent(self.ran.commands, self.ran.last);
+                    if self.supply.as_ref().is_some_and(|supply| supply.stands()) {
+                        watch.changed();
+                    }
                     if on_time {
                         watch.lasts(Duration::from_micros(self.lasts));
                     }
@@ -142,7 +147,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
                 }
                 // One that is gone has ended the program, and says so.
                 Ok(()) = news.changed(), if held => {}
-                () = fed(feed, burst, || self.hands(reached)), if !held => {
+                () = self.feed_on(feed, burst, reached), if !held => {
                     let now = Instant::now();
                     let each = now.duration_since(std::mem::replace(&mut handed, now)) / burst;
                     burst = if each < QUICK { BURST } else { 1 };
@@ -158,12 +163,43 @@ impl<C: Iterator<Item = Set>> Run<C> {
         self.options.lead.is_some_and(long)
     }
 
-    /// The next command, if it is to be handed on now.
-    fn hands(&mut self, reached: &cell::Receiver<Reached>) -> std::result::Result<Item, Nothing> {
-        if self.is_far_ahead(&mut reached.clone()) {
-            return Err(Nothing::Yet);
+    /// Hands the next commands on when there is room for so many; without more it closes the feed. None is taken that
+    /// cannot be handed on.
+    async fn feed_on(
+        &mut self,
+        feed: &mut Option<mpsc::Sender<Item>>,
+        burst: u32,
+        reached: &cell::Receiver<Reached>,
+    ) {
+        let Some(sender) = feed else {
+            return std::future::pending().await;
+        };
+        // Without permits the task has ended the program and says so.
+        let over = match sender.reserve_many(burst as usize).await {
+            Ok(permits) => {
+                self.come().await;
+                let begun = Instant::now();
+                // A slow source of commands must not block the thread.
+                let mut in_time = permits.take_while(|_| begun.elapsed() < THINKS);
+                loop {
+                    let Some(permit) = in_time.next() else {
+                        break false;
+                    };
+                    if self.is_far_ahead(&mut reached.clone()) {
+                        break false;
+                    }
+                    match self.next() {
+                        Poll::Ready(Some(item)) => permit.send(item),
+                        Poll::Ready(None) => break true,
+                        Poll::Pending => break false,
+                    }
+                }
+            }
+            Err(_) => true,
+        };
+        if over {
+            *feed = None;
         }
-        self.next().ok_or(Nothing::More)
     }
 
     /// A look for what holds the queue: by what was put into it, and before that, when it has no room for a long time.
@@ -209,14 +245,6 @@ impl<C: Iterator<Item = Set>> Run<C> {
     }
 }
 
-/// Why no command is handed on.
-enum Nothing {
-    /// Enough is on its way for now.
-    Yet,
-    /// There are no more.
-    More,
-}
-
 /// What came of a look.
 enum Attended {
     Seen(Option<Progress>),
@@ -242,39 +270,5 @@ async fn told(
             end = &mut *ending => return Attended::Over(end.ok().map(Box::new)),
             _ = seconds.tick() => progress(Progress { silent: begun.elapsed(), ..before }),
         }
-    }
-}
-
-/// Hands the next commands on when there is room for so many; without more it closes the feed. None is taken that
-/// cannot be handed on.
-async fn fed(
-    feed: &mut Option<mpsc::Sender<Item>>,
-    burst: u32,
-    mut next: impl FnMut() -> std::result::Result<Item, Nothing>,
-) {
-    let Some(sender) = feed else {
-        return std::future::pending().await;
-    };
-    // Without permits the task has ended the program and says so.
-    let over = match sender.reserve_many(burst as usize).await {
-        Ok(permits) => {
-            let begun = Instant::now();
-            // A slow source of commands must not block the thread.
-            let mut in_time = permits.take_while(|_| begun.elapsed() < THINKS);
-            loop {
-                let Some(permit) = in_time.next() else {
-                    break false;
-                };
-                match next() {
-                    Ok(item) => permit.send(item),
-                    Err(Nothing::Yet) => break false,
-                    Err(Nothing::More) => break true,
-                }
-            }
-        }
-        Err(_) => true,
-    };
-    if over {
-        *feed = None;
     }
 }

@@ -3,8 +3,11 @@
 mod attend;
 mod options;
 mod plan;
+mod source;
+mod streaming;
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use magician_motion::Fence;
 use magician_protocol::{QueuedCmdIndex, Set};
@@ -20,6 +23,9 @@ use crate::words::{self, Guards, Preflight};
 use crate::{Action, Error, ErrorCode, Given, Result, Setting};
 pub use options::{Ran, RunOptions};
 use plan::{Ahead, Light, Planned};
+pub(in crate::arm) use source::Supply;
+pub use source::{CommandSource, Feeder};
+pub use streaming::Streaming;
 
 /// A program on its way through the arm's queue, from [`Arm::start`].
 ///
@@ -55,7 +61,14 @@ use plan::{Ahead, Light, Planned};
 pub struct Run<C> {
     arm: Arm,
     commands: C,
+    /// It has no more commands: some iterators begin anew when they are asked once more.
+    ended: bool,
+    /// What the connection's task has to know of them, if they come from a feeder.
+    supply: Option<Arc<Supply>>,
     options: RunOptions,
+    /// Checks each command as it comes, and how many it has.
+    checks: Option<Preflight>,
+    checked: usize,
     /// Where the commands lead and how long they take, once that is of use.
     course: Option<Preflight>,
     /// Where they lead by the arm's fence, and where the first of them begins.
@@ -100,15 +113,19 @@ impl Arm {
     where
         C: IntoIterator<Item = Set>,
     {
-        let commands = commands.into_iter();
-        let total = match commands.size_hint() {
-            (least, Some(most)) if least == most => Some(least as u64),
-            _ => None,
-        };
+        self.run_of(commands.into_iter(), options)
+    }
+
+    fn run_of<C: CommandSource>(&self, commands: C, options: RunOptions) -> Run<C> {
+        let total = commands.total();
         Run {
             arm: self.patient(options.patience),
             commands,
+            ended: false,
+            supply: None,
             options,
+            checks: None,
+            checked: 0,
             course: None,
             fenced: None,
             begins_at: None,
@@ -161,7 +178,7 @@ impl Arm {
     }
 }
 
-impl<C: Iterator<Item = Set>> Run<C> {
+impl<C: CommandSource> Run<C> {
     /// Tells how long the commands take and where they lead from this check, made before them, instead of reading the
     /// arm's settings once more: what passed [`Preflight::program`] need not be looked up again.
     pub fn along(mut self, course: Preflight) -> Self {
@@ -186,6 +203,7 @@ impl<C: Iterator<Item = Set>> Run<C> {
         let arm = self.arm.clone();
         let stops = self.stops.take().unwrap_or_else(|| arm.stops());
         self.may_go_on()?;
+        self.come().await;
         let mut flow = arm.take_turn(arm.call_deadline(), "a run").await?;
         // A run that is dropped half-way leaves a queue that has to be counted again.
         flow.room = 0;

@@ -1,12 +1,14 @@
 //! What a run knows of its commands before it sends them.
 
 use std::collections::VecDeque;
+use std::future::poll_fn;
+use std::task::{Context, Poll, Waker, ready};
 use std::time::Duration;
 
 use magician_motion::Fence;
 use magician_protocol::Set;
 
-use super::Run;
+use super::{CommandSource, Run};
 use crate::arm::Arm;
 use crate::arm::driver::micros;
 use crate::arm::fence::Turn as FenceTurn;
@@ -87,7 +89,7 @@ pub(super) enum Planned {
     Item(Item),
 }
 
-impl<C: Iterator<Item = Set>> Run<C> {
+impl<C: CommandSource> Run<C> {
     /// Reads what the times of the commands depend on, unless they are too few to matter.
     pub(super) async fn plan(&mut self) -> Result<()> {
         if std::mem::replace(&mut self.planned, true) {
@@ -188,28 +190,52 @@ impl<C: Iterator<Item = Set>> Run<C> {
         Ok(())
     }
 
-    fn look_ahead(&mut self, count: usize) {
-        while self.pending.len() < count
-            && let Some(command) = self.commands.next()
+    /// Waits until the source has told something, or its end; it is kept for later.
+    pub(super) async fn come(&mut self) {
+        if self.pending.is_empty()
+            && let Some(command) = poll_fn(|cx| self.poll_source(cx)).await
         {
             self.pending.push_back(Planned::Fresh(command));
         }
     }
 
-    /// The next command, unless the laser may not burn and it would: then the run ends before it.
-    pub(super) fn next(&mut self) -> Option<Item> {
-        let planned = self.pending.pop_front();
-        let planned = planned.or_else(|| self.commands.next().map(Planned::Fresh))?;
-        let command = planned.command();
-        if let Err(error) = self.arm.permit([&command]) {
-            self.refused = Some(error);
-            return None;
+    fn poll_source(&mut self, cx: &mut Context<'_>) -> Poll<Option<Set>> {
+        if self.ended {
+            return Poll::Ready(None);
         }
-        if let (Planned::Fresh(_), Some(fenced)) = (&planned, &mut self.fenced)
-            && let Err(error) = fenced.check(&command)
+        let next = ready!(self.commands.poll_next(cx));
+        self.ended = next.is_none();
+        Poll::Ready(next)
+    }
+
+    /// What the source has by now.
+    fn look_ahead(&mut self, count: usize) {
+        let mut cx = Context::from_waker(Waker::noop());
+        while self.pending.len() < count
+            && let Poll::Ready(Some(command)) = self.poll_source(&mut cx)
         {
+            self.pending.push_back(Planned::Fresh(command));
+        }
+    }
+
+    /// The next command, if the source has it, unless the laser may not burn and it would, or it is refused: then the run ends
+    /// before it.
+    pub(super) fn next(&mut self) -> Poll<Option<Item>> {
+        let planned = match self.pending.pop_front() {
+            Some(planned) => planned,
+            None => {
+                let mut cx = Context::from_waker(Waker::noop());
+                match ready!(self.poll_source(&mut cx)) {
+                    Some(command) => Planned::Fresh(command),
+                    None => return Poll::Ready(None),
+                }
+            }
+        };
+        let command = planned.command();
+        if let Err(error) = self.permits(&planned, &command) {
             self.refused = Some(error);
-            return None;
+            self.commands.close();
+            return Poll::Ready(None);
         }
         self.light.note(&command, self.arm.burns(&command));
         let item = match planned {
@@ -223,7 +249,31 @@ impl<C: Iterator<Item = Set>> Run<C> {
         if self.options.lead.is_some() {
             self.ahead.note(item.time);
         }
-        Some(item)
+        Poll::Ready(Some(item))
+    }
+
+    fn permits(&mut self, planned: &Planned, command: &Set) -> Result<()> {
+        self.arm.permit([command])?;
+        if let Planned::Item(_) = planned {
+            return Ok(());
+        }
+        if let Some(checks) = &mut self.checks {
+            let step = self.checked;
+            self.checked += 1;
+            let pins = self.arm.burns(command) && raises_laser_pin(command);
+            let refused = match pins {
+                true => Err(Error::invalid(
+                    "a laser that is lit through its pins would burn on while the program has nothing to do",
+                )
+                .with_command(command.row().set_name)),
+                false => checks.check(command).map(drop),
+            };
+            refused.map_err(|error| error.at_step(step))?;
+        }
+        match &mut self.fenced {
+            Some(fenced) => fenced.check(command).map(drop),
+            None => Ok(()),
+        }
     }
 }
 
