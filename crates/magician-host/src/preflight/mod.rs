@@ -3,6 +3,7 @@
 mod fence;
 mod guards;
 mod laser;
+mod meeting;
 mod motion;
 mod numbers;
 mod path;
@@ -20,6 +21,7 @@ use magician_protocol::commands::EndEffectorParams;
 
 pub use guards::{Guards, refuse};
 use laser::Laser;
+pub use meeting::{Meeting, MovingTarget};
 pub(crate) use numbers::check as check_numbers;
 use path::Path;
 pub use readings::{Needs, Readings, governs_motion, pose_of, state_at};
