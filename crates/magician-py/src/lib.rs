@@ -57,7 +57,7 @@ mod _magician {
     #[pymodule_export]
     use crate::conform::conform;
     #[pymodule_export]
-    use crate::core::{Core, Events, Jog, Program, StateWatch};
+    use crate::core::{Core, Events, Feed, Jog, Program, StateWatch};
     #[pymodule_export]
     use crate::core::{command, decode, discover, encode, end, find, forked, ports, tools};
     #[pymodule_export]

@@ -22,6 +22,7 @@ NAMES = {
     "__aiter__": "__iter__",
     "__anext__": "__next__",
     "StopAsyncIteration": "StopIteration",
+    "AsyncIterator": "Iterator",
     '"Connecting", ': "",
     ', "discover"': "",
     "Generator, ": "",

@@ -38,7 +38,7 @@ from .commands import Output, Port, Pose
 from .errors import Error
 from .kinematics import forward, inverse, is_reachable, reach
 from .pins import Pin
-from .places import Frame, Pallet, Poses
+from .places import Belt, Frame, Pallet, Poses
 from .programs import Complaint, Plan, Rehearsal, Report, Sheet, Step, Surface, load
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult
@@ -53,6 +53,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Alarm",
     "Arm",
+    "Belt",
     "Check",
     "Color",
     "Complaint",

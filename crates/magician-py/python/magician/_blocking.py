@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from itertools import islice
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from time import monotonic
 from types import TracebackType
 from typing import Any, Generic, Literal, TypeVar, overload
 
 from . import _told, commands, events, words
-from ._arguments import ending, flag, flags, hearing, not_a_file, number, seconds, whole
+from ._arguments import ending, flag, flags, hearing, instance, not_a_file, number, seconds, whole
 from ._bound import Bound
-from ._magician import Core
+from ._magician import Call, Core, Feed
 from ._magician import Events as NativeEvents
 from ._magician import Job as NativeJob
 from ._magician import Jog as NativeJog
@@ -20,13 +20,17 @@ from ._magician import StateWatch as NativeStateWatch
 from ._motions import Ended, Going, Steps, homing, performing
 from ._naming import find
 from ._native import (
+    Over,
     Where,
+    begun,
     connecting,
+    going_through,
     opened,
     wait,
     wait_done,
     wait_ended,
     wait_moment,
+    wait_next,
     wait_steps,
     wait_stopped,
 )
@@ -34,14 +38,14 @@ from ._pictures import Picture
 from ._points import Points
 from ._protocol import Command, Query, Queueable, Readable, Writable
 from ._reports import report
-from ._targets import JointTarget, Target, joints, keeps_r, kept, listed, spot
+from ._targets import JointTarget, KeepingR, Target, joints, keeps_r, kept, listed, spot
 from ._telling import Telling
 from .alarms import Alarm
 from .commands import Pose, RailVersion
 from .errors import ClosedError, Error, InvalidInputError, ResponseTimeoutError, UnexpectedError
 from .kinematics import JointArray, Mask, PoseArray
 from .pins import FunctionLike, PinLike, PortLike, StepperLike, VersionLike, pins
-from .places import Poses, picking, placing
+from .places import Belt, Poses, meeting, picking, placing
 from .programs import Plan, Report
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult, Watcher
@@ -71,6 +75,9 @@ def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], o
     hearing(progress)
     return None if progress is None else lambda parts: progress(Progress(*parts))
 
+
+_READY = 0.3
+"""How long it takes to begin a motion, s: what is met on a belt is met later than that."""
 
 _PROGRESS_WAITS = "progress is reported during a wait: leave out progress or wait=False"
 
@@ -365,6 +372,10 @@ class Arm(Bound):
     def rail_position(self) -> float:
         """The arm's position on its rail, mm (document 1.4.3)."""
         return (wait(self._core.get(commands.PoseL))).pose_l
+
+    def clock(self) -> float:
+        """The arm's own clock: seconds since it was switched on, to the millisecond (document 1.3.5)."""
+        return (self.get(commands.DeviceTime)).g_systick / 1000
 
     def info(self) -> Info:
         """The arm's name, serial number, firmware, and the time since it was switched on."""
@@ -781,6 +792,82 @@ class Arm(Bound):
         x, y, z, r = self._place(at)
         return self._move(*picking((x, y, z), r, tool, approach, retreat, hold), speed=speed, wait=wait)
 
+    def pick_from_belt(
+        self,
+        at: Target | str,
+        belt: Belt,
+        *,
+        since: float | None = None,
+        tool: Literal["suction", "gripper"] = "suction",
+        approach: float = 40.0,
+        retreat: float | None = None,
+        hold: float | None = None,
+        speed: float | None = None,
+        lead: float = 0.0,
+    ) -> Ran:
+        """Picks something up from a belt that runs: it goes above the place where the arm can meet it first, waits
+        there, and goes down so that it arrives together with it. Suction is on from the beginning.
+
+        Where they meet is computed with the times that the check tells; all of it is checked before anything moves.
+
+        ::
+
+            arm.conveyor(0, 40)
+            seen = arm.infrared_edge("GP2")
+            arm.pick_from_belt((180, -150, -30), Belt(40), since=seen)
+
+        :param at: Where the tool would hold it: a pose, x, y, z and perhaps r in a row, or the name of one of
+            :attr:`poses`.
+        :param belt: How fast the belt runs, and where.
+        :param since: When it was there: the arm's :meth:`clock`, s; now if it is left out.
+        :param tool: What holds it. A gripper closes on the arrival, and the belt goes on while it closes.
+        :param approach: As for :meth:`pick`.
+        :param retreat: As for :meth:`pick`.
+        :param hold: As for :meth:`pick`.
+        :param speed: As for :meth:`move_to`.
+        :param lead: By how much sooner the arm is to arrive, seconds, where it is seen to come too late: a line, or an
+            arm, that is slower than it should be.
+        :raises UnreachableError: The belt does not bring it within reach, or takes it out of reach before the arm can
+            be there. Nothing has moved.
+        :raises ResponseTimeoutError: The arm was above the place too late. It stands there.
+        """
+        x, y, z, r = self._place(at)
+        lead = number("lead", lead, least=-10, most=10, unit="s")
+        percent = number("speed", speed, above=0, most=100, unit="%")
+        instant = number("since", since, least=0, unit="s")
+        velocity = instance("belt", belt, Belt, "Belt(40, direction=90) is one").velocity
+        self._settle()
+        turn = (self._known_pose()).r if r is None else r
+        set_before = None if percent is None else self.get(commands.PtpCommonParams)
+        first, _ = meeting((x, y, z), turn, tool, approach, retreat, hold, percent)
+        call = self._core.meet((x, y, z, turn), velocity, instant, first[:-1], approach, _READY)
+        arrives, place, down = wait(call)
+        first, then = meeting(place, turn, tool, approach, retreat, hold, percent)
+        if set_before is not None:
+            then.append(set_before)
+        wait(self._core.estimate([*first, *then], []))
+        feed, running = self._core.stream(len(first) + len(then) + 1, [], False)
+
+        def moves() -> Iterator[Queueable | None]:
+            for command in first:
+                yield command
+            while feed.finished() < len(first):
+                yield None
+            left = arrives - down - lead - self.clock()
+            if left < 0:
+                raise ResponseTimeoutError(f"the arm was above the belt {-left:.2f} s too late")
+            yield words.wait(left)
+            for command in then:
+                yield command
+
+        try:
+            return self._told(moves(), feed, running, KeepingR(turn))
+        except BaseException:
+            if set_before is not None:
+                with suppress(Error):
+                    self.set(set_before)
+            raise
+
     def place(
         self,
         at: Target | str,
@@ -1169,6 +1256,22 @@ class Arm(Bound):
         """Moves the conveyor belt on this motor output by a distance in mm and waits until it stands still."""
         return self._move(words.conveyor_by(index, mm, mm_per_s), wait=wait)
 
+    def infrared_edge(self, port: PortLike, timeout: float | None = None) -> float:
+        """Waits until something comes in front of the infrared sensor on a port, and returns when that was: the arm's
+        :meth:`clock`, s. What is there already has to go first.
+
+        :param timeout: Maximum time to wait, seconds; none if left out.
+        :raises ResponseTimeoutError: Nothing came in that time.
+        """
+        limit = None if timeout is None else monotonic() + seconds("timeout", timeout)
+        seen = True
+        while True:
+            before, seen = seen, self.infrared_at(port)
+            if seen and not before:
+                return self.clock()
+            if limit is not None and monotonic() >= limit:
+                raise ResponseTimeoutError(f"nothing came before the sensor in {timeout:g} s")
+
     def color_sensor(self, port: PortLike, on: bool, version: VersionLike) -> None:
         """Switches the colour sensor on a port (document 1.15.7, E42)."""
         self.set(words.color_sensor(port, on, version))
@@ -1440,7 +1543,7 @@ class Arm(Bound):
 
     def stream(
         self,
-        program: Iterable[Queueable],
+        program: Iterable[Queueable | None],
         *,
         ahead: int = 32,
         skip: Collection[Check] = (),
@@ -1448,33 +1551,67 @@ class Arm(Bound):
     ) -> Ran:
         """Runs commands of a generator, which may have no end, and waits for their end.
 
-        While the arm does some of them, the next are taken: the generator is at most twice ``ahead`` commands before
-        the arm. They are checked ``ahead`` at a time, as the arm then stands, before any of these is sent. Between them
-        the arm comes to a stand, as between any two moves; a path is whole in :meth:`perform`.
+        The next commands are taken while the arm does those before, so that it does not wait between them: a path goes
+        through its corners without a stop. The generator is at most ``ahead`` commands before the arm. Each command is
+        checked as those before it leave the arm, and then sent.
 
-        :param ahead: How many commands are checked and sent together, 1 to 10000.
+        The generator may take its time: it runs in the caller's thread. While it has nothing the arm finishes what it
+        has, and stands. It may read the arm and its sensors, and stop it, but not move it. Where it waits for the arm
+        or a sensor, it yields ``None`` again and again: it is asked once more when the arm has finished a command, or
+        after 10 ms; a virtual arm's time goes on meanwhile.
+
+        An exception in the generator, Ctrl-C and a cancelled task stop the arm. A command that the check refuses does
+        not: those before it are done, and then the error is raised.
+
+        ::
+
+            def spiral():
+                for nth in itertools.count():
+                    angle, radius = nth / 10, 10 + nth / 50
+                    yield words.path_to(220 + radius * cos(angle), radius * sin(angle), 20)
+
+            arm.stream(spiral())
+
+        :param program: A generator of commands, or any iterable.
+        :param ahead: The most commands that are taken and that the arm has not finished, 1 to 10000.
         :param skip: As for :meth:`perform`.
-        :param allow_laser: As for :meth:`perform`.
+        :param allow_laser: As for :meth:`perform`. A laser that is switched on goes dark while the generator has
+            nothing.
+        :raises UnreachableError, InvalidInputError: The check refuses a command; ``step`` says which, from 0.
+        :raises AlarmError: An alarm holds the queue.
+        :raises ClosedError: It was stopped.
         """
         ahead, names = whole("ahead", ahead, 1, 10_000), _names(skip)
-        coming = iter(not_a_file(program))
-        count, first, last = 0, None, None
-        going: Motion[Ran] | None = None
+        coming = going_through(program)
+        self._settle()
+        keeping = KeepingR((self._known_pose()).r)
+        feed, running = self._core.stream(ahead, names, flag("allow_laser", allow_laser))
+        return self._told(coming, feed, running, keeping)
+
+    def _told(
+        self,
+        coming: Iterator[Queueable | None],
+        feed: Feed,
+        running: Call[tuple[int, int | None, int | None]],
+        keeping: KeepingR,
+    ) -> Ran:
+        """Feeds a run with what comes, and waits for its end."""
+        begun(running)
         try:
-            while True:
-                part = list(islice(coming, ahead))
-                if going is not None:
-                    ran = going.wait()
-                    count, first, last = count + ran.commands, first or ran.first, ran.last
-                if not part:
-                    return Ran(count, first, last)
-                going = self._go(performing(self._core, part, skip=names, allow_laser=allow_laser), False)
+            while feed.free() or wait(feed.room()):
+                command = wait_next(coming)
+                if command is None:
+                    wait(feed.rest())
+                else:
+                    feed.push(keeping(command))
+        except Over:
+            feed.end()
         except BaseException as error:
-            if going is not None and not going.done():
-                going.cancel()
-                self._drop()
-                wait_stopped(self._core, error)
+            running.cancel()
+            self._drop()
+            wait_stopped(self._core, error)
             raise
+        return Ran(*wait_done(running, self._core))
 
     # Pictures.
 

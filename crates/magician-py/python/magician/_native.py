@@ -7,11 +7,11 @@ import contextlib
 import os
 import time
 import weakref
-from collections.abc import Callable, Mapping
-from typing import Any, Protocol, TypeVar, cast
+from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable, Iterator, Mapping
+from typing import Any, Protocol, TypeVar, cast, overload
 
 from . import _magician
-from ._arguments import flags, seconds, whole
+from ._arguments import flags, not_a_file, seconds, whole
 from ._magician import Call, Core
 from ._motions import Ended, Going, Steps
 from .errors import Error, ResponseTimeoutError
@@ -25,6 +25,28 @@ __version__ = _magician.__version__
 
 T = TypeVar("T")
 Listener = Callable[[Any], object]
+
+
+class Over(Exception):
+    """A generator has ended."""
+
+
+@overload
+def going_through(program: AsyncIterable[T]) -> AsyncIterator[T]: ...
+@overload
+def going_through(program: Iterable[T]) -> Iterator[T]: ...
+@overload
+def going_through(program: Iterable[T] | AsyncIterable[T]) -> Iterator[T] | AsyncIterator[T]: ...
+def going_through(program: Iterable[T] | AsyncIterable[T]) -> Iterator[T] | AsyncIterator[T]:
+    """What goes through a program, of either kind."""
+    if isinstance(program, AsyncIterable):
+        return aiter(program)
+    return iter(not_a_file(program))
+
+
+def begun(call: Call[Any]) -> None:
+    """Has something begin that is waited for later."""
+    call.listen(lambda: None)
 
 
 class Connectable(Protocol):
@@ -116,6 +138,14 @@ def wait_steps(steps: Steps, core: Core) -> Any:
         return end.value
 
 
+def wait_next(coming: Iterator[T]) -> T:
+    """The next of a generator; its end is raised as :exc:`Over`."""
+    try:
+        return next(coming)
+    except StopIteration:
+        raise Over from None
+
+
 def wait_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:
     """Waits in this thread for a motion in the background; an interruption stops the arm."""
     if not going.over:
@@ -183,6 +213,14 @@ async def until_steps(steps: Steps, core: Core) -> Any:
                 call, moves = steps.send(value)
     except StopIteration as end:
         return end.value
+
+
+async def until_next(coming: Iterator[T] | AsyncIterator[T]) -> T:
+    """The next of a generator, of either kind; its end is raised as :exc:`Over`."""
+    try:
+        return await anext(coming) if isinstance(coming, AsyncIterator) else next(coming)
+    except (StopIteration, StopAsyncIteration):
+        raise Over from None
 
 
 async def until_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:

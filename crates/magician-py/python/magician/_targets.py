@@ -101,24 +101,34 @@ def kept(commands: Iterable[Queueable], r: float | None) -> list[Queueable]:
 
     :raises InvalidInputError: A move keeps an unknown r: after a path, homing, or at the start of a plan.
     """
-    made: list[Queueable] = []
-    for nth, command in enumerate(listed(commands)):
+    return list(map(KeepingR(r), listed(commands)))
+
+
+class KeepingR:
+    """Gives commands their r, one after the other, as :func:`kept` does."""
+
+    def __init__(self, r: float | None) -> None:
+        self._r = r
+        self._step = 0
+
+    def __call__(self, command: Queueable) -> Queueable:
+        """The next command."""
+        step, self._step = self._step, self._step + 1
         if isinstance(command, _POINTS):
             if keeps_r(command):
-                if r is None:
+                if self._r is None:
                     raise InvalidInputError(
                         f"{type(command).__name__}: r is left out, and the arm's r at that point is not known: "
-                        f"{'the program begins here' if nth == 0 else 'a path or homing came before'}; give r",
-                        step=nth,
+                        f"{'the program begins here' if step == 0 else 'a path or homing came before'}; give r",
+                        step=step,
                     )
-                command = _with_r(command, r)
-            r = _after(command, r)
+                command = _with_r(command, self._r)
+            self._r = _after(command, self._r)
         elif isinstance(command, ArcCmd):
-            r = command.to_point[3]
+            self._r = command.to_point[3]
         elif isinstance(command, _DRIFTING):
-            r = None
-        made.append(command)
-    return made
+            self._r = None
+        return command
 
 
 def _after(move: PtpCmd | PtpPoCmd | PtpWithLCmd | PtpPoWithLCmd, r: float | None) -> float | None:

@@ -3,7 +3,9 @@
 * :class:`Poses` keeps poses in a file, by name: ``arm.poses["tray"] = arm.pose()``, ``arm.move_to("tray")``.
 * :class:`Frame` is a work plane that three points say: ``arm.line_to(frame(10, 20))``.
 * :class:`Pallet` is rows by columns of places that three or four of its corners say.
-* :func:`picking` and :func:`placing` are what ``arm.pick`` and ``arm.place`` do, as commands for a program.
+* :class:`Belt` is a conveyor that runs evenly: ``arm.pick_from_belt((180, -150, -30), Belt(40))``.
+* :func:`picking`, :func:`placing` and :func:`meeting` are what ``arm.pick``, ``arm.place`` and
+  ``arm.pick_from_belt`` do, as commands for a program.
 
 Lengths are mm, angles degrees. The tool of this arm always points down: a frame may slope, and the tool does not.
 """
@@ -25,7 +27,7 @@ from ._values import Value
 from .commands import Pose, Queueable
 from .errors import InvalidInputError
 
-__all__ = ["Frame", "Pallet", "Poses", "picking", "placing"]
+__all__ = ["Belt", "Frame", "Pallet", "Poses", "meeting", "picking", "placing"]
 
 _Point = tuple[float, float, float]
 
@@ -119,6 +121,38 @@ class Frame(Value):
         way = _minus((x, y, z), self.origin)
         place = _dot(way, self.x_axis), _dot(way, self.y_axis), _dot(way, self.z_axis)
         return _position(place, _turned(r - self.rotation))
+
+
+class Belt(Value):
+    """A conveyor that runs evenly, as :meth:`magician.Arm.pick_from_belt` takes it.
+
+    >>> Belt(40, direction=90).after((220, -100, 0), 0.5)
+    Position(x=220.0, y=-80.0, z=0.0, r=0.0)
+    """
+
+    mm_per_s: float
+    """Its speed; below 0 it runs backwards."""
+    direction: float = 0.0
+    """Where it runs, degrees from the arm's X towards its Y."""
+
+    def __init__(self, mm_per_s: float, direction: float = 0.0) -> None:
+        """A belt.
+
+        :param mm_per_s: Its speed, mm/s, as for :meth:`magician.Arm.conveyor`.
+        :param direction: Where it runs for a positive speed, degrees: 0 along the arm's X, 90 along its Y.
+        """
+        super().__init__(number("mm_per_s", mm_per_s, unit="mm/s"), number("direction", direction, unit="deg"))
+
+    @property
+    def velocity(self) -> tuple[float, float, float]:
+        """How what lies on it moves, mm/s along x, y and z."""
+        turn = math.radians(self.direction)
+        return self.mm_per_s * math.cos(turn), self.mm_per_s * math.sin(turn), 0.0
+
+    def after(self, at: Target, seconds: float) -> Position:
+        """Where something that is at a place now will be after so many seconds."""
+        time = number("seconds", seconds, unit="s")
+        return _position(_plus(_point("at", at), _times(self.velocity, time)), _rotation(at))
 
 
 class Pallet(Value):
@@ -293,6 +327,24 @@ def placing(
     gripper = _is_gripper(tool)
     leave = words.release() if gripper else words.suction(False)
     return _over(at, r, [], leave, approach, retreat, _held(hold, gripper))
+
+
+def meeting(
+    at: tuple[float, float, float],
+    r: float,
+    tool: Literal["suction", "gripper"] = "suction",
+    approach: float = 40.0,
+    retreat: float | None = None,
+    hold: float | None = None,
+    speed: float | None = None,
+) -> tuple[list[Queueable], list[Queueable]]:
+    """The commands of :meth:`magician.Arm.pick_from_belt`: until the tool is above, and from there on."""
+    gripper = _is_gripper(tool)
+    ready: list[Queueable] = [words.release() if gripper else words.suction(True)]
+    if speed is not None:
+        ready.insert(0, words.speed(speed))
+    over, down, act, wait, up = _over(at, r, [], words.grip(), approach, retreat, _held(hold, gripper))
+    return [*ready, over], [down, *([act] if gripper else []), wait, up]
 
 
 def _over(

@@ -1,5 +1,7 @@
 //! A connected arm.
 
+mod belt;
+mod feed;
 mod found;
 mod motion;
 mod program;
@@ -19,6 +21,7 @@ use crate::call::Call;
 use crate::errors;
 use crate::runtime::{self, Local};
 
+pub(crate) use feed::Feed;
 pub(crate) use found::{discover, ports};
 pub(crate) use program::Program;
 pub(crate) use watches::{Events, Jog, StateWatch};

@@ -12,7 +12,7 @@ use crate::call::{Call, Reporter};
 use crate::errors;
 
 /// The guards but for those of these names.
-fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> PyResult<Guards> {
+pub(super) fn guards(py: Python<'_>, skip: &[String], require_homed: bool) -> PyResult<Guards> {
     let mut guards = Guards::default().require_homed(require_homed);
     for name in skip {
         guards = match name.as_str() {

@@ -1,0 +1,93 @@
+//! Where and when the arm meets what moves on a belt.
+
+use std::time::Duration;
+
+use magician::commands::DeviceTime;
+use magician::words::{self, MovingTarget};
+use magician::{Arm, Set};
+use pyo3::prelude::*;
+
+use super::verbs::commands;
+use super::{Core, seconds};
+use crate::call::Call;
+
+/// The arm's clock at the meeting, s; where that is, mm; and how long the way down to it takes.
+type Found = (f64, [f64; 3], Duration);
+
+/// How the arm goes to what it meets.
+struct Way {
+    before: Vec<Set>,
+    /// How far above it the way down begins, mm.
+    approach: f64,
+    r: f64,
+}
+
+impl Way {
+    fn to(&self, [x, y, z]: [f64; 3]) -> Vec<Set> {
+        let [x, y, z, r] = [x, y, z, self.r].map(|number| number as f32);
+        let mut way = self.before.clone();
+        way.push(words::move_to(x, y, z + self.approach as f32, r));
+        way.push(words::line_to(x, y, z, r));
+        way
+    }
+}
+
+async fn meet(
+    arm: Arm,
+    target: MovingTarget,
+    since: Option<f64>,
+    way: Way,
+    ready: Duration,
+) -> magician::Result<Found> {
+    let check = arm.preflight_for(&way.to(target.position)).await?;
+    let clock = f64::from(arm.get::<DeviceTime>().await?.g_systick) / 1e3;
+    let now = MovingTarget {
+        position: target.after(since.map_or(0.0, |since| clock - since)),
+        ..target
+    };
+    let meeting = tokio::task::spawn_blocking(move || {
+        let meeting = check.meet(&now, ready, |place| way.to(place))?;
+        let whole = way.to(meeting.position);
+        let above = whole.split_last().map_or(&[][..], |(_, above)| above);
+        let down = meeting.takes - check.estimate(above)?;
+        Ok((clock + meeting.after.as_secs_f64(), meeting.position, down))
+    });
+    let bug = |error: tokio::task::JoinError| {
+        magician::Error::new(magician::ErrorCode::Closed, error.to_string())
+    };
+    meeting.await.map_err(bug)?
+}
+
+#[pymethods]
+impl Core {
+    /// When and where the arm meets a target that was at `position` when its clock showed `since`, after these commands.
+    #[allow(clippy::too_many_arguments)]
+    fn meet(
+        &self,
+        py: Python<'_>,
+        position: [f64; 4],
+        velocity: [f64; 3],
+        since: Option<f64>,
+        before: &Bound<'_, PyAny>,
+        approach: f64,
+        ready: f64,
+    ) -> PyResult<Call> {
+        let [x, y, z, r] = position;
+        let way = Way {
+            before: commands(before)?,
+            approach,
+            r,
+        };
+        let target = MovingTarget {
+            position: [x, y, z],
+            velocity,
+        };
+        let ready = seconds(py, "ready", ready)?;
+        let arm = self.arm(py)?;
+        let meet = meet(arm, target, since, way, ready);
+        Ok(Call::start(meet, |py, (at, place, down): Found| {
+            let found = (at, (place[0], place[1], place[2]), down.as_secs_f64());
+            Ok(found.into_pyobject(py)?.into_any().unbind())
+        }))
+    }
+}

@@ -1,0 +1,81 @@
+//! A program that is told while it runs.
+
+use std::sync::Arc;
+
+use magician::{Feeder, RunOptions};
+use pyo3::prelude::*;
+
+use super::Core;
+use super::motion::{guards, ran};
+use crate::call::Call;
+use crate::runtime::Local;
+use crate::values;
+
+/// What tells a run its commands.
+#[pyclass(frozen, module = "magician._magician")]
+pub(crate) struct Feed {
+    feeder: Local<Arc<Feeder>>,
+}
+
+#[pymethods]
+impl Core {
+    /// A program that a feed tells, `ahead` commands before the arm at most, and its end.
+    fn stream(
+        &self,
+        py: Python<'_>,
+        ahead: usize,
+        skip: Vec<String>,
+        allow_laser: bool,
+    ) -> PyResult<(Feed, Call)> {
+        let guards = guards(py, &skip, false)?;
+        let arm = self.burning(py, allow_laser)?;
+        let (feeder, run) = arm.stream(ahead, RunOptions::default().guards(guards));
+        let call = Call::moving(&arm, |_| run.wait(|_| {}), ran);
+        let feeder = Local::new(Arc::new(feeder));
+        Ok((Feed { feeder }, call))
+    }
+}
+
+#[pymethods]
+impl Feed {
+    /// How many commands there is room for now.
+    fn free(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.feeder.get(py)?.free().unwrap_or(0))
+    }
+
+    /// How many commands the arm has finished, as far as was read.
+    fn finished(&self, py: Python<'_>) -> PyResult<u64> {
+        Ok(self.feeder.get(py)?.finished())
+    }
+
+    /// Waits for room; whether any more are wanted.
+    fn room(&self, py: Python<'_>) -> PyResult<Call> {
+        let feeder = Arc::clone(self.feeder.get(py)?);
+        let room = async move { Ok::<_, magician::Error>(feeder.has_room().await) };
+        Ok(Call::start(room, |py, room| {
+            Ok(room.into_pyobject(py)?.to_owned().into_any().unbind())
+        }))
+    }
+
+    /// The next command.
+    fn push(&self, command: &Bound<'_, PyAny>) -> PyResult<()> {
+        let feeder = self.feeder.get(command.py())?;
+        feeder.push(values::command(command)?);
+        Ok(())
+    }
+
+    /// There is none for now: waits for a moment.
+    fn rest(&self, py: Python<'_>) -> PyResult<Call> {
+        let feeder = Arc::clone(self.feeder.get(py)?);
+        Ok(Call::plain(async move {
+            feeder.rest().await;
+            Ok(())
+        }))
+    }
+
+    /// There are no more.
+    fn end(&self, py: Python<'_>) -> PyResult<()> {
+        self.feeder.get(py)?.end();
+        Ok(())
+    }
+}
