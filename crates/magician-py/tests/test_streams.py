@@ -175,6 +175,39 @@ def test_async_generators() -> None:
     asyncio.run(main())
 
 
+def test_an_async_generator_that_waits_is_ended_with_its_run() -> None:
+    ended = False
+
+    async def waits() -> AsyncIterator[commands.Queueable]:
+        nonlocal ended
+        yield words.wait(10)
+        try:
+            await asyncio.sleep(1000)
+        except asyncio.CancelledError:
+            ended = True
+            raise
+
+    async def main() -> None:
+        async with aio.Arm.connect("sim:1") as arm:
+            await arm.clear_alarms()
+            task = asyncio.ensure_future(arm.stream(waits()))
+            while await arm.left_space() == 32 and not arm.moving:
+                await asyncio.sleep(0)
+            await arm.stop()
+            with pytest.raises(errors.ClosedError):
+                await task
+            assert ended
+            # Whoever cancels the stream itself is told so.
+            task = asyncio.ensure_future(arm.stream(waits()))
+            while not arm.moving:
+                await asyncio.sleep(0)
+            task.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await task
+
+    asyncio.run(main())
+
+
 def test_only_programs_are_streamed(arm: Arm) -> None:
     anything: Any = arm
     for wrong in (None, 3, "file.gcode", words.wait(0)):

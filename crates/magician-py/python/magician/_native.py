@@ -138,8 +138,10 @@ def wait_steps(steps: Steps, core: Core) -> Any:
         return end.value
 
 
-def wait_next(coming: Iterator[T]) -> T:
-    """The next of a generator; its end is raised as :exc:`Over`."""
+def wait_next(coming: Iterator[T], running: Call[Any]) -> T:
+    """The next of a generator; its end is raised as :exc:`Over`, and so is that of what it feeds."""
+    if running.over():
+        raise Over
     try:
         return next(coming)
     except StopIteration:
@@ -215,12 +217,38 @@ async def until_steps(steps: Steps, core: Core) -> Any:
         return end.value
 
 
-async def until_next(coming: Iterator[T] | AsyncIterator[T]) -> T:
-    """The next of a generator, of either kind; its end is raised as :exc:`Over`."""
+async def until_next(coming: Iterator[T] | AsyncIterator[T], running: Call[Any]) -> T:
+    """As :func:`wait_next`, for both kinds; the end of what an asynchronous one feeds cancels it."""
+    if not isinstance(coming, AsyncIterator):
+        return wait_next(coming, running)
+    import asyncio
+
+    loop = asyncio.get_running_loop()
+    following = asyncio.ensure_future(_next_of(coming))
+
+    def end() -> None:
+        if running.over():
+            following.cancel()
+
+    def tell() -> None:
+        # A loop that was closed has nobody who waits any more.
+        with contextlib.suppress(RuntimeError):
+            loop.call_soon_threadsafe(end)
+
+    running.listen(tell)
     try:
-        return await anext(coming) if isinstance(coming, AsyncIterator) else next(coming)
-    except (StopIteration, StopAsyncIteration):
+        return await following
+    except StopAsyncIteration:
         raise Over from None
+    except asyncio.CancelledError:
+        if following.cancelled() and running.over():
+            raise Over from None
+        following.cancel()
+        raise
+
+
+async def _next_of(coming: AsyncIterator[T]) -> T:
+    return await anext(coming)
 
 
 async def until_ended(going: Going | Ended, core: Core, timeout: float | None = None) -> Any:

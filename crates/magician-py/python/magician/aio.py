@@ -1647,9 +1647,10 @@ class Arm(Bound):
         checked as those before it leave the arm, and then sent.
 
         The generator may take its time: it runs in the caller's thread. While it has nothing the arm finishes what it
-        has, and stands. It may read the arm and its sensors, and stop it, but not move it. Where it waits for the arm
-        or a sensor, it yields ``None`` again and again: it is asked once more when the arm has finished a command, or
-        after 10 ms; a virtual arm's time goes on meanwhile.
+        has, and stands. What ends the run (a stop, an alarm) is raised when it gives the next command; an asynchronous
+        one is cancelled at once. It may read the arm and its sensors, and stop it, but not move it. Where it waits for
+        the arm or a sensor, it yields ``None`` again and again: it is asked once more when the arm has finished a
+        command, or after 10 ms; a virtual arm's time goes on meanwhile.
 
         An exception in the generator, Ctrl-C and a cancelled task stop the arm. A command that the check refuses does
         not: those before it are done, and then the error is raised.
@@ -1694,7 +1695,7 @@ class Arm(Bound):
         begun(running)
         try:
             while feed.free() or await until(feed.room()):
-                command = await until_next(coming)
+                command = await until_next(coming, running)
                 if command is None:
                     await until(feed.rest())
                 else:
