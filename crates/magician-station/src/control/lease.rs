@@ -51,6 +51,20 @@ impl Lease {
         self.holder
     }
 
+    /// Changes the instants at which somebody has waited or asked for long enough.
+    pub(super) fn each_instant(&mut self, mut change: impl FnMut(&mut HostInstant)) {
+        let waiting = self.waiting.iter_mut().map(|waiter| &mut waiter.until);
+        let asking = self.asking.iter_mut().map(|ask| &mut ask.until);
+        waiting.chain(asking).for_each(&mut change);
+    }
+
+    /// Gives the lease another number.
+    pub(super) fn renumber(&mut self, id: LeaseId) {
+        if let Some(held) = &mut self.holder {
+            held.id = id;
+        }
+    }
+
     /// When somebody has waited or asked for long enough.
     pub(super) fn next_question(&self) -> Option<HostInstant> {
         let waiting = self.waiting.iter().map(|waiter| waiter.until);
@@ -209,7 +223,7 @@ impl Control {
     /// The lease passes in one step: at no instant it is free for a third session.
     pub(super) fn pass(&mut self, now: HostInstant, arm: ArmId, to: SessionId, request: RequestId) {
         if self.holder(arm) != Some(to) {
-            self.finish_lease(arm, LeaseEnd::Passed, Some(to));
+            self.finish_lease(now, arm, LeaseEnd::Passed, Some(to));
         }
         self.grant(now, arm, to, request);
     }
@@ -225,7 +239,7 @@ impl Control {
         lease.waiting.drain(..waiting.iter().len());
         let mut asks = std::mem::take(&mut lease.asking).into_iter();
         let next = waiting.or_else(|| asks.next().map(|ask| (ask.session, ask.request)));
-        self.finish_lease(arm, end, next.map(|(session, _)| session));
+        self.finish_lease(now, arm, end, next.map(|(session, _)| session));
         match next {
             Some((session, request)) => self.grant(now, arm, session, request),
             None => self.effects.push_back(Effect::Holder { arm, holder: None }),
@@ -234,20 +248,29 @@ impl Control {
     }
 
     /// Ends what the holder has under way.
-    fn finish_lease(&mut self, arm: ArmId, end: LeaseEnd, next: Option<SessionId>) {
-        self.arm_mut(arm).lease.holder = None;
+    fn finish_lease(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        end: LeaseEnd,
+        next: Option<SessionId>,
+    ) {
+        let holder = self.arm_mut(arm).lease.holder.take();
         self.end_jog_of(arm, JogEnd::Lease, |_| true);
-        let state = self.arm_mut(arm);
-        let queued = std::mem::take(&mut state.queued);
-        let work = std::mem::take(&mut state.work);
         if end == LeaseEnd::Released {
             // What was begun goes on to its end.
-            self.arm_mut(arm).work = work;
-        } else if queued || !work.is_empty() {
-            let requests = work.into_iter().map(|work| work.request).collect();
+            self.arm_mut(arm).queued = false;
+        } else if let Some(holder) = holder {
+            let (requests, stop) = self.end_work_of(now, arm, holder.session);
             let why = WorkEnd::Lease(next);
-            self.effects
-                .push_back(Effect::EndWork { arm, requests, why });
+            if stop || !requests.is_empty() {
+                self.effects.push_back(Effect::EndWork {
+                    arm,
+                    requests,
+                    stop,
+                    why,
+                });
+            }
         }
         let job = self.arm(arm).job.filter(|job| job.phase.is_under_way());
         if let Some(job) = job
@@ -281,7 +304,30 @@ impl Control {
                 lease,
             });
         }
+        self.ask_again(now, arm);
         self.tell_places(arm);
+    }
+
+    /// Those who asked the holder before ask the new one, who has as long to answer.
+    fn ask_again(&mut self, now: HostInstant, arm: ArmId) {
+        let lease = &mut self.arm_mut(arm).lease;
+        let Some(Held {
+            session: holder, ..
+        }) = lease.holder
+        else {
+            return;
+        };
+        let asked = lease.asking.iter_mut().map(|ask| {
+            ask.until = now + ASK;
+            Effect::Asked {
+                arm,
+                holder,
+                session: ask.session,
+                request: ask.request,
+            }
+        });
+        let asked: Vec<_> = asked.collect();
+        self.effects.extend(asked);
     }
 
     pub(super) fn deny(&mut self, arm: ArmId, requests: Vec<RequestId>) {

@@ -2,8 +2,9 @@
 //!
 //! All decisions of a station about who moves an arm are made here; what follows from them comes out as [`Effect`]s, in
 //! their order. Time is what the caller says. The whole state is values, so that every interleaving of what sessions do
-//! can be tried (`tests/lease.rs`).
+//! can be tried (`tests/lease`).
 
+mod canonical;
 mod lease;
 mod work;
 
@@ -106,12 +107,15 @@ pub enum Effect {
         /// Why it ends.
         why: JogEnd,
     },
-    /// The arm has to be stopped: these requests are over, and what is in its queue must not be done.
+    /// These requests are over.
     EndWork {
         /// The arm.
         arm: ArmId,
         /// Requests under way, each to be answered as ended.
         requests: Vec<RequestId>,
+        /// Whether the arm has to be stopped, so that nothing of them, and of what is in its queue, is done. Not for what
+        /// steers a job, which ends in its own way.
+        stop: bool,
         /// Why.
         why: WorkEnd,
     },
@@ -344,7 +348,10 @@ impl Control {
                 self.end_lease(now, arm, LeaseEnd::Silent);
             }
             let denied = self.arm_mut(arm).lease.waited_enough(now);
-            self.deny(arm, denied);
+            if !denied.is_empty() {
+                self.deny(arm, denied);
+                self.tell_places(arm);
+            }
             while let Some(ask) = self.arm_mut(arm).lease.unanswered(now) {
                 self.pass(now, arm, ask.session, ask.request);
             }
@@ -371,9 +378,15 @@ impl Control {
         match presence.left {
             Some(left) => Some(left + GRACE),
             // A request under way is a word all the time.
-            None if arm.work.iter().any(|work| work.session == held.session) => None,
+            None if self.works(held.session) => None,
             None => Some(presence.word + TTL),
         }
+    }
+
+    /// Whether a request of a session is under way, at whatever arm.
+    fn works(&self, session: SessionId) -> bool {
+        let mut work = self.arms.iter().flat_map(|arm| &arm.work);
+        work.any(|work| work.session == session)
     }
 
     fn arm_ids(&self) -> impl Iterator<Item = ArmId> + use<> {

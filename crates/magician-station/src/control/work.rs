@@ -24,6 +24,13 @@ pub enum WorkKind {
     SteerJob,
 }
 
+impl WorkKind {
+    /// Whether it steers a job, and moves and sets nothing itself.
+    const fn is_of_jobs(self) -> bool {
+        matches!(self, Self::JobSetting | Self::StartJob | Self::SteerJob)
+    }
+}
+
 /// What has the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Busy {
@@ -65,6 +72,7 @@ pub enum OnLost {
 pub(super) struct Work {
     pub(super) session: SessionId,
     pub(super) request: RequestId,
+    kind: WorkKind,
 }
 
 /// A jog under way.
@@ -102,7 +110,11 @@ impl Control {
         self.word(now, session);
         let state = self.arm_mut(arm);
         state.queued |= kind == WorkKind::Queued;
-        state.work.push(Work { session, request });
+        state.work.push(Work {
+            session,
+            request,
+            kind,
+        });
         Ok(())
     }
 
@@ -203,17 +215,52 @@ impl Control {
 
     /// A stop of the arm came: the requests under way, which are over by it. The lease stays. The job, and the stop
     /// itself, are the caller's.
-    pub fn stop(&mut self, arm: ArmId) -> Vec<RequestId> {
+    pub fn stop(&mut self, now: HostInstant, arm: ArmId) -> Vec<RequestId> {
         self.end_jog_of(arm, JogEnd::Stopped, |_| true);
+        self.arm_mut(arm).queued = false;
+        self.end_work(now, arm, |_| true)
+    }
+
+    /// Ends requests under way.
+    fn end_work(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        wanted: impl Fn(&Work) -> bool,
+    ) -> Vec<RequestId> {
+        let work = &mut self.arm_mut(arm).work;
+        let ended: Vec<_> = work.extract_if(.., |work| wanted(work)).collect();
+        for work in &ended {
+            // It was a word up to now, as one that comes to its end.
+            self.word(now, work.session);
+        }
+        ended.iter().map(|work| work.request).collect()
+    }
+
+    /// Ends what a holder has under way whose lease has ended: the requests, and whether the arm has to be stopped, which
+    /// ends those of others, too.
+    pub(super) fn end_work_of(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        holder: SessionId,
+    ) -> (Vec<RequestId>, bool) {
         let state = self.arm_mut(arm);
-        state.queued = false;
-        let work = std::mem::take(&mut state.work);
-        work.into_iter().map(|work| work.request).collect()
+        let mut own = state.work.iter().filter(|work| work.session == holder);
+        let moves = own.any(|work| !work.kind.is_of_jobs());
+        let stop = std::mem::take(&mut state.queued) || moves;
+        let ended = self.end_work(now, arm, |work| stop || work.session == holder);
+        (ended, stop)
     }
 
     /// The arm's job is in this phase now; none: it is over.
     pub fn job_is(&mut self, arm: ArmId, job: JobId, on_lost: OnLost, phase: Option<JobPhase>) {
-        self.arm_mut(arm).job = phase.map(|phase| Job {
+        let state = self.arm_mut(arm);
+        if phase.is_some_and(JobPhase::is_under_way) {
+            // What was queued before is the job's to wait for: the end of the lease is not to stop the arm under it.
+            state.queued = false;
+        }
+        state.job = phase.map(|phase| Job {
             id: job,
             on_lost,
             phase,

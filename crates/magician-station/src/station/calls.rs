@@ -139,7 +139,7 @@ impl Station {
                     request: Some(request),
                 },
             );
-            for ended in self.control.stop(*arm) {
+            for ended in self.control.stop(call.now, *arm) {
                 let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
                 self.finish(call.now, ended, Err(error));
             }

@@ -78,13 +78,20 @@ impl Station {
                 self.order(arm, ArmOrder::EndJog(jog));
                 self.jog_over(now, arm, jog, why);
             }
-            Effect::EndWork { arm, requests, why } => {
-                self.order(arm, ArmOrder::Stop { request: None });
+            Effect::EndWork {
+                arm,
+                requests,
+                stop,
+                why,
+            } => {
+                if stop {
+                    self.order(arm, ArmOrder::Stop { request: None });
+                }
                 for request in requests {
                     let error = self.ended(arm, why);
                     self.finish(now, request, Err(error));
                 }
-                if let WorkEnd::Lease(_) = why {
+                if stop && let WorkEnd::Lease(_) = why {
                     self.event(now, arm, "stop", vec![("by", Value::Null)]);
                 }
             }

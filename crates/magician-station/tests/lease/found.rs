@@ -1,0 +1,128 @@
+//! What the search has found in control, each by itself.
+
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+use magician_station::control::{
+    ASK, ArmId, Control, Effect, JobId, JobPhase, OnLost, RequestId, SessionId, TTL, WorkKind,
+};
+
+const ANNA: SessionId = SessionId(1);
+const BEN: SessionId = SessionId(2);
+const CARL: SessionId = SessionId(3);
+const ARM: ArmId = ArmId(0);
+const OTHER: ArmId = ArmId(1);
+const START: HostInstant = HostInstant::from_micros(1_000_000);
+
+/// Three sessions and two arms; Anna has the lease of the first, by request 1.
+fn control() -> Control {
+    let mut control = Control::new(2);
+    for session in [ANNA, BEN, CARL] {
+        control.join(START, session);
+    }
+    control.acquire(START, ANNA, ARM, RequestId(1), Duration::ZERO);
+    control
+}
+
+fn effects(control: &mut Control) -> Vec<Effect> {
+    std::iter::from_fn(|| control.poll_effect()).collect()
+}
+
+#[test]
+fn a_long_motion_that_is_stopped_was_a_word_up_to_the_stop() {
+    let mut control = control();
+    { control.begin(START, ANNA, ARM, RequestId(2), WorkKind::Motion) }.unwrap();
+    let later = START + 2 * TTL;
+    control.handle_timeout(later);
+    assert_eq!(control.stop(later, ARM), [RequestId(2)]);
+    control.handle_timeout(later);
+    assert_eq!(control.holder(ARM), Some(ANNA));
+}
+
+#[test]
+fn a_request_under_way_at_one_arm_keeps_the_lease_of_another() {
+    let mut control = control();
+    control.acquire(START, ANNA, OTHER, RequestId(2), Duration::ZERO);
+    { control.begin(START, ANNA, ARM, RequestId(3), WorkKind::Motion) }.unwrap();
+    control.handle_timeout(START + 2 * TTL);
+    assert_eq!(control.holder(OTHER), Some(ANNA));
+}
+
+#[test]
+fn those_behind_one_who_has_waited_long_enough_are_told_their_place() {
+    let mut control = control();
+    let (short, long) = (Duration::from_secs(1), Duration::from_secs(60));
+    control.acquire(START, BEN, ARM, RequestId(2), short);
+    control.acquire(START, CARL, ARM, RequestId(3), long);
+    effects(&mut control);
+    control.handle_timeout(START + short);
+    let (session, arm, place) = (CARL, ARM, 1);
+    assert_eq!(
+        effects(&mut control).last(),
+        Some(&Effect::Place {
+            session,
+            arm,
+            place
+        })
+    );
+}
+
+#[test]
+fn who_asks_asks_the_next_holder_too_and_as_long() {
+    let mut control = control();
+    control.ask(START, CARL, ARM, RequestId(2));
+    effects(&mut control);
+    let later = START + ASK - Duration::from_secs(1);
+    control.word(later, ANNA);
+    control.take(later, BEN, ARM, RequestId(3));
+    let asked = Effect::Asked {
+        arm: ARM,
+        holder: BEN,
+        session: CARL,
+        request: RequestId(2),
+    };
+    assert!(effects(&mut control).contains(&asked));
+    for second in 0..20 {
+        let now = later + Duration::from_secs(second);
+        control.handle_timeout(now);
+        control.word(now, BEN);
+    }
+    assert_eq!(control.holder(ARM), Some(BEN));
+    control.handle_timeout(later + ASK);
+    assert_eq!(control.holder(ARM), Some(CARL));
+}
+
+#[test]
+fn a_job_that_goes_on_is_not_stopped_for_what_was_queued_or_steers_it() {
+    let mut control = control();
+    { control.begin(START, ANNA, ARM, RequestId(2), WorkKind::Queued) }.unwrap();
+    control.finish(START, ARM, RequestId(2));
+    { control.begin(START, ANNA, ARM, RequestId(3), WorkKind::StartJob) }.unwrap();
+    let active = Some(JobPhase::Active);
+    control.job_is(ARM, JobId(1), OnLost::Continue, active);
+    { control.begin(START, ANNA, ARM, RequestId(4), WorkKind::JobSetting) }.unwrap();
+    effects(&mut control);
+    control.take(START, BEN, ARM, RequestId(5));
+    let ended = effects(&mut control);
+    let ended = ended.iter().find_map(|effect| match effect {
+        Effect::EndWork { requests, stop, .. } => Some((requests.clone(), *stop)),
+        _ => None,
+    });
+    assert_eq!(ended, Some((vec![RequestId(3), RequestId(4)], false)));
+}
+
+#[test]
+fn what_was_released_goes_on_when_a_later_lease_ends() {
+    let mut control = control();
+    { control.begin(START, ANNA, ARM, RequestId(2), WorkKind::Motion) }.unwrap();
+    let Some(Effect::Granted { lease, .. }) = control.poll_effect() else {
+        panic!("it was granted");
+    };
+    control.release(START, ANNA, lease);
+    control.acquire(START, BEN, ARM, RequestId(3), Duration::ZERO);
+    control.take(START, CARL, ARM, RequestId(4));
+    let ended = effects(&mut control);
+    let stopped = |effect: &Effect| matches!(effect, Effect::EndWork { .. });
+    assert!(!ended.iter().any(stopped), "{ended:?}");
+    assert!(control.finish(START, ARM, RequestId(2)), "it is under way");
+}

@@ -1,0 +1,278 @@
+//! A station as small as can be around control: sessions, requests, and arms that do what the effects say.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+use magician_station::control::{
+    ArmId, GRACE, JobPhase, JogId, LeaseId, OnLost, RequestId, SessionId, TTL, WorkKind,
+};
+
+use crate::mutant::{Bug, Mutant};
+
+pub(crate) const SESSIONS: u64 = 3;
+pub(crate) const ARMS: u64 = 2;
+/// Longer than a lease without a word, shorter than a question.
+pub(crate) const WAIT: Duration = Duration::from_secs(8);
+pub(crate) const KEEP: Duration = Duration::from_millis(250);
+pub(crate) const MOMENT: Duration = Duration::from_millis(125);
+
+/// What happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Event {
+    Acquire(SessionId, ArmId),
+    Wait(SessionId, ArmId),
+    Release(SessionId, ArmId),
+    Ask(SessionId, ArmId),
+    /// The holder answers the session that asks.
+    Answer(ArmId, SessionId, bool),
+    Take(SessionId, ArmId),
+    Word(SessionId),
+    Leave(SessionId),
+    Return(SessionId),
+    Begin(SessionId, ArmId, WorkKind),
+    Finish(ArmId, RequestId),
+    StartJog(SessionId, ArmId),
+    KeepJog(SessionId, ArmId),
+    StopJog(SessionId, ArmId),
+    StartJob(SessionId, ArmId, OnLost),
+    PauseJob(SessionId, ArmId),
+    EndJob(ArmId),
+    Stop(SessionId, ArmId),
+    /// Time passes up to what is due next.
+    Pass,
+    /// Some time passes, not enough to end a jog.
+    Moment,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Session {
+    /// When it said something last.
+    pub(crate) word: HostInstant,
+    /// When its socket ended, if it has none.
+    pub(crate) left: Option<HostInstant>,
+    /// Whether control knows it.
+    pub(crate) joined: bool,
+}
+
+/// A request that is not answered.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Request {
+    pub(crate) session: SessionId,
+    pub(crate) arm: ArmId,
+    /// Of those that want the lease: when they have to be answered.
+    pub(crate) until: Option<HostInstant>,
+    pub(crate) asks: bool,
+    /// Whom it asked last.
+    pub(crate) asked: Option<SessionId>,
+}
+
+/// Something that the arm does. It is free when the lease under which it began was released.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) struct Doing {
+    pub(crate) session: SessionId,
+    pub(crate) free: bool,
+    pub(crate) request: RequestId,
+    pub(crate) queued: bool,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Jogging {
+    pub(crate) id: JogId,
+    pub(crate) session: SessionId,
+    pub(crate) until: HostInstant,
+}
+
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Arm {
+    pub(crate) lease: Option<(SessionId, LeaseId)>,
+    pub(crate) doing: Vec<Doing>,
+    /// Whose commands wait in the queue, and whether they are free.
+    pub(crate) queue: BTreeSet<(SessionId, bool)>,
+    pub(crate) jog: Option<Jogging>,
+    pub(crate) job: Option<(OnLost, JobPhase)>,
+    /// Requests of those who wait, by their arrival.
+    pub(crate) line: Vec<RequestId>,
+    /// The places that they were told last.
+    pub(crate) places: BTreeMap<SessionId, usize>,
+}
+
+/// A state of the search.
+#[derive(Clone)]
+pub(crate) struct Model {
+    pub(crate) control: Mutant,
+    pub(crate) now: HostInstant,
+    pub(crate) sessions: Vec<Session>,
+    pub(crate) arms: Vec<Arm>,
+    pub(crate) requests: BTreeMap<RequestId, Request>,
+    /// The last number that a lease or a jog was given.
+    pub(crate) last: u64,
+    /// How many sessions and arms had something happen: all others are the same.
+    used: (u64, u64),
+    pub(crate) path: Vec<Event>,
+}
+
+impl Model {
+    pub(crate) fn new(bug: Option<Bug>) -> Self {
+        let now = HostInstant::from_micros(60_000_000);
+        let session = Session {
+            word: now,
+            left: None,
+            joined: true,
+        };
+        let mut control = Mutant::new(ARMS as usize, bug);
+        for session in 0..SESSIONS {
+            control.control.join(now, SessionId(session));
+        }
+        Self {
+            control,
+            now,
+            sessions: vec![session; SESSIONS as usize],
+            arms: vec![Arm::default(); ARMS as usize],
+            requests: BTreeMap::new(),
+            last: 0,
+            used: (0, 0),
+            path: Vec::new(),
+        }
+    }
+
+    pub(crate) fn arm(&self, arm: ArmId) -> &Arm {
+        &self.arms[arm.0 as usize]
+    }
+
+    pub(crate) fn session(&self, session: SessionId) -> &Session {
+        &self.sessions[session.0 as usize]
+    }
+
+    /// Whether a session has done nothing but what counts as a word all the time.
+    pub(crate) fn works(&self, session: SessionId) -> bool {
+        let mut all = self.arms.iter().flat_map(|arm| &arm.doing);
+        all.any(|doing| doing.session == session)
+    }
+
+    /// Whether a session has no right to a lease any more.
+    pub(crate) fn is_silent(&self, session: SessionId) -> bool {
+        let known = self.session(session);
+        match known.left {
+            Some(left) => self.now - left >= GRACE,
+            None => !self.works(session) && self.now - known.word >= TTL,
+        }
+    }
+
+    /// A number that no request under way has.
+    pub(crate) fn free_request(&self) -> RequestId {
+        let free = (0..).map(RequestId);
+        { free }
+            .find(|id| !self.requests.contains_key(id))
+            .expect("numbers do not end")
+    }
+
+    /// Whether a session or an arm may be the next one: the first that does anything is the first of all.
+    pub(crate) fn is_next(&self, session: u64, arm: Option<u64>) -> bool {
+        session <= self.used.0 && arm.is_none_or(|arm| arm <= self.used.1)
+    }
+
+    pub(crate) fn uses(&mut self, session: Option<SessionId>, arm: Option<ArmId>) {
+        self.used.0 = self.used.0.max(session.map_or(0, |session| session.0 + 1));
+        self.used.1 = self.used.1.max(arm.map_or(0, |arm| arm.0 + 1));
+    }
+
+    /// A number that is the same for states from which the same follows.
+    pub(crate) fn key(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.control.control.canonical(self.now).hash(&mut hasher);
+        (&self.control.postponed, self.used).hash(&mut hasher);
+        let age = |at: HostInstant, most: Duration| (self.now - at).min(most);
+        for (id, session) in (0..).map(SessionId).zip(&self.sessions) {
+            let holds = { self.arms.iter() }.any(|arm| arm.lease.is_some_and(|(of, _)| of == id));
+            let word = if holds { age(session.word, TTL) } else { TTL };
+            let left = session.left.map(|left| age(left, GRACE));
+            (word, left, session.joined).hash(&mut hasher);
+        }
+        for arm in &self.arms {
+            arm.lease.map(|(session, _)| session).hash(&mut hasher);
+            (&arm.doing, &arm.queue, arm.job, &arm.line, &arm.places).hash(&mut hasher);
+            let jog = { arm.jog.as_ref() }.map(|jog| (jog.session, jog.until - self.now));
+            jog.hash(&mut hasher);
+        }
+        for (id, request) in &self.requests {
+            let until = request.until.map(|until| until - self.now);
+            (id, request.session, request.arm, until, request.asked).hash(&mut hasher);
+        }
+        hasher.finish()
+    }
+
+    /// What can happen next.
+    pub(crate) fn events(&self) -> Vec<Event> {
+        use Event::*;
+        let mut out = Vec::new();
+        for session in (0..SESSIONS).filter(|session| self.is_next(*session, None)) {
+            let id = SessionId(session);
+            let known = self.session(id);
+            if known.left.is_some() {
+                out.push(Return(id));
+                continue;
+            }
+            out.extend([Word(id), Leave(id)]);
+            for arm in (0..ARMS).filter(|arm| self.is_next(session, Some(*arm))) {
+                self.events_at(id, ArmId(arm), &mut out);
+            }
+        }
+        for (id, arm) in (0..).map(ArmId).zip(&self.arms) {
+            out.extend(arm.doing.iter().map(|doing| Finish(id, doing.request)));
+            if arm.job.is_some() {
+                out.push(EndJob(id));
+            }
+            let asking = self
+                .requests
+                .values()
+                .filter(|one| one.arm == id && one.asks);
+            let holds = arm
+                .lease
+                .is_some_and(|(holder, _)| self.session(holder).left.is_none());
+            for asking in asking.filter(|_| holds) {
+                out.extend([true, false].map(|grant| Answer(id, asking.session, grant)));
+            }
+        }
+        out.push(Pass);
+        let due = self.control.control.poll_timeout();
+        let soon = due.is_some_and(|due| due <= self.now + MOMENT);
+        if !soon && self.arms.iter().any(|arm| arm.jog.is_some()) {
+            out.push(Moment);
+        }
+        out
+    }
+
+    fn events_at(&self, id: SessionId, at: ArmId, out: &mut Vec<Event>) {
+        use Event::*;
+        let arm = self.arm(at);
+        let pending = |asks: bool| {
+            let mut all = self.requests.values();
+            all.any(|one| (one.session, one.arm, one.asks) == (id, at, asks) && one.until.is_some())
+        };
+        let holds = arm.lease.is_some_and(|(holder, _)| holder == id);
+        out.extend([Acquire(id, at), Take(id, at), Stop(id, at)]);
+        if !pending(false) && !holds {
+            out.push(Wait(id, at));
+        }
+        if !pending(true) && !holds {
+            out.push(Ask(id, at));
+        }
+        if holds {
+            out.push(Release(id, at));
+        }
+        // One after the other is enough; without the lease they are refused.
+        if !arm.doing.iter().any(|doing| doing.session == id) {
+            out.extend([WorkKind::Motion, WorkKind::Queued].map(|kind| Begin(id, at, kind)));
+            out.extend([OnLost::Pause, OnLost::Continue].map(|lost| StartJob(id, at, lost)));
+        }
+        if arm.job.is_some() {
+            out.push(PauseJob(id, at));
+        }
+        out.push(StartJog(id, at));
+        if arm.jog.is_some() {
+            out.extend([KeepJog(id, at), StopJog(id, at)]);
+        }
+    }
+}
