@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use magician::{Arm, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch};
 use magician_protocol::visible;
@@ -40,6 +41,7 @@ struct Done {
 #[derive(Debug)]
 pub struct ArmEngine {
     orders: mpsc::UnboundedSender<ArmOrder>,
+    load: Arc<AtomicUsize>,
     task: AbortHandle,
 }
 
@@ -50,10 +52,12 @@ impl ArmEngine {
     /// Outside of a tokio runtime.
     pub fn start(arm: &Arm, report: impl Fn(ArmReport) + Send + Sync + 'static) -> Self {
         let (orders, inbox) = mpsc::unbounded_channel();
+        let load = Arc::new(AtomicUsize::new(0));
         let work = Work {
             arm: arm.clone(),
             report: Arc::new(report),
             inbox,
+            load: Arc::clone(&load),
             watch: None,
             known: Known::default(),
             waiting: VecDeque::new(),
@@ -64,7 +68,12 @@ impl ArmEngine {
             beginning: None,
         };
         let task = tokio::spawn(work.run()).abort_handle();
-        Self { orders, task }
+        Self { orders, load, task }
+    }
+
+    /// Orders that are not done, and what is read beside: when it looked last.
+    pub(crate) fn load(&self) -> usize {
+        self.load.load(Ordering::Relaxed)
     }
 
     /// Gives it an order.
@@ -106,6 +115,7 @@ struct Work {
     arm: Arm,
     report: Arc<dyn Fn(ArmReport) + Send + Sync>,
     inbox: mpsc::UnboundedReceiver<ArmOrder>,
+    load: Arc<AtomicUsize>,
     watch: Option<StateWatch>,
     known: Known,
     waiting: VecDeque<Waiting>,
@@ -124,10 +134,18 @@ impl Work {
         self.learn();
         loop {
             self.begin_next();
+            let waiting = self.inbox.len() + self.waiting.len() + self.side.len();
+            let load = waiting + usize::from(self.doing.is_some());
+            self.load.store(load, Ordering::Relaxed);
             tokio::select! {
                 biased;
                 order = self.inbox.recv() => match order {
                     Some(order) => self.obey(order),
+                    None => return,
+                },
+                // Before what was read, so that a line that was found is known to be up.
+                event = events.next() => match event {
+                    Some(event) => self.tell(event),
                     None => return,
                 },
                 Some(side) = self.side.join_next() => {
@@ -139,10 +157,6 @@ impl Work {
                     self.doing = None;
                     self.finish(request, done);
                 }
-                event = events.next() => match event {
-                    Some(event) => self.tell(event),
-                    None => return,
-                },
                 status = changed(&mut self.watch) => match status {
                     Some(status) => self.read(&status),
                     None => self.watch = None,

@@ -25,7 +25,7 @@ pub use reading::{ArmReading, FIELDS, FRAME, FRAME_FIELDS, ToolReading};
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
     ArmEntry, CloseCode, Gate, Grant, JournalLine, NoTokens, Outgoing, Peer, SocketId, Station,
-    StationConfig,
+    StationConfig, StationSize,
 };
 
 /// Compiles the README's program with the tests.

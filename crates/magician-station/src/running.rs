@@ -13,7 +13,9 @@ use tokio::time::{Instant, sleep_until};
 use crate::control::ArmId;
 use crate::engine::ArmEngine;
 use crate::order::ArmReport;
-use crate::station::{JournalLine, Outgoing, Peer, SOCKETS, SocketId, Station, StationConfig};
+use crate::station::{
+    JournalLine, Outgoing, Peer, SOCKETS, SocketId, Station, StationConfig, StationSize,
+};
 
 /// Takes the lines of a journal.
 pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
@@ -160,6 +162,15 @@ impl RunningStation {
                 Outgoing::Close(_) => return None,
             }
         }
+    }
+
+    /// What it holds at present, and how many orders its arms have not carried out.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn size(&self) -> (StationSize, usize) {
+        let inner = self.shared.lock();
+        let orders = inner.engines.iter().map(ArmEngine::load).sum();
+        (inner.station.size(), orders)
     }
 
     /// A token is good no more: its sessions end.

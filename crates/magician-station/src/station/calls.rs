@@ -108,22 +108,19 @@ impl Station {
 
     fn state(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
         if !self.arm(arm).link {
-            let why = "the line to the arm is lost";
-            return Err(RpcError::arm(magician::ErrorKind::Port, why));
+            return Err(line_lost());
         }
-        if self.is_fresh(call.now, arm) {
-            return Ok(Handled::Now(self.whole_state(arm)));
+        let fresh = self.is_fresh(call.now, arm);
+        if let Some(state) = self.whole_state(arm).filter(|_| fresh) {
+            return Ok(Handled::Now(state));
         }
         Ok(self.read(call, arm, ArmRead::State))
     }
 
-    /// The state of an arm by its last reading.
-    pub(super) fn whole_state(&self, arm: ArmId) -> Value {
-        let beside = self.beside(arm);
-        let reading = self.arm(arm).reading.as_ref();
-        reading.map_or(Value::Null, |reading| {
-            Value::Object(reading.fields(&beside))
-        })
+    /// The state of an arm by its last reading, if there is one since the line was found.
+    pub(super) fn whole_state(&self, arm: ArmId) -> Option<Value> {
+        let reading = self.arm(arm).reading.as_ref()?;
+        Some(Value::Object(reading.fields(&self.beside(arm))))
     }
 
     /// Stops one arm, or all.
@@ -273,6 +270,10 @@ impl Station {
         }
         Ok(call.yes() && call.grant.role >= least)
     }
+}
+
+pub(super) fn line_lost() -> RpcError {
+    RpcError::arm(magician::ErrorKind::Port, "the line to the arm is lost")
 }
 
 fn dangerous(set: &Set, why: &str) -> RpcError {

@@ -147,6 +147,9 @@ impl Station {
         let handled =
             params.and_then(|params| self.handle(now, socket, session, method, &params, request));
         self.handled(now, socket, id, line, handled);
+        if method.name == "arm.subscribe" {
+            self.first_states(now, socket);
+        }
     }
 
     /// The first message of a socket.

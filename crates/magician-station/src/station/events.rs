@@ -43,6 +43,10 @@ impl EventLog {
         event
     }
 
+    pub(super) fn len(&self) -> usize {
+        self.events.len()
+    }
+
     /// Those behind a number, and the number of the last.
     pub(super) fn since(&self, seq: u64) -> Value {
         let behind = self.events.iter().filter(|(number, _)| *number > seq);

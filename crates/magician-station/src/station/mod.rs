@@ -8,6 +8,7 @@ mod journal;
 mod leases;
 mod reports;
 mod sessions;
+mod size;
 mod socket;
 mod watch;
 
@@ -23,6 +24,7 @@ pub use self::journal::JournalLine;
 pub(crate) use self::sessions::MESSAGE;
 pub(crate) use self::sessions::SOCKETS;
 use self::sessions::Session;
+pub use self::size::StationSize;
 pub use self::socket::{CloseCode, Outgoing, Peer};
 use self::socket::{HELLO, Next, Socket};
 use crate::api::{MessageId, Role, RpcError, notification};
@@ -134,6 +136,8 @@ struct ArmPlace {
     /// When that reading came.
     read_at: HostInstant,
     link: bool,
+    /// When the line broke or was found last: what was read before is not the state any more.
+    found_at: HostInstant,
     events: EventLog,
     /// How often it is read at present.
     watched: (Option<u32>, Vec<magician::Pin>),
@@ -201,6 +205,7 @@ impl Station {
             reading: None,
             read_at: HostInstant::ZERO,
             link: true,
+            found_at: HostInstant::ZERO,
             events: EventLog::default(),
             watched: (None, Vec::new()),
         };
@@ -251,6 +256,7 @@ impl Station {
 
     /// The answer to a ping: a word, as a message is one.
     pub fn pong(&mut self, now: HostInstant, socket: SocketId) {
+        self.handle_timeout(now);
         if let Some(session) = self.session_of(socket) {
             self.control.word(now, session);
         }

@@ -1,8 +1,9 @@
 //! What arms report.
 
 use magician_protocol::HostInstant;
-use serde_json::json;
+use serde_json::{Value, json};
 
+use super::calls::line_lost;
 use super::{Station, Waits};
 use crate::api::RpcError;
 use crate::control::{ArmId, JogEnd, RequestId};
@@ -14,14 +15,24 @@ impl Station {
             ArmReport::Done { request, outcome } => self.done(now, arm, request, outcome),
             ArmReport::Reading(reading) => {
                 let place = self.arm_mut(arm);
-                place.read_at = now - reading.age;
+                let read_at = now - reading.age;
+                // What was read before the line broke tells nothing of the arm behind it.
+                if !place.link || read_at < place.found_at {
+                    return;
+                }
+                place.read_at = read_at;
                 place.reading = Some(*reading);
                 self.has_read(now, arm);
             }
             ArmReport::JogEnded { jog, why } => self.control.jog_ended(arm, jog, why),
             ArmReport::Event { name, fields } => self.event(now, arm, name, fields),
             ArmReport::Link(up) => {
-                let was = std::mem::replace(&mut self.arm_mut(arm).link, up);
+                let place = self.arm_mut(arm);
+                let was = std::mem::replace(&mut place.link, up);
+                if was != up {
+                    place.reading = None;
+                    place.found_at = now;
+                }
                 if was && !up {
                     if let Some((jog, _)) = self.control.jog(arm) {
                         self.control.jog_ended(arm, jog, JogEnd::Link);
@@ -43,10 +54,12 @@ impl Station {
         request: RequestId,
         outcome: Result<Outcome, RpcError>,
     ) {
-        let outcome = outcome.map(|outcome| match outcome {
-            Outcome::Value(value) => value,
-            Outcome::State => self.whole_state(arm),
+        let outcome = outcome.and_then(|outcome| match outcome {
+            Outcome::Value(value) => Ok(value),
+            // The line broke behind the reading: it is not the state any more.
+            Outcome::State => self.whole_state(arm).ok_or_else(line_lost),
         });
+        let name = self.arm(arm).entry.name.clone();
         let Some(pending) = self.pending.get_mut(&request) else {
             // Its lease has ended, or a stop came: it was answered then.
             self.control.finish(now, arm, request);
@@ -56,7 +69,12 @@ impl Station {
             Waits::Stops { left, arms, failed } => {
                 left.remove(&arm);
                 match outcome {
-                    Ok(stood) => arms.push(stood),
+                    Ok(mut stood) => {
+                        if let Value::Object(stood) = &mut stood {
+                            stood.insert("arm".to_owned(), name.into());
+                        }
+                        arms.push(stood);
+                    }
                     Err(error) => *failed = Some(error),
                 }
                 if left.is_empty() {

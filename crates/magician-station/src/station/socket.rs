@@ -107,6 +107,8 @@ pub(super) struct Socket {
     answers: usize,
     /// It is over when what waits was sent.
     closing: Option<CloseCode>,
+    /// The end was sent.
+    ended: bool,
     /// The last messages.
     heard: VecDeque<HostInstant>,
     over_since: Option<HostInstant>,
@@ -132,6 +134,7 @@ impl Socket {
             notices: 0,
             answers: 0,
             closing: None,
+            ended: false,
             heard: VecDeque::new(),
             over_since: None,
         }
@@ -160,8 +163,14 @@ impl Socket {
     }
 
     pub(super) fn next_subscription(&mut self) -> u16 {
-        self.next_subscription = self.next_subscription.checked_add(1).unwrap_or(1);
-        self.next_subscription
+        loop {
+            self.next_subscription = self.next_subscription.checked_add(1).unwrap_or(1);
+            // After the last number come those that have ended.
+            let id = self.next_subscription;
+            if self.subscriptions.iter().all(|one| one.id != id) {
+                return id;
+            }
+        }
     }
 
     pub(super) fn is_closing(&self) -> bool {
@@ -176,10 +185,15 @@ impl Socket {
     /// Ends it now: what waits is not sent.
     fn cut(&mut self, code: CloseCode) {
         self.waiting.clear();
+        (self.notices, self.answers) = (0, 0);
         self.closing = Some(code);
     }
 
     pub(super) fn answer(&mut self, text: String) {
+        // Nothing comes behind the end.
+        if self.ended {
+            return;
+        }
         self.answers += text.len();
         self.waiting.push_back(Waiting::Answer(text));
         if self.answers > ANSWERS {
@@ -194,9 +208,6 @@ impl Socket {
         self.notices += text.len();
         self.waiting.push_back(Waiting::Notice(text));
         if self.notices > NOTICES {
-            // States go first: a newer one will come.
-            self.waiting
-                .retain(|waiting| !matches!(waiting, Waiting::State(_)));
             self.cut(CloseCode::SLOW);
         }
     }
@@ -218,6 +229,21 @@ impl Socket {
         true
     }
 
+    /// A state that was due is not sent.
+    pub(super) fn state_is_void(&mut self, subscription: u16) {
+        self.waiting
+            .retain(|waiting| !matches!(waiting, Waiting::State(id) if *id == subscription));
+    }
+
+    /// What waits to be sent: bytes, without states.
+    pub(super) fn unsent(&self) -> usize {
+        let text = |waiting: &Waiting| match waiting {
+            Waiting::Answer(text) | Waiting::Notice(text) => text.len(),
+            Waiting::State(_) => 0,
+        };
+        self.waiting.iter().map(text).sum()
+    }
+
     /// What is to be sent next: a text, the state of a subscription, or the end.
     pub(super) fn next(&mut self) -> Option<Next> {
         match self.waiting.pop_front() {
@@ -230,7 +256,10 @@ impl Socket {
                 Some(Next::Text(text))
             }
             Some(Waiting::State(subscription)) => Some(Next::State(subscription)),
-            None => self.closing.map(Next::Close),
+            None => {
+                self.ended = self.closing.is_some();
+                self.closing.map(Next::Close)
+            }
         }
     }
 }

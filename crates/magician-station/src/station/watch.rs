@@ -50,16 +50,27 @@ impl Station {
             lost: false,
         });
         self.watch_anew();
-        // What is known is sent at once; else the first reading is.
-        if self.is_fresh(now, arm) {
-            self.state_is_due(socket, id);
-        }
         let fields: Vec<_> = if binary {
             FRAME_FIELDS.to_vec()
         } else {
             FIELDS.to_vec()
         };
         Ok(json!({"subscription": id, "rate": rate, "fields": fields}))
+    }
+
+    /// The first state of what a socket has subscribed to goes behind the answer, at once where it is known; else the first
+    /// reading does.
+    pub(super) fn first_states(&mut self, now: HostInstant, socket: SocketId) {
+        let Some(open) = self.sockets.get(&socket) else {
+            return;
+        };
+        let first = { open.subscriptions.iter() }.filter(|one| one.sequence == 0);
+        let first: Vec<_> = first.map(|one| (one.arm, one.id)).collect();
+        for (arm, id) in first {
+            if self.is_fresh(now, arm) {
+                self.state_is_due(socket, id);
+            }
+        }
     }
 
     pub(super) fn unsubscribe(&mut self, socket: SocketId, id: u16) -> Result<Value, RpcError> {
@@ -137,6 +148,16 @@ impl Station {
                 if !std::mem::replace(&mut subscription.lost, true) {
                     told.push((*socket, subscription.id));
                 }
+                // That it is up again is a change then.
+                if let Some(link) = subscription.sent.get_mut("link") {
+                    *link = json!("lost");
+                }
+            }
+        }
+        for (socket, id) in &told {
+            if let Some(open) = self.sockets.get_mut(socket) {
+                // One that waits would be made when it is sent, and come before this.
+                open.state_is_void(*id);
             }
         }
         for (socket, id) in told {

@@ -6,4 +6,5 @@ mod leases;
 mod limits;
 mod messages;
 mod moves;
+mod stale;
 mod watching;

@@ -171,6 +171,7 @@ async fn a_viewer_looks_and_stops_and_does_nothing_else() {
     viewer.listen(std::time::Duration::from_millis(300)).await;
     let stood = viewer.ok("arm.stop", json!({})).await;
     assert_eq!(stood["arms"][0]["stood"], json!(true));
+    assert_eq!(stood["arms"][0]["arm"], json!("arm"));
     let ended = anna.answer(moving).await.unwrap_err();
     assert_eq!(ended["code"], json!(-32007));
     let by = ended["data"]["by"].as_str().unwrap().to_owned();
