@@ -1,0 +1,378 @@
+//! Clients and arms that do anything at all to a station: a script says what, line by line. After each line the station is
+//! looked at; at the end everybody who still has a socket must have been answered.
+
+mod client;
+
+use std::collections::HashMap;
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+use magician_station::api::{Message, MessageId};
+use magician_station::control::{ArmId, JogEnd, RequestId};
+use magician_station::{
+    ArmEntry, ArmOrder, ArmRead, ArmReport, Gate, Grant, Outcome, Outgoing, Peer, Role, SocketId,
+    Station, StationConfig,
+};
+use serde_json::{Value, json};
+
+use self::client::{Client, failed, reading};
+
+const ARMS: u64 = 2;
+/// Clients of a script.
+const CLIENTS: usize = 10;
+/// Requests under way on a socket, at most; stops come in any number.
+const UNDER_WAY: usize = 64;
+
+/// A station with one token.
+struct OneToken;
+
+impl Gate for OneToken {
+    fn grant(&mut self, token: &str) -> Option<Grant> {
+        (token == "good").then(|| Grant {
+            role: Role::Teacher,
+            token: Some("good".to_owned()),
+        })
+    }
+}
+
+/// A station and all that is around it.
+pub(crate) struct Life {
+    station: Station,
+    now: HostInstant,
+    clients: Vec<Client>,
+    /// The sockets that had an end, as far as their requests may still be under way.
+    opened: usize,
+    /// Sees who has the lease.
+    spy: SocketId,
+    holders: Vec<Option<String>>,
+    /// Orders that are not reported.
+    orders: Vec<(ArmId, ArmOrder)>,
+    /// A number that tells one reading from another.
+    read: f32,
+}
+
+impl Default for Life {
+    fn default() -> Self {
+        let arm = |at: u64| ArmEntry {
+            name: format!("arm{at}"),
+            port: "sim".to_owned(),
+            is_virtual: at == 0,
+            laser_pins: true,
+        };
+        let mut station = Station::new(StationConfig {
+            arms: (0..ARMS).map(arm).collect(),
+            epoch: "0".to_owned(),
+            unix_zero: 0.0,
+            version: "0.0.0".to_owned(),
+            read_only: false,
+            student_laser: false,
+            gate: Box::new(OneToken),
+        });
+        let now = HostInstant::ZERO;
+        let spy = station.open(now, peer(Some(Role::Viewer), 0));
+        let hello = r#"{"jsonrpc":"2.0","id":1,"method":"session.hello","params":{"client":{"name":"spy"}}}"#;
+        station.receive(now, spy, hello);
+        Self {
+            station,
+            now,
+            clients: Vec::new(),
+            opened: 0,
+            spy,
+            holders: vec![None; ARMS as usize],
+            orders: Vec::new(),
+            read: 0.0,
+        }
+    }
+}
+
+fn peer(role: Option<Role>, at: usize) -> Peer {
+    Peer {
+        grant: role.map(|role| Grant { role, token: None }),
+        address: "127.0.0.1:1".to_owned(),
+        secret: format!("secret-{at}"),
+    }
+}
+
+impl Life {
+    /// Does what a script says.
+    pub(crate) fn live(&mut self, script: &str) {
+        for line in script.lines() {
+            self.line(line);
+            self.look();
+        }
+    }
+
+    fn line(&mut self, line: &str) {
+        let mut chars = line.chars();
+        let Some(mark) = chars.next() else { return };
+        let rest = chars.as_str();
+        let number: u64 = rest.trim().parse().unwrap_or(0);
+        let arm = ArmId(number % ARMS);
+        match mark {
+            '0'..='9' => self.message(mark as usize - '0' as usize, rest),
+            '+' => self.open(number),
+            '-' => self.close(number as usize),
+            '>' => self.drain(number as usize),
+            'p' => {
+                if let Some(client) = self.clients.get(number as usize) {
+                    self.station.pong(self.now, client.socket);
+                }
+            }
+            't' => self.pass(Duration::from_millis(number % 10_000)),
+            'r' | 'e' => self.report(number as usize, mark == 'r'),
+            '?' => self.reading(arm),
+            'l' | 'L' => self
+                .station
+                .report(self.now, arm, ArmReport::Link(mark == 'L')),
+            'j' => {
+                let jog = self.orders.iter().find_map(|(of, order)| match order {
+                    ArmOrder::StartJog { jog, .. } if *of == arm => Some(*jog),
+                    _ => None,
+                });
+                if let Some(jog) = jog {
+                    let why = JogEnd::Limit;
+                    let report = ArmReport::JogEnded { jog, why };
+                    self.station.report(self.now, arm, report);
+                }
+            }
+            'x' => self.station.revoke(self.now, "good"),
+            _ => {}
+        }
+        self.take_orders(None);
+    }
+
+    fn open(&mut self, role: u64) {
+        let roles = [
+            None,
+            Some(Role::Viewer),
+            Some(Role::Student),
+            Some(Role::Teacher),
+        ];
+        if self.clients.len() == CLIENTS {
+            return;
+        }
+        self.opened += 1;
+        let peer = peer(roles[role as usize % 4], self.opened);
+        self.clients.push(Client {
+            socket: self.station.open(self.now, peer),
+            session: None,
+            closed: false,
+            asked: HashMap::new(),
+            sent: 0,
+            answers: 0,
+        });
+    }
+
+    /// The line breaks, or the client closes it.
+    fn close(&mut self, at: usize) {
+        if at < self.clients.len() {
+            let client = self.clients.remove(at);
+            self.station.close(self.now, client.socket);
+        }
+    }
+
+    fn pass(&mut self, time: Duration) {
+        let until = self.now + time;
+        while let Some(due) = self.station.poll_timeout().filter(|due| *due <= until) {
+            assert!(due > self.now || due == self.now, "time goes on");
+            self.now = self.now.max(due);
+            self.station.handle_timeout(self.now);
+            let next = self.station.poll_timeout();
+            assert!(
+                next.is_none_or(|next| next > self.now),
+                "what is due is done"
+            );
+            self.take_orders(None);
+        }
+        self.now = until;
+    }
+
+    fn message(&mut self, at: usize, text: &str) {
+        let Some(client) = self.clients.get_mut(at) else {
+            return;
+        };
+        client.sent += 1;
+        let id = match Message::parse(text) {
+            Ok(message) => message.id,
+            Err(bad) => bad.id,
+        };
+        if let Some(id) = id {
+            let id = match id {
+                MessageId::Text(text) => json!(text),
+                MessageId::Number(number) => json!(number),
+            };
+            client.asked.entry(id.to_string()).or_default().0 += 1;
+        }
+        let socket = client.socket;
+        // What is over by now is no part of what the message does.
+        self.station.handle_timeout(self.now);
+        self.take_orders(None);
+        self.station.receive(self.now, socket, text);
+        self.take_orders(Some(at));
+    }
+
+    /// Takes the orders that came of a message of a client, or of nobody's.
+    fn take_orders(&mut self, by: Option<usize>) {
+        while let Some((arm, order)) = self.station.poll_order() {
+            let moves = matches!(
+                order,
+                ArmOrder::Act { .. } | ArmOrder::StartJog { .. } | ArmOrder::KeepJog(_)
+            );
+            if moves {
+                let holder = self.holders[arm.0 as usize].as_ref();
+                let by = by.map(|at| &self.clients[at]);
+                let session = by.and_then(|client| client.session.as_ref());
+                assert!(holder.is_some(), "{order:?} while nobody has the lease");
+                // A client that does not read does not know its own session.
+                let known = session.is_none() || session == holder;
+                assert!(
+                    by.is_some() && known,
+                    "{order:?} by another than {holder:?}"
+                );
+            }
+            match &order {
+                ArmOrder::Stop { request: None }
+                | ArmOrder::KeepJog(_)
+                | ArmOrder::EndJog(_)
+                | ArmOrder::Watch { .. } => continue,
+                _ => {}
+            }
+            self.orders.push((arm, order));
+        }
+        while self.station.poll_journal().is_some() {}
+        while self.station.poll_awake().is_some() {}
+        self.spy();
+    }
+
+    /// Hears who has which lease.
+    fn spy(&mut self) {
+        while let Some(outgoing) = self.station.poll_send(self.spy) {
+            let Outgoing::Text(text) = outgoing else {
+                panic!("the spy did nothing: {outgoing:?}");
+            };
+            let message: Value = serde_json::from_str(&text).expect("JSON");
+            if message["method"] == json!("lease.changed") {
+                let params = &message["params"];
+                let arm = if params["arm"] == json!("arm0") { 0 } else { 1 };
+                let holder = params["holder"]["session"].as_str();
+                self.holders[arm] = holder.map(str::to_owned);
+            }
+        }
+    }
+
+    /// An arm reports what came of an order.
+    fn report(&mut self, at: usize, good: bool) {
+        if self.orders.is_empty() {
+            return;
+        }
+        let (arm, order) = self.orders.remove(at % self.orders.len());
+        let request = match &order {
+            ArmOrder::Read { request, .. }
+            | ArmOrder::Act { request, .. }
+            | ArmOrder::StartJog { request, .. } => *request,
+            ArmOrder::Stop { request } => request.expect("those without are not kept"),
+            other => panic!("{other:?} is not kept"),
+        };
+        let state = matches!(
+            &order,
+            ArmOrder::Read {
+                read: ArmRead::State,
+                ..
+            }
+        );
+        if state && good {
+            self.reading(arm);
+        }
+        self.done(arm, request, state, good);
+    }
+
+    /// The arm was read.
+    fn reading(&mut self, arm: ArmId) {
+        self.read += 1.0;
+        let report = ArmReport::Reading(Box::new(reading(self.read)));
+        self.station.report(self.now, arm, report);
+    }
+
+    fn done(&mut self, arm: ArmId, request: RequestId, state: bool, good: bool) {
+        let outcome = match (good, state) {
+            (true, true) => Ok(Outcome::State),
+            (true, false) => Ok(Outcome::Value(json!({"stood": true}))),
+            (false, _) => Err(failed()),
+        };
+        let report = ArmReport::Done { request, outcome };
+        self.station.report(self.now, arm, report);
+    }
+
+    /// A client reads all that there is for it.
+    fn drain(&mut self, at: usize) {
+        let Some(client) = self.clients.get_mut(at) else {
+            return;
+        };
+        while let Some(outgoing) = self.station.poll_send(client.socket) {
+            let end = matches!(outgoing, Outgoing::Close(_));
+            assert!(
+                end || !client.closed,
+                "nothing comes after the end: {outgoing:?}"
+            );
+            match outgoing {
+                Outgoing::Text(text) => client.hears(&text),
+                Outgoing::Frame(frame) => assert_eq!(frame.len(), magician_station::FRAME),
+                Outgoing::Close(_) => {
+                    client.closed = true;
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Nothing grows beyond its bounds.
+    fn look(&self) {
+        let size = self.station.size();
+        let sockets = self.clients.len() + 1;
+        assert_eq!(size.sockets, sockets);
+        assert!(size.subscriptions <= 16 * sockets, "{size:?}");
+        assert!(size.jogs <= 256, "{size:?}");
+        assert!(size.events <= 1000 * ARMS as usize, "{size:?}");
+        assert!(size.sessions <= self.opened + 1, "{size:?}");
+        let requests = UNDER_WAY * (self.opened + 1) + self.orders.len();
+        assert!(size.pending <= requests, "{size:?}");
+        let bytes = (8 * 1024 + 512) * 1024 * sockets;
+        assert!(size.unsent <= bytes, "{size:?}");
+    }
+
+    /// The arms report everything, all waits end: whoever still has a socket was answered.
+    pub(crate) fn end(&mut self) {
+        while !self.orders.is_empty() {
+            self.report(0, true);
+            self.take_orders(None);
+        }
+        self.pass(Duration::from_secs(3700));
+        while !self.orders.is_empty() {
+            self.report(0, false);
+            self.take_orders(None);
+        }
+        for at in 0..self.clients.len() {
+            self.drain(at);
+            let client = &self.clients[at];
+            let open = client.asked.iter().find(|(_, (asked, came))| asked != came);
+            assert!(client.closed || open.is_none(), "not answered: {open:?}");
+        }
+        for _ in 0..self.clients.len() {
+            self.close(0);
+        }
+        self.pass(Duration::from_secs(10));
+        self.take_orders(None);
+        let size = self.station.size();
+        let left = (
+            size.sockets,
+            size.sessions,
+            size.pending,
+            size.subscriptions,
+        );
+        assert_eq!(left, (1, 1, 0, 0), "nothing is left but the spy");
+        assert!(
+            self.holders.iter().all(Option::is_none),
+            "nobody has a lease"
+        );
+    }
+}
