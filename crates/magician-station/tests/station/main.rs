@@ -1,6 +1,7 @@
 //! A station, its engines and virtual arms, in virtual time: the clients are tests, time passes when nothing else is to be done.
 
 mod bench;
+mod day;
 mod jogs;
 mod leases;
 mod limits;

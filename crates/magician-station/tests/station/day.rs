@@ -1,0 +1,168 @@
+//! A day of a station: twenty sessions that come, do something, and go, in every way there is. Nothing of them is left.
+
+use std::time::Duration;
+
+use magician_station::Role;
+use serde_json::{Value, json};
+use tokio::time::sleep;
+
+use crate::bench::{Bench, Tester};
+
+const CLIENTS: usize = 20;
+/// Between what they do they are silent.
+const ROUND: Duration = Duration::from_secs(600);
+const ROUNDS: u32 = 24 * 6;
+
+/// Numbers that look like any, the same each time.
+struct Dice(u64);
+
+impl Dice {
+    fn roll(&mut self, sides: u64) -> u64 {
+        // xorshift64.
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0 % sides
+    }
+}
+
+/// A seat of the class, with or without somebody.
+#[derive(Default)]
+struct Seat {
+    tester: Option<Tester>,
+    resume: Value,
+    jog: u64,
+}
+
+impl Seat {
+    /// Somebody comes, back or anew.
+    fn come(&mut self, bench: &Bench, dice: &mut Dice) {
+        let role = [Role::Viewer, Role::Student, Role::Teacher][dice.roll(3) as usize];
+        let mut tester = bench.socket(Some(role));
+        let mut hello = json!({"client": {"name": "Anna"}});
+        if self.resume.is_string() {
+            hello["resume"] = self.resume.clone();
+        }
+        tester.send("session.hello", hello);
+        self.tester = Some(tester);
+    }
+
+    /// Whoever is there does something, without waiting for the answer.
+    fn act(&mut self, dice: &mut Dice) {
+        let Some(tester) = &mut self.tester else {
+            return;
+        };
+        let arm = json!(["arm1", "arm2"][dice.roll(2) as usize]);
+        let to = [180 + dice.roll(60), 0, 20 + dice.roll(60), 0];
+        let (method, params) = match dice.roll(16) {
+            0 | 1 => ("lease.acquire", json!({"arm": arm})),
+            2 => (
+                "lease.acquire",
+                json!({"arm": arm, "wait_s": dice.roll(300)}),
+            ),
+            3 => ("lease.ask", json!({"arm": arm})),
+            4 => ("lease.take", json!({"arm": arm})),
+            5 | 6 => ("arm.move", json!({"arm": arm, "to": to})),
+            7 => ("arm.move", json!({"arm": arm, "to": to, "wait": false})),
+            8 | 9 => ("jog.start", json!({"arm": arm, "axis": "y+"})),
+            10 => ("jog.keep", json!({"jog": format!("g0-{}", self.jog)})),
+            11 => ("arm.stop", json!({})),
+            12 => ("arm.state", json!({"arm": arm})),
+            13 => ("arm.get", json!({"arm": arm, "command": "Pose"})),
+            14 => ("arm.subscribe", json!({"arm": arm, "rate": 1})),
+            _ => ("arm.unsubscribe", json!({"subscription": 1})),
+        };
+        tester.send(method, params);
+    }
+
+    /// Reads what came: its secret, and the last jog.
+    fn read(&mut self) {
+        let Some(tester) = &mut self.tester else {
+            return;
+        };
+        while let Some(outgoing) = tester.client.try_receive() {
+            let magician_station::Outgoing::Text(text) = outgoing else {
+                self.tester = None;
+                return;
+            };
+            let message: Value = serde_json::from_str(&text).unwrap();
+            let result = &message["result"];
+            if result["resume"].is_string() {
+                self.resume = result["resume"].clone();
+            }
+            if let Some(jog) = result["jog"].as_str() {
+                self.jog = jog.trim_start_matches("g0-").parse().unwrap();
+            }
+        }
+    }
+}
+
+async fn live(rounds: u32) {
+    let bench = Bench::new(2).await;
+    let mut dice = Dice(0x9E37_79B9_7F4A_7C15);
+    let mut seats: Vec<_> = (0..CLIENTS).map(|_| Seat::default()).collect();
+    for round in 0..rounds {
+        for step in 0..12 {
+            for seat in &mut seats {
+                match dice.roll(8) {
+                    0 if seat.tester.is_none() => seat.come(&bench, &mut dice),
+                    1 if step > 8 => seat.tester = None,
+                    _ => seat.act(&mut dice),
+                }
+                // Who does not read is closed some day.
+                if dice.roll(50) != 0 {
+                    seat.read();
+                }
+            }
+            sleep(Duration::from_millis(50 + dice.roll(400))).await;
+        }
+        // Most go home, some stay and say nothing.
+        for seat in &mut seats {
+            if dice.roll(8) != 0 {
+                seat.tester = None;
+            }
+        }
+        sleep(ROUND).await;
+        for seat in &mut seats {
+            seat.read();
+        }
+        let (size, orders) = bench.station.size();
+        let there = seats.iter().filter(|seat| seat.tester.is_some()).count();
+        assert!(
+            size.sockets == there && size.sessions <= there,
+            "{round}: {size:?}"
+        );
+        assert!(size.subscriptions <= 16 * there, "{round}: {size:?}");
+        assert!(size.jogs <= 256 && size.events <= 2000, "{round}: {size:?}");
+        assert!(
+            size.pending <= there,
+            "only who waits is not answered: {size:?}"
+        );
+        assert!(size.unsent <= there * 256 * 1024, "{round}: {size:?}");
+        // A reading at most.
+        assert!(orders <= 4, "{round}: {orders} orders under way");
+        bench.lines.lock().unwrap().clear();
+    }
+    seats.clear();
+    sleep(Duration::from_secs(30)).await;
+    let (size, orders) = bench.station.size();
+    let left = (
+        size.sockets,
+        size.sessions,
+        size.pending,
+        size.subscriptions,
+    );
+    assert_eq!(
+        (left, size.unsent, orders),
+        ((0, 0, 0, 0), 0, 0),
+        "{size:?}"
+    );
+    for arm in &bench.arms {
+        assert_eq!((arm.state().queue.waiting, arm.state().moving), (0, false));
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_day_of_sessions_that_come_and_go_leaves_nothing() {
+    live(ROUNDS).await;
+}
