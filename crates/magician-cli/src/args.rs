@@ -237,8 +237,27 @@ pub(crate) enum Verb {
 }
 
 impl Verb {
+    /// Whether it works at the bytes of a line of its own, or makes arms itself.
+    fn needs_a_line(&self) -> bool {
+        matches!(
+            self,
+            Self::Bench(_)
+                | Self::Conform(_)
+                | Self::Demo(_)
+                | Self::Doctor(_)
+                | Self::Proxy(_)
+                | Self::Replay(_)
+                | Self::Serve(_)
+                | Self::Sim(_)
+        )
+    }
+
     /// Does it.
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        if context.global.station.is_some() && self.needs_a_line() {
+            let message = "this works at the line to an arm itself: --station does not go with it";
+            return Err(Failure::usage(message));
+        }
         match self {
             Self::Ports(verb) => verb.run(context),
             Self::Info(verb) => verb.run(context),

@@ -30,6 +30,10 @@ pub(crate) struct Global {
     )]
     pub(crate) port: Option<String>,
 
+    /// Go through a station instead of a port: `http://HOST:PORT`, or `http://HOST:PORT/ARM`; a token is taken from MAGICIAN_TOKEN
+    #[arg(long, global = true, value_name = "URL")]
+    pub(crate) station: Option<String>,
+
     /// Print JSON: one object, or one per line
     #[arg(long, global = true)]
     pub(crate) json: bool,
@@ -72,11 +76,17 @@ pub(crate) struct Global {
 }
 
 impl Global {
+    /// Where the arm is: at a station, or a port.
+    pub(crate) fn place(&self) -> Option<&str> {
+        self.station.as_deref().or(self.port.as_deref())
+    }
+
     /// The options of a line within a shell that was given `session`'s: the same connection, and what is said besides.
     pub(crate) fn within(self, session: &Self) -> Result<Self, Failure> {
         // All of them, so that a new one is not forgotten.
         let Self {
             port,
+            station,
             json,
             yes,
             timeout,
@@ -88,6 +98,7 @@ impl Global {
         } = self;
         for (name, is_given) in [
             ("--port", port.is_some()),
+            ("--station", station.is_some()),
             ("--window", window.is_some()),
             ("--trace", trace.is_some()),
             ("--faults", faults.is_some()),

@@ -20,6 +20,8 @@ impl Context {
     pub(crate) fn is_virtual(&mut self) -> Result<bool, Failure> {
         match self.connected() {
             Some(arm) => Ok(arm.is_virtual()),
+            // Which arm a station has is not known here.
+            None if self.global.station.is_some() => Ok(false),
             None => Ok(matches!(self.target(None)?, Target::Sim(_))),
         }
     }

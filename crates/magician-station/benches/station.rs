@@ -31,8 +31,14 @@ struct Tap(Arc<Mutex<Option<Instant>>>);
 impl Write for Tap {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         // ForceStopExec, id 242, as a set.
-        if bytes.windows(5).any(|window| window == [0xAA, 0xAA, 2, 242, 1]) {
-            self.0.lock().expect("no panic").get_or_insert_with(Instant::now);
+        if bytes
+            .windows(5)
+            .any(|window| window == [0xAA, 0xAA, 2, 242, 1])
+        {
+            self.0
+                .lock()
+                .expect("no panic")
+                .get_or_insert_with(Instant::now);
         }
         Ok(bytes.len())
     }
@@ -46,15 +52,22 @@ struct Client(WebSocketStream<MaybeTlsStream<TcpStream>>);
 
 impl Client {
     async fn join(url: &str) -> Self {
-        let (socket, _) = tokio_tungstenite::connect_async(url).await.expect("it listens");
+        let (socket, _) = tokio_tungstenite::connect_async(url)
+            .await
+            .expect("it listens");
         let mut client = Self(socket);
-        client.call("session.hello", json!({"client": {"name": "bench"}})).await;
+        client
+            .call("session.hello", json!({"client": {"name": "bench"}}))
+            .await;
         client
     }
 
     async fn send(&mut self, method: &str, params: Value) {
         let message = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
-        self.0.send(Message::text(message.to_string())).await.expect("it reads");
+        self.0
+            .send(Message::text(message.to_string()))
+            .await
+            .expect("it reads");
     }
 
     async fn call(&mut self, method: &str, params: Value) -> Value {
@@ -77,7 +90,12 @@ fn spread(mut times: Vec<Duration>) -> String {
         let index = ((times.len() - 1) as f64 * part).round() as usize;
         times[index].as_secs_f64() * 1e3
     };
-    format!("p50 {:.3} ms, p99 {:.3} ms, most {:.3} ms", at(0.5), at(0.99), at(1.0))
+    format!(
+        "p50 {:.3} ms, p99 {:.3} ms, most {:.3} ms",
+        at(0.5),
+        at(0.99),
+        at(1.0)
+    )
 }
 
 async fn stops(client: &mut Client, tap: &Tap) -> Vec<Duration> {
@@ -99,7 +117,10 @@ fn taken() -> (f64, f64) {
         .map(|field| field.parse().unwrap_or(0.0))
         .collect();
     let seconds = |at: usize| fields.get(at).copied().unwrap_or(0.0) / 100.0;
-    (seconds(11) + seconds(12), fields.get(21).copied().unwrap_or(0.0) * 4096.0 / 1e6)
+    (
+        seconds(11) + seconds(12),
+        fields.get(21).copied().unwrap_or(0.0) * 4096.0 / 1e6,
+    )
 }
 
 #[tokio::main(flavor = "current_thread")]
@@ -109,7 +130,9 @@ async fn main() {
     let tap = Tap::default();
     let tracer = Tracer::new(tap.clone()).expect("a trace");
     let virtual_arm = VirtualArm::new(Controller::default(), SimSpeed::Times(1.0));
-    let arm = Arm::simulated(virtual_arm, Options::default().trace(tracer)).await.expect("an arm");
+    let arm = Arm::simulated(virtual_arm, Options::default().trace(tracer))
+        .await
+        .expect("an arm");
     let config = StationConfig {
         arms: vec![ArmEntry {
             name: "arm".into(),
@@ -144,7 +167,9 @@ async fn main() {
     tokio::time::sleep(Duration::from_secs(5)).await;
     let (after, memory) = taken();
     let share = (after - busy) / begun.elapsed().as_secs_f64() * 100.0;
-    println!("idle, one arm at 20 Hz, one viewer: {share:.2} % of a core, {memory:.1} MB (with the virtual arm and the viewer)");
+    println!(
+        "idle, one arm at 20 Hz, one viewer: {share:.2} % of a core, {memory:.1} MB (with the virtual arm and the viewer)"
+    );
 
     let mut times = Vec::with_capacity(READS);
     for _ in 0..READS {
@@ -166,11 +191,17 @@ async fn main() {
     }
     println!("a pose by the station:     {}", spread(times));
 
-    println!("a stop, one viewer:        {}", spread(stops(&mut client, &tap).await));
+    println!(
+        "a stop, one viewer:        {}",
+        spread(stops(&mut client, &tap).await)
+    );
     for _ in 0..VIEWERS {
         let mut viewer = Client::join(&url).await;
         viewer.call("arm.subscribe", json!({"rate": 20})).await;
         tokio::spawn(async move { while viewer.0.next().await.is_some() {} });
     }
-    println!("a stop, 21 viewers:        {}", spread(stops(&mut client, &tap).await));
+    println!(
+        "a stop, 21 viewers:        {}",
+        spread(stops(&mut client, &tap).await)
+    );
 }

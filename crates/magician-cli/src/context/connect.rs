@@ -1,13 +1,17 @@
 //! The connection to the arm that is meant, and how it is to behave.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use magician::sim::Controller;
 use magician::{Arm, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
+use magician_station::client::{ClientError, StationAddress, StationClient, StationLine};
+use tokio::task::JoinHandle;
+use tokio::time::timeout;
 
-use super::Context;
 use super::policy::{Rules, UnderWay};
-use crate::failure::Failure;
+use super::{Context, FAREWELL};
+use crate::failure::{Failure, Kind};
 use crate::serving::create;
 use crate::verbs::serve::url_of;
 
@@ -23,12 +27,24 @@ pub(crate) struct Sim {
 /// An open connection, and what it was opened for.
 pub(super) struct Connected {
     pub(super) arm: Arm,
-    /// The `--port`.
-    port: Option<String>,
+    /// The `--station` or `--port`.
+    place: Option<String>,
+    /// Its line's end, where that is a station's.
+    ends: Option<JoinHandle<()>>,
     /// Whether it waits for a line that breaks.
     reconnects: bool,
     /// What was set going over it that it cannot know of.
     pub(super) under_way: UnderWay,
+}
+
+impl Connected {
+    /// Ends it, and waits until a station has heard of it.
+    pub(super) async fn close(self) {
+        self.arm.close().await;
+        if let Some(ends) = self.ends {
+            let _ = timeout(FAREWELL, ends).await;
+        }
+    }
 }
 
 /// A virtual arm of a verb's own making.
@@ -82,7 +98,7 @@ impl Context {
     /// The arm that this is connected to, if it is the one that is meant now.
     pub(crate) fn connected(&self) -> Option<&Arm> {
         let open = self.connected.as_ref();
-        let open = open.filter(|open| open.port == self.global.port);
+        let open = open.filter(|open| open.place.as_deref() == self.global.place());
         open.map(|open| &open.arm)
     }
 
@@ -95,7 +111,7 @@ impl Context {
     ) -> Result<Arm, Failure> {
         // What a look opened waits for no line, and a job that burns must.
         let fits = |open: &Connected| {
-            open.port == self.global.port && (open.reconnects || !rules.reconnects)
+            open.place.as_deref() == self.global.place() && (open.reconnects || !rules.reconnects)
         };
         if !self.connected.as_ref().is_some_and(fits) {
             self.disconnect().await;
@@ -112,7 +128,10 @@ impl Context {
     }
 
     async fn open(&mut self, sim: Option<Sim>, rules: &Rules) -> Result<Connected, Failure> {
-        let port = self.global.port.clone();
+        if let Some(station) = self.global.station.clone() {
+            return self.open_at_station(&station).await;
+        }
+        let place = self.global.port.clone();
         let target = self.target(sim)?;
         let config = self.config()?;
         let mut options = self.options()?;
@@ -146,8 +165,51 @@ impl Context {
         };
         Ok(Connected {
             arm,
-            port,
+            place,
+            ends: None,
             reconnects,
+            under_way: UnderWay::default(),
+        })
+    }
+
+    /// As [`open`](Self::open), through a station.
+    async fn open_at_station(&mut self, url: &str) -> Result<Connected, Failure> {
+        let unusual = [
+            ("--trace", self.global.trace.is_some()),
+            ("--faults", self.global.faults.is_some()),
+            ("--tool", self.global.virtual_tool.is_some()),
+        ];
+        if let Some((name, _)) = unusual.iter().find(|(_, given)| *given) {
+            return Err(Failure::usage(format!("{name} does not go with --station")));
+        }
+        let address: StationAddress = url.parse().map_err(Failure::invalid)?;
+        let token = std::env::var("MAGICIAN_TOKEN")
+            .ok()
+            .filter(|token| !token.is_empty());
+        let client = StationClient::connect(url, "magician", token.as_deref()).await?;
+        let arms = client.hello()["arms"]
+            .as_array()
+            .cloned()
+            .unwrap_or_default();
+        let known = |arm: &str| arms.iter().any(|name| name == arm);
+        if address.arm.is_none() && arms.len() != 1
+            || address.arm.as_deref().is_some_and(|arm| !known(arm))
+        {
+            let names: Vec<_> = arms.iter().filter_map(|name| name.as_str()).collect();
+            let message = format!("the station has the arms {}", names.join(", "));
+            return Err(Failure::invalid(message).hint("name one: --station http://HOST:PORT/ARM"));
+        }
+        let (line, ends) = StationLine::open(&client, address.arm.as_deref(), self.global.yes);
+        let mut options = Options::default();
+        // The station waits for the arm, and so do we.
+        options.timeout = self.global.timeout.unwrap_or(Duration::from_secs(5));
+        options.laser_pins = self.laser_pins()?;
+        let arm = Arm::over(line, options).await?;
+        Ok(Connected {
+            arm,
+            place: Some(url.to_owned()),
+            ends: Some(ends),
+            reconnects: true,
             under_way: UnderWay::default(),
         })
     }
@@ -155,7 +217,7 @@ impl Context {
     /// Ends the connection; the arm stops what was set going over it.
     pub(super) async fn disconnect(&mut self) {
         if let Some(connected) = self.connected.take() {
-            connected.arm.close().await;
+            connected.close().await;
         }
     }
 
@@ -216,6 +278,10 @@ impl Context {
     /// Where the arm is.
     pub(crate) fn target(&mut self, sim: Option<Sim>) -> Result<Target, Failure> {
         self.settle()?;
+        if self.global.station.is_some() {
+            let message = "this needs the port of the arm itself: --station does not go with it";
+            return Err(Failure::usage(message));
+        }
         let given = self.global.port.as_deref().filter(|port| !port.is_empty());
         let speed = sim.map_or(SimSpeed::Max, |sim| sim.speed);
         Ok(match (given, sim) {
@@ -236,3 +302,14 @@ pub(crate) fn held(failure: Failure, port: &str) -> Failure {
 
 /// The trace file under way, or why there is none, and where it is.
 pub(super) type Trace = (PathBuf, Result<Tracer, String>);
+
+impl From<ClientError> for Failure {
+    fn from(error: ClientError) -> Self {
+        let kind = match (&error, error.kind()) {
+            (ClientError::Address(_), _) => magician::ErrorKind::InvalidInput,
+            (_, Some("dangerous")) => return Self::usage(error.to_string()),
+            _ => magician::ErrorKind::Port,
+        };
+        Self::new(Kind::Driver(kind), error.to_string())
+    }
+}

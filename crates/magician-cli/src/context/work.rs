@@ -120,7 +120,7 @@ impl Context {
         let (Some(connected), Some(runtime)) = (self.connected.take(), &self.runtime) else {
             return;
         };
-        let (arm, laser) = (connected.arm, connected.under_way.laser);
+        let (arm, laser) = (connected.arm.clone(), connected.under_way.laser);
         runtime.block_on(async {
             let dark = match laser {
                 _ if !well => None,
@@ -132,7 +132,8 @@ impl Context {
             if let Some(Ok(())) = dark {
                 arm.detach();
             }
-            arm.close().await;
+            drop(arm);
+            connected.close().await;
         });
     }
 

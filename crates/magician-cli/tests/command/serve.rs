@@ -214,3 +214,109 @@ fn a_code_is_printed_for_who_starts_it() {
         "{code}"
     );
 }
+
+/// What a verb prints and how it exits is the same at a port and through a station; each pair of arms is new.
+#[test]
+fn verbs_do_the_same_through_a_station() {
+    const SAME: [&[&str]; 19] = [
+        &["pose"],
+        &["home"],
+        &["move", "220", "40", "30"],
+        &["move", "600", "0", "0"],
+        &["alarms"],
+        &["alarms", "--clear"],
+        &["queue", "status"],
+        &["get", "PTPCommonParams"],
+        &["get", "Nonsense"],
+        &[
+            "set",
+            "PTPCommonParams",
+            "velocity_ratio=80",
+            "acceleration_ratio=60",
+        ],
+        &["enqueue", "WAITCmd", "timeout=10", "--start"],
+        &["suction", "on"],
+        &["gripper", "close"],
+        &["io", "out", "2", "1"],
+        &["sensor", "color", "GP1"],
+        &["rail", "status"],
+        &["stop"],
+        &["laser", "off"],
+        &["jog", "x+", "--for", "0.3"],
+    ];
+    for words in SAME {
+        let folder = tempfile::tempdir().unwrap();
+        let port = folder.path().join("arm").to_str().unwrap().to_owned();
+        let _arm = Served::start(&["--pty", &port, "--speed", "20"], 1);
+        let at_port = run(&[&["--port", &port, "--json"], words].concat());
+        let station = Station::start(&["--port", "sim:20"]);
+        let url = format!("http://{}", station.address);
+        let through = run(&[&["--station", &url, "--json"], words].concat());
+        assert_eq!(
+            through.status, at_port.status,
+            "{words:?} {through:?} {at_port:?}"
+        );
+        if words[0] != "jog" {
+            assert_eq!(
+                through.out, at_port.out,
+                "{words:?} {through:?} {at_port:?}"
+            );
+        }
+        let told = |run: &crate::magician::Run| -> Value {
+            serde_json::from_str(&run.err)
+                .map_or(Value::Null, |error: Value| error["error"]["kind"].clone())
+        };
+        assert_eq!(told(&through), told(&at_port), "{words:?}");
+    }
+}
+
+#[test]
+fn a_file_is_drawn_through_a_station() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("square.svg");
+    std::fs::write(&file, r#"<svg xmlns="http://www.w3.org/2000/svg" width="20mm" height="20mm" viewBox="0 0 20 20"><path fill="none" stroke="black" d="M0 0H20V20H0Z"/></svg>"#).unwrap();
+    let station = Station::start(&["--port", "sim:20"]);
+    let url = format!("http://{}", station.address);
+    let file = file.to_str().unwrap();
+    let drawn = run(&[
+        "--station",
+        &url,
+        "draw",
+        file,
+        "--surface",
+        "-60",
+        "--unhomed",
+        "--json",
+    ]);
+    assert_eq!(drawn.status, 0, "{drawn:?}");
+    let list = station.call("arm.list", &json!({}));
+    assert_eq!(
+        list["result"]["arms"][0]["holder"],
+        Value::Null,
+        "the lease was given back"
+    );
+}
+
+#[test]
+fn what_needs_a_port_of_its_own_says_so() {
+    let station = Station::start(&["--port", "sim"]);
+    let url = format!("http://{}", station.address);
+    for words in [
+        &["doctor"][..],
+        &["bench"],
+        &["conform"],
+        &["proxy", "--tcp", "127.0.0.1:0"],
+        &["serve"],
+    ] {
+        let refused = run(&[&["--station", &url], words].concat());
+        assert_eq!(refused.status, 2, "{words:?} {refused:?}");
+        assert!(refused.err.contains("--station"), "{refused:?}");
+    }
+    let traced = run(&["--station", &url, "--trace", "/tmp/t.pcapng", "pose"]);
+    assert_eq!(traced.status, 2, "{traced:?}");
+    let gone = run(&["--station", "http://127.0.0.1:1", "pose"]);
+    assert_eq!(gone.status, 4, "{gone:?}");
+    assert_eq!(run(&["--station", "https://x", "pose"]).status, 3);
+    let nobody = run(&["--station", &format!("{url}/left"), "pose"]);
+    assert_eq!(nobody.status, 3, "{nobody:?}");
+}

@@ -1,12 +1,14 @@
 //! The API as text: messages, errors, and the table of methods.
 
 mod error;
+mod fields;
 mod message;
 mod methods;
 mod openrpc;
 mod param;
 
 pub use error::RpcError;
+pub(crate) use fields::encode;
 pub use message::{BadMessage, Message, MessageId, answer, notification};
 pub use methods::{METHODS, Method, Needs, Role};
 pub use openrpc::openrpc;

@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use magician::words::{self, Axis, JogDirection};
 use magician::{Set, ToolBias, burns};
-use magician_protocol::{LayoutInfo, MAX_PARAMS, Row, Writer, encode_text};
-use serde_json::{Map, Value, json};
+use magician_protocol::Row;
+use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
 use super::{Station, Waits};
-use crate::api::{Method, Needs, Role, RpcError};
+use crate::api::{Method, Needs, Role, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::order::{ArmAct, ArmOrder, ArmRead, Path};
 
@@ -388,7 +388,7 @@ fn wanted(call: &Call<'_>) -> Result<ArmRead, RpcError> {
     let row = Row::find_readable(name).map_err(|_| unknown(name, "read"))?;
     let given = call.params.object("query").cloned().unwrap_or_default();
     let params = match row.query {
-        Some(layout) => encode(layout, &given, "query")?,
+        Some(layout) => encode(layout, &given).map_err(|why| RpcError::param("query", why))?,
         None if given.is_empty() => Vec::new(),
         None => {
             return Err(RpcError::param(
@@ -413,7 +413,7 @@ fn command(call: &Call<'_>, queued: bool) -> Result<Set, RpcError> {
         ));
     }
     let given = call.params.object("fields").cloned().unwrap_or_default();
-    let params = encode(layout, &given, "fields")?;
+    let params = encode(layout, &given).map_err(|why| RpcError::param("fields", why))?;
     let set = Set::decode(row.id, &params);
     set.map_err(|error| RpcError::param("fields", format!("{name}: {error}")))
 }
@@ -424,37 +424,4 @@ fn unknown(name: &str, does: &str) -> RpcError {
         "command",
         format!("there is no command `{name}` that can be {does}"),
     )
-}
-
-/// The bytes of fields, by the same words as on the command line.
-fn encode(
-    layout: &LayoutInfo,
-    given: &Map<String, Value>,
-    param: &'static str,
-) -> Result<Vec<u8>, RpcError> {
-    let words: Vec<_> = given
-        .iter()
-        .map(|(name, value)| (name.as_str(), word(value)))
-        .collect();
-    let pairs: Vec<_> = words
-        .iter()
-        .map(|(name, value)| (*name, value.as_str()))
-        .collect();
-    let mut bytes = [0; MAX_PARAMS];
-    let mut writer = Writer::new(&mut bytes);
-    let wrong = |error: String| RpcError::param(param, error);
-    encode_text(layout, &pairs, &mut writer).map_err(|error| wrong(error.to_string()))?;
-    let count = writer.finish().map_err(|error| wrong(error.to_string()))?;
-    Ok(bytes.get(..count).unwrap_or_default().to_vec())
-}
-
-/// A value of JSON as the command line has it.
-fn word(value: &Value) -> String {
-    match value {
-        Value::String(text) => text.clone(),
-        Value::Array(items) => items.iter().map(word).collect::<Vec<_>>().join(","),
-        // An output of a path: ratio, address, level.
-        Value::Object(parts) => parts.values().map(word).collect::<Vec<_>>().join(":"),
-        value => value.to_string(),
-    }
 }

@@ -5,5 +5,6 @@ mod bench;
 mod calls;
 mod hostile;
 mod pairing;
+mod remote;
 mod routes;
 mod sockets;

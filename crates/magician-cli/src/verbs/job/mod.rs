@@ -332,6 +332,9 @@ impl Job {
 
     /// Where it is tried or run. A port that only the file of settings names is not needed for a look.
     fn place(&self, looks: bool, context: &mut Context) -> Result<Where, Failure> {
+        if context.global.station.is_some() {
+            return Ok(Where::Arm);
+        }
         let given = context
             .global
             .port

@@ -66,11 +66,17 @@ pub(super) struct Lost {
 enum Broken {
     System(i32),
     Kind(io::ErrorKind),
+    /// What a stream of the caller's own says of it.
+    Told(io::ErrorKind, String),
 }
 
 impl From<&io::Error> for Broken {
     fn from(error: &io::Error) -> Self {
-        (error.raw_os_error()).map_or_else(|| Self::Kind(error.kind()), Self::System)
+        match (error.raw_os_error(), error.get_ref()) {
+            (Some(code), _) => Self::System(code),
+            (None, Some(told)) => Self::Told(error.kind(), told.to_string()),
+            (None, None) => Self::Kind(error.kind()),
+        }
     }
 }
 
@@ -79,6 +85,7 @@ impl Broken {
         match self {
             Self::System(code) => io::Error::from_raw_os_error(*code),
             Self::Kind(kind) => (*kind).into(),
+            Self::Told(kind, told) => io::Error::new(*kind, told.as_str()),
         }
     }
 }

@@ -1,0 +1,41 @@
+//! Fields of commands between JSON and bytes.
+
+use magician_protocol::{LayoutInfo, MAX_PARAMS, Writer, encode_text};
+use serde_json::{Map, Value};
+
+/// The bytes of fields, by the same words as on the command line.
+///
+/// # Errors
+/// What is wrong, in a sentence.
+pub(crate) fn encode(layout: &LayoutInfo, given: &Map<String, Value>) -> Result<Vec<u8>, String> {
+    let words: Vec<_> = given
+        .iter()
+        .map(|(name, value)| (name.as_str(), word(value)))
+        .collect();
+    let pairs: Vec<_> = words
+        .iter()
+        .map(|(name, value)| (*name, value.as_str()))
+        .collect();
+    let mut bytes = [0; MAX_PARAMS];
+    let mut writer = Writer::new(&mut bytes);
+    encode_text(layout, &pairs, &mut writer).map_err(|error| error.to_string())?;
+    let count = writer.finish().map_err(|error| error.to_string())?;
+    Ok(bytes.get(..count).unwrap_or_default().to_vec())
+}
+
+/// A value of JSON as the command line has it.
+fn word(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        Value::Array(items) => {
+            let items: Vec<_> = items.iter().map(word).collect();
+            items.join(",")
+        }
+        // An output of a path: ratio, address, level.
+        Value::Object(parts) => {
+            let parts: Vec<_> = parts.values().map(word).collect();
+            parts.join(":")
+        }
+        value => value.to_string(),
+    }
+}

@@ -1,0 +1,277 @@
+//! A line to an arm through a station: the driver's frames become requests, and their answers frames again.
+
+use std::io;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use magician::words::JogDirection;
+use magician_protocol::{Deframer, Direction, Event, FrameBuf, JogCommand, Row, Set, describe};
+use serde_json::{Map, Value, json};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream, ReadBuf};
+use tokio::task::JoinHandle;
+use tokio::time::{MissedTickBehavior, interval};
+
+use super::{ClientError, StationClient};
+use crate::api::encode;
+
+/// Bytes on their way.
+const ROOM: usize = 4096;
+/// A jog is kept up so often; it ends when this program does not any more.
+const KEEP: Duration = Duration::from_millis(60);
+
+/// A line to an arm of a station, for [`Arm::over`](magician::Arm::over). Reads need nothing; the first command that sets or moves
+/// takes the lease, which is kept until the line ends. A jog is the station's, so that it ends when this program hangs.
+#[derive(Debug)]
+pub struct StationLine {
+    stream: DuplexStream,
+    /// Why it broke.
+    broken: Arc<Mutex<Option<String>>>,
+}
+
+impl StationLine {
+    /// A line to this arm, or the only one, and what waits for its end: the lease has been given back then. With `yes` what is
+    /// dangerous or may burn is sent as meant.
+    #[must_use]
+    pub fn open(client: &StationClient, arm: Option<&str>, yes: bool) -> (Self, JoinHandle<()>) {
+        let (stream, far) = tokio::io::duplex(ROOM);
+        let broken = Arc::new(Mutex::new(None));
+        let bridge = Bridge {
+            client: client.clone(),
+            arm: arm.map(str::to_owned),
+            yes,
+            lease: None,
+            jog: None,
+        };
+        let why = Arc::clone(&broken);
+        let task = tokio::spawn(async move {
+            if let Err(error) = bridge.carry(far).await {
+                *why.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
+            }
+        });
+        (Self { stream, broken }, task)
+    }
+
+    fn failure(&self) -> Option<io::Error> {
+        let why = self.broken.lock().unwrap_or_else(PoisonError::into_inner);
+        why.clone().map(io::Error::other)
+    }
+}
+
+impl AsyncRead for StationLine {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        let before = buffer.filled().len();
+        let read = Pin::new(&mut self.stream).poll_read(cx, buffer);
+        match (read, self.failure()) {
+            (Poll::Ready(Ok(())), Some(why)) if buffer.filled().len() == before => {
+                Poll::Ready(Err(why))
+            }
+            (read, _) => read,
+        }
+    }
+}
+
+impl AsyncWrite for StationLine {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        match (
+            Pin::new(&mut self.stream).poll_write(cx, bytes),
+            self.failure(),
+        ) {
+            (Poll::Ready(Err(_)), Some(why)) => Poll::Ready(Err(why)),
+            (written, _) => written,
+        }
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(cx)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(cx)
+    }
+}
+
+struct Bridge {
+    client: StationClient,
+    arm: Option<String>,
+    yes: bool,
+    lease: Option<String>,
+    /// The station's jog under way.
+    jog: Option<String>,
+}
+
+impl Bridge {
+    async fn carry(mut self, far: DuplexStream) -> Result<(), ClientError> {
+        let carried = self.exchange(far).await;
+        // What the driver has set going and not stopped is meant to go on: it is not when a lease just ends.
+        if let Some(lease) = self.lease.take() {
+            let released = self
+                .client
+                .call("lease.release", json!({"lease": lease}))
+                .await;
+            return carried.and(released.map(drop));
+        }
+        carried
+    }
+
+    async fn exchange(&mut self, mut far: DuplexStream) -> Result<(), ClientError> {
+        let mut deframer = Deframer::new();
+        let mut bytes = [0; ROOM];
+        let mut keeps = interval(KEEP);
+        keeps.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        loop {
+            let count = tokio::select! {
+                count = far.read(&mut bytes) => count.unwrap_or(0),
+                _ = keeps.tick(), if self.jog.is_some() => {
+                    self.client.notify("jog.keep", json!({"jog": self.jog}));
+                    continue;
+                }
+            };
+            if count == 0 {
+                return Ok(());
+            }
+            let mut input = bytes.get(..count).unwrap_or_default();
+            let mut frames = Vec::new();
+            while let Some(event) = deframer.next(&mut input) {
+                if let Event::Frame { frame, .. } = event {
+                    frames.extend(FrameBuf::new(frame.id(), frame.ctrl(), frame.params()));
+                }
+            }
+            for frame in frames {
+                if let Some(reply) = self.ask(&frame).await?
+                    && far.write_all(reply.bytes()).await.is_err()
+                {
+                    return Ok(());
+                }
+            }
+        }
+    }
+
+    /// Has the station do what a frame asks for; `None` where the arm would not answer.
+    async fn ask(&mut self, frame: &FrameBuf) -> Result<Option<FrameBuf>, ClientError> {
+        let frame = frame.frame();
+        let Some(row) = Row::with_id(frame.id()) else {
+            return Ok(None);
+        };
+        let Ok(described) = describe(&frame, Direction::Request) else {
+            return Ok(None);
+        };
+        let fields = serde_json::to_string(&described).ok();
+        let fields = fields.and_then(|text| serde_json::from_str::<Map<_, _>>(&text).ok());
+        let fields = fields.unwrap_or_default();
+        let (ctrl, id) = (frame.ctrl(), frame.id());
+        let reply = |params: &[u8]| Ok(FrameBuf::new(id, ctrl, params).ok());
+        if !row.sets(ctrl) {
+            let mut params = json!({"command": row.get_name});
+            if !fields.is_empty() {
+                params["query"] = Value::Object(fields);
+            }
+            return match self.call("arm.get", params).await {
+                Ok(value) => {
+                    let value = value.as_object().cloned().unwrap_or_default();
+                    let layout = row.value.map(|layout| encode(layout, &value));
+                    reply(&layout.and_then(Result::ok).unwrap_or_default())
+                }
+                Err(error) => silent_or(error),
+            };
+        }
+        let Ok(command) = Set::decode(id, frame.params()) else {
+            return Ok(None);
+        };
+        if ctrl.queued() && !row.steers_queue() {
+            let mut params = json!({"command": row.set_name, "fields": fields});
+            self.mean(&mut params);
+            self.lease().await?;
+            return match self.call("arm.enqueue", params).await {
+                Ok(value) => reply(&value["index"].as_u64().unwrap_or_default().to_le_bytes()),
+                Err(error) => silent_or(error),
+            };
+        }
+        match self.act(row, &command, fields).await {
+            Ok(()) => reply(&[]),
+            Err(error) => silent_or(error),
+        }
+    }
+
+    /// What acts at once.
+    async fn act(
+        &mut self,
+        row: &Row,
+        command: &Set,
+        fields: Map<String, Value>,
+    ) -> Result<(), ClientError> {
+        match command {
+            // A stop is everybody's, and overtakes what waits at the station.
+            Set::QueuedCmdForceStopExec(_) => {
+                self.jog = None;
+                return self.call("arm.stop", json!({})).await.map(drop);
+            }
+            Set::JogCmd(jog) if jog.cmd == JogCommand::Stop => {
+                if let Some(jog) = self.jog.take() {
+                    return self.call("jog.stop", json!({"jog": jog})).await.map(drop);
+                }
+                if self.lease.is_none() {
+                    return Ok(());
+                }
+            }
+            Set::JogCmd(_) => {
+                self.lease().await?;
+                if let Ok(direction) = JogDirection::try_from(command) {
+                    let params = json!({"axis": direction.to_string()});
+                    let started = self.call("jog.start", params).await?;
+                    self.jog = started["jog"].as_str().map(str::to_owned);
+                    return Ok(());
+                }
+            }
+            // Behind a stop of somebody who has no lease: the station has done it.
+            Set::QueuedCmdClear(_) if self.lease.is_none() => return Ok(()),
+            Set::SetEndEffectorLaser(laser) if self.lease.is_none() && !laser.on.is_on() => {
+                return Ok(());
+            }
+            _ => {}
+        }
+        let mut params = json!({"command": row.set_name, "fields": fields});
+        self.mean(&mut params);
+        self.lease().await?;
+        self.call("arm.set", params).await.map(drop)
+    }
+
+    fn mean(&self, params: &mut Value) {
+        if self.yes {
+            params["yes"] = json!(true);
+        }
+    }
+
+    async fn lease(&mut self) -> Result<(), ClientError> {
+        if self.lease.is_none() {
+            let granted = self.call("lease.acquire", json!({})).await?;
+            self.lease = granted["lease"].as_str().map(str::to_owned);
+        }
+        Ok(())
+    }
+
+    async fn call(&self, method: &str, mut params: Value) -> Result<Value, ClientError> {
+        let takes = !["jog.stop"].contains(&method);
+        if let (Some(arm), true) = (&self.arm, takes) {
+            params["arm"] = json!(arm);
+        }
+        self.client.call(method, params).await
+    }
+}
+
+/// What an arm of one's own would not have answered is not answered here; anything else ends the line.
+fn silent_or(error: ClientError) -> Result<Option<FrameBuf>, ClientError> {
+    match error.kind() {
+        Some("timeout" | "unexpected" | "unsupported") => Ok(None),
+        _ => Err(error),
+    }
+}

@@ -1,0 +1,181 @@
+//! A client of a station: requests and notifications over a WebSocket that comes back, and a line to an arm through it.
+
+mod address;
+mod line;
+mod task;
+
+use std::fmt;
+use std::sync::Arc;
+
+use serde_json::{Value, json};
+use tokio::sync::{broadcast, mpsc, oneshot, watch};
+
+pub use self::address::StationAddress;
+pub use self::line::StationLine;
+use self::task::{Order, Task};
+
+/// Notifications that are kept for a slow reader.
+const KEPT: usize = 256;
+
+/// Why a request has no result.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ClientError {
+    /// The address is no station's.
+    Address(String),
+    /// There is no station at the address, or it does not let this client in.
+    Unreachable(String),
+    /// The connection broke before the answer came: whether it was done is not known. It is not sent again.
+    Lost,
+    /// The station refuses it.
+    Refused {
+        /// The code.
+        code: i64,
+        /// Why, in a sentence.
+        message: String,
+        /// What it is about.
+        data: Value,
+    },
+}
+
+impl ClientError {
+    /// The kind of a refusal: `lease`, `forbidden`, `unreachable`, ..
+    #[must_use]
+    pub fn kind(&self) -> Option<&str> {
+        match self {
+            Self::Refused { data, .. } => data.get("kind")?.as_str(),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for ClientError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Address(why) | Self::Unreachable(why) => f.write_str(why),
+            Self::Lost => f.write_str("the connection to the station broke before its answer"),
+            Self::Refused { message, .. } => f.write_str(message),
+        }
+    }
+}
+
+impl std::error::Error for ClientError {}
+
+/// A notification of a station.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Notice {
+    /// Its method: `arm.state`, `lease.changed`, ..
+    pub method: String,
+    /// What it tells.
+    pub params: Value,
+}
+
+/// Whether a client is connected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Connection {
+    /// It is.
+    Up,
+    /// It broke, and is tried again: after 0.2 s, then less and less often, every 5 s at last.
+    Lost,
+    /// The station has ended it for good: its token was revoked, or its session has another connection.
+    Closed,
+}
+
+/// A session at a station. Clones are of the same session; with the last one it ends.
+///
+/// A connection that breaks is made again, and the session with its lease is resumed if the station still has it. Requests
+/// whose answer was lost are not sent again.
+///
+/// ```no_run
+/// use magician_station::client::StationClient;
+/// use serde_json::json;
+///
+/// # async fn example() -> Result<(), Box<dyn std::error::Error>> {
+/// let station = StationClient::connect("http://127.0.0.1:8910", "my program", None).await?;
+/// station.call("lease.acquire", json!({})).await?;
+/// let state = station.call("arm.move", json!({"to": [220, 0, 50, 0]})).await?;
+/// println!("{}", state["x"]);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug)]
+pub struct StationClient {
+    orders: mpsc::UnboundedSender<Order>,
+    notices: broadcast::Sender<Notice>,
+    connection: watch::Receiver<Connection>,
+    /// What the first hello was answered with.
+    hello: Arc<Value>,
+}
+
+impl StationClient {
+    /// Connects to `http://HOST:PORT`, under a name that others see, with a token where one is needed.
+    ///
+    /// # Errors
+    /// [`ClientError::Address`], [`ClientError::Unreachable`], and [`ClientError::Refused`] for a token that is not good.
+    pub async fn connect(
+        address: &str,
+        name: &str,
+        token: Option<&str>,
+    ) -> Result<Self, ClientError> {
+        let address: StationAddress = address.parse().map_err(ClientError::Address)?;
+        let (orders, inbox) = mpsc::unbounded_channel();
+        let (notices, _) = broadcast::channel(KEPT);
+        let (connected, connection) = watch::channel(Connection::Up);
+        let client = json!({"name": name});
+        let task = Task::new(address, client, token, inbox, notices.clone(), connected);
+        let (task, socket, hello) = task.greet().await?;
+        // It ends with the last clone, and closes the connection then.
+        tokio::spawn(task.run(socket));
+        Ok(Self {
+            orders,
+            notices,
+            connection,
+            hello: Arc::new(hello),
+        })
+    }
+
+    /// What the station said at first: `session`, `role`, `arms`, `version`.
+    #[must_use]
+    pub fn hello(&self) -> &Value {
+        &self.hello
+    }
+
+    /// Calls a method, and waits for its answer.
+    ///
+    /// # Errors
+    /// [`ClientError::Refused`], and [`ClientError::Lost`] when the connection breaks meanwhile, or is not there.
+    pub async fn call(&self, method: &str, params: Value) -> Result<Value, ClientError> {
+        let (reply, answer) = oneshot::channel();
+        let order = Order {
+            method: method.to_owned(),
+            params,
+            reply: Some(reply),
+        };
+        self.orders.send(order).map_err(|_| ClientError::Lost)?;
+        answer.await.unwrap_or(Err(ClientError::Lost))
+    }
+
+    /// Sends a notification: `jog.keep`, or a stop that waits for nothing. Without a connection it is dropped.
+    pub fn notify(&self, method: &str, params: Value) {
+        let order = Order {
+            method: method.to_owned(),
+            params,
+            reply: None,
+        };
+        // Its task ends with it.
+        let _ = self.orders.send(order);
+    }
+
+    /// The notifications from now on. A reader may fall 256 behind; then it misses the oldest.
+    #[must_use]
+    pub fn notices(&self) -> broadcast::Receiver<Notice> {
+        self.notices.subscribe()
+    }
+
+    /// Whether it is connected, and news of that.
+    #[must_use]
+    pub fn connection(&self) -> watch::Receiver<Connection> {
+        self.connection.clone()
+    }
+}

@@ -1,0 +1,269 @@
+//! The task that has a client's connection, and makes it again.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use futures_util::{SinkExt, StreamExt};
+use serde_json::{Value, json};
+use tokio::net::TcpStream;
+use tokio::sync::{broadcast, mpsc, oneshot, watch};
+use tokio::time::{sleep, timeout};
+use tokio_tungstenite::tungstenite::client::IntoClientRequest;
+use tokio_tungstenite::tungstenite::{Error, Message};
+use tokio_tungstenite::{WebSocketStream, client_async};
+
+use super::{ClientError, Connection, Notice, StationAddress};
+
+pub(super) type Socket = WebSocketStream<TcpStream>;
+type Reply = oneshot::Sender<Result<Value, ClientError>>;
+
+/// A connection has to be there within this time.
+const OPENING: Duration = Duration::from_secs(5);
+/// The first try comes after so long, each other one after twice that, at most.
+const FIRST: Duration = Duration::from_millis(200);
+const LONGEST: Duration = Duration::from_secs(5);
+
+/// A message to be sent.
+#[derive(Debug)]
+pub(super) struct Order {
+    pub(super) method: String,
+    pub(super) params: Value,
+    pub(super) reply: Option<Reply>,
+}
+
+pub(super) struct Task {
+    address: StationAddress,
+    client: Value,
+    token: Option<String>,
+    /// The secret to come back with.
+    resume: Option<String>,
+    inbox: mpsc::UnboundedReceiver<Order>,
+    notices: broadcast::Sender<Notice>,
+    connected: watch::Sender<Connection>,
+    waiting: BTreeMap<u64, Reply>,
+    next: u64,
+}
+
+/// How a connection ended.
+enum End {
+    Broken,
+    /// By the station, for good.
+    Closed,
+    /// Nobody is left who could ask.
+    Left,
+}
+
+impl Task {
+    pub(super) fn new(
+        address: StationAddress,
+        client: Value,
+        token: Option<&str>,
+        inbox: mpsc::UnboundedReceiver<Order>,
+        notices: broadcast::Sender<Notice>,
+        connected: watch::Sender<Connection>,
+    ) -> Self {
+        Self {
+            address,
+            client,
+            token: token.map(str::to_owned),
+            resume: None,
+            inbox,
+            notices,
+            connected,
+            waiting: BTreeMap::new(),
+            next: 0,
+        }
+    }
+
+    /// Opens a connection and says hello: the answer comes along.
+    pub(super) async fn greet(mut self) -> Result<(Self, Socket, Value), ClientError> {
+        let (socket, hello) = self.open().await?;
+        Ok((self, socket, hello))
+    }
+
+    async fn open(&mut self) -> Result<(Socket, Value), ClientError> {
+        let host = &self.address.host;
+        let unreachable =
+            |why: String| ClientError::Unreachable(format!("no station at {host}: {why}"));
+        let opening = async {
+            let stream = TcpStream::connect(host.as_str())
+                .await
+                .map_err(|error| unreachable(error.to_string()))?;
+            // A stop is one small message.
+            let _ = stream.set_nodelay(true);
+            let request = format!("ws://{host}/api/v1/ws").into_client_request();
+            let request = request.map_err(|error| unreachable(error.to_string()))?;
+            let (mut socket, _) =
+                client_async(request, stream)
+                    .await
+                    .map_err(|error| match error {
+                        Error::Http(response) => {
+                            let body = response.body().as_deref().map(String::from_utf8_lossy);
+                            let why = body.unwrap_or_default().trim().to_owned();
+                            unreachable(if why.is_empty() {
+                                response.status().to_string()
+                            } else {
+                                why
+                            })
+                        }
+                        error => unreachable(error.to_string()),
+                    })?;
+            let mut params = json!({"client": self.client});
+            for (name, value) in [("token", &self.token), ("resume", &self.resume)] {
+                if let Some(value) = value {
+                    params[name] = json!(value);
+                }
+            }
+            let hello = message(Some(0), "session.hello", &params);
+            socket
+                .send(hello)
+                .await
+                .map_err(|error| unreachable(error.to_string()))?;
+            loop {
+                match socket.next().await {
+                    Some(Ok(Message::Text(text))) => {
+                        let answer: Value = serde_json::from_str(&text).unwrap_or_default();
+                        if answer.get("id") == Some(&json!(0)) {
+                            return Ok((socket, outcome(&answer)?));
+                        }
+                    }
+                    Some(Ok(_)) => {}
+                    _ => return Err(unreachable("it hung up".to_owned())),
+                }
+            }
+        };
+        let opened = timeout(OPENING, opening).await;
+        let (socket, hello) =
+            opened.unwrap_or_else(|_| Err(unreachable("it does not answer".to_owned())))?;
+        self.resume = hello["resume"].as_str().map(str::to_owned);
+        Ok((socket, hello))
+    }
+
+    /// Carries messages until nobody is left, or the station says that it is over.
+    pub(super) async fn run(mut self, mut socket: Socket) {
+        loop {
+            let end = self.carry(&mut socket).await;
+            drop(socket);
+            for (_, reply) in std::mem::take(&mut self.waiting) {
+                // Nobody waits for some.
+                let _ = reply.send(Err(ClientError::Lost));
+            }
+            match end {
+                End::Broken => {}
+                End::Closed => {
+                    self.connected.send_replace(Connection::Closed);
+                    return;
+                }
+                End::Left => return,
+            }
+            self.connected.send_replace(Connection::Lost);
+            let Some(again) = self.open_again().await else {
+                return;
+            };
+            self.connected.send_replace(Connection::Up);
+            socket = again;
+        }
+    }
+
+    async fn open_again(&mut self) -> Option<Socket> {
+        let mut pause = FIRST;
+        loop {
+            let until = sleep(pause);
+            tokio::pin!(until);
+            loop {
+                tokio::select! {
+                    () = &mut until => break,
+                    order = self.inbox.recv() => match order {
+                        // What is asked for now is not kept for later: it may move an arm.
+                        Some(order) => refuse(order),
+                        None => return None,
+                    },
+                }
+            }
+            match self.open().await {
+                Ok((socket, _)) => return Some(socket),
+                Err(ClientError::Refused { .. }) => {
+                    self.connected.send_replace(Connection::Closed);
+                    return None;
+                }
+                Err(_) => pause = (pause * 2).min(LONGEST),
+            }
+        }
+    }
+
+    async fn carry(&mut self, socket: &mut Socket) -> End {
+        loop {
+            tokio::select! {
+                order = self.inbox.recv() => {
+                    let Some(order) = order else {
+                        let _ = timeout(FIRST, socket.close(None)).await;
+                        return End::Left;
+                    };
+                    let id = order.reply.map(|reply| {
+                        self.next += 1;
+                        self.waiting.insert(self.next, reply);
+                        self.next
+                    });
+                    if socket.send(message(id, &order.method, &order.params)).await.is_err() {
+                        return End::Broken;
+                    }
+                }
+                heard = socket.next() => match heard {
+                    Some(Ok(Message::Text(text))) => self.hear(&text),
+                    Some(Ok(Message::Close(frame))) => {
+                        let code = frame.map_or(0, |frame| u16::from(frame.code));
+                        // Too slow or too much is begun anew; what is refused is not.
+                        let over = [4400, 4401, 4403, 4409].contains(&code);
+                        return if over { End::Closed } else { End::Broken };
+                    }
+                    Some(Ok(_)) => {}
+                    Some(Err(_)) | None => return End::Broken,
+                },
+            }
+        }
+    }
+
+    fn hear(&mut self, text: &str) {
+        let Ok(message) = serde_json::from_str::<Value>(text) else {
+            return;
+        };
+        if let Some(method) = message["method"].as_str() {
+            let notice = Notice {
+                method: method.to_owned(),
+                params: message["params"].clone(),
+            };
+            // Listening is optional.
+            let _ = self.notices.send(notice);
+        } else if let Some(reply) = message["id"]
+            .as_u64()
+            .and_then(|id| self.waiting.remove(&id))
+        {
+            let _ = reply.send(outcome(&message));
+        }
+    }
+}
+
+fn refuse(order: Order) {
+    if let Some(reply) = order.reply {
+        let _ = reply.send(Err(ClientError::Lost));
+    }
+}
+
+fn message(id: Option<u64>, method: &str, params: &Value) -> Message {
+    let mut message = json!({"jsonrpc": "2.0", "method": method, "params": params});
+    if let Some(id) = id {
+        message["id"] = json!(id);
+    }
+    Message::text(message.to_string())
+}
+
+fn outcome(answer: &Value) -> Result<Value, ClientError> {
+    match answer.get("error") {
+        None => Ok(answer["result"].clone()),
+        Some(error) => Err(ClientError::Refused {
+            code: error["code"].as_i64().unwrap_or_default(),
+            message: error["message"].as_str().unwrap_or_default().to_owned(),
+            data: error["data"].clone(),
+        }),
+    }
+}

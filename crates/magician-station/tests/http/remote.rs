@@ -1,0 +1,138 @@
+//! Clients elsewhere: requests, and arms of the driver over a station.
+
+use std::time::Duration;
+
+use magician::commands::{Pose, PtpCommonParams};
+use magician::words::{self, Axis};
+use magician::{Arm, ErrorKind, Options};
+use magician_station::client::{ClientError, Connection, StationClient, StationLine};
+use serde_json::json;
+
+use crate::bench::Bench;
+
+async fn client(bench: &Bench, name: &str) -> StationClient {
+    let address = format!("http://{}", bench.address);
+    StationClient::connect(&address, name, None).await.unwrap()
+}
+
+/// An arm of the driver over the station.
+async fn arm(client: &StationClient) -> Arm {
+    let (line, _) = StationLine::open(client, None, false);
+    Arm::over(line, Options::default().timeout(Duration::from_secs(5)))
+        .await
+        .unwrap()
+}
+
+#[tokio::test]
+async fn an_arm_over_a_station_does_what_one_of_its_own_does() {
+    let bench = Bench::new().await;
+    let anna = client(&bench, "Anna").await;
+    assert_eq!(anna.hello()["role"], json!("teacher"));
+    let over = arm(&anna).await;
+    let pose = over.get::<Pose>().await.unwrap();
+    assert!((pose.x - 259.1).abs() < 0.1);
+    let sessions = anna.call("session.list", json!({})).await.unwrap();
+    assert_eq!(
+        sessions["sessions"][0]["leases"],
+        json!([]),
+        "who reads needs no lease"
+    );
+    over.run(&[
+        words::line_to(220.0, 40.0, 50.0, 0.0),
+        words::jump_to(220.0, 0.0, 50.0, 0.0),
+    ])
+    .await
+    .unwrap();
+    let state = bench.arm.state();
+    assert!((state.pose.x - 220.0).abs() < 0.1 && state.pose.y.abs() < 0.1);
+    let faster = PtpCommonParams {
+        velocity_ratio: 33.3,
+        acceleration_ratio: 44.4,
+    };
+    over.set(&faster).await.unwrap();
+    assert_eq!(over.get::<PtpCommonParams>().await.unwrap(), faster);
+    let refused = over
+        .run(&[words::move_to(600.0, 0.0, 0.0, 0.0)])
+        .await
+        .unwrap_err();
+    assert_eq!(refused.kind(), ErrorKind::Unreachable);
+}
+
+#[tokio::test]
+async fn a_jog_over_a_station_is_the_stations_and_ends_with_its_client() {
+    let bench = Bench::new().await;
+    let (anna, mut ben) = (client(&bench, "Anna").await, bench.join("Ben").await);
+    let over = arm(&anna).await;
+    let jog = over.jog(Axis::Y.plus()).await.unwrap();
+    let state = ben.until("moving", json!(true)).await;
+    assert_eq!(state["link"], json!("up"));
+    let told = ben.call("arm.state", json!({})).await.unwrap();
+    assert!(told["jog"].is_string(), "{told}");
+    jog.stop().await.unwrap();
+    assert!(!bench.arm.state().moving);
+    let jog = over.jog(Axis::Y.minus()).await.unwrap();
+    ben.until("moving", json!(true)).await;
+    // The program is gone, with all that it had.
+    std::mem::forget(jog);
+    drop((over, anna));
+    ben.until("moving", json!(false)).await;
+}
+
+#[tokio::test]
+async fn who_has_no_lease_is_told_whose_it_is_and_may_stop() {
+    let bench = Bench::new().await;
+    let mut ben = bench.join("Ben").await;
+    ben.call("lease.acquire", json!({})).await.unwrap();
+    let anna = client(&bench, "Anna").await;
+    let over = arm(&anna).await;
+    over.stop().await.unwrap();
+    let refused = over
+        .run(&[words::move_to(220.0, 0.0, 50.0, 0.0)])
+        .await
+        .unwrap_err();
+    assert_eq!(refused.kind(), ErrorKind::Port, "{refused:?}");
+    let mut chain = refused.to_string();
+    let mut source = std::error::Error::source(&refused);
+    while let Some(cause) = source {
+        chain += &format!("; {cause}");
+        source = cause.source();
+    }
+    assert!(chain.contains("Ben has the lease"), "{chain}");
+}
+
+#[tokio::test]
+async fn a_client_is_refused_for_what_is_wrong() {
+    let bench = Bench::new().await;
+    let address = format!("http://{}", bench.address);
+    let wrong = StationClient::connect(&address, "x", Some("nonsense"))
+        .await
+        .unwrap_err();
+    assert_eq!(wrong.kind(), Some("forbidden"), "{wrong:?}");
+    let nobody = StationClient::connect("http://127.0.0.1:1", "x", None)
+        .await
+        .unwrap_err();
+    assert!(matches!(nobody, ClientError::Unreachable(_)), "{nobody:?}");
+    let anna = client(&bench, "Anna").await;
+    let unknown = anna.call("arm.dance", json!({})).await.unwrap_err();
+    assert!(
+        matches!(unknown, ClientError::Refused { code: -32601, .. }),
+        "{unknown:?}"
+    );
+    let mut notices = anna.notices();
+    anna.call("lease.acquire", json!({})).await.unwrap();
+    while notices.recv().await.unwrap().method != "lease.changed" {}
+}
+
+#[tokio::test]
+async fn a_station_that_ends_is_looked_for_and_requests_fail_meanwhile() {
+    let bench = Bench::new().await;
+    let anna = client(&bench, "Anna").await;
+    let mut connection = anna.connection();
+    bench.over.send(true).unwrap();
+    connection
+        .wait_for(|connection| *connection == Connection::Lost)
+        .await
+        .unwrap();
+    let lost = anna.call("server.info", json!({})).await.unwrap_err();
+    assert_eq!(lost, ClientError::Lost);
+}
