@@ -24,7 +24,6 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use crate::failure::{Failure, Kind};
 use crate::mounted::tool_of;
-use crate::terminal::event_text;
 use counted::{Counted, recounted};
 pub(crate) use sink::Format;
 use sink::{Beginning, Sink};
@@ -258,7 +257,7 @@ impl Work {
         self.sink.note(
             self.begun.elapsed().as_secs_f64(),
             event,
-            &event_text(event),
+            &event.to_string(),
         )
     }
 

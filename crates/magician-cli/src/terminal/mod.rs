@@ -23,7 +23,7 @@ pub(crate) use help::Help;
 pub(crate) use keyboard::{Keyboard, Waited};
 pub(crate) use panel::{arrow, fitted, lamp, log_lines, mm, panel, said, thirds, wrapped};
 pub(crate) use screen::{Listen, LogWriter, Screen, check, take_log};
-pub(crate) use seen::{Seen, event_text, sparkline};
+pub(crate) use seen::{Seen, sparkline};
 pub(crate) use shown::{Shown, Suspends, hung_up};
 pub(crate) use stage::{Stage, Told};
 pub(crate) use theme::Theme;

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use magician::{Alarm, Event, Link};
+use magician::Link;
 use magician_job::ObservedState;
 use magician_motion::{ArmModel, Range};
 use ratatui::style::Style;
@@ -128,45 +128,6 @@ fn bar(name: &str, value: f64, range: Range, width: u16, theme: Theme) -> Line<'
         Span::styled("─".repeat(track - 1 - at), theme.dim()),
         Span::styled(high, theme.dim()),
     ])
-}
-
-/// What happened, in words.
-pub(crate) fn event_text(event: &Event) -> String {
-    let alarm = |code: u8| match Alarm::with_code(code) {
-        Some(alarm) => format!("{code:#04x} {}: {}", alarm.name, alarm.cause),
-        None => format!("{code:#04x}"),
-    };
-    match event {
-        Event::AlarmRaised { code } => format!("alarm {}", alarm(*code)),
-        Event::AlarmCleared { code } => {
-            let name = Alarm::with_code(*code).map_or("", |alarm| alarm.name);
-            format!("alarm {code:#04x} {name} is gone")
-        }
-        Event::CommandFinished { first, last } if first == last => {
-            format!("command {} finished", first.0)
-        }
-        Event::CommandFinished { first, last } => {
-            format!("commands {} to {} finished", first.0, last.0)
-        }
-        Event::LinkLost { why } => format!("the line broke: {why}"),
-        Event::LinkFound { reset: true } => "the line is back; the arm was reset".to_owned(),
-        Event::LinkFound { .. } => "the line is back".to_owned(),
-        Event::Reset { gone: None } => "the arm was reset".to_owned(),
-        Event::Reset {
-            gone: Some((first, last)),
-        } => format!(
-            "the arm was reset: commands {} to {} are lost",
-            first.0, last.0
-        ),
-        Event::Unaccounted { from, to } => {
-            format!(
-                "commands {} to {} were queued by another program",
-                from.0, to.0
-            )
-        }
-        Event::Missed { events } => format!("{events} events were missed"),
-        _ => "unknown event".to_owned(),
-    }
 }
 
 /// Values as a row of bars, the latest at the right; as high as the highest that is shown, at least `least`.

@@ -1,10 +1,11 @@
+use std::fmt;
 use std::sync::Arc;
 
 use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::RecvError;
 
 use super::Arm;
-use crate::QueueIndex;
+use crate::{Alarm, QueueIndex};
 
 /// How many events are kept for a slow reader.
 pub(super) const KEPT: usize = 256;
@@ -60,6 +61,45 @@ pub enum Event {
         /// How many.
         events: u64,
     },
+}
+
+/// What happened, in words.
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::AlarmRaised { code } => match Alarm::with_code(*code) {
+                Some(alarm) => write!(f, "alarm {code:#04x} {}: {}", alarm.name, alarm.cause),
+                None => write!(f, "alarm {code:#04x}"),
+            },
+            Self::AlarmCleared { code } => {
+                let name = Alarm::with_code(*code).map_or("", |alarm| alarm.name);
+                write!(f, "alarm {code:#04x} {name} is gone")
+            }
+            Self::CommandFinished { first, last } if first == last => {
+                write!(f, "command {} finished", first.0)
+            }
+            Self::CommandFinished { first, last } => {
+                write!(f, "commands {} to {} finished", first.0, last.0)
+            }
+            Self::LinkLost { why } => write!(f, "the line broke: {why}"),
+            Self::LinkFound { reset: true } => f.write_str("the line is back; the arm was reset"),
+            Self::LinkFound { reset: false } => f.write_str("the line is back"),
+            Self::Reset { gone: None } => f.write_str("the arm was reset"),
+            Self::Reset {
+                gone: Some((first, last)),
+            } => write!(
+                f,
+                "the arm was reset: commands {} to {} are lost",
+                first.0, last.0
+            ),
+            Self::Unaccounted { from, to } => write!(
+                f,
+                "commands {} to {} were queued by another program",
+                from.0, to.0
+            ),
+            Self::Missed { events } => write!(f, "{events} events were missed"),
+        }
+    }
 }
 
 /// The events of a connection from [`Arm::events`] on. It does not keep the connection.

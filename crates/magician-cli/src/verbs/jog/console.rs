@@ -13,7 +13,7 @@ use super::wording;
 use crate::context::{STAND_BY, not_confirmed, stop};
 use crate::failure::{Failure, Kind};
 use crate::saved::SavedSettings;
-use crate::terminal::{Seen, Stage, Told, event_text, take_log};
+use crate::terminal::{Seen, Stage, Told, take_log};
 
 /// What has happened.
 #[derive(Debug)]
@@ -100,7 +100,7 @@ impl Console {
                 return Happened::Done;
             }
             PendantEvent::Status(status) => self.seen.arm.observe(status),
-            PendantEvent::Arm(event) => self.seen.note(event_text(&event)),
+            PendantEvent::Arm(event) => self.seen.note(event.to_string()),
             PendantEvent::Rail(rail) => self.seen.arm.rail = Some(rail),
             _ => {}
         }

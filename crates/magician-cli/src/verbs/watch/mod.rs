@@ -17,7 +17,7 @@ use ratatui::crossterm::event::{Event, KeyCode, KeyEvent, KeyEventKind, KeyModif
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
 use crate::output::Output;
-use crate::terminal::{self, Help, Seen, Stage, Told, event_text, take_log};
+use crate::terminal::{self, Help, Seen, Stage, Told, take_log};
 use crate::verbs::jog::{AT_SIGHT, next_of, title};
 use crate::verbs::pose::rate;
 use view::Model;
@@ -104,7 +104,7 @@ async fn draw(arm: &Arm, rate: f64) -> Result<(), Failure> {
                 Told::Event(_) | Told::Beat => {}
             },
             status = state.changed() => model.seen.arm.observe(status?),
-            Some(event) = events.next() => model.seen.note(event_text(&event)),
+            Some(event) = events.next() => model.seen.note(event.to_string()),
             read = around.next() => model.around = read,
             pin = pins.next() => model.note(pin),
             Some(rail) = next_of(&mut rail) => model.seen.arm.rail = Some(rail),

@@ -22,7 +22,7 @@ use super::keys::{self, is_in_front};
 use super::show;
 use crate::failure::Failure;
 use crate::interrupt::Control;
-use crate::terminal::{FRAME, Seen, Stage, Told, event_text, take_log};
+use crate::terminal::{FRAME, Seen, Stage, Told, take_log};
 use crate::verbs::jog::title;
 use crate::verbs::watch::{Around, around};
 pub(super) use view::Model;
@@ -157,7 +157,7 @@ impl Screen {
                     Err(_) => sleep(FRAME).await,
                 },
                 Some(event) = self.events.next() => {
-                    self.model.borrow_mut().seen.note(event_text(&event));
+                    self.model.borrow_mut().seen.note(event.to_string());
                 }
                 read = self.around.next() => self.model.borrow_mut().around = read,
             }
