@@ -4,6 +4,7 @@ use std::fmt;
 use std::io::{self, Write};
 
 use magician::{ErrorCode, ErrorKind, Remedy, Voice};
+use magician_job::recording::RecordError;
 use magician_motion::MotionError;
 use serde::Serialize;
 
@@ -283,6 +284,25 @@ impl From<serde_json::Error> for Failure {
             Kind::Bug,
             format!("a value cannot be written as JSON: {error}"),
         )
+    }
+}
+
+impl From<RecordError> for Failure {
+    fn from(error: RecordError) -> Self {
+        let message = error.to_string();
+        match error {
+            RecordError::Format(_) => Self::usage(message).hint(
+                "use .mcap, .csv or .jsonl for readings, .plan.json or .playback for a program \
+                    that repeats the motion",
+            ),
+            RecordError::Unwritable { .. } => Self::invalid(message),
+            RecordError::Write(error) => error.into(),
+            RecordError::Program(problem) => magician::Error::from(problem).into(),
+            RecordError::Arm(error) => error.into(),
+            RecordError::Lost { readings, .. } => Self::new(Kind::Driver(ErrorKind::Port), message)
+                .hint(format!("the {readings} readings before that are kept")),
+            RecordError::Died(_) => Self::new(Kind::Bug, message),
+        }
     }
 }
 

@@ -24,7 +24,6 @@ mod output;
 mod paint;
 mod permission;
 mod progress;
-mod recording;
 mod saved;
 mod serving;
 mod source;

@@ -1,11 +1,12 @@
 //! What the verbs that serve others have in common: `sim` and `proxy`.
 
-use std::fs::{File, TryLockError};
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use magician::serve::{Endpoint, ServeError};
+use magician_job::files;
 
 use crate::failure::{Failure, Kind};
 
@@ -49,23 +50,8 @@ pub(crate) fn is_exposed(endpoint: &Endpoint) -> bool {
 
 /// A file to write from its beginning; one that another program is writing stays as it is.
 pub(crate) fn create(path: &Path) -> Result<File, Failure> {
-    let wrong = |error: &dyn std::fmt::Display| {
-        Failure::invalid(format!("{} cannot be written: {error}", path.display()))
-    };
-    let mut options = File::options();
-    options.write(true).create(true).truncate(false);
-    let file = options.open(path).map_err(|error| wrong(&error))?;
-    if file.metadata().is_ok_and(|metadata| metadata.is_file()) {
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => {
-                return Err(wrong(&"another program is writing to it"));
-            }
-            // Some file systems know no locks.
-            Ok(()) | Err(TryLockError::Error(_)) => {}
-        }
-        file.set_len(0).map_err(|error| wrong(&error))?;
-    }
-    Ok(file)
+    files::create(path)
+        .map_err(|error| Failure::invalid(format!("{} cannot be written: {error}", path.display())))
 }
 
 /// A parent that does not listen is no reason to stop serving.

@@ -43,7 +43,12 @@ const DEPENDENCIES: [(&str, &[&str]); 19] = [
     ),
     (
         "magician-job",
-        &["magician-protocol", "magician", "magician-program"],
+        &[
+            "magician-protocol",
+            "magician",
+            "magician-program",
+            "magician-record",
+        ],
     ),
     (
         "magician-station",

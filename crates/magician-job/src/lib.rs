@@ -42,6 +42,11 @@
 //! shows the arm. Both are models: keys, pages and pictures are made over them. [`ObservedState`] is what the readings of an arm
 //! come to: whether it stands, so that a point can be taken of it.
 //!
+//! # On record
+//!
+//! With the feature `record` a `recording::Recorder` writes down what an arm does, whoever moves it: readings, or a program that
+//! repeats the motion.
+//!
 //! Errors and outcomes are data. No sentence in this crate tells a person what to type: each program has its own words.
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
@@ -51,11 +56,15 @@ pub mod dirs;
 mod engine;
 mod error;
 mod event;
+#[cfg(feature = "files")]
+pub mod files;
 mod handle;
 pub mod jog;
 mod journal;
 mod observed;
 mod polled;
+#[cfg(feature = "record")]
+pub mod recording;
 mod saved;
 mod spec;
 pub mod teach;

@@ -3,10 +3,7 @@
 //! `toml_edit` was tried: what it adds stands before a comment that ends the file, and a value that it changes or removes takes the
 //! comment above along. To mend that takes as many lines as these.
 
-use std::fs::{self, File};
-use std::io::{self, Write};
 use std::ops::Range;
-use std::path::Path;
 
 use toml::de::{DeTable, DeValue};
 
@@ -134,27 +131,6 @@ fn inserted(text: &str, at: usize, line: &str) -> String {
     format!("{before}{feed}{line}{after}")
 }
 
-/// Writes a file so that a reader finds the old or the new one, never half of it. A link stays a link.
-pub(crate) fn write(path: &Path, text: &str) -> io::Result<()> {
-    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    if let Some(directory) = path.parent() {
-        fs::create_dir_all(directory)?;
-    }
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.new", std::process::id()));
-    let fresh = path.with_file_name(name);
-    let written = File::create(&fresh).and_then(|mut file| {
-        file.write_all(text.as_bytes())?;
-        file.sync_all()
-    });
-    let done = written.and_then(|()| fs::rename(&fresh, &path));
-    if done.is_err() {
-        // What is left of it is of no use.
-        let _ = fs::remove_file(&fresh);
-    }
-    done
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -207,16 +183,5 @@ mod tests {
         let text = without(FILE, "draw.speed").expect("it can");
         assert!(text.contains("[draw] # pens\n\n[sheet]"), "{text}");
         assert_eq!(without("a = 1", "a"), Some(String::new()));
-    }
-
-    #[test]
-    fn a_file_is_replaced_as_a_whole_and_through_a_link() {
-        let place = tempfile::tempdir().expect("a directory");
-        let path = place.path().join("new/config.toml");
-        write(&path, "a = 1\n").expect("written");
-        write(&path, "a = 2\n").expect("written again");
-        assert_eq!(fs::read_to_string(&path).expect("read"), "a = 2\n");
-        let files = fs::read_dir(path.parent().expect("its place")).expect("read");
-        assert_eq!(files.count(), 1);
     }
 }

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 
 use magician::arms::KnownArm;
 use magician::{ErrorKind, Target};
+use magician_job::files::replace;
 use magician_program::{Diagnostic, Lines, Power};
 use serde::Serialize;
 use toml::Spanned;
@@ -18,7 +19,6 @@ use toml::de::{DeTable, DeValue};
 
 use crate::diagnostics::{self, Severity};
 use crate::failure::{Failure, Kind};
-pub(crate) use edit::write as replace;
 pub(crate) use keys::{KEYS, Key};
 
 /// A file larger than this is none of settings.
@@ -202,7 +202,7 @@ impl Config {
             let message = format!("{} cannot be edited by this program", path.display());
             return Err(Failure::invalid(message).hint("edit it by hand"));
         };
-        edit::write(&path, &edited.text).map_err(|error| {
+        replace(&path, &edited.text).map_err(|error| {
             Failure::invalid(format!("{} cannot be written: {error}", path.display()))
         })?;
         *self = edited;

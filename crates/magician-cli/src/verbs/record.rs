@@ -3,10 +3,11 @@
 use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::pin::Pin;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use clap::{Args, ValueHint};
 use magician::Arm;
+use magician_job::recording::{Format, Options, Recorder, Summary, Tally};
 use tokio::time::{MissedTickBehavior, interval, sleep};
 
 use super::jog::AT_SIGHT;
@@ -15,7 +16,6 @@ use crate::context::{Context, ToldPolicy};
 use crate::failure::Failure;
 use crate::options::{number, seconds};
 use crate::paint::{obeys, tell, width_of_stderr};
-use crate::recording::{Format, Options, Recorder, Summary, Tally};
 
 /// Between two looks at how far it is.
 const FRAME: Duration = Duration::from_millis(100);
@@ -89,7 +89,7 @@ impl Record {
     ) -> Result<Summary, Failure> {
         let options = Options {
             tolerance: self.tolerance,
-            ..Options::at(self.rate)
+            ..Options::new(SystemTime::now(), self.rate)
         };
         let mut recorder = Recorder::begin(arm, &self.file, options).await?;
         let mut live = Live::begin(json, &self.file, self.lasting.is_some());
@@ -112,12 +112,12 @@ impl Record {
             tokio::select! {
                 biased;
                 () = &mut end => break,
-                failure = recorder.failed() => return Err(failure),
+                error = recorder.failed() => return Err(error.into()),
                 _ = frames.tick() => live.show(&recorder.tally()),
             }
         }
         drop(live);
-        recorder.finish().await
+        Ok(recorder.finish().await?)
     }
 }
 

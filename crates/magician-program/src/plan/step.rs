@@ -2,6 +2,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use magician_motion::ToolBias;
+use magician_protocol::commands::EndEffectorParams;
 
 use super::Action;
 use crate::Origin;
@@ -75,6 +76,19 @@ impl Tool {
     }
 }
 
+/// The tool whose bias is in force: that of a name, if it is one of these to the bit.
+impl From<&EndEffectorParams> for Tool {
+    fn from(bias: &EndEffectorParams) -> Self {
+        let found = [bias.x_bias, bias.y_bias, bias.z_bias];
+        let is = |tool: &Self| {
+            let known = tool.bias();
+            [known.x, known.y, known.z].map(|part| part as f32) == found
+        };
+        let known = Self::NAMED.into_iter().map(|(_, tool)| tool).find(is);
+        known.unwrap_or(Self::Bias(found))
+    }
+}
+
 /// By name, or a bias as `X,Y,Z`.
 impl fmt::Display for Tool {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -108,5 +122,24 @@ impl FromStr for Tool {
                 Err(format!("expected X,Y,Z in mm, or one of {names}"))
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tools_are_known_by_their_bias() {
+        let of = |x_bias, z_bias| {
+            Tool::from(&EndEffectorParams {
+                x_bias,
+                y_bias: 0.0,
+                z_bias,
+            })
+        };
+        assert_eq!(of(0.0, 0.0), Tool::None);
+        assert_eq!(of(61.0, 0.0), Tool::Pen);
+        assert_eq!(of(61.0, 5.0), Tool::Bias([61.0, 0.0, 5.0]));
     }
 }

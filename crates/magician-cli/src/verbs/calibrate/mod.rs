@@ -25,7 +25,7 @@ use super::jog::{AT_SIGHT, for_a_person};
 use crate::config::Config;
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::mounted::{tool_of, usual_tool};
+use crate::mounted::usual_tool;
 use crate::options::number;
 use crate::voice::Command;
 
@@ -229,7 +229,7 @@ fn tool_of_points(
     match (mounted.tool, subject) {
         (Some(tool), _) => Ok(tool),
         (None, Subject::Tool) => context.arm(StopPolicy::Look, async |arm, _| {
-            Ok(tool_of(&arm.get::<EndEffectorParams>().await?))
+            Ok(Tool::from(&arm.get::<EndEffectorParams>().await?))
         }),
         (None, _) => Ok(usual.unwrap_or(Tool::Pen)),
     }
@@ -262,7 +262,7 @@ async fn tool_in_force(
     if let Some(tool) = mounted.tool {
         arm.set_any(&words::tool(tool.bias())).await?;
     }
-    let tool = tool_of(&arm.get::<EndEffectorParams>().await?);
+    let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
     let draws = usual.unwrap_or(Tool::Pen);
     let is_other = tool.bias() != draws.bias();
     if is_other && mounted.tool.is_none() && subject != Subject::Tool {

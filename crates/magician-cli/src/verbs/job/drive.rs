@@ -2,9 +2,10 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use magician::{Arm, ErrorKind};
+use magician_job::recording::{Clock, Options, Recorder};
 use magician_job::{
     FileJournal, Job, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, PauseReason, ResumeError,
     SpeedError, Start, StartsAt,
@@ -22,7 +23,6 @@ use crate::failure::{Failure, Kind};
 use crate::interrupt::{Control, JobControl, Signals};
 use crate::output::Output;
 use crate::paint::Paint;
-use crate::recording::{Clock, Options, Recorder};
 use crate::saved::SavedSettings;
 
 /// Readings of a recording for a second of the arm's clock, and the most for one of ours.
@@ -169,7 +169,7 @@ impl Drive<'_> {
             let _ = screen.close();
         }
         if let Some(recorder) = recorder {
-            unrecorded = unrecorded.or(recorder.finish().await.err());
+            unrecorded = unrecorded.or(recorder.finish().await.err().map(Failure::from));
         }
         let unrecorded = unrecorded.or(ended.unrecorded);
         match ended.outcome {
@@ -318,7 +318,8 @@ impl Drive<'_> {
                     }
                 }
                 // A recording that cannot go on costs itself, and never the work.
-                Next::Unrecorded(failure) => {
+                Next::Unrecorded(error) => {
+                    let failure = Failure::from(error);
                     teller.say(&says_unrecorded(&failure));
                     *recorder = None;
                     unrecorded = Some(failure);
@@ -336,12 +337,13 @@ impl Drive<'_> {
 
     /// What keeps the poses, on the arm's clock: a virtual one may be faster than ours.
     async fn recorder(&self, arm: &Arm, path: &Path, job: &JobHandle) -> Result<Recorder, Failure> {
+        let rate = (RATE * self.pace.unwrap_or(1.0)).clamp(RATE, MOST);
         let options = Options {
             clock: Clock::Arm,
             steps: Some(job.finished()),
-            ..Options::at((RATE * self.pace.unwrap_or(1.0)).clamp(RATE, MOST))
+            ..Options::new(SystemTime::now(), rate)
         };
-        Recorder::begin(arm, path, options).await
+        Ok(Recorder::begin(arm, path, options).await?)
     }
 
     /// A time of the arm's clock in wall time; unknown where the arm runs as fast as it can.

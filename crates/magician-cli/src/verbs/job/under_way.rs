@@ -2,6 +2,7 @@
 
 use std::pin::Pin;
 
+use magician_job::recording::{RecordError, Recorder};
 use magician_job::{
     JobEvent, JobEvents, JobHandle, JobOutcome, JobState, PauseError, PauseReason, ResumeError,
     SpeedError, Waits,
@@ -13,10 +14,8 @@ use super::suspend::{Act, Suspension};
 use super::tell::ProgressReporter;
 use super::tui::{Screen, Wants};
 use crate::context::FAREWELL;
-use crate::failure::Failure;
 use crate::interrupt::{Control, JobControl, Signals};
 use crate::progress::attended;
-use crate::recording::Recorder;
 
 /// What comes next.
 pub(super) enum Next {
@@ -30,7 +29,7 @@ pub(super) enum Next {
     Resumed(Result<(), ResumeError>),
     Event(JobEvent),
     /// The recording cannot go on.
-    Unrecorded(Failure),
+    Unrecorded(RecordError),
     Over,
 }
 
@@ -143,7 +142,7 @@ impl UnderWay<'_> {
                 event = events.next() => event.map_or(Next::Over, Next::Event),
                 // After the events: the pause is shown before this program stops.
                 paused = paused => Next::Paused(paused),
-                failure = unrecorded => Next::Unrecorded(failure),
+                error = unrecorded => Next::Unrecorded(error),
             }
         };
         match self.waits {

@@ -4,10 +4,10 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use magician_job::files::replace;
 use magician_program::formats::playback::Playback;
 use magician_program::{Content, Format, Plan, ReadOptions};
 
-use crate::config::replace;
 use crate::failure::Failure;
 use crate::source::Source;
 

@@ -19,7 +19,6 @@ use serde::Serialize;
 
 use crate::context::{Context, StopPolicy};
 use crate::failure::Failure;
-use crate::mounted::tool_of;
 use crate::saved::SavedSettings;
 use crate::terminal::Stage;
 use crate::verbs::jog::{AT_SIGHT, Console, End, Happened, Reply, Tone, for_a_person, next_of};
@@ -105,7 +104,7 @@ impl Session {
         if let Some(bias) = wanted {
             arm.set_any(&words::tool(bias)).await?;
         }
-        let tool = tool_of(&arm.get::<EndEffectorParams>().await?);
+        let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
         let named = path.as_deref().unwrap_or(Path::new(UNNAMED));
         let mut lesson = match known {
             Some(plan) => ProgramModel::of(&plan),

@@ -1,18 +1,20 @@
 //! The files that a recording can be.
 
 use std::path::Path;
+use std::time::SystemTime;
 
 use magician::Event;
 use magician_program::Tool;
 use magician_record::Reading;
 use serde::Serialize;
 
-use super::{program, readings};
-use crate::failure::Failure;
+use super::{RecordError, program, readings};
 
 /// What is known before the first reading.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beginning {
+    /// When it began.
+    pub(super) began: SystemTime,
     /// Readings a second.
     pub(super) rate: f64,
     /// How far a program may be from the motion, mm.
@@ -25,21 +27,25 @@ pub(super) struct Beginning {
 /// Where readings go.
 pub(super) trait Sink: Send {
     /// A reading, and the tool that its pose is counted for.
-    fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), Failure>;
+    fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), RecordError>;
     /// Something has happened.
-    fn note(&mut self, t: f64, event: &Event, text: &str) -> Result<(), Failure>;
+    fn note(&mut self, t: f64, event: &Event) -> Result<(), RecordError>;
     /// What was written is to outlive this program from now on.
-    fn flush(&mut self) -> Result<(), Failure>;
+    fn flush(&mut self) -> Result<(), RecordError>;
     /// No more come; steps of the program, if it is one.
-    fn finish(&mut self) -> Result<Option<usize>, Failure>;
+    fn finish(&mut self) -> Result<Option<usize>, RecordError>;
 }
 
-/// What a recording can be.
+/// What a recording can be, by the end of its file's name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum Format {
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum Format {
+    /// Readings, for Foxglove.
     Mcap,
+    /// Readings as rows.
     Csv,
+    /// Readings as JSON lines.
     Jsonl,
     /// A program of ours that repeats the motion.
     Plan,
@@ -48,7 +54,6 @@ pub(crate) enum Format {
 }
 
 impl Format {
-    /// By the end of the name.
     const ENDS: [(&str, Self); 8] = [
         (".mcap", Self::Mcap),
         (".csv", Self::Csv),
@@ -62,29 +67,29 @@ impl Format {
     ];
 
     /// What a file is to be.
-    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// [`RecordError::Format`] for any other name.
+    pub fn of(path: &Path) -> Result<Self, RecordError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let name = name.to_ascii_lowercase();
         let mut known = Self::ENDS.into_iter();
         let found = known.find(|(end, _)| name.ends_with(end));
-        found.map(|(_, format)| format).ok_or_else(|| {
-            let message = format!(
-                "{}: its name does not end in a format to record",
-                path.display()
-            );
-            Failure::usage(message).hint(
-                "use .mcap, .csv or .jsonl for readings, .plan.json or .playback for a program \
-                    that repeats the motion",
-            )
-        })
+        let format = found.map(|(_, format)| format);
+        format.ok_or_else(|| RecordError::Format(path.to_owned()))
     }
 
     /// Whether it is a program that repeats the motion.
-    pub(crate) fn is_program(self) -> bool {
+    #[must_use]
+    pub fn is_program(self) -> bool {
         matches!(self, Self::Plan | Self::Playback)
     }
 
-    pub(super) fn open(self, path: &Path, beginning: &Beginning) -> Result<Box<dyn Sink>, Failure> {
+    pub(super) fn open(
+        self,
+        path: &Path,
+        beginning: &Beginning,
+    ) -> Result<Box<dyn Sink>, RecordError> {
         Ok(match self {
             Self::Mcap | Self::Csv | Self::Jsonl => {
                 Box::new(readings::Readings::open(path, self, beginning)?)

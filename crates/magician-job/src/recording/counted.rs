@@ -1,15 +1,11 @@
 //! The tool that poses are counted for, which another program may change while the arm is recorded.
 //!
 //! A new bias moves the pose and not the arm: a recorder of poses has to know, or it records a motion that never
-//! happened. Each
-//! pose tells its bias itself, beside the joints.
+//! happened. Each pose tells its bias itself, beside the joints.
 
-use magician::Arm;
 use magician::commands::{EndEffectorParams, Pose};
-use magician_motion::{Geometry, JointAngles, ToolBias};
+use magician::{Arm, Geometry, JointAngles, ToolBias};
 use magician_program::Tool;
-
-use crate::mounted::tool_of;
 
 /// Biases that differ by less are the same: an arm's own geometry is known to 0.03 mm, and no two tools are so alike, mm.
 const SAME: f64 = 0.5;
@@ -31,7 +27,7 @@ impl Counted {
     /// does not say, or it was changed once more in between.
     pub(super) async fn of(&mut self, pose: &Pose, arm: &Arm) -> Option<Tool> {
         if self.is_another(pose) {
-            let tool = tool_of(&arm.get::<EndEffectorParams>().await.ok()?);
+            let tool = Tool::from(&arm.get::<EndEffectorParams>().await.ok()?);
             if !same(tool.bias(), bias_of(pose)) {
                 return None;
             }

@@ -1,8 +1,9 @@
 //! Records an arm that is moved by hand, by its keys, or by another program.
 //!
-//! A [`Recorder`] has a task of its own. What it has seen is in the file within a second, whatever becomes of this program.
+//! A [`Recorder`] has a task of its own. What it has seen is in the file within a second, whatever becomes of the program.
 
 mod counted;
+mod error;
 mod program;
 mod readings;
 mod sink;
@@ -10,11 +11,11 @@ mod sink;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use magician::commands::{DeviceTime, EndEffectorParams, Pose};
 use magician::protocol::AlarmSet;
-use magician::{Arm, ErrorKind, Event, Events, Link, StateWatch, Status};
+use magician::{Arm, Event, Events, Link, StateWatch, Status};
 use magician_program::Tool;
 use magician_record::Reading;
 use serde::Serialize;
@@ -22,10 +23,10 @@ use tokio::sync::{oneshot, watch};
 use tokio::task::JoinHandle;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use crate::failure::{Failure, Kind};
-use crate::mounted::tool_of;
 use counted::{Counted, recounted};
-pub(crate) use sink::Format;
+pub use error::RecordError;
+use error::unwritable;
+pub use sink::Format;
 use sink::{Beginning, Sink};
 
 /// What was recorded is in the file so often.
@@ -35,20 +36,22 @@ const LAST_LOOK: Duration = Duration::from_millis(500);
 
 /// How an arm is recorded.
 #[derive(Clone, Debug)]
-pub(crate) struct Options {
+pub struct Options {
+    /// When it begins: a file of readings says so.
+    pub began: SystemTime,
     /// Readings a second.
-    pub(crate) rate: f64,
+    pub rate: f64,
     /// How far a program may be from the motion, mm.
-    pub(crate) tolerance: f64,
+    pub tolerance: f64,
     /// Whose clock counts.
-    pub(crate) clock: Clock,
+    pub clock: Clock,
     /// Where the steps of a running program are counted.
-    pub(crate) steps: Option<Arc<AtomicU64>>,
+    pub steps: Option<Arc<AtomicU64>>,
 }
 
 /// Whose clock counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Clock {
+pub enum Clock {
     /// This computer's.
     Host,
     /// The arm's, which costs one more read for each reading: for a virtual one that runs faster.
@@ -56,8 +59,11 @@ pub(crate) enum Clock {
 }
 
 impl Options {
-    pub(crate) fn at(rate: f64) -> Self {
+    /// Readings by the host's clock from this time on, so many a second; a program within 0.5 mm of the motion.
+    #[must_use]
+    pub const fn new(began: SystemTime, rate: f64) -> Self {
         Self {
+            began,
             rate,
             tolerance: 0.5,
             clock: Clock::Host,
@@ -68,43 +74,71 @@ impl Options {
 
 /// How far a recording is.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Tally {
+pub struct Tally {
     /// Time of the last reading, s.
-    pub(crate) seconds: f64,
-    pub(crate) readings: u64,
-    /// x, y, z, r.
-    pub(crate) pose: [f32; 4],
+    pub seconds: f64,
+    /// Readings so far.
+    pub readings: u64,
+    /// x, y, z, r of the last reading, mm and deg.
+    pub pose: [f32; 4],
     /// Speed of the tool, mm/s.
-    pub(crate) speed: f64,
+    pub speed: f64,
     /// Way of the tool, mm.
-    pub(crate) length: f64,
+    pub length: f64,
 }
 
 /// What a recording has come to.
 #[derive(Clone, Debug, Serialize)]
-pub(crate) struct Summary {
-    pub(crate) file: PathBuf,
-    pub(crate) format: Format,
-    pub(crate) seconds: f64,
-    pub(crate) readings: u64,
+pub struct Summary {
+    /// The file.
+    pub file: PathBuf,
+    /// What it is.
+    pub format: Format,
+    /// Time of the last reading, s.
+    pub seconds: f64,
+    /// Readings taken.
+    pub readings: u64,
     /// Way of the tool, mm.
-    pub(crate) length: f64,
+    pub length: f64,
     /// Steps of the program, if it is one.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) steps: Option<usize>,
+    pub steps: Option<usize>,
 }
 
-/// An arm being recorded. Dropping it ends that; [`finish`](Self::finish) also completes the file.
-pub(crate) struct Recorder {
+/// An arm being recorded. Dropping it ends that; [`finish`](Self::finish) takes a last reading before, and tells what came of it.
+///
+/// ```
+/// use std::time::SystemTime;
+///
+/// use magician::{Arm, words};
+/// use magician_job::recording::{Options, Recorder};
+///
+/// # #[tokio::main(flavor = "current_thread")]
+/// # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// # let place = tempfile::tempdir()?;
+/// # let path = place.path().join("day.csv");
+/// let arm = Arm::connect("sim").await?;
+/// let recorder = Recorder::begin(&arm, &path, Options::new(SystemTime::now(), 20.0)).await?;
+/// arm.run(&[words::move_to(220.0, 40.0, 20.0, 0.0)]).await?;
+/// let summary = recorder.finish().await?;
+/// assert!(summary.readings >= 1);
+/// # Ok(())
+/// # }
+/// ```
+pub struct Recorder {
     tally: watch::Receiver<Tally>,
     /// Told, the task takes a last look; dropped, it ends at once.
     stop: oneshot::Sender<()>,
-    task: JoinHandle<Result<Summary, Failure>>,
+    task: JoinHandle<Result<Summary, RecordError>>,
 }
 
 impl Recorder {
-    /// Begins; must be called within a runtime. The end of the file's name says what it is.
-    pub(crate) async fn begin(arm: &Arm, path: &Path, options: Options) -> Result<Self, Failure> {
+    /// Begins; must be called within a runtime, which its reads and writes are done in. The end of the file's name says what it
+    /// is; a file that is there is written over.
+    ///
+    /// # Errors
+    /// A [`RecordError`]: the name, the file, or the arm does not answer.
+    pub async fn begin(arm: &Arm, path: &Path, options: Options) -> Result<Self, RecordError> {
         let format = Format::of(path)?;
         let (_, places) = arm.stats().await?;
         let bias: EndEffectorParams = arm.get().await?;
@@ -112,10 +146,11 @@ impl Recorder {
             Clock::Arm => Some(arm.get::<DeviceTime>().await?.g_systick),
             Clock::Host => None,
         };
-        let tool = tool_of(&bias);
+        let tool = Tool::from(&bias);
         let sink = format.open(
             path,
             &Beginning {
+                began: options.began,
                 rate: options.rate,
                 tolerance: options.tolerance,
                 tool,
@@ -151,26 +186,36 @@ impl Recorder {
     }
 
     /// How far it is.
-    pub(crate) fn tally(&self) -> Tally {
+    #[must_use]
+    pub fn tally(&self) -> Tally {
         *self.tally.borrow()
     }
 
+    /// What tells how far it is, also when it has ended: for another thread.
+    pub fn teller(&self) -> impl Fn() -> Tally + Send + Sync + use<> {
+        let tally = self.tally.clone();
+        move || *tally.borrow()
+    }
+
     /// Waits until it ends by itself, which is because it cannot go on.
-    pub(crate) async fn failed(&mut self) -> Failure {
+    pub async fn failed(&mut self) -> RecordError {
         match (&mut self.task).await {
-            Ok(Err(failure)) => failure,
-            Ok(Ok(_)) => Failure::new(Kind::Bug, "a recording ended by itself"),
-            Err(panic) => Failure::new(Kind::Bug, panic.to_string()),
+            Ok(Err(error)) => error,
+            Ok(Ok(_)) => RecordError::Died("a recording ended by itself".to_owned()),
+            Err(panic) => RecordError::Died(panic.to_string()),
         }
     }
 
-    /// Completes the file.
-    pub(crate) async fn finish(self) -> Result<Summary, Failure> {
+    /// Takes a last reading and completes the file.
+    ///
+    /// # Errors
+    /// A [`RecordError`], also one that has ended it before.
+    pub async fn finish(self) -> Result<Summary, RecordError> {
         // A recording that ended before has an error to report.
         let _ = self.stop.send(());
         match self.task.await {
             Ok(outcome) => outcome,
-            Err(panic) => Err(Failure::new(Kind::Bug, panic.to_string())),
+            Err(panic) => Err(RecordError::Died(panic.to_string())),
         }
     }
 }
@@ -207,7 +252,7 @@ impl Work {
         mut self,
         stopped: oneshot::Receiver<()>,
         summary: Summary,
-    ) -> Result<Summary, Failure> {
+    ) -> Result<Summary, RecordError> {
         let outcome = self.record(stopped).await;
         // What there is is completed, however it came to its end.
         let finished = self.sink.finish();
@@ -227,7 +272,7 @@ impl Work {
         })
     }
 
-    async fn record(&mut self, mut stopped: oneshot::Receiver<()>) -> Result<(), Failure> {
+    async fn record(&mut self, mut stopped: oneshot::Receiver<()>) -> Result<(), RecordError> {
         let mut flushes = interval(FLUSH);
         flushes.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
@@ -250,18 +295,14 @@ impl Work {
         }
     }
 
-    fn note(&mut self, event: &Event) -> Result<(), Failure> {
+    fn note(&mut self, event: &Event) -> Result<(), RecordError> {
         if let Event::LinkLost { why } = event {
             self.broke = Some(why.clone());
         }
-        self.sink.note(
-            self.begun.elapsed().as_secs_f64(),
-            event,
-            &event.to_string(),
-        )
+        self.sink.note(self.begun.elapsed().as_secs_f64(), event)
     }
 
-    async fn see(&mut self, status: &Status) -> Result<(), Failure> {
+    async fn see(&mut self, status: &Status) -> Result<(), RecordError> {
         match &status.link {
             Link::Up => {}
             Link::Lost { sought: true, .. } => return Ok(()),
@@ -285,7 +326,7 @@ impl Work {
     }
 
     /// Reads the arm once more.
-    async fn look(&mut self) -> Result<(), Failure> {
+    async fn look(&mut self) -> Result<(), RecordError> {
         let at = Instant::now();
         let seen = Seen {
             pose: self.arm.get().await?,
@@ -296,7 +337,7 @@ impl Work {
         self.keep(at, seen).await
     }
 
-    async fn keep(&mut self, at: Instant, seen: Seen) -> Result<(), Failure> {
+    async fn keep(&mut self, at: Instant, seen: Seen) -> Result<(), RecordError> {
         let Some(tool) = self.counted.of(&seen.pose, &self.arm).await else {
             // It is unknown which tool the pose is for.
             return Ok(());
@@ -350,14 +391,15 @@ impl Work {
     }
 
     /// The line is gone, and with it what was to be recorded.
-    fn lost(&self) -> Failure {
+    fn lost(&self) -> RecordError {
         let Tally {
             seconds, readings, ..
         } = *self.tally.borrow();
-        let why = self.broke.as_deref().unwrap_or("it was closed");
-        let message = format!("lost the line to the arm after {seconds:.1} s: {why}");
-        Failure::new(Kind::Driver(ErrorKind::Port), message)
-            .hint(format!("the {readings} readings before that are kept"))
+        RecordError::Lost {
+            seconds,
+            readings,
+            why: self.broke.clone(),
+        }
     }
 }
 

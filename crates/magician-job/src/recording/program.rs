@@ -9,8 +9,8 @@ use magician_record::Reading;
 
 use super::counted::recounted;
 use super::sink::{Beginning, Format, Sink};
-use crate::config::replace;
-use crate::failure::Failure;
+use super::{RecordError, unwritable};
+use crate::files::replace;
 
 /// The file is replaced as a whole each time: what lies there can be run.
 pub(super) struct Program {
@@ -29,7 +29,7 @@ impl Program {
         path: &Path,
         format: Format,
         beginning: &Beginning,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, RecordError> {
         let program = Self {
             path: path.to_owned(),
             format,
@@ -58,11 +58,11 @@ impl Program {
     }
 
     /// Writes it; its steps.
-    fn save(&self) -> Result<usize, Failure> {
+    fn save(&self) -> Result<usize, RecordError> {
         let plan = self.plan();
         let text = match self.format {
             Format::Playback => Playback::from_plan(&plan)
-                .map_err(magician::Error::from)?
+                .map_err(RecordError::Program)?
                 .to_xml(),
             _ => plan.to_json(),
         };
@@ -70,18 +70,13 @@ impl Program {
         Ok(plan.steps.len())
     }
 
-    fn write(&self, text: &str) -> Result<(), Failure> {
-        replace(&self.path, text).map_err(|error| {
-            Failure::invalid(format!(
-                "{} cannot be written: {error}",
-                self.path.display()
-            ))
-        })
+    fn write(&self, text: &str) -> Result<(), RecordError> {
+        replace(&self.path, text).map_err(unwritable(&self.path))
     }
 }
 
 impl Sink for Program {
-    fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), Failure> {
+    fn write(&mut self, reading: &Reading, tool: Tool) -> Result<(), RecordError> {
         if tool != self.tool && self.recording.length() == 0.0 {
             // Told before anything moved, it is the tool of what comes.
             self.tool = tool;
@@ -97,18 +92,18 @@ impl Sink for Program {
         Ok(())
     }
 
-    fn note(&mut self, _: f64, _: &Event, _: &str) -> Result<(), Failure> {
+    fn note(&mut self, _: f64, _: &Event) -> Result<(), RecordError> {
         Ok(())
     }
 
-    fn flush(&mut self) -> Result<(), Failure> {
+    fn flush(&mut self) -> Result<(), RecordError> {
         if std::mem::take(&mut self.stale) {
             self.save()?;
         }
         Ok(())
     }
 
-    fn finish(&mut self) -> Result<Option<usize>, Failure> {
+    fn finish(&mut self) -> Result<Option<usize>, RecordError> {
         self.save().map(Some)
     }
 }

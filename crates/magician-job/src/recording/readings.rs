@@ -11,8 +11,8 @@ use magician_record::jsonl::JsonLines;
 use magician_record::{Reading, WriteReadings, mcap};
 
 use super::sink::{Beginning, Format, Sink};
-use crate::failure::Failure;
-use crate::serving::create;
+use super::{RecordError, unwritable};
+use crate::files::create;
 
 type File = Box<dyn WriteReadings + Send>;
 
@@ -24,12 +24,16 @@ impl Readings {
         path: &Path,
         format: Format,
         beginning: &Beginning,
-    ) -> Result<Self, Failure> {
-        let out = BufWriter::new(create(path)?);
+    ) -> Result<Self, RecordError> {
+        let out = BufWriter::new(create(path).map_err(unwritable(path))?);
         let file: File = match format {
             Format::Csv => Box::new(Csv::new(out, beginning.counts_steps)?),
             Format::Jsonl => Box::new(JsonLines::new(out)),
-            _ => Box::new(mcap::Readings::new(out, now(), beginning.rate)?),
+            _ => Box::new(mcap::Readings::new(
+                out,
+                unix(beginning.began),
+                beginning.rate,
+            )?),
         };
         Ok(Self(Some(file)))
     }
@@ -41,17 +45,19 @@ impl Readings {
 }
 
 /// Nanoseconds since 1970.
-fn now() -> u64 {
-    let since_1970 = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+fn unix(time: SystemTime) -> u64 {
+    let since_1970 = time
+        .duration_since(SystemTime::UNIX_EPOCH)
+        .unwrap_or_default();
     u64::try_from(since_1970.as_nanos()).unwrap_or_default()
 }
 
 impl Sink for Readings {
-    fn write(&mut self, reading: &Reading, _: Tool) -> Result<(), Failure> {
+    fn write(&mut self, reading: &Reading, _: Tool) -> Result<(), RecordError> {
         Ok(self.file()?.write(reading)?)
     }
 
-    fn note(&mut self, t: f64, event: &Event, text: &str) -> Result<(), Failure> {
+    fn note(&mut self, t: f64, event: &Event) -> Result<(), RecordError> {
         let warning = matches!(
             event,
             Event::AlarmRaised { .. }
@@ -59,14 +65,14 @@ impl Sink for Readings {
                 | Event::Reset { .. }
                 | Event::Missed { .. }
         );
-        Ok(self.file()?.note(t, warning, text)?)
+        Ok(self.file()?.note(t, warning, &event.to_string())?)
     }
 
-    fn flush(&mut self) -> Result<(), Failure> {
+    fn flush(&mut self) -> Result<(), RecordError> {
         Ok(self.file()?.flush()?)
     }
 
-    fn finish(&mut self) -> Result<Option<usize>, Failure> {
+    fn finish(&mut self) -> Result<Option<usize>, RecordError> {
         if let Some(file) = self.0.take() {
             file.finish()?;
         }
