@@ -24,9 +24,6 @@ pub(crate) fn pty() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
-/// How the name of the arm's own line begins in a trace of `proxy`, beside those of its programs.
-pub(crate) const LINE_OF_ARM: &str = "arm ";
-
 /// Says where something is served.
 pub(crate) fn serving(endpoint: &Endpoint) -> String {
     match endpoint {

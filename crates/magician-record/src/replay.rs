@@ -55,9 +55,14 @@ use magician_sim::{ArmInstant, Controller, HostInstant, Speed};
 mod compare;
 mod play;
 mod report;
+mod saved;
 
 pub use play::{Moment, Play};
 pub use report::{Difference, Report, What};
+pub use saved::ReplayWriter;
+
+/// How the name of the arm's own line begins in the trace of a proxy, beside those of its programs.
+pub const LINE_OF_ARM: &str = "arm ";
 
 /// A longer trace has a clock that jumped.
 const LONGEST: Duration = Duration::from_secs(31 * 24 * 3600);
@@ -256,6 +261,14 @@ impl<'a> Replay<'a> {
         let links = self.packets.iter();
         let links = links.map(|packet| (packet.link, packet.link_name.to_string()));
         links.collect::<BTreeMap<_, _>>().into_iter().collect()
+    }
+
+    /// The arm's own line in the trace of a proxy, which has what its programs said beside it: sent as well, that would be done
+    /// twice.
+    #[must_use]
+    pub fn line_of_arm(&self) -> Option<String> {
+        let mut links = self.links().into_iter().map(|(_, name)| name);
+        links.find(|name| name.starts_with(LINE_OF_ARM))
     }
 
     /// The packets that are replayed, in the order of time.

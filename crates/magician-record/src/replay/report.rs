@@ -101,6 +101,21 @@ impl Difference {
         let mut values = description.values().ok()?;
         values.find_map(|(own, value)| (own.name == field.name).then_some(value))
     }
+
+    /// What differs in the recorded answer; in the virtual arm's with `replayed`: the field's value, or the bytes of the whole
+    /// frame where it is about that. `None` if it is not there.
+    #[must_use]
+    pub fn shown(&self, replayed: bool) -> Option<FieldValue<'_>> {
+        let frame = if replayed {
+            &self.replayed
+        } else {
+            &self.recorded
+        };
+        match self.what {
+            What::Value(_) => self.value(replayed),
+            _ => frame.as_ref().map(|frame| FieldValue::Bytes(frame.bytes())),
+        }
+    }
 }
 
 impl std::fmt::Display for Difference {

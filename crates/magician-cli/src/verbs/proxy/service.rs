@@ -4,11 +4,11 @@ use std::time::Instant;
 use magician::proxy::{Chunk, Client, Proxy, Settings};
 use magician::serve::{Endpoint, Notice, Service};
 use magician_protocol::{Direction, FrameBuf};
+use magician_record::replay::LINE_OF_ARM;
 use magician_sim::LinkId;
 
 use super::log::Log;
 use super::trace::{ProxyTrace, wall_clock};
-use crate::serving::LINE_OF_ARM;
 
 /// What the endpoints lead to: the proxy on the wall clock, with its log and its trace.
 pub(super) struct ProxyService {

@@ -8,8 +8,7 @@ use std::io::{self, BufWriter, Read};
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use magician_record::replay::{Replay as Session, Tolerances};
-use magician_record::trace::TraceWriter;
+use magician_record::replay::{Replay as Session, ReplayWriter, Tolerances};
 use magician_sim::{Controller, Speed, World};
 
 use super::{decode, sim};
@@ -19,6 +18,9 @@ use crate::options::number;
 use crate::serving;
 use session::{Pace, attend};
 use tell::ReplayReporter;
+
+/// The new session, in a file.
+type Saved = ReplayWriter<BufWriter<File>>;
 
 /// A larger file is no trace of an arm: an hour of polling has 150 MB.
 const MOST_BYTES: u64 = 1 << 30;
@@ -104,7 +106,7 @@ impl Replay {
     fn session<'a>(&self, bytes: &'a [u8]) -> Result<Session<'a>, Failure> {
         let wrong = |error| Failure::invalid(format!("{}: {error}", self.session.display()));
         let mut session = Session::new(bytes).map_err(wrong)?;
-        let own = || line_of_arm(&session).filter(|_| self.to == To::Sim);
+        let own = || session.line_of_arm().filter(|_| self.to == To::Sim);
         if let Some(link) = self.link.clone().or_else(own) {
             session = session.only_link(&link).map_err(wrong)?;
         }
@@ -146,7 +148,7 @@ impl Replay {
                         return Ok(());
                     };
                     if let Some(saved) = &mut saved {
-                        saved.moment(&moment)?;
+                        saved.write(&moment)?;
                     }
                     for difference in &moment.differences {
                         teller.difference(difference)?;
@@ -158,7 +160,7 @@ impl Replay {
         })
     }
 
-    fn save(&self, session: &Session<'_>) -> Result<Option<session::Saved>, Failure> {
+    fn save(&self, session: &Session<'_>) -> Result<Option<Saved>, Failure> {
         let Some(path) = &self.save else {
             return Ok(None);
         };
@@ -168,8 +170,8 @@ impl Replay {
                 "--save would overwrite the trace that is replayed",
             ));
         }
-        let writer = TraceWriter::new(BufWriter::new(serving::create(path)?))?;
-        Ok(Some(session::Saved::new(writer, session)?))
+        let out = BufWriter::new(serving::create(path)?);
+        Ok(Some(Saved::new(out, session)?))
     }
 
     fn explain(&self, session: &Session<'_>, context: &mut Context) -> Result<(), Failure> {
@@ -197,13 +199,6 @@ impl Replay {
             packets.finish()
         })
     }
-}
-
-/// The arm's own line in a trace of `proxy`, which has what its programs said beside it: sent as well, that would be done
-/// twice.
-fn line_of_arm(session: &Session<'_>) -> Option<String> {
-    let mut links = session.links().into_iter().map(|(_, name)| name);
-    links.find(|name| name.starts_with(serving::LINE_OF_ARM))
 }
 
 /// The trace, whole: its blocks refer to each other.

@@ -1,14 +1,9 @@
-//! The replay as it runs: its pace, its interruption, its record.
+//! The replay as it runs: its pace, its interruption.
 
-use std::collections::BTreeMap;
-use std::fs::File;
 use std::future::Future;
-use std::io::BufWriter;
 use std::time::Duration;
 
-use magician_protocol::Direction;
-use magician_record::replay::{Moment, Replay};
-use magician_record::trace::{TraceLink, TraceWriter};
+use magician_record::replay::Replay;
 use magician_sim::Speed;
 use tokio::time::{Instant, sleep_until};
 
@@ -75,39 +70,5 @@ pub(super) async fn attend(
         biased;
         _ = signals.next() => Err(Failure::interrupted()),
         done = attended(quiet, what, work) => done,
-    }
-}
-
-/// The new session as a trace.
-pub(super) struct Saved {
-    writer: TraceWriter<BufWriter<File>>,
-    links: BTreeMap<u32, TraceLink>,
-}
-
-impl Saved {
-    pub(super) fn new(
-        mut writer: TraceWriter<BufWriter<File>>,
-        replay: &Replay<'_>,
-    ) -> Result<Self, Failure> {
-        let mut links = BTreeMap::new();
-        for (number, name) in replay.links() {
-            links.insert(number, writer.link(&name)?);
-        }
-        Ok(Self { writer, links })
-    }
-
-    /// Writes the requests as they were and the answers that came now.
-    pub(super) fn moment(&mut self, moment: &Moment<'_>) -> Result<(), Failure> {
-        let packet = moment.packet;
-        let Some(link) = self.links.get(&packet.link) else {
-            return Ok(());
-        };
-        if packet.direction == Some(Direction::Request) {
-            (self.writer).record(*link, packet.time, Direction::Request, packet.bytes)?;
-        }
-        for reply in &moment.replies {
-            (self.writer).record(*link, packet.time, Direction::Reply, reply.bytes())?;
-        }
-        Ok(())
     }
 }

@@ -97,17 +97,6 @@ impl<'a> Found<'a> {
             What::Value(field) => Some(field.name),
             _ => None,
         };
-        // The value, or the whole frame where it is about that.
-        let shown = |replayed| {
-            let frame = match replayed {
-                false => found.recorded.as_ref(),
-                true => found.replayed.as_ref(),
-            };
-            match found.what {
-                What::Value(_) => found.value(replayed),
-                _ => frame.map(|frame| FieldValue::Bytes(frame.bytes())),
-            }
-        };
         Self {
             time: found.time.as_micros() as f64 / 1e6,
             link: &found.link,
@@ -115,8 +104,8 @@ impl<'a> Found<'a> {
             command: Some(found.command).filter(|command| !command.is_empty()),
             difference: found.what.name(),
             field,
-            recorded: shown(false),
-            replayed: shown(true),
+            recorded: found.shown(false),
+            replayed: found.shown(true),
         }
     }
 }
