@@ -263,6 +263,11 @@ impl ProgramModel {
         Ok(())
     }
 
+    /// Lets points that are added from now on be reached so.
+    pub const fn reach_by(&mut self, by: Travel) {
+        self.by = by;
+    }
+
     /// Names the selected step; space around the name is not of it.
     ///
     /// # Errors
@@ -282,6 +287,21 @@ impl ProgramModel {
     pub fn set_pause(&mut self, pause: u32) -> Result<(), TeachError> {
         self.edit(|step| {
             step.pause = pause;
+            Ok(())
+        })
+    }
+
+    /// Sets what gripper and suction cup do at the selected step; nothing new where it is `None`.
+    ///
+    /// # Errors
+    /// [`TeachError::Empty`] without steps.
+    pub fn set_tools(
+        &mut self,
+        gripper: Option<Grip>,
+        suction: Option<bool>,
+    ) -> Result<(), TeachError> {
+        self.edit(|step| {
+            (step.gripper, step.suction) = (gripper, suction);
             Ok(())
         })
     }
