@@ -119,7 +119,7 @@ impl Cell {
     }
 
     /// Connects to it.
-    #[pyo3(signature = (*, timeout, window, probe, reconnect, echo, fence = None))]
+    #[pyo3(signature = (*, timeout, window, probe, reconnect, echo, fence = None, trace = None))]
     // A call of Python's has as many keywords as it has.
     #[allow(clippy::too_many_arguments)]
     fn connect(
@@ -131,9 +131,10 @@ impl Cell {
         reconnect: bool,
         echo: f64,
         fence: Option<&str>,
+        trace: Option<std::path::PathBuf>,
     ) -> PyResult<Call> {
         let options = core::options(py, timeout, window, probe, reconnect, echo)?;
-        let options = core::with_fence(py, options, fence)?;
+        let options = core::with_trace(core::with_fence(py, options, fence)?, trace)?;
         let arm = self.arm.clone();
         Core::connecting(py, async move { Arm::simulated(arm, options).await })
     }

@@ -8,7 +8,8 @@
 //!   event loop is told when it has ended. So the blocking and the asyncio interface are the same one twice.
 //! * [`values`] carries commands between Python and the protocol's table.
 //! * [`serving`] offers a virtual arm to other programs.
-//! * [`traffic`] is what bytes of a line are.
+//! * [`traffic`] is what bytes of a line are; [`recording`] puts an arm on record, and replays a session.
+//! * [`teaching`] is a program that a person shows the arm.
 //! * [`frames`] are what programs for other people's libraries send.
 //! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
 //!   [`picture::Picture`] what either shows of itself.
@@ -31,10 +32,12 @@ mod kinematics;
 mod logging;
 mod picture;
 mod program;
+mod recording;
 mod run;
 mod runtime;
 mod serving;
 mod simulation;
+mod teaching;
 mod traffic;
 mod values;
 mod voice;
@@ -71,11 +74,15 @@ mod _magician {
     #[pymodule_export]
     use crate::program::{PyPlan, Start};
     #[pymodule_export]
+    use crate::recording::{Recording, replay};
+    #[pymodule_export]
     use crate::run::Job;
     #[pymodule_export]
     use crate::serving::{Served, serve_sim};
     #[pymodule_export]
     use crate::simulation::{Saved, Sims};
+    #[pymodule_export]
+    use crate::teaching::Lesson;
     #[pymodule_export]
     use crate::traffic::{hex_bytes, pieces};
 

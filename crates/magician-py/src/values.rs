@@ -249,7 +249,8 @@ pub(crate) fn decode(
     Ok(class.call1(PyTuple::new(py, values)?)?.unbind())
 }
 
-fn take(py: Python<'_>, value: &FieldValue<'_>) -> PyResult<Py<PyAny>> {
+/// What a field holds.
+pub(crate) fn take(py: Python<'_>, value: &FieldValue<'_>) -> PyResult<Py<PyAny>> {
     Ok(match value {
         FieldValue::Unsigned(number) => number.into_pyobject(py)?.into_any().unbind(),
         FieldValue::Signed(number) => number.into_pyobject(py)?.into_any().unbind(),

@@ -41,6 +41,7 @@ MODULES = {
     "serving": ("magician", "Virtual arms for other programs"),
     "simulation": ("magician.simulation", "Simulations"),
     "_ports": ("magician", "Ports"),
+    "replaying": ("magician.replaying", "Replayed sessions"),
     "conformance": ("magician.conformance", "Conformance"),
     "traffic": ("magician.traffic", "Bytes on a line"),
 }

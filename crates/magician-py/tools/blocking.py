@@ -23,8 +23,8 @@ NAMES = {
     "__anext__": "__next__",
     "StopAsyncIteration": "StopIteration",
     "AsyncIterator": "Iterator",
-    '"Connecting", ': "",
-    ', "discover"': "",
+    '    "Connecting",\n': "",
+    '    "discover",\n': "",
     "Generator, ": "",
 }
 

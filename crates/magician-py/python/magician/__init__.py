@@ -18,7 +18,7 @@
   steps many of them, for learning.
 * :func:`sim` serves a virtual arm to other programs.
 * :func:`conform` runs the conformance suite on an arm.
-* :func:`decode` decodes the bytes of a line and reads traces.
+* :func:`decode` decodes the bytes of a line and reads traces; :func:`replay` replays a trace on a virtual arm.
 * :mod:`magician.errors` has the exceptions, :mod:`magician.events` the events.
 
 Lengths are mm, angles degrees, times seconds. The driver logs to the logger ``magician``.
@@ -29,7 +29,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from . import alarms, commands, errors, events, pins, places, readings, words
-from ._blocking import Arm, Check, Events, Job, Jog, Motion, Run, StateWatch
+from ._blocking import Arm, Check, Events, Job, Jog, Lesson, Motion, Recording, Run, StateWatch, record
 from ._native import __version__
 from ._pictures import Drawing, Picture, Stroke
 from ._ports import Found, SerialPort, discover, ports
@@ -38,14 +38,15 @@ from .commands import Output, Port, Pose
 from .errors import Error
 from .kinematics import forward, inverse, is_reachable, reach
 from .pins import Pin
-from .places import Belt, Frame, Pallet, Poses
+from .places import Belt, Frame, Pallet, Point, Poses
 from .programs import Complaint, Plan, Rehearsal, Report, Sheet, Step, Surface, load
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult
 
 if TYPE_CHECKING:
-    from . import aio, conformance, serving, traffic
+    from . import aio, conformance, replaying, serving, traffic
     from .conformance import conform
+    from .replaying import Replay, replay
     from .serving import Served, sim
     from .traffic import decode
     from .virtual import Place, VirtualArm, WorldObject
@@ -66,6 +67,7 @@ __all__ = [
     "Job",
     "Jog",
     "Joints",
+    "Lesson",
     "Link",
     "Motion",
     "Output",
@@ -75,13 +77,16 @@ __all__ = [
     "Place",
     "Plan",
     "PlanProgress",
+    "Point",
     "Port",
     "Pose",
     "Poses",
     "Position",
     "Progress",
     "Ran",
+    "Recording",
     "Rehearsal",
+    "Replay",
     "Report",
     "Run",
     "RunResult",
@@ -115,6 +120,9 @@ __all__ = [
     "ports",
     "reach",
     "readings",
+    "record",
+    "replay",
+    "replaying",
     "serving",
     "sim",
     "traffic",
@@ -132,6 +140,9 @@ _LATER = {
     "traffic": "traffic",
     "conform": "conformance",
     "conformance": "conformance",
+    "Replay": "replaying",
+    "replay": "replaying",
+    "replaying": "replaying",
     "Served": "serving",
     "serving": "serving",
     "sim": "serving",

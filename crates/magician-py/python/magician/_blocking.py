@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from time import monotonic
@@ -9,13 +10,15 @@ from types import TracebackType
 from typing import Any, Generic, Literal, TypeVar, overload
 
 from . import _told, commands, events, words
-from ._arguments import ending, flag, flags, hearing, instance, not_a_file, number, seconds, whole
+from ._arguments import ending, flag, flags, hearing, instance, not_a_file, number, seconds, text, whole
 from ._bound import Bound
 from ._magician import Call, Core, Feed
 from ._magician import Events as NativeEvents
 from ._magician import Job as NativeJob
 from ._magician import Jog as NativeJog
+from ._magician import Lesson as NativeLesson
 from ._magician import Program as NativeProgram
+from ._magician import Recording as NativeRecording
 from ._magician import StateWatch as NativeStateWatch
 from ._motions import Ended, Going, Steps, homing, performing
 from ._naming import find
@@ -42,16 +45,28 @@ from ._targets import JointTarget, KeepingR, Target, joints, keeps_r, kept, list
 from ._telling import Telling
 from .alarms import Alarm
 from .commands import Pose, RailVersion
-from .errors import ClosedError, Error, InvalidInputError, ResponseTimeoutError, UnexpectedError
+from .errors import ClosedError, Error, InvalidInputError, ResponseTimeoutError, UnexpectedError, UnsupportedError
 from .kinematics import JointArray, Mask, PoseArray
 from .pins import FunctionLike, PinLike, PortLike, StepperLike, VersionLike, pins
-from .places import Belt, Poses, meeting, picking, placing
+from .places import Belt, Point, Poses, meeting, picking, placing
 from .programs import Plan, Report
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult, Watcher
 from .words import Direction, Four, Tool
 
-__all__ = ["Arm", "Check", "Events", "Job", "Jog", "Motion", "Run", "StateWatch"]
+__all__ = [
+    "Arm",
+    "Check",
+    "Events",
+    "Job",
+    "Jog",
+    "Lesson",
+    "Motion",
+    "Recording",
+    "Run",
+    "StateWatch",
+    "record",
+]
 
 _R = TypeVar("_R", bound=Readable)
 _A = TypeVar("_A", bound=Command)
@@ -80,6 +95,9 @@ _READY = 0.3
 """How long it takes to begin a motion, s: what is met on a belt is met later than that."""
 
 _PROGRESS_WAITS = "progress is reported during a wait: leave out progress or wait=False"
+
+
+_Recorded = tuple[str, float, float, bool]
 
 
 def _plan(plan: Any) -> Plan:
@@ -120,6 +138,7 @@ class Arm(Bound):
         reconnect: bool = True,
         echo: float = 0.1,
         fence: Mapping[str, object] | None = None,
+        trace: str | os.PathLike[str] | None = None,
     ) -> None:
         """Connects to an arm and makes sure that it answers.
 
@@ -138,13 +157,15 @@ class Arm(Bound):
             the settings file: ``floor`` (the lowest z of the tool's tip, mm), ``box`` (two corners that it stays
             between), ``keep_out`` (a list of boxes), ``top_speed`` (mm/s), ``strongest_laser`` (percent). A command
             that would cross it is refused before it is sent.
+        :param trace: a file for everything that passes on the line (pcapng): Wireshark opens it,
+            :func:`magician.decode` reads it, :func:`magician.replay` replays it on a virtual arm.
 
         Raises :class:`~magician.errors.PortError` when the port does not exist, is in use or access is denied,
         :class:`~magician.errors.ResponseTimeoutError` when no arm answers, :class:`~magician.errors.UnexpectedError`
-        when another device answers.
+        when another device answers, ``OSError`` when the trace cannot be written.
         """
         how = {"probe": probe, "reconnect": reconnect}
-        call = connecting(port, timeout=timeout, window=window, echo=echo, fence=fence, **how)
+        call = connecting(port, timeout=timeout, window=window, echo=echo, fence=fence, trace=trace, **how)
         self._core = opened(wait(call))
 
     def __enter__(self) -> Arm:
@@ -1616,6 +1637,42 @@ class Arm(Bound):
 
     # Pictures.
 
+    def record(
+        self, path: str | os.PathLike[str], *, rate: float = 20.0, tolerance: float = 0.5, overwrite: bool = False
+    ) -> Recording:
+        """Records the motion of the arm in a file while a ``with`` block runs, whoever moves it: this program, a hand
+        that holds the unlock key, or another program.
+
+        ``with arm.record("day.csv") as recording``
+
+        The ending of the name selects the format, as in ``magician record``: ``.mcap``, ``.csv`` and ``.jsonl`` are
+        readings (time in s, pose and joints in mm and degrees, queue index and space, alarms); ``.plan.json`` is a
+        program that repeats the motion at its own speed and with its pauses, ``.playback`` the same for DobotStudio,
+        with a stop at each point; :func:`magician.load` reads both. It only reads, by this computer's clock: of a
+        virtual arm that takes no time between two readings, only where it stands is recorded.
+
+        :param path: The file.
+        :param rate: Readings per second, 0.1 to 500; a line at 115200 baud carries about 50.
+        :param tolerance: Largest distance of a program from the motion that it repeats, mm, 0.01 to 100.
+        :param overwrite: Whether a file that is there may be replaced.
+        :returns: What records; :meth:`Recording.begin` says what can go wrong.
+        """
+        return Recording(self._core, None, _recorded(path, rate, tolerance, overwrite))
+
+    def teach(self, *, by: Literal["joints", "line", "jump"] = "joints", title: str = "") -> Lesson:
+        """Teaches a program by hand while a ``with`` block runs: hold the unlock key on the forearm, lead the arm, and
+        let go of the key; each time that is a point.
+
+        ``with arm.teach() as lesson``
+
+        Points come whether the program waits for them or not. What is changed of the arm's settings for that is
+        restored at the end of the block, also by the next program if this one is killed.
+
+        :param by: How the points are reached: with all joints together, on a straight line, or up, across and down.
+        :param title: What the program is called.
+        """
+        return Lesson(self._core, text("title", title), text("by", by))
+
     def picture(self) -> Picture:
         """A picture of the arm's present pose, from above and from the side."""
         return Picture(wait(self._core.snapshot()))
@@ -1808,6 +1865,304 @@ class Job(Bound):
             telling.broken(error, wait_done(self._job.over(), self._core))
             raise
         return telling.ended(found)
+
+
+def record(
+    arm: Arm | Where,
+    path: str | os.PathLike[str],
+    *,
+    rate: float = 20.0,
+    tolerance: float = 0.5,
+    overwrite: bool = False,
+) -> Recording:
+    """Records the motion of an arm in a file while a ``with`` block runs.
+
+    ``with record("/dev/ttyUSB0", "day.csv") as recording``
+
+    :param arm: An arm, or the port of one, as :class:`Arm` takes it, which is connected to for as long.
+
+    The others are those of :meth:`Arm.record`.
+    """
+    if isinstance(arm, Arm):
+        return arm.record(path, rate=rate, tolerance=tolerance, overwrite=overwrite)
+    return Recording(None, arm, _recorded(path, rate, tolerance, overwrite))
+
+
+def _recorded(path: str | os.PathLike[str], rate: float, tolerance: float, overwrite: bool) -> _Recorded:
+    rate = number("rate", rate, least=0.1, most=500, unit="Hz")
+    tolerance = number("tolerance", tolerance, least=0.01, most=100, unit="mm")
+    return os.fspath(path), rate, tolerance, flag("overwrite", overwrite)
+
+
+class Recording(Bound):
+    """An arm on record: see :meth:`Arm.record`. It begins with its ``with`` block, or with :meth:`begin`; at the end of
+    the block, or with :meth:`finish`, the file is complete. What was recorded is in the file within a second, whatever
+    becomes of the program.
+    """
+
+    def __init__(self, core: Core | None, port: Where, how: _Recorded) -> None:
+        self._core = core
+        self._port = port
+        self._how = how
+        self._own: Core | None = None
+        self._native: NativeRecording | None = None
+        self._ended: tuple[float, int, float, int | None] | None = None
+
+    def begin(self) -> Recording:
+        """Begins, and returns when the arm has answered.
+
+        :raises InvalidInputError: The file's name ends in no format to record.
+        :raises FileExistsError: The file is there, and ``overwrite`` was not given.
+        :raises OSError: The file cannot be written.
+        :raises ClosedError: It was begun before.
+        """
+        if self._native is not None:
+            raise ClosedError("the recording was begun before: make another one")
+        path, rate, tolerance, overwrite = self._how
+        if not overwrite and os.path.exists(path):
+            raise FileExistsError(f"{path} already exists; overwrite=True replaces it")
+        core = self._core
+        if core is None:
+            call = connecting(self._port, timeout=3.0, window=1, echo=0.1, probe=True, reconnect=True)
+            core = self._own = opened(wait(call))
+        try:
+            self._native = wait(core.record(path, rate, tolerance))
+        except BaseException:
+            self._leave()
+            raise
+        return self
+
+    def finish(self) -> Recording:
+        """Takes a last reading and completes the file. Finishing it again does nothing.
+
+        :raises PortError: The line was lost meanwhile; the readings before are in the file.
+        :raises OSError: The file takes nothing more.
+        """
+        native = self._native
+        if native is None:
+            raise ClosedError("the recording has not begun")
+        if not self._over:
+            self._over = True
+            try:
+                self._ended = wait(native.finish())
+            finally:
+                self._leave()
+        return self
+
+    _over = False
+
+    def _leave(self) -> None:
+        own, self._own = self._own, None
+        if own is not None:
+            wait(own.close())
+
+    def __enter__(self) -> Recording:
+        return self.begin()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.finish()
+        except (Error, OSError):
+            if error is None:
+                raise
+
+    @property
+    def path(self) -> str:
+        """The file."""
+        return self._how[0]
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it goes on: it was begun and not finished, and has not ended by itself, as with a lost line;
+        :meth:`finish` tells why."""
+        return self._native is not None and self._native.is_open()
+
+    @property
+    def seconds(self) -> float:
+        """Time of the last reading, s: by this computer's clock, or by that of a virtual arm in the process."""
+        return self._tally()[0] if self._ended is None else self._ended[0]
+
+    @property
+    def readings(self) -> int:
+        """Readings so far."""
+        return self._tally()[1] if self._ended is None else self._ended[1]
+
+    @property
+    def length(self) -> float:
+        """Length of the tool's way so far, mm."""
+        return self._tally()[3] if self._ended is None else self._ended[2]
+
+    @property
+    def position(self) -> Position | None:
+        """Where the tool was at the last reading; ``None`` before the first."""
+        return self._tally()[2]
+
+    @property
+    def steps(self) -> int | None:
+        """Steps of the program, once it is finished; ``None`` for a file of readings."""
+        return None if self._ended is None else self._ended[3]
+
+    def _tally(self) -> tuple[float, int, Position | None, float]:
+        if self._native is None:
+            return 0.0, 0, None, 0.0
+        seconds, readings, position, _, length = self._native.tally()
+        return seconds, readings, Position(*position) if readings else None, length
+
+    def __repr__(self) -> str:
+        state = "open" if self.is_open else "not begun" if self._native is None else "finished"
+        return (
+            f"<Recording {self.path!r}, {state}: {self.seconds:.1f} s, {self.readings} readings, {self.length:.1f} mm>"
+        )
+
+
+class Lesson(Bound):
+    """A program that is taught by hand: see :meth:`Arm.teach`. It begins with its ``with`` block; its points outlast
+    that. Iterated it gives the points that the hand teaches, waiting for each, until :meth:`close`.
+    """
+
+    def __init__(self, core: Core, title: str, by: str) -> None:
+        self._core = core
+        self._how = (title, by)
+        self._native: NativeLesson | None = None
+        self._open = False
+        self._given = 0
+
+    def __enter__(self) -> Lesson:
+        if self._native is not None:
+            raise ClosedError("the lesson was begun before: arm.teach() begins another one")
+        self._native = wait(self._core.teach(*self._how))
+        self._open = True
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.close()
+        except Error:
+            if error is None:
+                raise
+
+    def close(self) -> None:
+        """Ends it: no points come any more, and the arm's settings are as before. Closing it again does nothing."""
+        if self._open:
+            self._open = False
+            wait(self._begun().close())
+
+    @property
+    def guided(self) -> bool:
+        """Whether the arm reports its unlock key. If not, :meth:`point` takes each point."""
+        return self._begun().is_guided()
+
+    @property
+    def points(self) -> list[Point]:
+        """The points so far, those of the hand and of :meth:`point`, in their order."""
+        return [_point(*each) for each in self._begun().points()]
+
+    def wait(self, timeout: float | None = None) -> Point:
+        """Waits for the next point of the hand that no wait has given before.
+
+        :param timeout: Maximum time to wait, seconds.
+        :raises ResponseTimeoutError: The key was not released in that time.
+        :raises UnsupportedError: The arm does not report its unlock key.
+        :raises ClosedError: The lesson or the connection was closed.
+        :raises PortError: The line was lost.
+        """
+        native = self._begun()
+        if not native.is_guided():
+            raise UnsupportedError("this arm does not report its unlock key: point() takes where it stands")
+        if not self._open and native.by_hand() <= self._given:
+            raise ClosedError("the lesson has ended")
+        call = native.next(self._given)
+        if timeout is not None:
+            end = monotonic() + seconds("timeout", timeout)
+            while not call.over() and monotonic() < end:
+                wait_moment()
+            if not call.over():
+                call.cancel()
+                raise ResponseTimeoutError(f"the unlock key was not released within {timeout:g} s")
+        found = _point(*wait(call))
+        self._given += 1
+        return found
+
+    def __iter__(self) -> Lesson:
+        return self
+
+    def __next__(self) -> Point:
+        if not self._open and self._begun().by_hand() <= self._given:
+            raise StopIteration
+        return self.wait()
+
+    def point(
+        self,
+        name: str | None = None,
+        *,
+        suction: bool | None = None,
+        gripper: Literal["close", "open", "off"] | None = None,
+        pause: float = 0.0,
+    ) -> Point:
+        """Takes where the arm stands as a point; if it moves, where it comes to rest.
+
+        :param name: Its name; ``"P1"``, ``"P2"`` and so on if left out.
+        :param suction: Whether the suction cup goes on or off there; nothing new if left out.
+        :param gripper: What the gripper does there; nothing new if left out.
+        :param pause: How long the arm stays there, seconds.
+        :raises InvalidInputError: The gripper does not do that.
+        """
+        native = self._begun()
+        if not self._open:
+            raise ClosedError("the lesson has ended")
+        if gripper is not None and gripper not in _GRIPS:
+            raise InvalidInputError(f'gripper is {gripper!r}; it takes "close", "open" or "off"')
+        cup = None if suction is None else flag("suction", suction)
+        stays = round(seconds("pause", pause) * 1000)
+        name = text("name", name)
+        return _point(*wait(native.store(name, cup, None if gripper is None else _GRIPS[gripper], stays)))
+
+    def pop(self) -> Point:
+        """Removes the last point, and returns it.
+
+        :raises IndexError: There is none.
+        """
+        native = self._begun()
+        last = native.pop()
+        if last is None:
+            raise IndexError("the lesson has no points")
+        return _point(*last)
+
+    def plan(self) -> Plan:
+        """The program: ``arm.run(lesson.plan())``. A plan of the points so far, for the tool that the arm had when the
+        lesson began.
+        """
+        return Plan(self._begun().plan())
+
+    def save(self, path: str | os.PathLike[str]) -> list[str]:
+        """Writes the program to a ``.plan.json`` or, for DobotStudio, ``.playback`` file, as :meth:`Plan.save`."""
+        return self.plan().save(path)
+
+    def _begun(self) -> NativeLesson:
+        if self._native is None:
+            raise ClosedError("the lesson has not begun: it runs inside `with arm.teach() as lesson`")
+        return self._native
+
+    def __len__(self) -> int:
+        return 0 if self._native is None else len(self._native.points())
+
+    def __bool__(self) -> bool:
+        return True
+
+    def __repr__(self) -> str:
+        state = "not begun" if self._native is None else "open" if self._open else "ended"
+        return f"<Lesson, {state}: {len(self)} points>"
+
+
+_GRIPS = {"close": 1, "open": 0, "off": -1}
+
+
+def _point(name: str, place: tuple[float, float, float, float]) -> Point:
+    return Point(name, Position(*place))
 
 
 class StateWatch(Bound):

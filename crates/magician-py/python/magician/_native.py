@@ -53,7 +53,15 @@ class Connectable(Protocol):
     """What can be connected to besides a port: a virtual arm of the program's making."""
 
     def connect_core(
-        self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float, fence: str | None
+        self,
+        *,
+        timeout: float,
+        window: int,
+        probe: bool,
+        reconnect: bool,
+        echo: float,
+        fence: str | None,
+        trace: str | None,
     ) -> Call[Core]:
         """Begins to connect to it."""
         ...
@@ -83,6 +91,7 @@ def connecting(
     reconnect: bool,
     echo: float,
     fence: Mapping[str, object] | None = None,
+    trace: str | os.PathLike[str] | None = None,
 ) -> Call[Core]:
     """Begins to connect, to a port or to a virtual arm."""
     timeout = seconds("timeout", timeout, above=0)
@@ -93,6 +102,7 @@ def connecting(
         "window": window,
         "echo": echo,
         "fence": None if fence is None else fence_text(fence),
+        "trace": None if trace is None else os.fspath(trace),
         **flags(probe=probe, reconnect=reconnect),
     }
     # Asked with isinstance, a protocol costs Python 3.12 and newer the import of inspect.

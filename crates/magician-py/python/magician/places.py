@@ -27,7 +27,7 @@ from ._values import Value
 from .commands import Pose, Queueable
 from .errors import InvalidInputError
 
-__all__ = ["Belt", "Frame", "Pallet", "Poses", "meeting", "picking", "placing"]
+__all__ = ["Belt", "Frame", "Pallet", "Point", "Poses", "meeting", "picking", "placing"]
 
 _Point = tuple[float, float, float]
 
@@ -222,6 +222,15 @@ class Pallet(Value):
 
     def __iter__(self) -> Iterator[Position]:
         return (self[at] for at in range(len(self)))
+
+
+class Point(Value):
+    """A point that was taught: see :meth:`magician.Arm.teach`."""
+
+    name: str
+    """Its name."""
+    position: Position
+    """Where it is: ``arm.move_to(point.position)``."""
 
 
 class Poses(MutableMapping[str, Position]):

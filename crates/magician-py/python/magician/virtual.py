@@ -186,11 +186,19 @@ class VirtualArm(Bound):
         return Arm(self, timeout=timeout, window=window)
 
     def connect_core(
-        self, *, timeout: float, window: int, probe: bool, reconnect: bool, echo: float, fence: str | None
+        self,
+        *,
+        timeout: float,
+        window: int,
+        probe: bool,
+        reconnect: bool,
+        echo: float,
+        fence: str | None,
+        trace: str | None,
     ) -> Call[Core]:
         """Begins to connect to it; for :class:`magician.Arm`."""
         how = {"probe": probe, "reconnect": reconnect}
-        return self._native.connect(timeout=timeout, window=window, echo=echo, fence=fence, **how)
+        return self._native.connect(timeout=timeout, window=window, echo=echo, fence=fence, trace=trace, **how)
 
     # Its world.
 

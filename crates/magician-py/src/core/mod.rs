@@ -9,10 +9,12 @@ mod verbs;
 mod watches;
 
 use std::future::Future;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use magician::{Arm, Error, Link, Options, Target};
+use magician::{Arm, Error, Link, Options, Target, Tracer};
+use magician_job::files;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -82,6 +84,22 @@ pub(crate) fn with_fence(
     Ok(options.fence(fence))
 }
 
+/// With a file of everything that passes on the line, if one is wanted.
+///
+/// # Errors
+/// `OSError` when it cannot be written.
+pub(crate) fn with_trace(options: Options, trace: Option<PathBuf>) -> PyResult<Options> {
+    let Some(path) = trace else {
+        return Ok(options);
+    };
+    let file = files::create(&path).and_then(Tracer::new);
+    let tracer = file.map_err(|why| {
+        let message = format!("{} cannot be written: {why}", path.display());
+        std::io::Error::new(why.kind(), message)
+    })?;
+    Ok(options.trace(tracer))
+}
+
 /// Where the arm is: the port given, the environment's `MAGICIAN_PORT`, the one arm that is plugged in.
 pub(crate) fn target(port: Option<&str>) -> magician::Result<Target> {
     let environment = std::env::var("MAGICIAN_PORT").ok();
@@ -133,7 +151,7 @@ impl Core {
 impl Core {
     /// Connects to the arm at a port.
     #[staticmethod]
-    #[pyo3(signature = (port, *, timeout, window, probe, reconnect, echo, fence = None))]
+    #[pyo3(signature = (port, *, timeout, window, probe, reconnect, echo, fence = None, trace = None))]
     // A call of Python's has as many keywords as it has.
     #[allow(clippy::too_many_arguments)]
     fn connect(
@@ -145,6 +163,7 @@ impl Core {
         reconnect: bool,
         echo: f64,
         fence: Option<&str>,
+        trace: Option<PathBuf>,
     ) -> PyResult<Call> {
         let options = options(py, timeout, window, probe, reconnect, echo)?;
         let target = py.detach(|| target(port));
@@ -152,7 +171,7 @@ impl Core {
         let known = py.detach(magician::arms::load);
         let known = known.map_err(|error| errors::raise(py, &error))?;
         let options = options.for_arm(magician::arms::at(&known, &target));
-        let options = with_fence(py, options, fence)?;
+        let options = with_trace(with_fence(py, options, fence)?, trace)?;
         Self::connecting(py, async move { Arm::connect_with(&target, options).await })
     }
 

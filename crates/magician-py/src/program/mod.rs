@@ -144,7 +144,7 @@ impl Source {
 }
 
 impl PyPlan {
-    fn of(plan: Plan, source: Source) -> Self {
+    pub(crate) fn of(plan: Plan, source: Source) -> Self {
         Self {
             plan: Arc::new(plan),
             source,

@@ -1,0 +1,236 @@
+//! Points that a person shows the arm: by hand, and by call.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use magician::commands::{EndEffectorParams, Pose};
+use magician::{Arm, Error, ErrorCode, Events, Link};
+use magician_job::SavedSettings;
+use magician_job::teach::{ProgramModel, TeachEditor, TeachStep, guided_points};
+use magician_program::{Action, Grip, Tool, Travel};
+use pyo3::IntoPyObjectExt;
+use pyo3::prelude::*;
+use tokio::sync::watch;
+use tokio::task::AbortHandle;
+
+use crate::call::Call;
+use crate::core::Core;
+use crate::errors;
+use crate::program::{PyPlan, Source};
+use crate::runtime::Local;
+
+/// A program that is taught.
+#[pyclass(frozen, module = "magician._magician")]
+pub(crate) struct Lesson {
+    inner: Local<Inner>,
+}
+
+struct Inner {
+    arm: Arm,
+    saved: SavedSettings,
+    taught: Arc<Taught>,
+    /// What stores the points that a hand teaches, where the arm reports them.
+    hand: Option<AbortHandle>,
+}
+
+struct Taught {
+    editor: Mutex<TeachEditor>,
+    /// The points of the hand, by name, in their order.
+    by_hand: watch::Sender<Vec<Point>>,
+}
+
+impl Taught {
+    fn editor(&self) -> MutexGuard<'_, TeachEditor> {
+        self.editor.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn guided(&self, pose: &Pose) {
+        let Some(name) = self.editor().store_guided(pose) else {
+            return;
+        };
+        let point = (name, [pose.x, pose.y, pose.z, pose.r]);
+        self.by_hand.send_modify(|points| points.push(point));
+    }
+}
+
+impl Drop for Inner {
+    fn drop(&mut self) {
+        if let Some(hand) = &self.hand {
+            hand.abort();
+        }
+    }
+}
+
+/// Ends when the line to the arm is gone for good.
+async fn gone(arm: &Arm, mut events: Events) -> Error {
+    loop {
+        match arm.link() {
+            Link::Up | Link::Lost { sought: true, .. } => {}
+            Link::Lost { why, .. } => return Error::new(ErrorCode::LineLost, why.to_string()),
+            _ => break,
+        }
+        if events.next().await.is_none() {
+            break;
+        }
+    }
+    Error::new(ErrorCode::Closed, "the connection was closed")
+}
+
+#[pymethods]
+impl Core {
+    /// Begins a lesson; points are reached so.
+    fn teach(&self, py: Python<'_>, title: String, by: &str) -> PyResult<Call> {
+        let arm = self.arm(py)?;
+        let by = match by {
+            "joints" => Travel::Joints,
+            "line" => Travel::Line,
+            "jump" => Travel::Jump,
+            other => {
+                let message = format!("by is \"joints\", \"line\" or \"jump\", not \"{other}\"");
+                return Err(errors::raise(py, &Error::invalid(message)));
+            }
+        };
+        let begun = async move {
+            let tool = Tool::from(&arm.get::<EndEffectorParams>().await?);
+            let saved = SavedSettings::default();
+            let hand = guided_points(&arm, &saved).await?;
+            let mut editor = TeachEditor::new(ProgramModel::new(title, Some(tool)));
+            editor.program.reach_by(by);
+            editor.hand_guiding = hand.as_ref().map(|_| true);
+            let taught = Arc::new(Taught {
+                editor: Mutex::new(editor),
+                by_hand: watch::Sender::default(),
+            });
+            let hand = hand.map(|mut hand| {
+                let taught = Arc::clone(&taught);
+                let storing = async move {
+                    loop {
+                        taught.guided(&hand.next().await);
+                    }
+                };
+                tokio::spawn(storing).abort_handle()
+            });
+            Ok::<_, Error>(Inner {
+                arm,
+                saved,
+                taught,
+                hand,
+            })
+        };
+        Ok(Call::start(begun, |py, inner| {
+            let inner = Local::new(inner);
+            Lesson { inner }.into_py_any(py)
+        }))
+    }
+}
+
+/// A point: its name and x, y, z, r.
+type Point = (String, [f32; 4]);
+
+fn point(step: &TeachStep) -> Option<Point> {
+    match &step.motion {
+        Some(Action::Move { to, .. }) => Some((step.name.clone(), *to)),
+        _ => None,
+    }
+}
+
+#[pymethods]
+impl Lesson {
+    /// Whether the arm reports its unlock key.
+    fn is_guided(&self, py: Python<'_>) -> PyResult<bool> {
+        Ok(self.inner.get(py)?.hand.is_some())
+    }
+
+    /// The points so far.
+    fn points(&self, py: Python<'_>) -> PyResult<Vec<Point>> {
+        let taught = &self.inner.get(py)?.taught;
+        Ok(taught
+            .editor()
+            .program
+            .steps()
+            .iter()
+            .filter_map(point)
+            .collect())
+    }
+
+    /// How many points a hand has taught.
+    fn by_hand(&self, py: Python<'_>) -> PyResult<usize> {
+        Ok(self.inner.get(py)?.taught.by_hand.borrow().len())
+    }
+
+    /// Waits for the point of the hand behind so many of them: its name and place.
+    fn next(&self, py: Python<'_>, nth: usize) -> PyResult<Call> {
+        let inner = self.inner.get(py)?;
+        let (arm, mut points) = (inner.arm.clone(), inner.taught.by_hand.subscribe());
+        let events = arm.events();
+        Ok(Call::start(
+            async move {
+                let gone = gone(&arm, events);
+                tokio::select! {
+                    biased;
+                    taught = points.wait_for(|points| points.len() > nth) => {
+                        let taught = taught.ok().and_then(|points| points.get(nth).cloned());
+                        taught.ok_or_else(|| Error::new(ErrorCode::Closed, "the lesson has ended"))
+                    }
+                    error = gone => Err(error),
+                }
+            },
+            |py, point| point.into_py_any(py),
+        ))
+    }
+
+    /// Stores where the arm stands, waited for if it moves: its name and place.
+    fn store(
+        &self,
+        py: Python<'_>,
+        name: Option<String>,
+        suction: Option<bool>,
+        gripper: Option<i8>,
+        pause: u32,
+    ) -> PyResult<Call> {
+        let inner = self.inner.get(py)?;
+        let (arm, taught) = (inner.arm.clone(), Arc::clone(&inner.taught));
+        let gripper = gripper.map(|grip| match grip {
+            1 => Grip::Close,
+            0 => Grip::Open,
+            _ => Grip::Off,
+        });
+        let stored = async move {
+            arm.wait_still().await?;
+            let pose = arm.get::<Pose>().await?;
+            let program = &mut taught.editor().program;
+            program.store(&pose);
+            // The step that was just stored takes all of it.
+            let _ = name.map(|name| program.rename(&name));
+            let _ = program.set_tools(gripper, suction);
+            let _ = program.set_pause(pause);
+            let step = program.steps().get(program.selected()).and_then(point);
+            Ok::<_, Error>(step)
+        };
+        Ok(Call::start(stored, |py, step| step.into_py_any(py)))
+    }
+
+    /// Removes the last point.
+    fn pop(&self, py: Python<'_>) -> PyResult<Option<Point>> {
+        let program = &mut self.inner.get(py)?.taught.editor().program;
+        let last = program.steps().last().and_then(point);
+        // The last one is selected; without any there is nothing to remove.
+        let _ = program.delete();
+        Ok(last)
+    }
+
+    /// The program as it is.
+    fn plan(&self, py: Python<'_>) -> PyResult<PyPlan> {
+        let plan = self.inner.get(py)?.taught.editor().program.plan(0);
+        Ok(PyPlan::of(plan, Source::default()))
+    }
+
+    /// Ends it: the settings of the arm are as before.
+    fn close(&self, py: Python<'_>) -> PyResult<Call> {
+        let inner = self.inner.get(py)?;
+        if let Some(hand) = &inner.hand {
+            hand.abort();
+        }
+        let (arm, saved) = (inner.arm.clone(), inner.saved.clone());
+        Ok(Call::lasting(async move { saved.restore(&arm).await }))
+    }
+}
