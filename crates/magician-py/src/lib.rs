@@ -9,7 +9,7 @@
 //! * [`values`] carries commands between Python and the protocol's table.
 //! * [`serving`] offers a virtual arm to other programs.
 //! * [`traffic`] is what bytes of a line are; [`recording`] puts an arm on record, and replays a session.
-//! * [`teaching`] is a program that a person shows the arm.
+//! * [`teaching`] is a program that a person shows the arm, [`calibrate`] what touched points come to.
 //! * [`frames`] are what programs for other people's libraries send.
 //! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
 //!   [`picture::Picture`] what either shows of itself.
@@ -21,6 +21,7 @@
 //!   Python program does, not what the command line does.
 //! * [`runtime`] has the package's threads and [`logging`] what the driver says.
 
+mod calibrate;
 mod call;
 mod cell;
 mod command;
@@ -51,6 +52,8 @@ use pyo3::prelude::*;
 mod _magician {
     use pyo3::prelude::*;
 
+    #[pymodule_export]
+    use crate::calibrate::{touched_sheet, touched_tip};
     #[pymodule_export]
     use crate::call::Call;
     #[pymodule_export]

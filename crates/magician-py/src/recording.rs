@@ -132,7 +132,7 @@ impl Core {
 #[pymethods]
 impl Recording {
     /// Seconds, readings, x, y, z and r, mm/s and mm of the tool.
-    fn tally(&self, py: Python<'_>) -> PyResult<(f64, u64, [f32; 4], f64, f64)> {
+    fn tally(&self, py: Python<'_>) -> PyResult<(f64, u64, [f64; 4], f64, f64)> {
         let tally = (self.inner.get(py)?.tally)();
         let Tally {
             seconds,
@@ -141,7 +141,7 @@ impl Recording {
             speed,
             length,
         } = tally;
-        Ok((seconds, readings, pose, speed, length))
+        Ok((seconds, readings, pose.map(values::shortest), speed, length))
     }
 
     /// Whether it goes on.

@@ -17,6 +17,7 @@ use crate::core::Core;
 use crate::errors;
 use crate::program::{PyPlan, Source};
 use crate::runtime::Local;
+use crate::values::shortest;
 
 /// A program that is taught.
 #[pyclass(frozen, module = "magician._magician")]
@@ -47,7 +48,8 @@ impl Taught {
         let Some(name) = self.editor().store_guided(pose) else {
             return;
         };
-        let point = (name, [pose.x, pose.y, pose.z, pose.r]);
+        let place = [pose.x, pose.y, pose.z, pose.r];
+        let point = (name, place.map(shortest));
         self.by_hand.send_modify(|points| points.push(point));
     }
 }
@@ -124,11 +126,11 @@ impl Core {
 }
 
 /// A point: its name and x, y, z, r.
-type Point = (String, [f32; 4]);
+type Point = (String, [f64; 4]);
 
 fn point(step: &TeachStep) -> Option<Point> {
     match &step.motion {
-        Some(Action::Move { to, .. }) => Some((step.name.clone(), *to)),
+        Some(Action::Move { to, .. }) => Some((step.name.clone(), to.map(shortest))),
         _ => None,
     }
 }

@@ -308,7 +308,7 @@ pub(crate) fn pose(py: Python<'_>, pose: &magician::commands::Pose) -> PyResult<
 }
 
 /// The number with the fewest digits that is this one in 32 bits.
-fn shortest(number: f32) -> f64 {
+pub(crate) fn shortest(number: f32) -> f64 {
     let wide = f64::from(number);
     if wide.fract() == 0.0 || !wide.is_finite() {
         return wide;

@@ -27,6 +27,7 @@ Lengths are mm, angles degrees, times seconds.
 MODULES = {
     "_blocking": ("magician", "The arm"),
     "places": ("magician.places", "Places"),
+    "calibrate": ("magician.calibrate", "Calibration"),
     "words": ("magician.words", "Words: what an arm can be told, as commands"),
     "pins": ("magician.pins", "Pins and connectors"),
     "programs": ("magician.programs", "Plans"),

@@ -11,7 +11,8 @@
 
 * :class:`Arm` is a connected arm; :class:`magician.aio.Arm` the same for asyncio.
 * :mod:`magician.words` builds commands for programs; :mod:`magician.commands` has every command of the protocol.
-* :mod:`magician.places` keeps poses by name, and has work planes and pallets.
+* :mod:`magician.places` keeps poses by name, and has work planes and pallets; :mod:`magician.calibrate` finds sheet,
+  surface and the tool's tip from touched points.
 * :func:`load` makes a :class:`Plan` from a file, :meth:`Plan.path` from an array of points; ``arm.run(plan)`` runs it.
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`; :mod:`magician.simulation`
@@ -44,7 +45,7 @@ from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats,
 from .running import PlanProgress, RunResult
 
 if TYPE_CHECKING:
-    from . import aio, conformance, replaying, serving, traffic
+    from . import aio, calibrate, conformance, replaying, serving, traffic
     from .conformance import conform
     from .replaying import Replay, replay
     from .serving import Served, sim
@@ -104,6 +105,7 @@ __all__ = [
     "__version__",
     "aio",
     "alarms",
+    "calibrate",
     "commands",
     "conform",
     "conformance",
@@ -133,6 +135,7 @@ __all__ = [
 # What a program on a thread of its own with an arm of its own can do without; `aio` takes asyncio along.
 _LATER = {
     "aio": "aio",
+    "calibrate": "calibrate",
     "Place": "virtual",
     "VirtualArm": "virtual",
     "WorldObject": "virtual",

@@ -60,6 +60,8 @@ __all__ = [
     "run_command",
     "serve_sim",
     "tools",
+    "touched_sheet",
+    "touched_tip",
 ]
 
 __version__: str
@@ -234,7 +236,13 @@ class Recording:
     def is_open(self) -> bool: ...
     def finish(self) -> Call[tuple[float, int, float, int | None]]: ...
 
-def replay(trace: bytes, how: dict[str, Any]) -> tuple[tuple[int, int, int, int, int, int, int], list[Difference]]: ...
+def touched_sheet(
+    corners: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]],
+) -> tuple[tuple[float, float], float, float, tuple[float, float], tuple[float, float] | None]: ...
+def touched_tip(
+    touches: tuple[tuple[float, float, float], tuple[float, float, float]], bias: tuple[float, float, float]
+) -> tuple[tuple[float, float], tuple[float, float, float]]: ...
+def replay(trace: bytes, how: dict[str, Any]) -> tuple[list[int], list[Difference]]: ...
 
 @final
 class Served:
