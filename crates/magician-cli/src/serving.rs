@@ -35,16 +35,6 @@ pub(crate) fn serving(endpoint: &Endpoint) -> String {
     }
 }
 
-/// Whether other computers may reach it.
-pub(crate) fn is_exposed(endpoint: &Endpoint) -> bool {
-    match endpoint {
-        Endpoint::Udp(address) | Endpoint::Tcp(address) => {
-            !address.ip().to_canonical().is_loopback()
-        }
-        _ => false,
-    }
-}
-
 /// A file to write from its beginning; one that another program is writing stays as it is.
 pub(crate) fn create(path: &Path) -> Result<File, Failure> {
     files::create(path)

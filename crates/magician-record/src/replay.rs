@@ -61,8 +61,7 @@ pub use play::{Moment, Play};
 pub use report::{Difference, Report, What};
 pub use saved::ReplayWriter;
 
-/// How the name of the arm's own line begins in the trace of a proxy, beside those of its programs.
-pub const LINE_OF_ARM: &str = "arm ";
+pub use crate::trace::LINE_OF_ARM;
 
 /// A longer trace has a clock that jumped.
 const LONGEST: Duration = Duration::from_secs(31 * 24 * 3600);

@@ -15,6 +15,9 @@ use std::io::{self, Write};
 
 use magician_protocol::{Deframer, Direction, Event, INTER_BYTE_TIMEOUT_MS};
 
+/// How the name of the arm's own line begins in the trace of a proxy, beside those of its programs.
+pub const LINE_OF_ARM: &str = "arm ";
+
 mod read;
 
 pub use read::{Packet, Trace, TraceError, read_trace};

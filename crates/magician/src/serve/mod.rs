@@ -1,6 +1,6 @@
 //! The virtual arm for programs outside: pseudo-terminals, UDP and TCP, all to the same arm.
 //!
-//! [`Endpoints`] are the same endpoints in front of anything else.
+//! [`Endpoints`] are the same endpoints in front of anything else, such as an arm that programs share ([`ProxyServer`]).
 //!
 //! A [`Server`] needs a tokio runtime with I/O (and, except on Linux, time) enabled. It is one
 //! future on one thread, and so are several together ([`serve_all`]); a current-thread runtime
@@ -32,6 +32,7 @@ pub mod files;
 mod handle;
 mod keep;
 mod outbox;
+mod proxy;
 #[cfg(unix)]
 mod pty;
 #[cfg(unix)]
@@ -49,6 +50,7 @@ mod wake;
 pub use discovery::Discovery;
 pub use endpoints::{BoundEndpoints, Endpoints};
 pub use handle::{Ended, Handle, PendingResult};
+pub use proxy::{ProxyNotice, ProxyObserver, ProxyServer};
 pub use service::Service;
 pub use several::{numbered, serve_all};
 
@@ -111,6 +113,17 @@ pub enum Endpoint {
     Tcp(SocketAddr),
     /// A UDP socket that answers hosts which look for an arm, with the port it got.
     Discovery(SocketAddr),
+}
+
+impl Endpoint {
+    /// Whether other computers may reach it, none of which needs a password.
+    #[must_use]
+    pub fn is_exposed(&self) -> bool {
+        match self {
+            Self::Udp(address) | Self::Tcp(address) => !address.ip().to_canonical().is_loopback(),
+            _ => false,
+        }
+    }
 }
 
 impl fmt::Display for Endpoint {

@@ -1,19 +1,17 @@
 //! What passes, and what becomes of endpoints and line, in lines or objects on stderr.
 
-use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{self, Write};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
-use magician::proxy::{Client, Event};
-use magician::serve::{Endpoint, Notice};
+use magician::proxy::Event;
+use magician::serve::{Endpoint, Notice, ProxyNotice, ProxyObserver};
 use magician_protocol::{Description, Direction, Frame, FrameBuf, Row, describe};
 use serde_json::{Map, Value, json};
 
-use super::trace::wall_clock;
 use crate::json::json;
 use crate::paint::{Paint, tell};
-use crate::serving::{is_exposed, serving};
+use crate::serving::serving;
 use crate::throttle::{Held, Throttle};
 use crate::verbs::decode::{hex, word};
 
@@ -36,6 +34,8 @@ pub(super) struct Style {
 /// no reason to stop.
 pub(super) struct Log {
     style: Style,
+    /// What the line to the arm is called.
+    arm: String,
     paint: Paint,
     begun: u64,
     width: usize,
@@ -45,24 +45,15 @@ pub(super) struct Log {
 }
 
 impl Log {
-    pub(super) fn new(style: Style) -> Self {
+    pub(super) fn new(style: Style, arm: &str) -> Self {
         Self {
             style,
+            arm: arm.to_owned(),
             paint: Paint::for_stderr(),
             begun: wall_clock(),
             width: NAME,
             text: String::new(),
             floods: Throttle::default(),
-        }
-    }
-
-    /// Hands on what has been written.
-    pub(super) fn flush(&mut self) {
-        let ended = self.floods.ended(self.since());
-        self.more(ended);
-        if !self.text.is_empty() {
-            let _ = io::stderr().lock().write_all(self.text.as_bytes());
-            self.text.clear();
         }
     }
 
@@ -97,8 +88,9 @@ impl Log {
     }
 
     /// Which computers may move the arm, if more than this one.
-    pub(super) fn exposed(&self, arm: &str, endpoints: &[Endpoint]) {
-        for endpoint in endpoints.iter().filter(|endpoint| is_exposed(endpoint)) {
+    pub(super) fn exposed(&self, endpoints: &[Endpoint]) {
+        let arm = &self.arm;
+        for endpoint in endpoints.iter().filter(|endpoint| endpoint.is_exposed()) {
             let message = format!(
                 "every computer that reaches {endpoint} can move the arm at {arm} without a \
                     password; serve 127.0.0.1 to allow only programs on this computer"
@@ -111,7 +103,8 @@ impl Log {
         }
     }
 
-    pub(super) fn serving(&self, arm: &str, endpoints: &[Endpoint]) {
+    pub(super) fn serving(&self, endpoints: &[Endpoint]) {
+        let arm = &self.arm;
         self.say(json!({"event": "proxy", "arm": arm}), || {
             format!("proxy for the arm at {arm}")
         });
@@ -123,7 +116,7 @@ impl Log {
         }
     }
 
-    pub(super) fn notice(&mut self, notice: &Notice) {
+    fn client(&mut self, notice: &Notice) {
         let at_all = self.style.frames || self.style.verbose > 0;
         let (kind, who, text) = match notice {
             Notice::Connected(who) if at_all => ("connected", who, "connected"),
@@ -143,30 +136,6 @@ impl Log {
         }
     }
 
-    pub(super) fn line_lost(&self, why: &magician::Error) {
-        let object = json!({"event": "line-lost", "message": why.to_string()});
-        self.say(object, || {
-            format!("{why}; looking for the line, no replies until it is back")
-        });
-    }
-
-    pub(super) fn line_found(&self, arm: &str) {
-        self.say(json!({"event": "line-found"}), || {
-            format!("the line to the {arm} is back")
-        });
-    }
-
-    pub(super) fn trace_ended(&self, error: &io::Error) {
-        let object = json!({"event": "trace-ended", "message": error.to_string()});
-        self.say(object, || format!("the trace ends here: {error}"));
-    }
-
-    pub(super) fn unconfirmed(&self) {
-        self.say(json!({"event": "jog-not-confirmed"}), || {
-            "the arm did not confirm that the jog has ended".to_owned()
-        });
-    }
-
     fn say(&self, object: Value, text: impl FnOnce() -> String) {
         let line = match self.style.json {
             true => json(&object),
@@ -176,65 +145,33 @@ impl Log {
     }
 
     /// Shows something that passed, or did not.
-    pub(super) fn event(&mut self, event: &Event, names: &BTreeMap<Client, String>) {
+    fn event(&mut self, event: &Event, client: Option<&str>) {
         if !self.style.frames {
             return;
         }
-        let (who, shown) = match event {
-            Event::Foreign {
-                from,
-                bytes,
-                passed,
-            } => {
-                let who = from.and_then(|client| names.get(&client));
-                let who = who.map_or("arm", String::as_str);
-                return self.foreign(who, bytes.bytes(), *passed);
+        let (request, reply) = (Direction::Request, Direction::Reply);
+        let shown = match event {
+            Event::Foreign { bytes, passed, .. } => {
+                return self.foreign(client.unwrap_or("arm"), bytes.bytes(), *passed);
             }
-            Event::Request { client, frame } => (
-                names.get(client),
-                Shown::new("request", frame, Direction::Request),
-            ),
-            Event::Reply {
-                client,
-                frame,
-                shared,
-            } => {
-                let shown = Shown::new("reply", frame, Direction::Reply);
+            Event::Request { frame, .. } => Shown::new("request", frame, request),
+            Event::Reply { frame, shared, .. } => {
                 let note = shared.then(|| "shared".to_owned());
-                (names.get(client), Shown { note, ..shown })
+                Shown::new("reply", frame, reply).noted(note)
             }
-            Event::Unanswered { client, frame } => {
-                let shown = Shown::new("unanswered", frame, Direction::Request);
-                (names.get(client), Shown { bad: true, ..shown })
-            }
-            Event::Dropped {
-                client,
-                frame,
-                reason,
-            } => {
-                let shown = Shown::new("dropped", frame, Direction::Request);
+            Event::Unanswered { frame, .. } => Shown::new("unanswered", frame, request).bad(),
+            Event::Dropped { frame, reason, .. } => {
                 let note = Some(reason.to_string());
-                (
-                    names.get(client),
-                    Shown {
-                        note,
-                        bad: true,
-                        ..shown
-                    },
-                )
+                Shown::new("dropped", frame, request).noted(note).bad()
             }
-            Event::Own { frame } => (None, Shown::new("own", frame, Direction::Request)),
-            Event::Unclaimed { frame } => {
-                let shown = Shown::new("unclaimed", frame, Direction::Reply);
-                (None, Shown { bad: true, ..shown })
-            }
+            Event::Own { frame } => Shown::new("own", frame, request),
+            Event::Unclaimed { frame } => Shown::new("unclaimed", frame, reply).bad(),
         };
-        let who = match (who, event) {
-            (Some(name), _) => name.as_str(),
-            (None, Event::Own { .. }) => "proxy",
-            (None, Event::Unclaimed { .. }) => "arm",
-            (None, _) => "?",
-        };
+        let who = client.unwrap_or(match event {
+            Event::Own { .. } => "proxy",
+            Event::Unclaimed { .. } => "arm",
+            _ => "?",
+        });
         let only = &self.style.only;
         let wanted = only.is_empty() || only.contains(&shown.frame.id());
         // Traffic is shown on request; errors may come at any rate.
@@ -299,6 +236,40 @@ impl Log {
     }
 }
 
+impl ProxyObserver for Log {
+    fn notice(&mut self, notice: ProxyNotice<'_>) {
+        match notice {
+            ProxyNotice::Traffic { event, client } => self.event(event, client),
+            ProxyNotice::Client(notice) => self.client(notice),
+            ProxyNotice::LineLost(why) => {
+                let object = json!({"event": "line-lost", "message": why.to_string()});
+                self.say(object, || {
+                    format!("{why}; looking for the line, no replies until it is back")
+                });
+            }
+            ProxyNotice::LineFound => self.say(json!({"event": "line-found"}), || {
+                format!("the line to the arm {} is back", self.arm)
+            }),
+            ProxyNotice::TraceEnded(error) => {
+                let object = json!({"event": "trace-ended", "message": error.to_string()});
+                self.say(object, || format!("the trace ends here: {error}"));
+            }
+            ProxyNotice::JogNotConfirmed => self.say(json!({"event": "jog-not-confirmed"}), || {
+                "the arm did not confirm that the jog has ended".to_owned()
+            }),
+        }
+    }
+
+    fn flush(&mut self) {
+        let ended = self.floods.ended(self.since());
+        self.more(ended);
+        if !self.text.is_empty() {
+            let _ = io::stderr().lock().write_all(self.text.as_bytes());
+            self.text.clear();
+        }
+    }
+}
+
 impl Drop for Log {
     fn drop(&mut self) {
         let rest = self.floods.rest(self.since());
@@ -328,6 +299,14 @@ impl<'a> Shown<'a> {
             note: None,
             bad: false,
         }
+    }
+
+    fn noted(self, note: Option<String>) -> Self {
+        Self { note, ..self }
+    }
+
+    fn bad(self) -> Self {
+        Self { bad: true, ..self }
     }
 
     fn known_name(&self) -> Option<&'static str> {
@@ -391,4 +370,10 @@ impl<'a> Shown<'a> {
         }
         Value::Object(object)
     }
+}
+
+/// Microseconds since 1970.
+fn wall_clock() -> u64 {
+    let since = SystemTime::UNIX_EPOCH.elapsed().unwrap_or_default();
+    u64::try_from(since.as_micros()).unwrap_or(u64::MAX)
 }

@@ -1,10 +1,6 @@
 //! `proxy`: several programs at one arm.
 
 mod log;
-mod service;
-mod session;
-mod trace;
-mod wire;
 
 use std::io::BufWriter;
 use std::path::PathBuf;
@@ -13,7 +9,7 @@ use std::time::Duration;
 use clap::Args;
 use magician::faults::Faults;
 use magician::proxy::Settings;
-use magician::serve::Endpoints;
+use magician::serve::{Endpoints, ProxyServer};
 use magician::{LineOptions, RawLine, Target};
 use magician_protocol::Row;
 
@@ -23,10 +19,6 @@ use crate::interrupt::Signal;
 use crate::serving::{DOORS, create, pty, say_ready};
 
 use log::{Log, Style};
-use service::ProxyService;
-use session::Session;
-use trace::ProxyTrace;
-use wire::Wire;
 
 /// Share one arm between programs, and watch the traffic
 #[derive(Args, Debug)]
@@ -117,30 +109,23 @@ impl Proxy {
             let options = LineOptions::default().faults(self.faults.unwrap_or_default());
             let line = RawLine::open_with(&target, options).await?;
             let settings = Settings {
-                line: line.settings(),
                 fresh: u64::try_from(self.fresh.as_micros()).unwrap_or(u64::MAX),
                 transparent: self.transparent,
                 keep_going: self.keep_going,
+                ..Settings::default()
             };
-            let log = Log::new(style);
-            let mut service = ProxyService::new(settings, log, line.name());
-            let endpoints = endpoints.open(&mut service)?;
+            let log = Log::new(style, line.name());
+            let mut proxy = ProxyServer::open(line, &endpoints, settings)?;
             // After the endpoints: what cannot be served leaves an earlier trace as it was.
             if let Some(path) = &self.trace {
-                service.trace(ProxyTrace::new(BufWriter::new(create(path)?))?);
+                proxy = proxy.traced(BufWriter::new(create(path)?))?;
             }
-            service.say_serving(line.name(), &endpoints.endpoints());
+            log.serving(&proxy.endpoints());
             if !matches!(target, Target::Sim(_)) {
-                service.say_exposed(line.name(), &endpoints.endpoints());
+                log.exposed(&proxy.endpoints());
             }
             say_ready();
-            let mut session = Session::new(service, endpoints, Wire::new(line));
-            let signal = tokio::select! {
-                signal = signals.next() => signal,
-                failure = session.serve() => return Err(failure),
-            };
-            session.end().await;
-            Ok(signal)
+            Ok(proxy.observed(log).serve_until(signals.next()).await?)
         })?;
         match signal {
             Signal::Interrupt => Err(Failure::interrupted()),

@@ -10,7 +10,7 @@ use magician_sim::{Event, Identity, Scenario, Speed};
 
 use super::tui::Feed;
 use crate::paint::tell;
-use crate::serving::{is_exposed, serving};
+use crate::serving::serving;
 use crate::throttle::Throttle;
 
 /// What kind of arm is served.
@@ -134,7 +134,7 @@ impl Log {
         for endpoint in endpoints {
             self.to.say(&serving(endpoint));
         }
-        for endpoint in endpoints.iter().filter(|endpoint| is_exposed(endpoint)) {
+        for endpoint in endpoints.iter().filter(|endpoint| endpoint.is_exposed()) {
             self.to.say(&format!(
                 "note: every computer that reaches {endpoint} can use this virtual arm"
             ));

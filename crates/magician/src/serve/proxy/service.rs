@@ -1,51 +1,57 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use magician::proxy::{Chunk, Client, Proxy, Settings};
-use magician::serve::{Endpoint, Notice, Service};
 use magician_protocol::{Direction, FrameBuf};
-use magician_record::replay::LINE_OF_ARM;
+#[cfg(feature = "trace")]
+use magician_record::trace::LINE_OF_ARM;
 use magician_sim::LinkId;
 
-use super::log::Log;
+use super::super::{Notice, Service};
+#[cfg(feature = "trace")]
 use super::trace::{ProxyTrace, wall_clock};
+use super::{ProxyNotice, ProxyObserver};
+use crate::proxy::{Chunk, Client, Event, Proxy, Settings};
 
-/// What the endpoints lead to: the proxy on the wall clock, with its log and its trace.
+/// What the endpoints lead to: the proxy on the wall clock, with its observer and its trace.
 pub(super) struct ProxyService {
     pub(super) proxy: Proxy,
     begun: Instant,
     names: BTreeMap<Client, String>,
     links: u32,
-    log: Log,
+    observer: Box<dyn ProxyObserver>,
+    #[cfg(feature = "trace")]
     trace: Option<ProxyTrace>,
     /// What the arm's line is called in the trace.
+    #[cfg(feature = "trace")]
     arm: String,
 }
 
 impl ProxyService {
-    pub(super) fn new(settings: Settings, log: Log, arm: &str) -> Self {
+    pub(super) fn new(settings: Settings, arm: &str) -> Self {
         Self {
             proxy: Proxy::new(settings),
             begun: Instant::now(),
             names: BTreeMap::new(),
             links: 0,
-            log,
+            observer: Box::new(|_: ProxyNotice<'_>| ()),
+            #[cfg(feature = "trace")]
             trace: None,
+            #[cfg(feature = "trace")]
             arm: format!("{LINE_OF_ARM}{arm}"),
         }
     }
 
+    pub(super) fn observe(&mut self, observer: Box<dyn ProxyObserver>) {
+        self.observer = observer;
+    }
+
+    #[cfg(feature = "trace")]
     pub(super) fn trace(&mut self, trace: ProxyTrace) {
         self.trace = Some(trace);
     }
 
-    pub(super) fn say_serving(&self, arm: &str, endpoints: &[Endpoint]) {
-        self.log.serving(arm, endpoints);
-    }
-
-    /// Says which computers may move the arm, if more than this one.
-    pub(super) fn say_exposed(&self, arm: &str, endpoints: &[Endpoint]) {
-        self.log.exposed(arm, endpoints);
+    pub(super) fn tell(&mut self, notice: ProxyNotice<'_>) {
+        self.observer.notice(notice);
     }
 
     /// Microseconds since this began.
@@ -72,14 +78,14 @@ impl ProxyService {
         Some(chunk)
     }
 
-    pub(super) fn lose_line(&mut self, why: &magician::Error) {
+    pub(super) fn lose_line(&mut self, why: &crate::Error) {
         self.proxy.lose_line();
-        self.log.line_lost(why);
+        self.tell(ProxyNotice::LineLost(why));
     }
 
     pub(super) fn find_line(&mut self) {
         self.proxy.find_line();
-        self.log.line_found(&self.arm);
+        self.tell(ProxyNotice::LineFound);
     }
 
     /// Everybody leaves.
@@ -90,20 +96,20 @@ impl ProxyService {
         }
     }
 
-    /// The arm did not confirm that it stands.
-    pub(super) fn say_unconfirmed(&self) {
-        self.log.unconfirmed();
-    }
-
     /// Shows what has happened.
     pub(super) fn show(&mut self) {
         while let Some(event) = self.proxy.poll_event() {
-            self.log.event(&event, &self.names);
+            let client = concerned(&event).and_then(|client| self.names.get(&client));
+            self.observer.notice(ProxyNotice::Traffic {
+                event: &event,
+                client: client.map(String::as_str),
+            });
         }
-        self.log.flush();
+        self.observer.flush();
     }
 
     /// A trace that cannot be written ends; the proxy does not.
+    #[cfg(feature = "trace")]
     fn record(&mut self, client: Option<Client>, direction: Direction, bytes: &[u8]) {
         let Some(trace) = &mut self.trace else {
             return;
@@ -115,15 +121,37 @@ impl ProxyService {
         let Some(name) = name else {
             return;
         };
-        if let Err(error) = trace.record(name, wall_clock(), direction, bytes) {
+        let written = trace.record(name, wall_clock(), direction, bytes);
+        self.traced(written);
+    }
+
+    #[cfg(not(feature = "trace"))]
+    #[allow(clippy::unused_self)]
+    fn record(&mut self, _: Option<Client>, _: Direction, _: &[u8]) {}
+
+    #[cfg(feature = "trace")]
+    fn traced(&mut self, written: std::io::Result<()>) {
+        if let Err(error) = written {
             self.trace = None;
-            self.log.trace_ended(&error);
+            self.tell(ProxyNotice::TraceEnded(&error));
         }
     }
 }
 
 fn client(link: LinkId) -> Client {
     Client(link.0)
+}
+
+/// Which client something is about.
+fn concerned(event: &Event) -> Option<Client> {
+    match event {
+        Event::Request { client, .. }
+        | Event::Reply { client, .. }
+        | Event::Unanswered { client, .. }
+        | Event::Dropped { client, .. } => Some(*client),
+        Event::Foreign { from, .. } => *from,
+        Event::Own { .. } | Event::Unclaimed { .. } => None,
+    }
 }
 
 impl Service for ProxyService {
@@ -140,12 +168,12 @@ impl Service for ProxyService {
         // While the name is known.
         self.show();
         let name = self.names.remove(&client(link));
-        if let (Some(trace), Some(name)) = (&mut self.trace, name)
-            && let Err(error) = trace.close(&name)
-        {
-            self.trace = None;
-            self.log.trace_ended(&error);
+        #[cfg(feature = "trace")]
+        if let (Some(trace), Some(name)) = (&mut self.trace, &name) {
+            let written = trace.close(name);
+            self.traced(written);
         }
+        drop(name);
     }
 
     fn room(&self, link: LinkId) -> usize {
@@ -165,6 +193,6 @@ impl Service for ProxyService {
     }
 
     fn notice(&mut self, notice: Notice) {
-        self.log.notice(&notice);
+        self.tell(ProxyNotice::Client(&notice));
     }
 }

@@ -7,13 +7,13 @@ use magician_record::trace::{TraceLink, TraceWriter};
 
 /// The trace: an interface for everybody by name, the arm's line among them.
 pub(super) struct ProxyTrace {
-    writer: TraceWriter<Box<dyn Write>>,
+    writer: TraceWriter<Box<dyn Write + Send>>,
     places: BTreeMap<String, TraceLink>,
 }
 
 impl ProxyTrace {
-    pub(super) fn new(out: impl Write + 'static) -> io::Result<Self> {
-        let out: Box<dyn Write> = Box::new(out);
+    pub(super) fn new(out: impl Write + Send + 'static) -> io::Result<Self> {
+        let out: Box<dyn Write + Send> = Box::new(out);
         Ok(Self {
             writer: TraceWriter::new(out)?,
             places: BTreeMap::new(),

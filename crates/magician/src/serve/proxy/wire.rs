@@ -3,10 +3,9 @@ use std::pin::Pin;
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-use magician::proxy::Chunk;
-use magician::{Error, RawLine};
-
 use super::service::ProxyService;
+use crate::proxy::Chunk;
+use crate::{Error, RawLine};
 
 /// Between two attempts to open a line that was lost.
 const PAUSE: Duration = Duration::from_millis(250);
@@ -21,7 +20,7 @@ pub(super) struct Wire {
 
 enum WireState {
     Open(Box<RawLine>),
-    Lost(Pin<Box<dyn Future<Output = RawLine>>>),
+    Lost(Pin<Box<dyn Future<Output = RawLine> + Send>>),
     /// Only between the two.
     Changing,
 }
