@@ -1,12 +1,13 @@
 use std::sync::Arc;
 use std::task::{Context, Waker};
 
+use super::cable::Cable;
 use super::handle::Orders;
 use super::shared_arm::SharedArm;
 use super::spec::{self, Listeners};
 use super::timer::Timer;
 use super::wake::{WakeFlag, WakeSet};
-use super::{Endpoint, Notice, OnReady, ServeError, Server, Service};
+use super::{Endpoint, OnReady, ServeError, Server};
 use magician_sim::Runner;
 
 /// An arm that is being served: all its endpoints are open.
@@ -19,9 +20,7 @@ pub(super) struct Arm {
     waker: Waker,
     on_ready: Option<OnReady>,
     orders: Orders,
-    /// The cable as the endpoints know it.
-    plugged: bool,
-    pulls: u64,
+    cable: Cable,
 }
 
 impl Arm {
@@ -48,8 +47,7 @@ impl Arm {
             bell,
             on_ready: Some(server.on_ready),
             orders: server.orders,
-            plugged: true,
-            pulls: 0,
+            cable: Cable::default(),
         })
     }
 
@@ -61,10 +59,7 @@ impl Arm {
     }
 
     fn endpoints(&self) -> Vec<Endpoint> {
-        self.listeners
-            .iter()
-            .map(|listener| listener.endpoint())
-            .collect()
+        spec::endpoints(&self.listeners)
     }
 
     /// No more clients: closes the endpoints and completes what is being written.
@@ -86,17 +81,16 @@ impl Arm {
     fn poll(&mut self, cx: &mut Context<'_>) -> Result<(), ServeError> {
         self.hub.tick();
         let done = self.orders.carry_out_one(cx, self.hub.runner_mut());
-        self.follow_cable()?;
-        for listener in &mut self.listeners {
-            if let Err(source) = listener.poll(cx, &mut self.hub) {
-                return Err(ServeError::at(listener.endpoint(), "go on", source));
-            }
-        }
+        let (pulls, plugged) = (self.hub.runner().pulls(), self.hub.runner().plugged());
+        let listeners = &mut self.listeners;
+        self.cable
+            .follow(pulls, plugged, listeners, &mut self.hub)?;
+        spec::poll_all(&mut self.listeners, cx, &mut self.hub)?;
         self.hub.report();
         if let Some(done) = done {
             done();
         }
-        if self.hub.runner().pulls() != self.pulls {
+        if self.cable.is_behind(self.hub.runner().pulls()) {
             // It was pulled meanwhile; the endpoints follow in the next turn.
             cx.waker().wake_by_ref();
         }
@@ -104,27 +98,6 @@ impl Arm {
             && self.timer.poll(cx, wait).is_ready()
         {
             cx.waker().wake_by_ref();
-        }
-        Ok(())
-    }
-
-    /// Has the endpoints vanish and come back as the cable is pulled and put back.
-    fn follow_cable(&mut self) -> Result<(), ServeError> {
-        let (pulls, plugged) = (self.hub.runner().pulls(), self.hub.runner().plugged());
-        if pulls != self.pulls {
-            (self.pulls, self.plugged) = (pulls, false);
-            for listener in &mut self.listeners {
-                listener.unplug(&mut self.hub);
-            }
-            self.hub.notice(Notice::Unplugged);
-        }
-        if plugged && !self.plugged {
-            self.plugged = true;
-            for listener in &mut self.listeners {
-                listener.plug(&mut self.hub)?;
-            }
-            let endpoints = self.endpoints();
-            self.hub.notice(Notice::Plugged(endpoints));
         }
         Ok(())
     }

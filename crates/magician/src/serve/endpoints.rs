@@ -48,9 +48,17 @@ impl Endpoints {
     /// [`ServeError`] when one cannot be opened; what is certain to fail does so before anything is
     /// touched.
     pub fn open(&self, service: &mut dyn Service) -> Result<BoundEndpoints, ServeError> {
-        self.specs.iter().try_for_each(|spec| spec.check(None))?;
-        let listeners = spec::open_all(&self.specs, &Discovery::Off, None, service)?;
+        let listeners = self.listen(&Discovery::Off, service)?;
         Ok(BoundEndpoints { listeners })
+    }
+
+    pub(super) fn listen(
+        &self,
+        discovery: &Discovery,
+        service: &mut dyn Service,
+    ) -> Result<Listeners, ServeError> {
+        self.specs.iter().try_for_each(|spec| spec.check(None))?;
+        spec::open_all(&self.specs, discovery, None, service)
     }
 }
 
@@ -75,10 +83,7 @@ impl BoundEndpoints {
     /// What they are called outside, in their order.
     #[must_use]
     pub fn endpoints(&self) -> Vec<Endpoint> {
-        self.listeners
-            .iter()
-            .map(|listener| listener.endpoint())
-            .collect()
+        spec::endpoints(&self.listeners)
     }
 
     /// Reads what is there, writes what is due, and registers to be woken for more. Turns are
@@ -92,10 +97,6 @@ impl BoundEndpoints {
         cx: &mut Context<'_>,
         service: &mut dyn Service,
     ) -> Result<(), ServeError> {
-        for listener in &mut self.listeners {
-            let turned = listener.poll(cx, service);
-            turned.map_err(|source| ServeError::at(listener.endpoint(), "go on", source))?;
-        }
-        Ok(())
+        spec::poll_all(&mut self.listeners, cx, service)
     }
 }

@@ -1,6 +1,7 @@
 //! The virtual arm for programs outside: pseudo-terminals, UDP and TCP, all to the same arm.
 //!
-//! [`Endpoints`] are the same endpoints in front of anything else, such as an arm that programs share ([`ProxyServer`]).
+//! [`Endpoints`] are the same endpoints in front of anything else: a virtual arm that this process uses too ([`ServedArm`]),
+//! an arm that programs share ([`ProxyServer`]).
 //!
 //! A [`Server`] needs a tokio runtime with I/O (and, except on Linux, time) enabled. It is one
 //! future on one thread, and so are several together ([`serve_all`]); a current-thread runtime
@@ -26,6 +27,7 @@ mod address;
 mod arm;
 #[cfg(feature = "record")]
 mod behind;
+mod cable;
 mod discovery;
 mod endpoints;
 pub mod files;
@@ -38,6 +40,7 @@ mod pty;
 #[cfg(unix)]
 mod reactor;
 mod recording;
+mod served_arm;
 mod service;
 mod several;
 mod shared_arm;
@@ -51,6 +54,7 @@ pub use discovery::Discovery;
 pub use endpoints::{BoundEndpoints, Endpoints};
 pub use handle::{Ended, Handle, PendingResult};
 pub use proxy::{ProxyNotice, ProxyObserver, ProxyServer};
+pub use served_arm::ServedArm;
 pub use service::Service;
 pub use several::{numbered, serve_all};
 

@@ -1,7 +1,8 @@
-use magician_protocol::FrameBuf;
+use magician_protocol::commands::DeviceId;
+use magician_protocol::{FrameBuf, NoArgs, Readable};
 
 use super::Notice;
-use magician_sim::LinkId;
+use magician_sim::{Controller, LinkId};
 
 /// What stands behind endpoints: it learns of clients that connect and disconnect, takes bytes and gives frames. A
 /// [`Server`](super::Server) has one for a virtual arm; [`Endpoints`](super::Endpoints) lead to any other.
@@ -43,6 +44,17 @@ pub trait Service {
     fn device_id(&mut self) -> [u32; 3] {
         [0; 3]
     }
+}
+
+/// What a virtual arm says of its id, asked over a link that nobody else has.
+pub(super) fn device_id(arm: &mut Controller, link: LinkId) -> [u32; 3] {
+    if let Ok(request) = FrameBuf::get(&NoArgs, DeviceId::ROW) {
+        arm.receive(link, request.bytes());
+    }
+    let reply = arm.poll_transmit(link);
+    arm.close(link);
+    let value = reply.and_then(|reply| reply.frame().read::<DeviceId>().ok());
+    value.map_or([0; 3], |id| id.device_id)
 }
 
 /// A client as its endpoint knows it.

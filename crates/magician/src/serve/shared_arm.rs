@@ -1,12 +1,12 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use magician_protocol::commands::DeviceId;
-use magician_protocol::{Direction, FrameBuf, NoArgs, Readable};
+use magician_protocol::{Direction, FrameBuf};
 
 use super::files::FlashFileError;
 use super::keep::Keeper;
 use super::recording::Recording;
+use super::service::device_id;
 use super::{Notice, OnNotice, ServeError, Service};
 use magician_sim::{HostInstant, LinkId, Runner};
 
@@ -181,14 +181,7 @@ impl Service for SharedArm {
 
     fn device_id(&mut self) -> [u32; 3] {
         let link = self.next_link("discovery");
-        let controller = self.runner.controller_mut();
-        if let Ok(request) = FrameBuf::get(&NoArgs, DeviceId::ROW) {
-            controller.receive(link, request.bytes());
-        }
-        let reply = controller.poll_transmit(link);
-        controller.close(link);
-        let value = reply.and_then(|reply| reply.frame().read::<DeviceId>().ok());
-        value.map_or([0; 3], |id| id.device_id)
+        device_id(self.runner.controller_mut(), link)
     }
 }
 

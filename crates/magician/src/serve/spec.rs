@@ -1,6 +1,7 @@
 use std::net::SocketAddr;
 #[cfg(unix)]
 use std::path::PathBuf;
+use std::task::Context;
 
 use magician_protocol::UDP_PORT;
 
@@ -12,7 +13,7 @@ use super::pty::{self, Pty};
 use super::several::numbered;
 use super::tcp::Tcp;
 use super::udp::Udp;
-use super::{Listener, Notice, ServeError, Service};
+use super::{Endpoint, Listener, Notice, ServeError, Service};
 
 /// An endpoint that was asked for.
 pub(super) enum EndpointSpec {
@@ -88,6 +89,27 @@ pub(super) fn open_all(
         ));
     }
     Ok(ports)
+}
+
+/// What they are called outside, in their order.
+pub(super) fn endpoints(listeners: &Listeners) -> Vec<Endpoint> {
+    listeners
+        .iter()
+        .map(|listener| listener.endpoint())
+        .collect()
+}
+
+/// Has each of them do what it can.
+pub(super) fn poll_all(
+    listeners: &mut Listeners,
+    cx: &mut Context<'_>,
+    service: &mut dyn Service,
+) -> Result<(), ServeError> {
+    for listener in listeners {
+        let turned = listener.poll(cx, service);
+        turned.map_err(|source| ServeError::at(listener.endpoint(), "go on", source))?;
+    }
+    Ok(())
 }
 
 /// Discovery that was not requested explicitly: served where it can be.

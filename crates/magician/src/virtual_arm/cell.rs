@@ -31,6 +31,8 @@ pub(crate) struct Cell {
     /// What that clock shows while it stands; else what it showed when it was set going.
     ahead: HostInstant,
     lines: BTreeMap<LinkId, End>,
+    /// Who serves the arm to other programs, and must hear when it has been touched.
+    servers: Vec<Waker>,
     /// The arm's speed while no connection leads it.
     free: Speed,
 }
@@ -41,6 +43,8 @@ struct End {
     /// The connection, which must hear when the arm has been touched from elsewhere.
     waker: Option<Waker>,
     leads: bool,
+    /// A place for a client of another program that has said nothing yet.
+    idle: bool,
 }
 
 impl Cell {
@@ -51,6 +55,7 @@ impl Cell {
             led: false,
             ahead: HostInstant::ZERO,
             lines: BTreeMap::new(),
+            servers: Vec::new(),
             free: runner.speed(),
             runner,
         }
@@ -87,14 +92,14 @@ impl Cell {
     /// Has all connections look what is new.
     pub(super) fn wake(&mut self) {
         let wakers = self.lines.values_mut().filter_map(|end| end.waker.take());
-        wakers.for_each(Waker::wake);
+        wakers.chain(self.servers.drain(..)).for_each(Waker::wake);
     }
 
     /// Has all but this one look what is new: it does so in any case.
     fn wake_others(&mut self, link: LinkId) {
         let others = self.lines.iter_mut().filter(|(other, _)| **other != link);
         let wakers = others.filter_map(|(_, end)| end.waker.take());
-        wakers.for_each(Waker::wake);
+        wakers.chain(self.servers.drain(..)).for_each(Waker::wake);
     }
 }
 
@@ -110,8 +115,26 @@ impl Cell {
         link
     }
 
+    /// A line for a client of another program, which may come.
+    #[cfg(feature = "serve")]
+    pub(crate) fn expect_client(&mut self) -> LinkId {
+        let link = self.open();
+        if let Some(end) = self.lines.get_mut(&link) {
+            end.idle = true;
+        }
+        link
+    }
+
     pub(crate) fn is_connected(&self) -> bool {
-        !self.lines.is_empty()
+        self.lines.values().any(|end| !end.idle)
+    }
+
+    /// Has this hear when the arm has been touched.
+    #[cfg(feature = "serve")]
+    pub(crate) fn watch(&mut self, waker: &Waker) {
+        if !self.servers.iter().any(|known| known.will_wake(waker)) {
+            self.servers.push(waker.clone());
+        }
     }
 
     /// The arm's pending bytes for this line are dropped.
@@ -148,6 +171,9 @@ impl Cell {
     }
 
     pub(crate) fn receive(&mut self, link: LinkId, bytes: &[u8]) {
+        if let Some(end) = self.lines.get_mut(&link) {
+            end.idle = false;
+        }
         let now = self.now();
         self.runner.receive(now, link, bytes);
         // The leading connection may be waiting for the clock to start again.

@@ -9,3 +9,4 @@ mod handle;
 #[cfg(unix)]
 mod pty;
 mod several;
+mod shared;
