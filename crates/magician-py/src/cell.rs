@@ -12,6 +12,7 @@ use pyo3::types::{PyDict, PyList};
 use crate::call::Call;
 use crate::core::{self, Core, seconds};
 use crate::picture::{Ink, Picture};
+use crate::serving::{Served, Where, serve_arm};
 use crate::simulation::Saved;
 use crate::{errors, values};
 
@@ -137,6 +138,11 @@ impl Cell {
         let options = core::with_trace(core::with_fence(py, options, fence)?, trace)?;
         let arm = self.arm.clone();
         Core::connecting(py, async move { Arm::simulated(arm, options).await })
+    }
+
+    /// Offers it to other programs.
+    fn serve(&self, py: Python<'_>, places: Where) -> PyResult<Served> {
+        serve_arm(py, self.arm.clone(), places)
     }
 
     /// What the scenario is called.

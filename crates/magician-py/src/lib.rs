@@ -7,7 +7,7 @@
 //! * [`call::Call`] is something under way: a thread waits for it with the interpreter free and interrupts heard, or an
 //!   event loop is told when it has ended. So the blocking and the asyncio interface are the same one twice.
 //! * [`values`] carries commands between Python and the protocol's table.
-//! * [`serving`] offers a virtual arm to other programs.
+//! * [`serving`] offers virtual arms, and arms that are shared, to other programs.
 //! * [`traffic`] is what bytes of a line are; [`recording`] puts an arm on record, and replays a session.
 //! * [`teaching`] is a program that a person shows the arm, [`calibrate`] what touched points come to.
 //! * [`frames`] are what programs for other people's libraries send.
@@ -81,7 +81,7 @@ mod _magician {
     #[pymodule_export]
     use crate::run::Job;
     #[pymodule_export]
-    use crate::serving::{Served, serve_sim};
+    use crate::serving::{Served, serve_proxy, serve_sim};
     #[pymodule_export]
     use crate::simulation::{Saved, Sims};
     #[pymodule_export]

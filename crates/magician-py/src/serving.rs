@@ -1,22 +1,33 @@
-//! A virtual arm for other programs, served by a thread of its own.
+//! Arms for other programs, each served by a thread of its own: virtual ones, and those that programs share.
 
-use std::sync::mpsc::channel;
+use std::io::{self, BufWriter};
+use std::path::PathBuf;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use magician::serve::{Discovery, Endpoint, ServeError, Server};
+use magician::proxy::Settings;
+use magician::serve::files::create;
+use magician::serve::{
+    Discovery, Endpoint, Endpoints, Notice, ProxyNotice, ProxyServer, ServeError, ServedArm, Server,
+};
 use magician::sim::Speed;
-use magician::{Error, ErrorCode, ErrorKind};
+use magician::{Error, ErrorCode, ErrorKind, LineOptions, RawLine, SimSpeed, Target, VirtualArm};
 use pyo3::prelude::*;
 use tokio::sync::oneshot;
+use tracing::{info, warn};
 
 use crate::call::LOOK;
-use crate::cell::{controller, scenario_of};
+use crate::cell::{Cell, controller, scenario_of};
+use crate::core::{seconds, target};
 use crate::errors;
 use crate::runtime::{self, Local};
 
-/// A virtual arm that other programs can connect to.
+/// Where Python hears of it.
+const LOGGER: &str = "magician";
+
+/// Something that other programs can connect to.
 #[pyclass(frozen, module = "magician._magician")]
 pub(crate) struct Served {
     /// What each endpoint is, and where.
@@ -26,15 +37,38 @@ pub(crate) struct Served {
 
 struct Serving {
     end: oneshot::Sender<()>,
-    thread: JoinHandle<Result<(), ServeError>>,
+    thread: JoinHandle<Result<(), Broken>>,
 }
 
-fn raised(py: Python<'_>, error: &ServeError) -> PyErr {
-    let code = match error.kind() {
-        ErrorKind::InvalidInput => ErrorCode::InvalidValue,
-        _ => ErrorCode::PortFailed,
-    };
-    errors::raise(py, &Error::new(code, error.to_string()))
+/// Why nothing is served, or no longer.
+enum Broken {
+    Arm(Error),
+    File(io::Error),
+}
+
+impl From<Error> for Broken {
+    fn from(error: Error) -> Self {
+        Self::Arm(error)
+    }
+}
+
+impl From<ServeError> for Broken {
+    fn from(error: ServeError) -> Self {
+        let code = match error.kind() {
+            ErrorKind::InvalidInput => ErrorCode::InvalidValue,
+            _ => ErrorCode::PortFailed,
+        };
+        Error::new(code, error.to_string()).into()
+    }
+}
+
+impl Broken {
+    fn raised(self, py: Python<'_>) -> PyErr {
+        match self {
+            Self::Arm(error) => errors::raise(py, &error),
+            Self::File(error) => error.into(),
+        }
+    }
 }
 
 fn named(endpoint: &Endpoint) -> (&'static str, String) {
@@ -47,17 +81,50 @@ fn named(endpoint: &Endpoint) -> (&'static str, String) {
     (kind, endpoint.to_string())
 }
 
+/// Where something is to be served: paths of pseudo-terminals, an address for UDP, one for TCP.
+#[derive(FromPyObject)]
+pub(crate) struct Where(Vec<PathBuf>, Option<String>, Option<String>);
+
+impl Where {
+    fn endpoints(self, py: Python<'_>) -> PyResult<Endpoints> {
+        let Self(paths, udp, tcp) = self;
+        let mut endpoints = Endpoints::new();
+        for path in paths {
+            #[cfg(unix)]
+            {
+                endpoints = endpoints.pty(path);
+            }
+            #[cfg(not(unix))]
+            {
+                let error = format!("{}: this system has no pseudo-terminals", path.display());
+                return Err(errors::raise(
+                    py,
+                    &Error::new(ErrorCode::Unsupported, error),
+                ));
+            }
+        }
+        let _ = py;
+        let endpoints = udp.into_iter().fold(endpoints, Endpoints::udp);
+        Ok(tcp.into_iter().fold(endpoints, Endpoints::tcp))
+    }
+}
+
+/// Tells that all endpoints accept connections.
+type Ready = Sender<Vec<(&'static str, String)>>;
+
+fn say(ready: &Ready, endpoints: &[Endpoint]) {
+    // The caller may have been interrupted: then the end follows.
+    let _ = ready.send(endpoints.iter().map(named).collect());
+}
+
 /// Serves a virtual arm at these endpoints; returns when all of them accept connections.
 #[pyfunction]
-#[pyo3(signature = (scenario, speed, tool, *, pty, udp, tcp))]
 pub(crate) fn serve_sim(
     py: Python<'_>,
     scenario: Option<&str>,
     speed: f64,
     tool: Option<[f64; 3]>,
-    pty: Option<std::path::PathBuf>,
-    udp: Option<String>,
-    tcp: Option<String>,
+    places: Where,
 ) -> PyResult<Served> {
     let controller = controller(scenario_of(py, scenario)?.as_ref(), tool);
     let speed = if speed == 0.0 {
@@ -65,57 +132,157 @@ pub(crate) fn serve_sim(
     } else {
         Speed::Times(speed)
     };
-    let mut server = Server::new(controller)
+    let server = Server::new(controller)
         .speed(speed)
+        .endpoints(places.endpoints(py)?)
         .discovery(Discovery::default());
-    if let Some(path) = pty {
-        #[cfg(unix)]
-        {
-            server = server.pty(path);
+    Served::start(py, "magician-sim", async move |ready, told| {
+        let server = server.on_ready(move |endpoints| say(&ready, endpoints));
+        Ok(server.serve_until(async { drop(told.await) }).await?)
+    })
+}
+
+/// Serves an arm of this process at these endpoints; returns when all of them accept connections.
+pub(crate) fn serve_arm(py: Python<'_>, arm: VirtualArm, places: Where) -> PyResult<Served> {
+    let endpoints = places.endpoints(py)?;
+    Served::start(py, "magician-arm", async move |ready, told| {
+        let served = ServedArm::open(arm, &endpoints)?;
+        say(&ready, &served.endpoints());
+        served.serve_until(told).await?.ok();
+        Ok(())
+    })
+}
+
+/// What is told of a proxy, in the log.
+fn log(notice: ProxyNotice<'_>) {
+    match notice {
+        ProxyNotice::Client(Notice::Connected(who)) => info!(target: LOGGER, "{who} connected"),
+        ProxyNotice::Client(Notice::Left(who)) => info!(target: LOGGER, "{who} left"),
+        ProxyNotice::Client(Notice::Refused(who)) => {
+            warn!(target: LOGGER, "{who} refused: too many connections");
         }
-        #[cfg(not(unix))]
-        {
-            let error = format!("{}: this system has no pseudo-terminals", path.display());
-            return Err(errors::raise(
-                py,
-                &Error::new(ErrorCode::Unsupported, error),
-            ));
+        ProxyNotice::LineLost(why) => {
+            warn!(target: LOGGER, "{why}; looking for the line, no replies until it is back");
         }
+        ProxyNotice::LineFound => warn!(target: LOGGER, "the line to the arm is back"),
+        ProxyNotice::TraceEnded(error) => {
+            warn!(target: LOGGER, "the trace of the proxy ends here: {error}");
+        }
+        ProxyNotice::JogNotConfirmed => {
+            warn!(target: LOGGER, "the arm did not confirm that the jog has ended");
+        }
+        _ => {}
     }
-    if let Some(address) = udp {
-        server = server.udp(address);
-    }
-    if let Some(address) = tcp {
-        server = server.tcp(address);
-    }
-    let (ready, begun) = channel();
-    let (end, told) = oneshot::channel::<()>();
-    let server = server.on_ready(move |endpoints| {
-        // The caller may have been interrupted: then the end follows.
-        let _ = ready.send(endpoints.iter().map(named).collect());
-    });
-    let thread = runtime::apart("magician-sim", move |runtime| {
-        runtime.block_on(server.serve_until(async { drop(told.await) }))
-    });
-    let thread = thread.map_err(|error| errors::raise(py, &error))?;
-    // It has begun, or its end says why not.
-    let Ok(endpoints) = py.detach(move || begun.recv()) else {
-        return Err(match py.detach(move || thread.join()) {
-            Ok(Err(error)) => raised(py, &error),
-            _ => {
-                let message = "it ended before it was served";
-                errors::raise(py, &Error::new(ErrorCode::PortFailed, message))
-            }
-        });
+}
+
+/// Shares the arm at a port, or a virtual one of this process, between programs; returns when all endpoints accept connections.
+#[pyfunction]
+#[pyo3(signature = (port, arm, places, *, faults, trace, fresh, transparent, keep_going))]
+// A call of Python's has as many keywords as it has.
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn serve_proxy(
+    py: Python<'_>,
+    port: Option<&str>,
+    arm: Option<&Bound<'_, Cell>>,
+    places: Where,
+    faults: &str,
+    trace: Option<PathBuf>,
+    fresh: f64,
+    transparent: bool,
+    keep_going: bool,
+) -> PyResult<Served> {
+    runtime::ready(py)?;
+    let raise = |error: Error| errors::raise(py, &error);
+    let endpoints = places.endpoints(py)?;
+    let fresh = seconds(py, "fresh", fresh)?;
+    let settings = Settings {
+        fresh: u64::try_from(fresh.as_micros()).unwrap_or(u64::MAX),
+        transparent,
+        keep_going,
+        ..Settings::default()
     };
-    let serving = Serving { end, thread };
-    Ok(Served {
-        endpoints,
-        serving: Local::new(Mutex::new(Some(serving))),
+    let options = LineOptions::default().faults(faults.parse().map_err(raise)?);
+    let arm = arm.map(|cell| cell.get().arm.clone());
+    let place = match arm {
+        Some(_) => Target::Sim(SimSpeed::Max),
+        None => py.detach(|| target(port)).map_err(raise)?,
+    };
+    Served::start(py, "magician-proxy", async move |ready, mut told| {
+        let opening = async {
+            match arm {
+                Some(arm) => RawLine::simulated(arm, options).await,
+                None => RawLine::open_with(&place, options).await,
+            }
+        };
+        let line = tokio::select! {
+            line = opening => line?,
+            _ = &mut told => return Ok(()),
+        };
+        let name = line.name().to_owned();
+        let mut proxy = ProxyServer::open(line, &endpoints, settings)?.observed(log);
+        if let Some(path) = trace {
+            let named = |error: io::Error| {
+                let message = format!("{} cannot be written: {error}", path.display());
+                Broken::File(io::Error::new(error.kind(), message))
+            };
+            let file = BufWriter::new(create(&path).map_err(named)?);
+            proxy = proxy.traced(file).map_err(named)?;
+        }
+        let endpoints = proxy.endpoints();
+        for endpoint in endpoints.iter().filter(|endpoint| endpoint.is_exposed()) {
+            if !matches!(place, Target::Sim(_)) {
+                warn!(
+                    target: LOGGER,
+                    "every computer that reaches {endpoint} can move the arm at {name} without a password; serve \
+                     127.0.0.1 to allow only programs on this computer"
+                );
+            }
+        }
+        say(&ready, &endpoints);
+        proxy.serve_until(told).await?.ok();
+        Ok(())
     })
 }
 
 impl Served {
+    /// Starts a thread that serves until it is told to end; returns when all its endpoints accept connections.
+    fn start(
+        py: Python<'_>,
+        name: &str,
+        serve: impl AsyncFnOnce(Ready, oneshot::Receiver<()>) -> Result<(), Broken> + Send + 'static,
+    ) -> PyResult<Self> {
+        let (ready, begun) = channel();
+        let (end, told) = oneshot::channel();
+        let thread = runtime::apart(name, move |runtime| runtime.block_on(serve(ready, told)));
+        let thread = thread.map_err(|error| errors::raise(py, &error))?;
+        let begun = Mutex::new(begun);
+        let begun = || {
+            let begun = begun.lock().unwrap_or_else(PoisonError::into_inner);
+            begun.recv_timeout(LOOK)
+        };
+        // It has begun, or its end says why not. An interrupt drops what ends it.
+        let endpoints = loop {
+            match py.detach(begun) {
+                Ok(endpoints) => break endpoints,
+                Err(RecvTimeoutError::Timeout) => py.check_signals()?,
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(match py.detach(move || thread.join()) {
+                        Ok(Err(error)) => error.raised(py),
+                        _ => {
+                            let message = "it ended before it was served";
+                            errors::raise(py, &Error::new(ErrorCode::PortFailed, message))
+                        }
+                    });
+                }
+            }
+        };
+        let serving = Serving { end, thread };
+        Ok(Self {
+            endpoints,
+            serving: Local::new(Mutex::new(Some(serving))),
+        })
+    }
+
     fn take(&self) -> Option<Serving> {
         let serving = self.serving.here()?.lock();
         serving.unwrap_or_else(PoisonError::into_inner).take()
@@ -162,7 +329,7 @@ impl Served {
         // One that broke down listens no more.
         let _ = serving.end.send(());
         match py.detach(move || serving.thread.join()) {
-            Ok(Err(error)) => Err(raised(py, &error)),
+            Ok(Err(error)) => Err(error.raised(py)),
             _ => Ok(()),
         }
     }

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import contextlib
+import logging
 import os
 import signal
 import socket
@@ -102,3 +104,119 @@ def test_a_program_that_forgets_it_leaves_nothing(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, timeout=60)
     assert done.stdout.strip() == str(path)
     assert not path.is_symlink()
+
+
+def test_programs_share_an_arm() -> None:
+    with magician.sim(tcp=ANY, speed="max") as behind, magician.proxy(behind.tcp, tcp=ANY) as shared:
+        assert shared.endpoints == (shared.tcp,)
+        assert shared.tcp != behind.tcp
+        with magician.Arm(shared.tcp) as one, magician.Arm(shared.tcp) as other:
+            one.home()
+            one.move_to(220, 60, 20)
+            assert other.pose().x == pytest.approx(220, abs=0.01)
+    assert not shared.is_open
+    assert not behind.is_open
+
+
+def test_a_trace_of_what_was_shared(tmp_path: Path) -> None:
+    path = tmp_path / "session.pcapng"
+    with magician.proxy("sim", tcp=ANY, trace=path) as shared, magician.Arm(shared.tcp, probe=False) as arm:
+        arm.pose()
+    links = {piece.link for piece in magician.decode(path)}
+    assert "arm sim" in links
+    assert any(str(link).startswith("tcp:") for link in links)
+    missing = tmp_path / "nowhere" / "session.pcapng"
+    with pytest.raises(FileNotFoundError, match="cannot be written"):
+        magician.proxy("sim", tcp=ANY, trace=missing)
+
+
+def test_faults_on_the_line_that_is_shared() -> None:
+    cell = magician.VirtualArm()
+    with magician.proxy(cell, tcp=ANY, faults={"drop": 1.0, "seed": 7}) as shared:
+        with pytest.raises(errors.ResponseTimeoutError):
+            magician.Arm(shared.tcp, timeout=0.2)
+        with pytest.raises(errors.InvalidInputError, match="is connected"):
+            cell.restore(cell.snapshot())
+    cell.restore(cell.snapshot())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_a_path_for_each_program(tmp_path: Path) -> None:
+    paths = [tmp_path / "a", tmp_path / "b"]
+    with magician.proxy("sim", pty=paths) as shared:
+        assert shared.endpoints == tuple(map(str, paths))
+        assert shared.pty == str(paths[0])
+        with magician.Arm(paths[0]) as one, magician.Arm(paths[1]) as other:
+            assert one.pose() == other.pose()
+    assert not any(path.is_symlink() for path in paths)
+    with pytest.raises(errors.InvalidInputError, match="give each program a path of its own"):
+        magician.proxy("sim", pty=[paths[0], paths[0]])
+
+
+def test_what_cannot_be_shared(tmp_path: Path) -> None:
+    trace = tmp_path / "kept"
+    trace.write_text("what was written before")
+    with pytest.raises(errors.InvalidInputError, match="no endpoint to serve"):
+        magician.proxy("sim", trace=trace)
+    with pytest.raises(errors.InvalidInputError, match="nowhere"):
+        magician.proxy("sim", tcp="nowhere", trace=trace)
+    with pytest.raises(errors.InvalidInputError, match="teleport"):
+        magician.proxy("sim", tcp=ANY, faults={"teleport": 1})
+    with pytest.raises(errors.InvalidInputError, match="fresh is -1"):
+        magician.proxy("sim", tcp=ANY, fresh=-1)
+    with pytest.raises(errors.PortError):
+        magician.proxy("/dev/no-such-arm", tcp=ANY, trace=trace)
+    assert trace.read_text() == "what was written before"
+
+
+def test_the_log_says_what_becomes_of_its_line() -> None:
+    heard = threading.Event()
+
+    class Hears(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            if "looking for the line" in record.getMessage():
+                heard.set()
+
+    handler = Hears()
+    logging.getLogger("magician").addHandler(handler)
+    try:
+        with magician.sim(tcp=ANY) as behind, magician.proxy(behind.tcp, tcp=ANY) as shared:
+            behind.close()
+            assert heard.wait(60)
+            assert shared.is_open
+    finally:
+        logging.getLogger("magician").removeHandler(handler)
+
+
+def test_other_programs_at_the_arm_that_is_looked_at() -> None:
+    cell = magician.VirtualArm(WORLD)
+    before = cell.snapshot()
+    with cell.serve(tcp=ANY) as served:
+        program = f"import magician; magician.Arm({served.tcp!r}).move_to(220, 60, 20)"
+        subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+        assert cell.position.x == pytest.approx(220, abs=0.01)
+        with cell.arm() as own, magician.Arm(served.tcp) as other:
+            own.suction(True)
+            assert cell.suction
+            assert other.pose() == own.pose()
+    assert not served.is_open
+    cell.restore(before)
+    assert cell.position.x != pytest.approx(220, abs=0.01)
+    with pytest.raises(errors.InvalidInputError, match="no endpoint to serve"):
+        cell.serve()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
+def test_an_arm_is_put_back_while_it_is_served(tmp_path: Path) -> None:
+    cell = magician.VirtualArm()
+    before = cell.snapshot()
+    with cell.serve(pty=tmp_path / "arm") as served:
+        for x in (220, 240):
+            cell.restore(before)
+            program = f"import magician; magician.Arm({served.pty!r}).move_to({x}, 60, 20)"
+            subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
+            assert cell.position.x == pytest.approx(x, abs=0.01)
+            while True:
+                with contextlib.suppress(errors.InvalidInputError):
+                    cell.restore(before)
+                    break

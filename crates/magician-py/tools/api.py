@@ -39,14 +39,17 @@ MODULES = {
     "events": ("magician.events", "Events"),
     "errors": ("magician.errors", "Errors"),
     "virtual": ("magician", "Virtual arms"),
-    "serving": ("magician", "Virtual arms for other programs"),
+    "serving": ("magician", "Arms for other programs"),
     "simulation": ("magician.simulation", "Simulations"),
     "_ports": ("magician", "Ports"),
     "replaying": ("magician.replaying", "Replayed sessions"),
     "conformance": ("magician.conformance", "Conformance"),
     "traffic": ("magician.traffic", "Bytes on a line"),
 }
-HIDDEN = {"PoseMeaning", "ColorMeaning", "InfraredMeaning", "LevelMeaning", "AnalogMeaning", "report", "clock"}
+HIDDEN = {
+    *("PoseMeaning", "ColorMeaning", "InfraredMeaning", "LevelMeaning", "AnalogMeaning"),
+    *("Virtual", "clock", "endpoints", "report"),
+}
 
 
 def listed(tree: ast.Module) -> list[str]:

@@ -17,7 +17,7 @@
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`; :mod:`magician.simulation`
   steps many of them, for learning.
-* :func:`sim` serves a virtual arm to other programs.
+* :func:`sim` serves a virtual arm to other programs, :func:`proxy` shares an arm between them.
 * :func:`conform` runs the conformance suite on an arm.
 * :func:`decode` decodes the bytes of a line and reads traces; :func:`replay` replays a trace on a virtual arm.
 * :mod:`magician.errors` has the exceptions, :mod:`magician.events` the events.
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
     from . import aio, calibrate, conformance, replaying, serving, traffic
     from .conformance import conform
     from .replaying import Replay, replay
-    from .serving import Served, sim
+    from .serving import Served, proxy, sim
     from .traffic import decode
     from .virtual import Place, VirtualArm, WorldObject
 
@@ -120,6 +120,7 @@ __all__ = [
     "pins",
     "places",
     "ports",
+    "proxy",
     "reach",
     "readings",
     "record",
@@ -147,6 +148,7 @@ _LATER = {
     "replay": "replaying",
     "replaying": "replaying",
     "Served": "serving",
+    "proxy": "serving",
     "serving": "serving",
     "sim": "serving",
 }

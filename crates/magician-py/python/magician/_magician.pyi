@@ -58,6 +58,7 @@ __all__ = [
     "reach",
     "replay",
     "run_command",
+    "serve_proxy",
     "serve_sim",
     "tools",
     "touched_sheet",
@@ -255,10 +256,18 @@ def serve_sim(
     scenario: str | None,
     speed: float,
     tool: tuple[float, float, float] | None,
+    places: tuple[list[str], str | None, str | None],
+) -> Served: ...
+def serve_proxy(
+    port: str | None,
+    arm: Cell | None,
+    places: tuple[list[str], str | None, str | None],
     *,
-    pty: str | None,
-    udp: str | None,
-    tcp: str | None,
+    faults: str,
+    trace: str | None,
+    fresh: float,
+    transparent: bool,
+    keep_going: bool,
 ) -> Served: ...
 def conform(
     port: str | None, only: list[str], skip: list[str], patience: float, allow_motion: bool
@@ -380,6 +389,7 @@ class Cell:
         fence: str | None = None,
         trace: str | None = None,
     ) -> Call[Core]: ...
+    def serve(self, places: tuple[list[str], str | None, str | None]) -> Served: ...
     def title(self) -> str | None: ...
     def state(self) -> dict[str, Any]: ...
     def objects(self) -> list[dict[str, Any]]: ...

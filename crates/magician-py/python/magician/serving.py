@@ -1,25 +1,39 @@
-"""A virtual arm for other programs: at a pseudo-terminal, over UDP, over TCP."""
+"""Arms for other programs, at pseudo-terminals, over UDP, over TCP: virtual ones, and real ones that programs share."""
 
 from __future__ import annotations
 
 import atexit
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import TracebackType
-from typing import Literal
+from typing import Literal, Protocol, cast
 
 from . import _magician, words
-from ._arguments import seconds, text
+from ._arguments import flag, number, seconds, text
 from ._bound import Bound
 from ._scenarios import clock_speed, scenario_text, tool_bias
 from .errors import InvalidInputError
 
-__all__ = ["Served", "sim"]
+__all__ = ["Endpoints", "Paths", "Served", "Virtual", "endpoints", "proxy", "sim"]
+
+Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
+"""The path of a pseudo-terminal, or of several."""
+Endpoints = tuple[list[str], str | None, str | None]
+"""Paths of pseudo-terminals, an address for UDP, one for TCP."""
+
+
+class Virtual(Protocol):
+    """A :class:`magician.VirtualArm`."""
+
+    @property
+    def native(self) -> _magician.Cell:
+        """Its native part."""
+        ...
 
 
 class Served(Bound):
-    """A virtual arm that is served: see :func:`magician.sim`. It ends with its ``with`` block, by :meth:`close`, or
-    with the program.
+    """An arm that other programs can connect to: see :func:`magician.sim`, :func:`magician.proxy` and
+    :meth:`VirtualArm.serve`. It ends with its ``with`` block, by :meth:`close`, or with the program.
     """
 
     __slots__ = ("_native",)
@@ -46,7 +60,7 @@ class Served(Bound):
 
     @property
     def pty(self) -> str | None:
-        """The path of its pseudo-terminal."""
+        """The path of its pseudo-terminal, the first if it has several."""
         return self._at("pty")
 
     @property
@@ -95,7 +109,7 @@ class Served(Bound):
 def sim(
     scenario: str | os.PathLike[str] | None = None,
     *,
-    pty: str | os.PathLike[str] | None = None,
+    pty: Paths | None = None,
     udp: str | None = None,
     tcp: str | None = None,
     speed: float | Literal["max"] = 1.0,
@@ -107,10 +121,11 @@ def sim(
     ...     arm = magician.Arm(served.tcp)
 
     At least one of ``pty``, ``udp`` and ``tcp`` is given. It is served by a thread of its own, also while this program
-    is busy. A program on asyncio uses it the same way, with ``with``.
+    is busy. A program on asyncio uses it the same way, with ``with``. To look at the arm's world meanwhile, serve a
+    :class:`VirtualArm` (:meth:`VirtualArm.serve`).
 
     :param scenario: The world around it, as for :class:`VirtualArm`.
-    :param pty: A path for a new pseudo-terminal, which becomes a symlink to it. Not on Windows.
+    :param pty: A path for a new pseudo-terminal, which becomes a symlink to it, or several paths. Not on Windows.
     :param udp: ``"HOST[:PORT]"``; 8899 if the port is left out, 0 is any free one. On port 8899 it answers programs
         that look for arms, too.
     :param tcp: ``"HOST:PORT"``; 0 is any free port.
@@ -120,8 +135,89 @@ def sim(
     :raises PortError: A port or path is taken, or not to be had.
     :raises UnsupportedError: This system has no pseudo-terminals.
     """
-    if pty is None and udp is None and tcp is None:
+    where = endpoints(pty, udp, tcp)
+    return Served(_magician.serve_sim(scenario_text(scenario), clock_speed(speed), tool_bias(tool), where))
+
+
+def proxy(
+    port: str | os.PathLike[str] | Virtual | None = None,
+    *,
+    pty: Paths | None = None,
+    udp: str | None = None,
+    tcp: str | None = None,
+    faults: str | Mapping[str, float] = "",
+    trace: str | os.PathLike[str] | None = None,
+    fresh: float = 0.02,
+    transparent: bool = False,
+    keep_going: bool = False,
+) -> Served:
+    """Shares one arm between programs, as ``magician proxy`` does, and returns when it accepts connections.
+
+    >>> with magician.proxy("sim", tcp="127.0.0.1:0") as shared:
+    ...     one, other = magician.Arm(shared.tcp), magician.Arm(shared.tcp)
+
+    Every program sees an arm of its own: each of its requests gets one reply, in order. The arm gets one request at a
+    time; a stop overtakes all that waits. Nothing is sent twice. A line to the arm that is lost is looked for, and
+    programs stay connected meanwhile. When a program disconnects, and when this ends, the jog that was begun through it
+    ends too. What happens to clients and line is told to the logger ``magician``.
+
+    At least one of ``pty``, ``udp`` and ``tcp`` is given. An address other than 127.0.0.1 lets every computer of the
+    network move the arm, without a password.
+
+    :param port: As for :class:`magician.Arm`: a port, a :class:`VirtualArm`, or nothing for the one arm that is plugged
+        in. No other program may have it open, nor this one.
+    :param pty: A path for a new pseudo-terminal, which becomes a symlink to it: one for each program, so usually
+        several paths. Not on Windows.
+    :param udp: ``"HOST[:PORT]"``; 8899 if the port is left out, 0 is any free one.
+    :param tcp: ``"HOST:PORT"``; 0 is any free port. Up to 16 programs may connect.
+    :param faults: Faults on the line to the arm, to try what programs make of them: ``{"drop": 1e-3, "seed": 7}`` or
+        ``"drop=1e-3,seed=7"``. Rates from 0 to 1 for bytes (``flip``, ``replace``, ``drop``, ``insert``, ``duplicate``,
+        ``swap``) and for chunks (``drop-chunk``, ``duplicate-chunk``, ``swap-chunk``, ``stall``, ``rechunk``,
+        ``unplug``).
+    :param trace: A file for all that passes (pcapng): a link for each program and one for the arm;
+        :func:`magician.decode` reads it once this is closed.
+    :param fresh: How old an answer may be that another program gets too, s; 0: every read goes to the arm.
+    :param transparent: Whether bytes that are no frame are passed on to the arm.
+    :param keep_going: Whether a jog goes on when the program that began it disconnects.
+    :raises InvalidInputError: There is no endpoint, an address makes no sense, or a fault is unknown.
+    :raises PortError: The arm's port, or that of an endpoint, is taken or not to be had.
+    :raises UnsupportedError: This system has no pseudo-terminals.
+    :raises OSError: The trace cannot be written.
+    """
+    where = endpoints(pty, udp, tcp)
+    # Asked with isinstance, a protocol costs Python 3.12 and newer the import of inspect.
+    arm: _magician.Cell | None = getattr(port, "native", None)
+    name = None if port is None or arm is not None else os.fspath(cast("str | os.PathLike[str]", port))
+    if isinstance(faults, Mapping):
+        faults = ",".join(f"{key}={value}" for key, value in faults.items())
+    return Served(
+        _magician.serve_proxy(
+            name,
+            arm,
+            where,
+            faults=text("faults", faults) or "",
+            trace=None if trace is None else os.fspath(trace),
+            fresh=number("fresh", fresh, least=0, most=10, unit="s"),
+            transparent=flag("transparent", transparent),
+            keep_going=flag("keep_going", keep_going),
+        )
+    )
+
+
+def endpoints(pty: Paths | None, udp: str | None, tcp: str | None) -> Endpoints:
+    """Where something is to be served.
+
+    :raises InvalidInputError: Nowhere, or twice at one path.
+    """
+    if pty is None:
+        paths = []
+    elif isinstance(pty, (str, os.PathLike)):
+        paths = [os.fspath(pty)]
+    else:
+        paths = [os.fspath(path) for path in pty]
+    if not paths and udp is None and tcp is None:
         raise InvalidInputError("no endpoint to serve: give pty, udp or tcp")
-    path = None if pty is None else os.fspath(pty)
-    where = {"pty": path, "udp": text("udp", udp), "tcp": text("tcp", tcp)}
-    return Served(_magician.serve_sim(scenario_text(scenario), clock_speed(speed), tool_bias(tool), **where))
+    for nth, path in enumerate(paths):
+        if path in paths[:nth]:
+            raise InvalidInputError(f"pty has {path} twice: give each program a path of its own")
+    return paths, text("udp", udp), text("tcp", tcp)

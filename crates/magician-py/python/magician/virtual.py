@@ -23,6 +23,7 @@ from ._pictures import Drawing, Picture
 from ._scenarios import clock_speed, scenario_text, tool_bias
 from .alarms import Alarm
 from .pins import PinLike, pin
+from .serving import Paths, Served, endpoints
 
 __all__ = ["Place", "Snapshot", "VirtualArm", "WorldObject"]
 
@@ -199,6 +200,35 @@ class VirtualArm(Bound):
         """Begins to connect to it; for :class:`magician.Arm`."""
         how = {"probe": probe, "reconnect": reconnect}
         return self._native.connect(timeout=timeout, window=window, echo=echo, fence=fence, trace=trace, **how)
+
+    def serve(self, *, pty: Paths | None = None, udp: str | None = None, tcp: str | None = None) -> Served:
+        """Offers it to other programs, and returns when it accepts connections: they talk to the arm that this program
+        looks at, and may be connected to as well.
+
+        >>> cell = VirtualArm()
+        >>> with cell.serve(tcp="127.0.0.1:0") as served:
+        ...     print(served.tcp)
+
+        Its clock stays its own. Without a ``speed`` what other programs say is done at once; a program that looks
+        whether the arm still moves finds it at rest. With ``speed=1`` it takes the time of a real arm. A belt, a jog
+        and a scenario go on with the clock: by :meth:`advance`, or with a ``speed``.
+
+        :param pty: A path for a new pseudo-terminal, which becomes a symlink to it, or several paths. Not on Windows.
+        :param udp: ``"HOST[:PORT]"``; 8899 if the port is left out, 0 is any free one. On port 8899 it answers programs
+            that look for arms, too.
+        :param tcp: ``"HOST:PORT"``; 0 is any free port.
+        :returns: What ends with its ``with`` block; the arm stays. :func:`magician.sim` serves an arm that nobody looks
+            at.
+        :raises InvalidInputError: There is no endpoint, or an address makes no sense.
+        :raises PortError: A port or path is taken, or not to be had.
+        :raises UnsupportedError: This system has no pseudo-terminals.
+        """
+        return Served(self._native.serve(endpoints(pty, udp, tcp)))
+
+    @property
+    def native(self) -> _magician.Cell:
+        """For :func:`magician.proxy`."""
+        return self._native
 
     # Its world.
 

@@ -10,7 +10,7 @@ use super::{Discovery, Endpoint, ServeError, Service};
 /// [`Server`](super::Server) has for a virtual arm, and need the same of tokio.
 #[derive(Default)]
 pub struct Endpoints {
-    specs: Vec<EndpointSpec>,
+    pub(super) specs: Vec<EndpointSpec>,
 }
 
 impl Endpoints {

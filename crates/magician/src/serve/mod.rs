@@ -318,6 +318,13 @@ impl Server {
         self
     }
 
+    /// All of these, after those that were asked for before.
+    #[must_use]
+    pub fn endpoints(mut self, endpoints: Endpoints) -> Self {
+        self.specs.extend(endpoints.specs);
+        self
+    }
+
     /// Where hosts that look for an arm are answered.
     #[must_use]
     pub fn discovery(mut self, discovery: Discovery) -> Self {
