@@ -40,7 +40,7 @@ impl Voice for Command {
 
     fn setting(&self, setting: Setting) -> String {
         match setting {
-            Setting::AllowLaser => "--yes".to_owned(),
+            Setting::AllowLaser | Setting::TryQueue => "--yes".to_owned(),
             setting => format!("--{}", setting.name().replace('_', "-")),
         }
     }

@@ -227,6 +227,8 @@ named! {
         Tolerance = "tolerance",
         /// The mounted tool.
         Tool = "tool",
+        /// Try what the arm's queue counts.
+        TryQueue = "try_queue",
         /// Turn it by 90 degrees where that lets it be larger.
         Turn = "turn",
         /// Go on although the arm was not homed.
@@ -235,6 +237,8 @@ named! {
         White = "white",
         /// How wide it becomes, mm.
         Width = "width",
+        /// How many requests go out at once.
+        Window = "window",
     }
 }
 

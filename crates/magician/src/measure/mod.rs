@@ -2,16 +2,18 @@
 //!
 //! * What is computed: [`Exchange`] and [`LineSpeed`], the rates that a line allows.
 //! * What only reads, and is harmless on any arm: [`round_trips`], [`reads`], [`back_to_back`], [`listen`].
+//! * What is wrong with an arm, as data: [`Diagnosis`].
 //! * What uses the queue: [`queue_trial`] with commands that do nothing; [`streamed`] and [`stops`] with a path that
 //!   the arm really draws ([`Ring`]).
 //! * What needs no arm: [`added_latency`], [`unbound_adapters`], [`of_arms`], [`udev_rules`].
 //!
-//! Nothing here decides whether a figure is good.
+//! But for the diagnosis nothing here decides whether a figure is good.
 
 mod adapters;
 #[cfg(unix)]
 mod added;
 mod cpu;
+mod diagnosis;
 mod exchange;
 mod hearing;
 mod line_speed;
@@ -30,6 +32,7 @@ pub use adapters::{Adapter, of_arms, unbound_adapters};
 #[cfg(unix)]
 pub use added::{Added, added_latency};
 pub use cpu::processor_time;
+pub use diagnosis::{Advice, Attendant, Diagnosis, Finding, Measured, NoArm, Part, try_queue};
 pub use exchange::{Exchange, Mixed};
 pub use hearing::{Heard, OTHER_SPEEDS, hear_datagrams, listen};
 pub use line_speed::LineSpeed;

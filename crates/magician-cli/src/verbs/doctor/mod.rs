@@ -1,21 +1,19 @@
 //! `doctor`: finds the arm or says why not, looks it over, and says what to do about what it finds.
 
-mod arm;
-mod find;
-mod line;
 mod report;
 
 use std::pin::pin;
 use std::time::Duration;
 
 use clap::Args;
+use magician::measure::{Diagnosis, try_queue};
 use magician::{RawLine, Target};
 use tokio::time::timeout;
 
 use crate::context::{Context, StopPolicy};
 use crate::failure::{Failure, Kind};
 use crate::progress::attended;
-use report::{Finding, Report};
+use report::{Shown, write_json};
 
 /// How long the trial of the queue may take to end once it is interrupted.
 const LEAVING: Duration = Duration::from_secs(3);
@@ -40,31 +38,39 @@ pub(crate) struct Doctor {
 
 impl Doctor {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let mut report = Report::new(context.global.json);
-        let outcome = self.examine(context, &mut report);
+        let mut found = Diagnosis::default();
+        let outcome = self.examine(context, &mut found);
         if context.global.json {
-            report.write_json(outcome.is_ok(), &mut context.out)?;
+            write_json(&found, outcome.is_ok(), &mut context.out)?;
         }
         match outcome {
-            Err(failure) if report.explains() => Err(Failure::told(failure.kind)),
+            // People know already why there is no arm.
+            Err(failure) if found.ended && !context.global.json => Err(Failure::told(failure.kind)),
             Err(failure) => Err(failure),
-            Ok(()) => verdict(report.wrong()),
+            Ok(()) => verdict(found.wrong()),
         }
     }
 
-    fn examine(&self, context: &mut Context, report: &mut Report) -> Result<(), Failure> {
-        let target = find::target(context, report)?;
+    fn examine(&self, context: &mut Context, found: &mut Diagnosis) -> Result<(), Failure> {
+        let quiet = context.global.json;
+        let given = context.port()?;
+        let out = &mut context.out;
+        let target = found.find(given.as_deref(), &mut Shown { out, quiet })?;
         let patience = context.global.timeout;
         let options = context.line_options()?;
         let mut line = context.attending(async |out| {
-            let mut line = line::open(&target, options, report, out).await?;
-            line::hear(&mut line, &target, patience, report, out).await?;
-            line::window(&mut line, &target, report, out).await?;
+            let to = &mut Shown { out, quiet };
+            let mut line = found.open(&target, options, to).await?;
+            found.hear(&mut line, &target, patience, to).await?;
+            found.window(&mut line, &target, to).await?;
             Ok(line)
         })?;
         match context.global.yes {
-            true => try_queue(&mut line, &target, context, report)?,
-            false => line::leave_queue(report, &mut context.out)?,
+            true => attended_trial(&mut line, &target, context, found)?,
+            false => {
+                let out = &mut context.out;
+                found.leave_queue(&mut Shown { out, quiet })?;
+            }
         }
         drop(line);
         // What was found is said under the same name for every port.
@@ -74,26 +80,30 @@ impl Doctor {
             Target::Serial(_) | Target::Usb { .. } | Target::Arm(_)
         );
         context.arm(StopPolicy::Look, async |arm, out| {
-            arm::examine(arm, self.count, serial, report, out).await
+            let to = &mut Shown { out, quiet };
+            found.examine(arm, self.count, serial, to).await
         })
     }
 }
 
 /// Tries the queue. Ctrl-C lets it come to its end first, because its commands would be left in the queue.
-fn try_queue(
+fn attended_trial(
     line: &mut RawLine,
     target: &Target,
     context: &mut Context,
-    report: &mut Report,
+    found: &mut Diagnosis,
 ) -> Result<(), Failure> {
-    let quiet = report.quiet();
-    let mut trial = pin!(line::queue_trial(line));
+    let quiet = context.global.json;
+    let mut trial = pin!(try_queue(line));
     let trying = context.attending(async |_| {
         let trial = attended(quiet, "testing the queue", &mut trial);
         Ok(trial.await)
     });
     match trying {
-        Ok(trial) => line::queue(trial, target, report, &mut context.out),
+        Ok(trial) => {
+            let out = &mut context.out;
+            found.queue(trial, target, &mut Shown { out, quiet })
+        }
         Err(failure) => {
             let rest = async { timeout(LEAVING, trial).await.is_ok() };
             match context.alone(async |_, _| Ok(rest.await))? {

@@ -1,165 +1,133 @@
 //! What was found: a line each for people as it comes, one object at the end for programs.
 
-use magician::{Error, ErrorKind};
+use std::future::Future;
+
+use magician::measure::{Attendant, Diagnosis, Finding, Measured, NoArm};
+use magician::report::FenceReport;
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::columns::wrap;
 use crate::failure::{Failure, Kind};
+
 use crate::output::Output;
+use crate::progress::{Bar, attended};
+use crate::voice::Command;
 
 /// Columns of the names of checks.
 const NAME: usize = 16;
 /// Columns before a finding's text.
 const INDENT: usize = NAME + 2;
 
-/// One thing that was looked at.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Finding {
+/// Shows people what is found.
+pub(super) struct Shown<'o> {
+    pub(super) out: &'o mut Output,
+    /// For programs: people see nothing of the work.
+    pub(super) quiet: bool,
+}
+
+impl Attendant for Shown<'_> {
+    type Failure = Failure;
+
+    fn found(&mut self, finding: &Finding) -> Result<(), Failure> {
+        match self.quiet {
+            true => Ok(()),
+            false => show(finding, self.out),
+        }
+    }
+
+    fn attend<T>(
+        &mut self,
+        what: &'static str,
+        work: impl Future<Output = T>,
+    ) -> impl Future<Output = T> {
+        attended(self.quiet, what, work)
+    }
+
+    fn count(&mut self, what: &'static str, total: u64) -> impl FnMut(u64) {
+        let bar = Bar::begin(self.quiet, what, total);
+        move |done| bar.at(done)
+    }
+}
+
+impl From<NoArm> for Failure {
+    fn from(none: NoArm) -> Self {
+        match none {
+            NoArm::Found(kind, message) => Self::new(Kind::Driver(kind), message),
+            NoArm::Failed(error) => error.into(),
+        }
+    }
+}
+
+/// A finding as JSON has it.
+#[derive(Serialize)]
+struct Check<'f> {
     check: &'static str,
-    /// `None`: not looked at, or nothing to judge.
     ok: Option<bool>,
     value: Value,
     unit: Option<&'static str>,
-    text: String,
-    /// What to do.
+    text: &'f str,
     hint: Option<String>,
 }
 
-impl Finding {
-    fn new(check: &'static str, ok: Option<bool>, text: impl Into<String>) -> Self {
+impl<'f> From<&'f Finding> for Check<'f> {
+    fn from(finding: &'f Finding) -> Self {
+        let value = match &finding.value {
+            Measured::Text(text) => json!(text),
+            Measured::Count(count) => json!(count),
+            Measured::Number(number) => json!(number),
+            Measured::Identity {
+                name,
+                serial_number,
+                firmware,
+                uptime_s,
+            } => json!({
+                "name": name, "serial_number": serial_number, "firmware": firmware, "uptime_s": uptime_s,
+            }),
+            Measured::Fence(fence) => json!(FenceReport::from(&**fence)),
+            _ => Value::Null,
+        };
         Self {
-            check,
-            ok,
-            value: Value::Null,
-            unit: None,
-            text: text.into(),
-            hint: None,
+            check: finding.check,
+            ok: finding.ok,
+            value,
+            unit: finding.unit,
+            text: &finding.text,
+            hint: hint(finding),
         }
     }
+}
 
-    /// As it should be.
-    pub(super) fn good(check: &'static str, text: impl Into<String>) -> Self {
-        Self::new(check, Some(true), text)
-    }
-
-    /// Not as it should be.
-    pub(super) fn bad(check: &'static str, text: impl Into<String>) -> Self {
-        Self::new(check, Some(false), text)
-    }
-
-    /// Good or bad.
-    pub(super) fn judged(check: &'static str, ok: bool, text: impl Into<String>) -> Self {
-        Self::new(check, Some(ok), text)
-    }
-
-    /// Worth knowing, or not looked at.
-    pub(super) fn note(check: &'static str, text: impl Into<String>) -> Self {
-        Self::new(check, None, text)
-    }
-
-    pub(super) fn value(mut self, value: impl Into<Value>) -> Self {
-        self.value = value.into();
-        self
-    }
-
-    pub(super) fn unit(mut self, unit: &'static str) -> Self {
-        self.unit = Some(unit);
-        self
-    }
-
-    pub(super) fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
-        self
-    }
-
-    /// Adds what to do, if it is not as it should be.
-    pub(super) fn cure(self, hint: impl Into<String>) -> Self {
-        match self.ok {
-            Some(true) => self,
-            _ => self.hint(hint),
-        }
+/// What to do, in the words of the command.
+fn hint(finding: &Finding) -> Option<String> {
+    let advice = finding.advice.as_ref()?;
+    match (finding.check, &finding.value) {
+        ("window", Measured::Count(some)) => Some(format!(
+            "--window {some} or MAGICIAN_WINDOW={some} uses it, in programs Options::window({some})"
+        )),
+        _ => Some(advice.said(&Command)),
     }
 }
 
 /// All findings.
-#[derive(Debug, Default, Serialize)]
-pub(super) struct Report {
-    pub(super) port: Option<String>,
+#[derive(Serialize)]
+struct Report<'f> {
+    port: Option<&'f str>,
     ok: bool,
-    /// The window to set, as far as it is known.
-    pub(super) window: Option<usize>,
-    pub(super) turnaround_ms: Option<f64>,
-    checks: Vec<Finding>,
-    #[serde(skip)]
-    json: bool,
-    /// The last finding says why there is no arm.
-    #[serde(skip)]
-    ended: bool,
+    window: Option<usize>,
+    turnaround_ms: Option<f64>,
+    checks: Vec<Check<'f>>,
 }
 
-impl Report {
-    pub(super) fn new(json: bool) -> Self {
-        Self {
-            json,
-            ..Self::default()
-        }
-    }
-
-    /// Whether people see nothing of the work.
-    pub(super) fn quiet(&self) -> bool {
-        self.json
-    }
-
-    /// How many checks failed.
-    pub(super) fn wrong(&self) -> usize {
-        let wrong = self.checks.iter().filter(|check| check.ok == Some(false));
-        wrong.count()
-    }
-
-    /// Notes a finding and shows it.
-    pub(super) fn add(&mut self, finding: Finding, out: &mut Output) -> Result<(), Failure> {
-        if !self.json {
-            show(&finding, out)?;
-        }
-        self.checks.push(finding);
-        Ok(())
-    }
-
-    /// A finding with which the search for an arm ends.
-    pub(super) fn end(&mut self, finding: Finding, kind: ErrorKind, out: &mut Output) -> Failure {
-        let message = finding.text.clone();
-        if let Err(failure) = self.add(finding, out) {
-            return failure;
-        }
-        self.ended = true;
-        Failure::new(Kind::Driver(kind), message)
-    }
-
-    /// The same for an error of the driver, which says what to do itself.
-    pub(super) fn end_with(
-        &mut self,
-        check: &'static str,
-        error: Error,
-        out: &mut Output,
-    ) -> Failure {
-        if let Err(failure) = self.add(Finding::bad(check, error.to_string()), out) {
-            return failure;
-        }
-        self.ended = true;
-        Failure::from(error)
-    }
-
-    /// Whether people know already why there is no arm.
-    pub(super) fn explains(&self) -> bool {
-        self.ended && !self.json
-    }
-
-    /// The one object; `whole` says that the examination came to its end.
-    pub(super) fn write_json(&mut self, whole: bool, out: &mut Output) -> Result<(), Failure> {
-        self.ok = whole && self.wrong() == 0;
-        out.json(self)
-    }
+/// The one object; `whole` says that the examination came to its end.
+pub(super) fn write_json(found: &Diagnosis, whole: bool, out: &mut Output) -> Result<(), Failure> {
+    out.json(&Report {
+        port: found.port.as_deref(),
+        ok: whole && found.wrong() == 0,
+        window: found.window,
+        turnaround_ms: found.turnaround_ms,
+        checks: found.findings.iter().map(Check::from).collect(),
+    })
 }
 
 fn show(finding: &Finding, out: &mut Output) -> Result<(), Failure> {
@@ -177,14 +145,8 @@ fn show(finding: &Finding, out: &mut Output) -> Result<(), Failure> {
     for line in lines {
         out.line(format_args!("{:INDENT$}{line}", ""))?;
     }
-    for (at, line) in wrap(
-        finding.hint.as_deref().unwrap_or_default(),
-        room.saturating_sub(2),
-    )
-    .iter()
-    .enumerate()
-    .filter(|_| finding.hint.is_some())
-    {
+    let hint = hint(finding).map_or_else(Vec::new, |hint| wrap(&hint, room.saturating_sub(2)));
+    for (at, line) in hint.iter().enumerate() {
         let arrow = if at == 0 { "→" } else { " " };
         out.line(format_args!("{:INDENT$}{} {line}", "", paint.note(arrow)))?;
     }

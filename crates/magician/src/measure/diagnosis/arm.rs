@@ -2,19 +2,14 @@
 
 use std::time::Duration;
 
-use magician::commands::{
-    DeviceName, DeviceSn, DeviceTime, DeviceVersion, Pose, QueuedCmdCurrentIndex,
-};
-use magician::measure::{LineSpeed, Timed, round_trips};
-use magician::report::FenceReport;
-use magician::{Alarm, Arm, QueueIndex};
-use serde_json::json;
 use tokio::time::Instant;
 
-use super::{Finding, Report};
-use crate::failure::Failure;
-use crate::output::Output;
-use crate::progress::{Bar, attended};
+use super::{Attendant, Diagnosis, Finding, Measured, Part};
+use crate::commands::{
+    DeviceName, DeviceSn, DeviceTime, DeviceVersion, Pose, QueuedCmdCurrentIndex,
+};
+use crate::measure::{LineSpeed, Timed, round_trips};
+use crate::{Action, Alarm, Arm, QueueIndex};
 
 /// Answers that take longer than this on a cable show an adapter or hub that holds bytes back.
 const SLOW: Duration = Duration::from_millis(20);
@@ -29,31 +24,42 @@ const RUNS: Duration = Duration::from_secs(2);
 /// Between two looks at it.
 const LOOK: Duration = Duration::from_millis(100);
 
-pub(super) async fn examine(
-    arm: &Arm,
-    count: u64,
-    serial: bool,
-    report: &mut Report,
-    out: &mut Output,
-) -> Result<(), Failure> {
-    identity(arm, report, out).await?;
-    let quiet = report.quiet();
-    let bar = Bar::begin(quiet, "timing answers", 2 * count);
-    let pose = round_trips::<Pose>(arm, count, |done| bar.at(done)).await?;
-    let index =
-        round_trips::<QueuedCmdCurrentIndex>(arm, count, |done| bar.at(count + done)).await?;
-    drop(bar);
-    answers(&pose, &index, serial, report, out)?;
-    losses(&pose, &index, count, report, out)?;
-    alarms(arm, report, out).await?;
-    if let Some(fence) = arm.fence() {
-        let finding = Finding::good("fence", fence.to_string());
-        report.add(finding.value(json!(FenceReport::from(fence))), out)?;
+impl Diagnosis {
+    /// The arm itself: `count` replies of each of two kinds are timed. `serial` says whether the line is a serial one.
+    ///
+    /// # Errors
+    /// Those of the driver.
+    pub async fn examine<A: Attendant>(
+        &mut self,
+        arm: &Arm,
+        count: u64,
+        serial: bool,
+        to: &mut A,
+    ) -> Result<(), A::Failure> {
+        identity(arm, self, to).await?;
+        let (pose, index) = {
+            let mut at = to.count("timing answers", 2 * count);
+            let pose = round_trips::<Pose>(arm, count, &mut at).await?;
+            let more = |done| at(count + done);
+            let index = round_trips::<QueuedCmdCurrentIndex>(arm, count, more).await?;
+            (pose, index)
+        };
+        answers(&pose, &index, serial, self, to)?;
+        losses(&pose, &index, count, self, to)?;
+        alarms(arm, self, to).await?;
+        if let Some(fence) = arm.fence() {
+            let finding = Finding::good("fence", fence.to_string());
+            self.add(finding.value(Measured::Fence(Box::new(*fence))), to)?;
+        }
+        queue(arm, self, to).await
     }
-    queue(arm, report, out).await
 }
 
-async fn identity(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), Failure> {
+async fn identity<A: Attendant>(
+    arm: &Arm,
+    report: &mut Diagnosis,
+    to: &mut A,
+) -> Result<(), A::Failure> {
     let version = arm.get::<DeviceVersion>().await?;
     let firmware = [
         version.major_version,
@@ -65,11 +71,13 @@ async fn identity(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<()
     let number = arm.get::<DeviceSn>().await?.device_sn;
     let seconds = arm.get::<DeviceTime>().await?.g_systick / 1000;
     let text = format!("{name}, serial number {number}, firmware {firmware}, on for {seconds} s");
-    let value = json!({
-        "name": name.lossy().to_string(), "serial_number": number.lossy().to_string(),
-        "firmware": firmware, "uptime_s": seconds,
-    });
-    report.add(Finding::good("identity", text).value(value), out)
+    let value = Measured::Identity {
+        name: name.lossy().to_string(),
+        serial_number: number.lossy().to_string(),
+        firmware,
+        uptime_s: seconds,
+    };
+    report.add(Finding::good("identity", text).value(value), to)
 }
 
 fn milliseconds(time: Duration) -> f64 {
@@ -77,13 +85,13 @@ fn milliseconds(time: Duration) -> f64 {
     (time.as_secs_f64() * 1e6).round() / 1e3
 }
 
-fn answers(
+fn answers<A: Attendant>(
     pose: &Timed,
     index: &Timed,
     serial: bool,
-    report: &mut Report,
-    out: &mut Output,
-) -> Result<(), Failure> {
+    report: &mut Diagnosis,
+    to: &mut A,
+) -> Result<(), A::Failure> {
     let Some(line) = LineSpeed::of(pose, index) else {
         return Ok(());
     };
@@ -104,7 +112,7 @@ fn answers(
                 "bytes take no time: a pseudo-terminal, not a serial line",
             ),
         };
-        report.add(finding, out)?;
+        report.add(finding, to)?;
     }
     let turnaround = milliseconds(line.turnaround);
     report.turnaround_ms = Some(turnaround);
@@ -118,7 +126,7 @@ fn answers(
     let finding = finding.value(turnaround).unit("ms");
     report.add(
         finding.cure("an adapter or hub delays bytes: plug the arm directly into the computer"),
-        out,
+        to,
     )?;
     let jitter = milliseconds(line.jitter);
     let text = format!("1 % of the replies are {jitter} ms later");
@@ -126,17 +134,17 @@ fn answers(
     let finding = finding.value(jitter).unit("ms");
     report.add(
         finding.cure("the computer or a hub is busy: close other programs, use another USB socket"),
-        out,
+        to,
     )
 }
 
-fn losses(
+fn losses<A: Attendant>(
     pose: &Timed,
     index: &Timed,
     count: u64,
-    report: &mut Report,
-    out: &mut Output,
-) -> Result<(), Failure> {
+    report: &mut Diagnosis,
+    to: &mut A,
+) -> Result<(), A::Failure> {
     let both = |of: fn(&Timed) -> u64| of(pose) + of(index);
     let lost = both(|timed| timed.resent);
     let late = both(|timed| timed.late);
@@ -154,13 +162,17 @@ fn losses(
     let finding = Finding::judged("losses", clean, text).value(lost + late + damaged + foreign);
     let cure = "use a shorter cable, another USB socket and no hub, away from motors; on Wi-Fi go nearer \
             to the router";
-    report.add(finding.cure(cure), out)
+    report.add(finding.cure(cure), to)
 }
 
-async fn alarms(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), Failure> {
+async fn alarms<A: Attendant>(
+    arm: &Arm,
+    report: &mut Diagnosis,
+    to: &mut A,
+) -> Result<(), A::Failure> {
     let alarms = arm.alarms().await?;
     if alarms.is_empty() {
-        report.add(Finding::good("alarms", "none").value(0), out)?;
+        report.add(Finding::good("alarms", "none").value(0_u64), to)?;
     }
     for code in alarms.codes() {
         let known = Alarm::with_code(code);
@@ -172,35 +184,53 @@ async fn alarms(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), 
             false => Finding::note("alarms", text),
         };
         let cure = known.map_or("", |alarm| alarm.remedy);
-        let hint = match (Alarm::blocks(code), cure) {
-            (false, _) | (true, "") => "`magician alarms --clear` clears it".to_owned(),
-            (true, cure) => format!("{cure}; then `magician alarms --clear`"),
+        let finding = finding.value(u64::from(code));
+        let finding = match (Alarm::blocks(code), cure) {
+            (false, _) | (true, "") => {
+                finding.advise([Part::from(Action::ClearAlarms), " clears it".into()])
+            }
+            (true, cure) => finding.advise([
+                Part::from(cure),
+                "; then ".into(),
+                Action::ClearAlarms.into(),
+            ]),
         };
-        report.add(finding.value(code).hint(hint), out)?;
+        report.add(finding, to)?;
     }
     let finding = match alarms.contains(Alarm::ResetOccurred) {
         true => Finding::note(
             "homed",
             "probably not: the arm was reset, and that alarm was not cleared since",
         )
-        .hint("`magician home` corrects its positions; it moves through much of its range"),
+        .advise([
+            Part::from(Action::Home),
+            " corrects its positions; it moves through much of its range".into(),
+        ]),
         false => Finding::note("homed", "unknown: the arm does not report it"),
     };
-    report.add(finding, out)
+    report.add(finding, to)
 }
 
-async fn queue(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), Failure> {
+async fn queue<A: Attendant>(
+    arm: &Arm,
+    report: &mut Diagnosis,
+    to: &mut A,
+) -> Result<(), A::Failure> {
     let (_, capacity) = arm.stats().await?;
     let waiting = capacity.saturating_sub(arm.left_space().await?);
     let current = arm.current_index().await?;
     if waiting == 0 {
-        let text = format!(
-            "empty, room for {capacity}, finished {}",
-            super::super::queue::finished(current.0)
+        let finished = match current.0 {
+            0 => "nothing yet".to_owned(),
+            index => format!("up to index {index}"),
+        };
+        let text = format!("empty, room for {capacity}, finished {finished}");
+        return report.add(
+            Finding::good("queue", text).value(0_u64).unit("commands"),
+            to,
         );
-        return report.add(Finding::good("queue", text).value(0).unit("commands"), out);
     }
-    let watched = attended(report.quiet(), "watching the queue", runs(arm, current));
+    let watched = to.attend("watching the queue", runs(arm, current));
     let commands = match waiting {
         1 => "1 command is in it".to_owned(),
         more => format!("{more} commands are in it"),
@@ -209,16 +239,24 @@ async fn queue(arm: &Arm, report: &mut Report, out: &mut Output) -> Result<(), F
         true => Finding::note("queue", format!("{commands}, and it runs")),
         false => Finding::bad(
             "queue",
-            format!("{commands}; in {} s none finished and the arm did not move: the queue is \
-                stopped, or a wait runs", RUNS.as_secs()),
+            format!(
+                "{commands}; in {} s none finished and the arm did not move: the queue is \
+                stopped, or a wait runs",
+                RUNS.as_secs()
+            ),
         )
-        .hint("`magician stop` drops what an earlier program left, `magician queue start` runs it: the arm may move"),
+        .advise([
+            Part::from(Action::Stop),
+            " drops what an earlier program left, ".into(),
+            Action::StartQueue.into(),
+            " runs it: the arm may move".into(),
+        ]),
     };
-    report.add(finding.value(waiting).unit("commands"), out)
+    report.add(finding.value(waiting).unit("commands"), to)
 }
 
 /// Whether a command of the queue finishes or the arm moves.
-async fn runs(arm: &Arm, since: QueueIndex) -> Result<bool, Failure> {
+async fn runs(arm: &Arm, since: QueueIndex) -> crate::Result<bool> {
     let begun = Instant::now();
     let stood = arm.get::<Pose>().await?;
     while begun.elapsed() < RUNS {

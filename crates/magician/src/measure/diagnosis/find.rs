@@ -1,0 +1,92 @@
+//! Which port: the one given, or the one arm that is plugged in.
+
+use super::{Attendant, Diagnosis, Finding, Part, system};
+use crate::measure::unbound_adapters;
+use crate::{ErrorKind, Given, Port, Setting, Target};
+
+impl Diagnosis {
+    /// Where the arm is, with what was found on the way: the port given, or the one arm that is plugged in.
+    ///
+    /// # Errors
+    /// A port that is none, and [`NoArm`](super::NoArm).
+    pub fn find<A: Attendant>(
+        &mut self,
+        given: Option<&str>,
+        to: &mut A,
+    ) -> Result<Target, A::Failure> {
+        let target = match given {
+            Some(port) => port.parse()?,
+            None => self.search(to)?,
+        };
+        self.port = Some(target.to_string());
+        if let Target::Serial(path) = &target {
+            let known = crate::ports().unwrap_or_default();
+            let finding = match known.iter().find(|port| port.path == *path) {
+                Some(port) => Finding::good("port", port.to_string()),
+                None => Finding::note("port", format!("{path}, not in the system's list of ports")),
+            };
+            self.add(finding.value(path.as_str()), to)?;
+        }
+        Ok(target)
+    }
+
+    /// The one arm that is plugged in.
+    fn search<A: Attendant>(&mut self, to: &mut A) -> Result<Target, A::Failure> {
+        let ports = match crate::ports() {
+            Ok(ports) => ports,
+            Err(error) => return Err(self.end_with("port", error, to)),
+        };
+        let arms: Vec<&Port> = ports.iter().filter(|port| port.likely_arm()).collect();
+        let finding = match arms.as_slice() {
+            [arm] => return Ok(Target::Serial(arm.path.clone())),
+            [] => nobody(&ports),
+            several => {
+                let paths: Vec<_> = several.iter().map(|port| port.to_string()).collect();
+                let text = format!("several ports could be the arm's: {}", paths.join("; "));
+                let advice = [Part::from("choose one with "), Setting::Port.into()];
+                Finding::bad("port", text).advise(advice)
+            }
+        };
+        Err(self.end(finding, ErrorKind::Port, to))
+    }
+}
+
+/// There is no port of an arm: why?
+fn nobody(ports: &[Port]) -> Finding {
+    if let [adapter, ..] = unbound_adapters().as_slice() {
+        let (chip, module) = (adapter.chip, adapter.module);
+        let text = format!("a {chip} adapter is plugged in, but the system has no port for it");
+        let load = system(format!("sudo modprobe {module}"));
+        let finding = Finding::bad("port", text);
+        return match module {
+            "ch341" => finding.advise([
+                load,
+                " loads its driver; if the port goes away again at once, brltty takes it for a braille display: "
+                    .into(),
+                system("sudo apt remove brltty"),
+            ]),
+            _ => finding.advise([
+                load,
+                " loads its driver; ".into(),
+                system("sudo dmesg"),
+                " shows what happened to it".into(),
+            ]),
+        };
+    }
+    let text = match ports {
+        [] => "this computer has no serial port".to_owned(),
+        others => {
+            let all: Vec<_> = others.iter().map(Port::to_string).collect();
+            format!("no port looks like an arm's; ports: {}", all.join("; "))
+        }
+    };
+    Finding::bad("port", text).advise([
+        Part::Text(
+        "switch the arm on, and connect it with a USB cable that carries data (some only charge); in a virtual \
+         machine or container, pass the device through; an arm on Wi-Fi is "
+            .into()),
+        (Setting::Port, Given::Word("udp:HOST")).into(),
+        ", a virtual one ".into(),
+        (Setting::Port, Given::Word("sim")).into(),
+    ])
+}

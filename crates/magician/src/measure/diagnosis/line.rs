@@ -1,0 +1,373 @@
+//! The bare line: whether it opens, what is at its other end, and how many requests it takes at once.
+
+use std::time::Duration;
+
+use super::{Advice, Attendant, Diagnosis, Finding, Part};
+use crate::measure::{
+    Heard, OTHER_SPEEDS, QueueTrial, back_to_back, hear_datagrams, listen, queue_trial,
+};
+use crate::{Action, ErrorKind, Given, LineOptions, RawLine, Setting, Target};
+
+/// How long an arm may take to answer: over Wi-Fi up to 2 s.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// How long another device gets at each other speed.
+const GLIMPSE: Duration = Duration::from_millis(400);
+/// Requests at once that are tried, and how often.
+const DEPTHS: [usize; 4] = [1, 2, 4, 8];
+const ROUNDS: usize = 5;
+/// How much of what another device says is shown.
+const EXCERPT: usize = 60;
+
+impl Diagnosis {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// [`NoArm`](super::NoArm).
+    pub async fn open<A: Attendant>(
+        &mut self,
+        target: &Target,
+        options: LineOptions,
+        to: &mut A,
+    ) -> Result<RawLine, A::Failure> {
+        match RawLine::open_with(target, options).await {
+            Ok(line) => {
+                let text = match target {
+                    Target::Serial(_) => "it opens; no other program uses it",
+                    Target::Tcp { .. } => "it accepts a connection",
+                    _ => "it opens",
+                };
+                self.add(Finding::good("line", text), to)?;
+                Ok(line)
+            }
+            Err(error) => Err(self.end_with("line", error, to)),
+        }
+    }
+
+    /// Makes sure that an arm is at the other end, or finds out what else is. It may take up to `patience` to answer, 2 s if
+    /// there is none.
+    ///
+    /// # Errors
+    /// [`NoArm`](super::NoArm).
+    pub async fn hear<A: Attendant>(
+        &mut self,
+        line: &mut RawLine,
+        target: &Target,
+        patience: Option<Duration>,
+        to: &mut A,
+    ) -> Result<(), A::Failure> {
+        let patience = patience.unwrap_or(PATIENCE);
+        let heard = match target {
+            Target::Udp { host, port } => {
+                let asked = hear_datagrams(host, *port, patience);
+                to.attend("listening", asked).await
+            }
+            _ => to.attend("listening", listen(line, patience)).await,
+        };
+        let heard = match heard {
+            Ok(heard) => heard,
+            Err(error) => return Err(self.end_with("answer", error, to)),
+        };
+        let (finding, kind) = match heard {
+        Heard::Arm([major, minor, revision]) => {
+            let firmware = format!("{major}.{minor}.{revision}");
+            let finding = Finding::good("answer", format!("an arm, firmware {firmware}"));
+            return self.add(finding.value(firmware), to);
+        }
+        Heard::Frames(count) => (
+            Finding::bad("answer", format!("{count} frames of the arm's protocol, none of them \
+                the reply"))
+                .advise("another program may talk over the same line: close it; then switch the arm off and on"),
+            ErrorKind::Unexpected,
+        ),
+        Heard::Echo => (
+            Finding::bad("answer", "the bytes sent come back: a loopback, not an arm")
+                .advise("check the cable and its plugs"),
+            ErrorKind::Unexpected,
+        ),
+        Heard::Text(text) => (
+            Finding::bad("answer", format!("another device; it sends: {}", excerpt(&text)))
+                .value(text)
+                .advise(other_port("")),
+            ErrorKind::Unexpected,
+        ),
+        Heard::Refused => (
+            Finding::bad("answer", "connection refused: nothing listens at that port")
+                .advise("is it the arm's address? The router's list of devices shows it; the arm's \
+                    Wi-Fi module listens at port 8899"),
+            ErrorKind::Timeout,
+        ),
+        Heard::Nothing | Heard::Bytes(_) => {
+            let elsewhere = match target {
+                Target::Serial(path) => other_speeds(line, path, GLIMPSE.min(patience), to).await,
+                _ => None,
+            };
+            unknown(&heard, target, elsewhere)
+        }
+    };
+        Err(self.end(finding, kind, to))
+    }
+
+    /// How many reads at once it takes.
+    ///
+    /// # Errors
+    /// The line is lost.
+    pub async fn window<A: Attendant>(
+        &mut self,
+        line: &mut RawLine,
+        target: &Target,
+        to: &mut A,
+    ) -> Result<(), A::Failure> {
+        let mut taken = 0;
+        for depth in DEPTHS {
+            let trial = back_to_back(line, depth, ROUNDS, PATIENCE);
+            let seen = to.attend("sending requests back to back", trial).await?;
+            if !seen.taken() {
+                break;
+            }
+            taken = depth;
+        }
+        self.window = Some(if ordered(target) { taken.max(1) } else { 1 });
+        let finding = match taken {
+            0 => Finding::bad("back_to_back", "single reads are not all answered")
+                .advise("a bad cable or hub: try another, shorter one"),
+            1 => Finding::note("back_to_back", "back-to-back requests are not all answered")
+                .advise("leave the window at 1"),
+            depth if !ordered(target) => Finding::good(
+                "back_to_back",
+                format!(
+                    "{depth} reads sent at once are all answered; but datagrams may overtake each other, so the window stays at 1"
+                ),
+            ),
+            depth => Finding::good(
+                "back_to_back",
+                format!("{depth} reads sent at once are all answered, in order"),
+            ),
+        };
+        self.add(finding.value(taken).unit("requests"), to)
+    }
+
+    /// The queue is not tried without leave.
+    ///
+    /// # Errors
+    /// The attendant's.
+    pub fn leave_queue<A: Attendant>(&mut self, to: &mut A) -> Result<(), A::Failure> {
+        let finding = Finding::note("index_law", "not tried, because it uses the queue").advise([
+            Part::from("with "),
+            (Setting::TryQueue, Given::On).into(),
+            ", 15 waits of 0 ms are put into the stopped queue and dropped again; nothing moves"
+                .into(),
+        ]);
+        self.add(finding, to)
+    }
+
+    /// Whether the queue counts as the driver relies on.
+    ///
+    /// # Errors
+    /// That of the trial, unless commands were in the queue.
+    pub fn queue<A: Attendant>(
+        &mut self,
+        trial: crate::Result<QueueTrial>,
+        target: &Target,
+        to: &mut A,
+    ) -> Result<(), A::Failure> {
+        let trial = match trial {
+            Ok(trial) => trial,
+            Err(error) if error.kind() == ErrorKind::InvalidInput => {
+                let finding = Finding::note("index_law", format!("not tried: {error}")).advise([
+                    Part::from("let them finish, or drop them with "),
+                    Action::Stop.into(),
+                ]);
+                return self.add(finding, to);
+            }
+            Err(error) => return Err(error.into()),
+        };
+        let given: Vec<_> = trial.indices.iter().flatten().collect();
+        let count = trial.indices.len();
+        let law = match (trial.steps_by_one(), given.as_slice()) {
+            (true, [first, .., last]) => Finding::good(
+                "index_law",
+                format!(
+                    "{count} queued commands have the indices {first} to {last}, one after the other"
+                ),
+            ),
+            _ => Finding::bad(
+                "index_law",
+                format!(
+                    "{count} queued commands have the indices {:?}",
+                    trial.indices
+                ),
+            )
+            .advise("a lost reply cannot be recovered on this arm: leave the window at 1"),
+        };
+        self.add(law.value(given.len()).unit("indices"), to)?;
+        let [before, full, after] = trial.left;
+        let text = format!(
+            "{before} free places, {full} with {count} commands queued, {after} after they were dropped"
+        );
+        let left = Finding::judged("left_space", trial.left_counts(), text);
+        self.add(
+            left.value(before)
+                .unit("commands")
+                .cure("the driver's cross-check does not work on this arm: leave the window at 1"),
+            to,
+        )?;
+        let [before, _, after] = trial.current;
+        let text = match trial.current_stands() {
+            true => format!("the current index stays at {before} while nothing runs"),
+            false => {
+                format!(
+                    "the current index went from {before} to {after} while the queue was stopped"
+                )
+            }
+        };
+        let current = Finding::judged("current_index", trial.current_stands(), text);
+        self.add(
+            current
+                .value(after)
+                .cure("another program may use the arm: close it and try again"),
+            to,
+        )?;
+        let sound = trial.steps_by_one() && trial.left_counts();
+        let reads = self.window.unwrap_or(1);
+        let window = if sound {
+            trial.window.min(reads).max(1)
+        } else {
+            1
+        };
+        self.window = Some(window);
+        let text = match window {
+            1 if sound && !ordered(target) => {
+                "one request at a time, as datagrams may overtake each other".to_owned()
+            }
+            1 => "one request at a time".to_owned(),
+            some => format!("{some} requests at a time, queued commands too"),
+        };
+        let finding = Finding::good("window", text).value(window).unit("requests");
+        self.add(
+            match window {
+                1 => finding,
+                some => finding.advise([
+                    Part::from((Setting::Window, Given::Number(some as f64))),
+                    " uses it".into(),
+                ]),
+            },
+            to,
+        )
+    }
+}
+
+/// Puts waits of no length into the queue and drops them again, for [`Diagnosis::queue`]. Nothing moves.
+///
+/// # Errors
+/// [`InvalidInput`](ErrorKind::InvalidInput) when commands wait in the queue; then nothing was put there.
+pub async fn try_queue(line: &mut RawLine) -> crate::Result<QueueTrial> {
+    queue_trial(line, &DEPTHS, PATIENCE).await
+}
+
+/// Listens at other speeds than the arm's; what was heard, and at which speed.
+async fn other_speeds<A: Attendant>(
+    line: &mut RawLine,
+    path: &str,
+    glimpse: Duration,
+    to: &mut A,
+) -> Option<(u32, Heard)> {
+    // The port has to be free for that.
+    let (gone, _) = tokio::io::duplex(1);
+    *line = RawLine::over(gone, path);
+    let mut at = to.count("listening at other speeds", OTHER_SPEEDS.len() as u64);
+    for (done, baud) in (1..).zip(OTHER_SPEEDS) {
+        let mut other = RawLine::open_at(path, baud).await.ok()?;
+        let heard = listen(&mut other, glimpse).await.ok()?;
+        if matches!(heard, Heard::Arm(_) | Heard::Text(_)) {
+            return Some((baud, heard));
+        }
+        at(done);
+    }
+    None
+}
+
+/// Nothing was understood at the arm's speed.
+fn unknown(
+    heard: &Heard,
+    target: &Target,
+    elsewhere: Option<(u32, Heard)>,
+) -> (Finding, ErrorKind) {
+    let unexpected = |text: String, advice: Advice| {
+        let finding = Finding::bad("answer", text).advise(advice);
+        (finding, ErrorKind::Unexpected)
+    };
+    match (elsewhere, heard) {
+        (Some((baud, Heard::Arm(_))), _) => {
+            let (finding, kind) = unexpected(
+                format!("an arm answers at {baud} baud; its own speed is 115200"),
+                "set the adapter or bridge in between, which keeps its own speed, to 115200 baud"
+                    .into(),
+            );
+            (finding.value(baud).unit("baud"), kind)
+        }
+        (Some((baud, Heard::Text(text))), _) => unexpected(
+            format!(
+                "another device; at {baud} baud it sends: {}",
+                excerpt(&text)
+            ),
+            other_port(""),
+        ),
+        (_, Heard::Bytes(bytes)) => unexpected(
+            format!("{} bytes, not from an arm: {}", bytes.len(), hex(bytes)),
+            other_port("another device, or one at another speed: "),
+        ),
+        _ => {
+            let hint = match target {
+                Target::Udp { .. } => {
+                    "is the arm on, and its Wi-Fi module plugged in and its light steady? Is this computer in the same \
+                     network, and is the address right? Firewalls and guest networks keep devices apart"
+                }
+                Target::Tcp { .. } => {
+                    "the connection is accepted, but there is no arm behind it, or it is switched \
+                        off"
+                }
+                _ => {
+                    "is the arm switched on (its light green, some seconds after the switch)? Is this its port? A \
+                     Bluetooth or Wi-Fi module in its socket may occupy the line: pull it out. \
+                     Then switch the arm off and on"
+                }
+            };
+            let finding = Finding::bad("answer", "no reply").advise(hint);
+            (finding, ErrorKind::Timeout)
+        }
+    }
+}
+
+/// Something else is there; after these words.
+fn other_port(before: &'static str) -> Advice {
+    Advice::from([
+        Part::from(before),
+        "choose the arm's port with ".into(),
+        Setting::Port.into(),
+        "; ".into(),
+        Action::ListPorts.into(),
+        " lists them".into(),
+    ])
+}
+
+/// The first line of a text, or two, in quotes.
+fn excerpt(text: &str) -> String {
+    let begin: String = text.trim().chars().take(EXCERPT).collect();
+    format!("{begin:?}")
+}
+
+fn hex(bytes: &[u8]) -> String {
+    let begin = bytes.iter().take(16).map(|byte| format!("{byte:02x}"));
+    let begin: Vec<_> = begin.collect();
+    let more = if bytes.len() > begin.len() {
+        " ..."
+    } else {
+        ""
+    };
+    format!("{}{more}", begin.join(" "))
+}
+
+/// Whether a line keeps the order of what it carries, which a window above 1 needs.
+fn ordered(target: &Target) -> bool {
+    !matches!(target, Target::Udp { .. })
+}
