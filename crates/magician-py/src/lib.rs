@@ -15,7 +15,7 @@
 //!   [`picture::Picture`] what either shows of itself.
 //! * [`simulation`] has virtual arms that are stepped, without a driver.
 //! * [`command`] is the `magician` command, linked in.
-//! * [`mod@conform`] runs the conformance suite on an arm.
+//! * [`mod@conform`] runs the conformance suite on an arm, [`mod@doctor`] finds out what is wrong with it.
 //! * [`kinematics`] computes poses and joint angles of whole arrays.
 //! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`voice`] says in them what a
 //!   Python program does, not what the command line does.
@@ -27,6 +27,7 @@ mod cell;
 mod command;
 mod conform;
 mod core;
+mod doctor;
 mod errors;
 mod frames;
 mod kinematics;
@@ -66,6 +67,8 @@ mod _magician {
     use crate::core::{Core, Events, Feed, Jog, Program, StateWatch};
     #[pymodule_export]
     use crate::core::{command, decode, discover, encode, end, find, forked, ports, tools};
+    #[pymodule_export]
+    use crate::doctor::doctor;
     #[pymodule_export]
     use crate::errors::every_error;
     #[pymodule_export]

@@ -10,8 +10,8 @@ import pytest
 LATER = [
     "asyncio", "dataclasses", "difflib", "html", "importlib.metadata", "inspect", "json", "logging", "numpy", "socket",
     "ssl", "subprocess", "tempfile", "threading", "tokenize", "magician.aio", "magician.compat", "magician.testing",
-    "magician.calibrate", "magician.conformance", "magician.replaying", "magician.serving", "magician.traffic",
-    "magician.virtual",
+    "magician.calibrate", "magician.conformance", "magician.diagnosis", "magician.replaying", "magician.serving",
+    "magician.traffic", "magician.virtual",
 ]  # fmt: skip
 
 

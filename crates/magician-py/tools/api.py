@@ -43,6 +43,7 @@ MODULES = {
     "simulation": ("magician.simulation", "Simulations"),
     "_ports": ("magician", "Ports"),
     "replaying": ("magician.replaying", "Replayed sessions"),
+    "diagnosis": ("magician", "Diagnosis"),
     "conformance": ("magician.conformance", "Conformance"),
     "traffic": ("magician.traffic", "Bytes on a line"),
 }

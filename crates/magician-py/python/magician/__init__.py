@@ -18,6 +18,7 @@
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`; :mod:`magician.simulation`
   steps many of them, for learning.
 * :func:`sim` serves a virtual arm to other programs, :func:`proxy` shares an arm between them.
+* :func:`doctor` finds out what is wrong with an arm and its line, and what to do.
 * :func:`conform` runs the conformance suite on an arm.
 * :func:`decode` decodes the bytes of a line and reads traces; :func:`replay` replays a trace on a virtual arm.
 * :mod:`magician.errors` has the exceptions, :mod:`magician.events` the events.
@@ -45,8 +46,9 @@ from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats,
 from .running import PlanProgress, RunResult
 
 if TYPE_CHECKING:
-    from . import aio, calibrate, conformance, replaying, serving, traffic
+    from . import aio, calibrate, conformance, diagnosis, replaying, serving, traffic
     from .conformance import conform
+    from .diagnosis import Diagnosis, Finding, doctor
     from .replaying import Replay, replay
     from .serving import Served, proxy, sim
     from .traffic import decode
@@ -59,9 +61,11 @@ __all__ = [
     "Check",
     "Color",
     "Complaint",
+    "Diagnosis",
     "Drawing",
     "Error",
     "Events",
+    "Finding",
     "Found",
     "Frame",
     "Info",
@@ -110,7 +114,9 @@ __all__ = [
     "conform",
     "conformance",
     "decode",
+    "diagnosis",
     "discover",
+    "doctor",
     "errors",
     "events",
     "forward",
@@ -147,6 +153,10 @@ _LATER = {
     "Replay": "replaying",
     "replay": "replaying",
     "replaying": "replaying",
+    "Diagnosis": "diagnosis",
+    "Finding": "diagnosis",
+    "diagnosis": "diagnosis",
+    "doctor": "diagnosis",
     "Served": "serving",
     "proxy": "serving",
     "serving": "serving",

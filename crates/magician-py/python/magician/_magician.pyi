@@ -43,6 +43,7 @@ __all__ = [
     "conform",
     "decode",
     "discover",
+    "doctor",
     "draw_arm",
     "encode",
     "end",
@@ -278,6 +279,19 @@ def conform(
         str | None,
         tuple[int, str, bytes, str, str, bytes] | None,
     ]
+]: ...
+def doctor(
+    port: str | None,
+    count: int,
+    patience: float,
+    try_queue: bool,
+    listener: Callable[[tuple[str, bool | None, Any, str | None, str, str | None]], object] | None,
+) -> tuple[
+    list[tuple[str, bool | None, Any, str | None, str, str | None]],
+    str | None,
+    int | None,
+    float | None,
+    Error | None,
 ]: ...
 def hex_bytes(text: str) -> bytes | None: ...
 def pieces(data: bytes, file: bool, sender: str | None) -> list[Decoded | Rejected]: ...

@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import sys
+import threading
+from pathlib import Path
+
+import magician
+import pytest
+from magician import errors
+
+ANY = "127.0.0.1:0"
+
+
+def finding(found: magician.Diagnosis, check: str) -> magician.Finding:
+    return next(each for each in found.findings if each.check == check)
+
+
+def test_a_virtual_arm_is_looked_over() -> None:
+    heard: list[magician.Finding] = []
+    found = magician.doctor("sim", count=5, on_finding=heard.append)
+    assert found.ok and found.error is None and not found.failed
+    assert (found.port, found.window) == ("sim", 8)
+    assert found.turnaround is not None and found.turnaround < 1
+    assert heard == list(found.findings)
+    assert finding(found, "answer").value == "3.6.14"
+    identity = finding(found, "identity").value
+    assert identity["firmware"] == "3.6.14"
+    assert set(identity) == {"name", "serial_number", "firmware", "uptime_s"}
+    homed = finding(found, "homed")
+    assert homed.ok is None
+    assert homed.advice is not None and homed.advice.startswith("`arm.home()` corrects")
+    tried = finding(found, "index_law")
+    assert tried.ok is None and "try_queue=True" in str(tried.advice)
+    assert str(found).splitlines()[0] == "✓ line: it opens"
+
+
+def test_nothing_moves_and_the_queue_is_tried_when_asked() -> None:
+    cell = magician.VirtualArm()
+    with cell.serve(tcp=ANY) as served:
+        before = cell.position
+        found = magician.doctor(served.tcp, count=5)
+        assert finding(found, "queue").value == 0
+        assert (cell.queue_index, cell.waiting) == (0, 0)
+        found = magician.doctor(served.tcp, count=5, try_queue=True)
+        assert found.ok
+        assert finding(found, "index_law").value == 15
+        assert finding(found, "left_space").ok
+        window = finding(found, "window")
+        assert (window.value, window.advice) == (8, "window=8 uses it")
+        assert (cell.waiting, cell.position) == (0, before)
+
+
+def test_an_alarm_and_what_to_do_about_it() -> None:
+    cell = magician.VirtualArm()
+    with cell.serve(tcp=ANY) as served:
+        cell.raise_alarm(0x20)
+        found = magician.doctor(served.tcp, count=2)
+    alarms = [each for each in found.findings if each.check == "alarms"]
+    assert 0x20 in [each.value for each in alarms]
+    assert all("`arm.clear_alarms()`" in str(each.advice) for each in alarms)
+    assert not any("magician alarms" in str(each) for each in found.findings)
+
+
+def test_no_arm_is_a_finding() -> None:
+    found = magician.doctor("/dev/no-such-arm")
+    assert not found.ok
+    assert isinstance(found.error, errors.PortError)
+    line = finding(found, "line")
+    assert line.ok is False and "does not exist" in line.text
+    assert "does not exist" in str(found)
+    with socket.create_server(("127.0.0.1", 0)) as silent:
+        found = magician.doctor(f"tcp:127.0.0.1:{silent.getsockname()[1]}", timeout=0.1)
+    assert isinstance(found.error, errors.ResponseTimeoutError)
+    assert [each.check for each in found.failed] == ["answer"]
+    assert found.failed[0].advice is not None
+    assert str(found).count("no reply") == 1
+
+
+def test_what_is_no_question() -> None:
+    with pytest.raises(errors.InvalidInputError):
+        magician.doctor("nonsense")
+    with pytest.raises(errors.InvalidInputError, match="count is 0"):
+        magician.doctor("sim", count=0)
+    with pytest.raises(TypeError, match="on_finding"):
+        magician.doctor("sim", on_finding=5)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+
+
+def test_what_the_listener_raises_ends_it() -> None:
+    def refuses(found: magician.Finding) -> None:
+        raise ZeroDivisionError(found.check)
+
+    with pytest.raises(ZeroDivisionError, match="line"):
+        magician.doctor("sim", count=100_000, on_finding=refuses)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals")
+def test_ctrl_c_ends_it(tmp_path: Path) -> None:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    cell = magician.VirtualArm()
+    try:
+        with cell.serve(pty=tmp_path / "arm") as served:
+
+            def interrupts(found: magician.Finding) -> None:
+                if found.check == "identity":
+                    threading.Thread(target=lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+
+            with pytest.raises(KeyboardInterrupt):
+                magician.doctor(served.pty, count=100_000, try_queue=True, on_finding=interrupts)
+            assert cell.waiting == 0
+    finally:
+        signal.signal(signal.SIGINT, before)
