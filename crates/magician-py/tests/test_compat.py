@@ -594,7 +594,8 @@ def look():
     print(state["moving"], state["waiting"], state["index"], *state["pose"][:2], flush=True)
 
 def press():
-    # On its way for long enough that the script waits, or does whatever it does.
+    # On its way for long enough that the script waits, or does whatever it does, in the line that begins with this.
+    there.wait()
     while cell.state()["pose"][1] < 0.005 or cell.state()["waiting"] < waiting:
         pass
     os.kill(os.getpid(), signal.SIGINT)
@@ -604,6 +605,7 @@ cell = _line._benches[0].cell
 atexit.register(look)
 arm.speed(5, 5)
 waiting = {waiting}
+there = threading.Event()
 threading.Thread(target=press, daemon=True).start()
 {rest}
 """
@@ -616,12 +618,12 @@ TEN_MOVES = "for y in range(10): arm.move_to(200, 100 - 20 * y, 0, 0)"
 @pytest.mark.parametrize(
     ("waiting", "rest", "last"),
     [
-        (31, "while True: arm.move_to(200, 100, 0, 0); arm.move_to(200, -100, 0, 0)", "arm.move_to"),
-        (0, "arm.move_to(200, 100, 0, 0, wait=True)", "arm.move_to"),
-        (9, f"{TEN_MOVES}\nwhile True: arm.pose()", "arm.pose()"),
-        (9, f"{TEN_MOVES}\nwhile True: pass", "while True: pass"),
-        (9, f"{TEN_MOVES}\ntime.sleep(3600)", "time.sleep(3600)"),
-        (9, f"{TEN_MOVES}\nthreading.Event().wait()", "threading.Event().wait()"),
+        (31, "there.set()\nwhile True: arm.move_to(200, 100, 0, 0); arm.move_to(200, -100, 0, 0)", "arm.move_to"),
+        (0, "there.set(); arm.move_to(200, 100, 0, 0, wait=True)", "arm.move_to"),
+        (9, f"{TEN_MOVES}\nwhile True: there.set(); arm.pose()", "arm.pose()"),
+        (9, f"{TEN_MOVES}\nwhile True: there.set()", "while True: there.set()"),
+        (9, f"{TEN_MOVES}\nthere.set(); time.sleep(3600)", "time.sleep(3600)"),
+        (9, f"{TEN_MOVES}\nthere.set(); threading.Event().wait()", "threading.Event().wait()"),
     ],
     ids=["full queue", "waiting", "polling", "busy", "sleeping", "locked"],
 )
@@ -641,6 +643,7 @@ def test_ctrl_c_stops_the_arm_at_once(tmp_path: Path, waiting: int, rest: str, l
 def test_a_script_that_catches_ctrl_c_goes_on(tmp_path: Path) -> None:
     rest = """
 try:
+    there.set()
     arm.move_to(200, 100, 0, 0, wait=True)
 except KeyboardInterrupt:
     arm.speed(100, 100)
@@ -661,6 +664,7 @@ def test_a_script_that_catches_ctrl_c_and_ends_well_leaves_an_arm_that_stands(
     rest = f"""
 {TEN_MOVES}
 try:
+    there.set()
     {doing}
 except KeyboardInterrupt:
     {last}
