@@ -8,12 +8,12 @@ use std::thread::JoinHandle;
 use std::time::Instant;
 
 use magician::proxy::Settings;
-use magician::serve::files::create;
 use magician::serve::{
     Discovery, Endpoint, Endpoints, Notice, ProxyNotice, ProxyServer, ServeError, ServedArm, Server,
 };
 use magician::sim::Speed;
 use magician::{Error, ErrorCode, ErrorKind, LineOptions, RawLine, SimSpeed, Target, VirtualArm};
+use magician_job::files::create;
 use pyo3::prelude::*;
 use tokio::sync::oneshot;
 use tracing::{info, warn};

@@ -1,7 +1,7 @@
-//! Files that people write for a virtual arm, the one that keeps its flash, and those that are written while something is served.
+//! Files that people write for a virtual arm, the one that keeps its flash.
 
 use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
@@ -91,28 +91,6 @@ pub fn save_flash(flash: &Flash, path: &Path) -> Result<(), FlashFileError> {
     });
     written.map_err(|source| failed(&beside, "write", source))?;
     fs::rename(&beside, path).map_err(|source| failed(path, "replace", source))
-}
-
-/// A file to write from its beginning, for a trace or a recording. One that another program is writing stays as it is, where the
-/// file system knows locks.
-///
-/// # Errors
-/// The system's, and [`io::ErrorKind::WouldBlock`] for a file that another program is writing.
-pub fn create(path: &Path) -> io::Result<File> {
-    let mut options = OpenOptions::new();
-    let file = options
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(path)?;
-    if file.metadata().is_ok_and(|metadata| metadata.is_file()) {
-        if let Err(TryLockError::WouldBlock) = file.try_lock() {
-            let why = "another program is writing to it";
-            return Err(io::Error::new(io::ErrorKind::WouldBlock, why));
-        }
-        file.set_len(0)?;
-    }
-    Ok(file)
 }
 
 fn failed(path: &Path, action: &'static str, source: io::Error) -> FlashFileError {

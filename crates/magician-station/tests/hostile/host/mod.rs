@@ -174,7 +174,6 @@ impl Life {
     fn pass(&mut self, time: Duration) {
         let until = self.now + time;
         while let Some(due) = self.station.poll_timeout().filter(|due| *due <= until) {
-            assert!(due > self.now || due == self.now, "time goes on");
             self.now = self.now.max(due);
             self.station.handle_timeout(self.now);
             let next = self.station.poll_timeout();
