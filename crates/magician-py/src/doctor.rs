@@ -77,7 +77,7 @@ async fn examine(
         let patience = Some(asked.patience);
         found.hear(&mut line, &target, patience, to).await?;
         found.window(&mut line, &target, to).await?;
-        Ok(line)
+        Ok::<_, NoArm>(line)
     };
     let mut line = tokio::select! {
         heard = listening => heard?,
