@@ -3,14 +3,15 @@
 use std::fmt;
 use std::io::{self, Write};
 
-use magician::{ErrorCode, ErrorKind, Remedy, Voice};
+use magician::report::ErrorFigures;
+use magician::{ErrorCode, ErrorKind, Voice};
 use magician_job::recording::RecordError;
 use magician_motion::MotionError;
 use serde::Serialize;
 
 use crate::json::write_json;
 use crate::paint::Paint;
-use crate::voice::{self, Command};
+use crate::voice::Command;
 
 /// The message for a person who is asked.
 pub(crate) const GOGGLES: &str =
@@ -71,65 +72,11 @@ pub(crate) struct Failure {
     pub(crate) message: String,
     /// What to do about it, where it is not among the figures; for people only.
     hint: Option<String>,
-    figures: Option<Box<Figures>>,
+    figures: Option<Box<ErrorFigures>>,
     /// The same with its place in a file, drawn for people.
     drawn: Option<Box<str>>,
     /// Whether the user has been told already.
     told: bool,
-}
-
-/// What a failure is about, in figures. What does not apply is absent.
-#[derive(Clone, Debug, Default, Serialize)]
-pub(crate) struct Figures {
-    /// Which error it is.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) code: Option<&'static str>,
-    /// The place of the command in a list, from 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) step: Option<usize>,
-    /// The command of the protocol.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) command: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) value: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) limit: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) unit: Option<&'static str>,
-    /// The part of the arm's fence that it would break.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) fence: Option<&'static str>,
-    /// First queue index in doubt.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) from: Option<u64>,
-    /// Last queue index in doubt.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) to: Option<u64>,
-    /// What to do about it.
-    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "voice::json")]
-    pub(crate) remedies: Vec<Remedy>,
-    /// What is wrong, without the command of the protocol before it.
-    #[serde(skip)]
-    fact: Option<String>,
-}
-
-impl Figures {
-    /// The parts of an error of the driver.
-    pub(crate) fn of(error: &magician::Error) -> Self {
-        Self {
-            code: Some(error.code().name()),
-            step: error.step().map(|step| step + 1),
-            command: error.command().map(str::to_owned),
-            value: error.value(),
-            limit: error.limit(),
-            unit: error.unit(),
-            fence: error.breach().map(|breach| breach.part.name()),
-            from: error.from_index(),
-            to: error.to_index(),
-            remedies: error.remedies().to_vec(),
-            fact: error.command().map(|_| error.message().to_owned()),
-        }
-    }
 }
 
 /// The object that `--json` puts on stderr.
@@ -143,7 +90,7 @@ struct Body<'a> {
     kind: &'static str,
     message: &'a str,
     #[serde(flatten)]
-    figures: Option<&'a Figures>,
+    figures: Option<&'a ErrorFigures>,
 }
 
 impl Failure {
@@ -203,7 +150,7 @@ impl Failure {
     }
 
     /// Adds what it is about.
-    pub(crate) fn about(mut self, figures: Figures) -> Self {
+    pub(crate) fn about(mut self, figures: ErrorFigures) -> Self {
         self.figures = Some(Box::new(figures));
         self
     }
@@ -326,7 +273,7 @@ impl From<&magician::Error> for Failure {
             return Self::not_allowed_to_burn(error.to_string());
         }
         let failure = Self::new(Kind::Driver(error.kind()), error.to_string());
-        failure.about(Figures::of(error))
+        failure.about(ErrorFigures::of(error))
     }
 }
 

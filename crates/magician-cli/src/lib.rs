@@ -18,7 +18,6 @@ mod interrupt;
 mod json;
 mod log;
 mod mounted;
-mod note;
 mod options;
 mod output;
 mod paint;

@@ -5,6 +5,7 @@ use std::io::{self, BufWriter, IsTerminal, Stdout, Write};
 use std::mem;
 
 use clap::builder::StyledStr;
+use magician_job::report::Note;
 use magician_program::{Diagnostic, DiagnosticCode, Origin};
 use magician_protocol::visible_lines;
 use serde::Serialize;
@@ -12,9 +13,9 @@ use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::json::{json, write_json};
-use crate::note::Note;
 use crate::paint::{Paint, tell};
 use crate::saved::{self, Settled};
+use crate::voice::Command;
 
 /// A text as JSON has it.
 #[derive(Serialize)]
@@ -100,7 +101,7 @@ impl Output {
         };
         let note = Diagnostic::new(Origin::NONE, text).coded(DiagnosticCode::Speed);
         match json {
-            true => self.notes.extend(Note::all([&note])),
+            true => self.notes.extend(Note::all(&Command, [&note])),
             false => {
                 let label = Paint::for_stderr().note("note:");
                 tell(format_args!("{label} {}", visible_lines(&note.message)));

@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
+use magician::report::ErrorFigures;
 use magician_program::{Content, Diagnostic, Format, Parsed, ReadOptions};
 
 use crate::diagnostics::{self, Severity};
-use crate::failure::{Failure, Figures};
+use crate::failure::Failure;
 
 /// The largest file that is read, bytes.
 const LARGEST: u64 = 256 << 20;
@@ -94,7 +95,7 @@ impl Source {
     /// A problem with it, as the user gets it.
     pub(crate) fn failure(&self, problem: &Diagnostic) -> Failure {
         let failure = Failure::invalid(format!("{}: {problem}", self.name));
-        let figures = Figures::of(&magician::Error::from(problem.clone()));
+        let figures = ErrorFigures::of(&magician::Error::from(problem.clone()));
         failure
             .about(figures)
             .drawn(self.draw(problem, Severity::Error))

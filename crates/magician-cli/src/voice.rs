@@ -1,9 +1,6 @@
 //! What to do about an error or a note, in the words of the command: verbs and flags.
 
-use magician::{Act, Action, Given, Remedy, Setting, Voice};
-use magician_program::Diagnostic;
-use serde::ser::{SerializeMap, SerializeSeq};
-use serde::{Serialize, Serializer};
+use magician::{Action, Given, Setting, Voice};
 
 /// The command's voice.
 pub(crate) struct Command;
@@ -46,59 +43,12 @@ impl Voice for Command {
     }
 }
 
-/// What is said of a problem or a note, with what to do about it.
-pub(crate) fn advised(text: String, problem: &Diagnostic) -> String {
-    match problem.advice(&Command) {
-        Some(advice) => format!("{text} ({advice})"),
-        None => text,
-    }
-}
-
-/// What to do, as JSON: `{"action":"home","effect":".."}`, `{"option":"scale","value":0.5}`, `{"without":"raw"}`,
-/// `{"system":"sudo .."}`.
-pub(crate) fn json<S: Serializer>(remedies: &[Remedy], to: S) -> Result<S::Ok, S::Error> {
-    let mut list = to.serialize_seq(Some(remedies.len()))?;
-    for remedy in remedies {
-        list.serialize_element(&Told(remedy))?;
-    }
-    list.end()
-}
-
-struct Told<'r>(&'r Remedy);
-
-impl Serialize for Told<'_> {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        let mut map = to.serialize_map(None)?;
-        match &self.0.act {
-            Act::Do(action) => map.serialize_entry("action", action.name())?,
-            Act::Give(setting, given) => {
-                map.serialize_entry("option", setting.name())?;
-                match given {
-                    Given::On => map.serialize_entry("value", &true)?,
-                    Given::Off => map.serialize_entry("value", &false)?,
-                    Given::Number(number) => map.serialize_entry("value", number)?,
-                    Given::Point(x, y) => map.serialize_entry("value", &[x, y])?,
-                    Given::Word(word) => map.serialize_entry("value", word)?,
-                    // The person chooses it.
-                    _ => {}
-                }
-            }
-            Act::Omit(setting) => map.serialize_entry("without", setting.name())?,
-            Act::System(line) => map.serialize_entry("system", line)?,
-            other => map.serialize_entry("action", &other.to_string())?,
-        }
-        if !self.0.effect.is_empty() {
-            map.serialize_entry("effect", &self.0.effect)?;
-        }
-        map.end()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use clap::CommandFactory;
 
-    use magician::{Error, ErrorCode};
+    use magician::report::remedies as json;
+    use magician::{Act, Error, ErrorCode, Remedy};
 
     use super::*;
     use crate::args::Cli;

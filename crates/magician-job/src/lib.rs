@@ -65,6 +65,8 @@ mod observed;
 mod polled;
 #[cfg(feature = "record")]
 pub mod recording;
+#[cfg(feature = "report")]
+pub mod report;
 mod saved;
 mod spec;
 pub mod teach;

@@ -2,14 +2,15 @@
 //!
 //! Names and shapes are contracts: fields are added, none is renamed. Lengths are mm, angles deg.
 
-use serde::Serialize;
+use serde::ser::{SerializeMap, SerializeSeq};
+use serde::{Serialize, Serializer};
 
 use magician_protocol::commands::{
     DeviceId, DeviceName, DeviceSn, DeviceTime, DeviceVersion, DeviceWithL, Pose,
 };
 use magician_protocol::{Alarm, AlarmSet};
 
-use crate::{Arm, Cuboid, ErrorKind, Fence, Link, Result, Status};
+use crate::{Act, Arm, Cuboid, Error, ErrorKind, Fence, Given, Link, Remedy, Result, Status};
 
 /// A pose: the tip's (mm, deg) and the joints' (deg).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -231,5 +232,106 @@ impl From<&Fence> for FenceReport {
             top_speed: fence.top_speed(),
             strongest_laser: fence.strongest_laser(),
         }
+    }
+}
+
+/// What an error is about, in figures. What does not apply is absent.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct ErrorFigures {
+    /// Which error it is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub code: Option<&'static str>,
+    /// The place of the command in a list, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<usize>,
+    /// The command of the protocol.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command: Option<String>,
+    /// What was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// What is possible.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit: Option<f64>,
+    /// The unit of both.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<&'static str>,
+    /// The part of the arm's fence that it would break.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fence: Option<&'static str>,
+    /// First queue index in doubt.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub from: Option<u64>,
+    /// Last queue index in doubt.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to: Option<u64>,
+    /// What to do about it.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "remedies")]
+    pub remedies: Vec<Remedy>,
+    /// What is wrong, without the command of the protocol before it.
+    #[serde(skip)]
+    pub fact: Option<String>,
+}
+
+impl ErrorFigures {
+    /// The parts of an error.
+    #[must_use]
+    pub fn of(error: &Error) -> Self {
+        Self {
+            code: Some(error.code().name()),
+            step: error.step().map(|step| step + 1),
+            command: error.command().map(str::to_owned),
+            value: error.value(),
+            limit: error.limit(),
+            unit: error.unit(),
+            fence: error.breach().map(|breach| breach.part.name()),
+            from: error.from_index(),
+            to: error.to_index(),
+            remedies: error.remedies().to_vec(),
+            fact: error.command().map(|_| error.message().to_owned()),
+        }
+    }
+}
+
+/// What to do, as JSON: `{"action":"home","effect":".."}`, `{"option":"scale","value":0.5}`, `{"without":"raw"}`,
+/// `{"system":"sudo .."}`.
+///
+/// # Errors
+/// Those of the serializer.
+pub fn remedies<S: Serializer>(remedies: &[Remedy], to: S) -> Result<S::Ok, S::Error> {
+    let mut list = to.serialize_seq(Some(remedies.len()))?;
+    for remedy in remedies {
+        list.serialize_element(&Told(remedy))?;
+    }
+    list.end()
+}
+
+struct Told<'r>(&'r Remedy);
+
+impl Serialize for Told<'_> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let mut map = to.serialize_map(None)?;
+        match &self.0.act {
+            Act::Do(action) => map.serialize_entry("action", action.name())?,
+            Act::Give(setting, given) => {
+                map.serialize_entry("option", setting.name())?;
+                match given {
+                    Given::On => map.serialize_entry("value", &true)?,
+                    Given::Off => map.serialize_entry("value", &false)?,
+                    Given::Number(number) => map.serialize_entry("value", number)?,
+                    Given::Point(x, y) => map.serialize_entry("value", &[x, y])?,
+                    Given::Word(word) => map.serialize_entry("value", word)?,
+                    // The person chooses it.
+                    _ => {}
+                }
+            }
+            Act::Omit(setting) => map.serialize_entry("without", setting.name())?,
+            Act::System(line) => map.serialize_entry("system", line)?,
+            other => map.serialize_entry("action", &other.to_string())?,
+        }
+        if !self.0.effect.is_empty() {
+            map.serialize_entry("effect", &self.0.effect)?;
+        }
+        map.end()
     }
 }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
+use magician_job::report::Note;
 use magician_program::formats::playback::Playback;
 use magician_program::raster::Engrave;
 use magician_program::rehearse::{RehearseOptions, rehearse};
@@ -15,9 +16,9 @@ use super::job::options::{File, LaserFlags, Pen, PlacementOptions, PreviewFlags,
 use super::job::{Job, notes};
 use crate::context::Context;
 use crate::failure::Failure;
-use crate::note::Note;
 use crate::source::Source;
 use crate::verbs::sim::picture::Picture;
+use crate::voice::Command;
 
 /// Convert a file to another format
 #[derive(Args, Debug)]
@@ -92,7 +93,7 @@ impl Convert {
             to: self.to.display().to_string(),
             steps: plan.steps.len(),
             lost: lost.iter().map(ToString::to_string).collect(),
-            notes: Note::all(read.iter().chain(&lost)),
+            notes: Note::all(&Command, read.iter().chain(&lost)),
         };
         context.show(&answer, |out| {
             let (to, steps) = (&answer.to, answer.steps);

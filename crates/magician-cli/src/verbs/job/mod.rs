@@ -22,6 +22,7 @@ use magician::sim::Controller;
 use magician::sim::world::PictureOptions;
 use magician::words::Preflight;
 use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, burns};
+use magician_job::report::advised;
 use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
@@ -41,7 +42,7 @@ use crate::permission::Asks;
 use crate::source::Source;
 use crate::terminal;
 use crate::verbs::sim::picture::Picture;
-use crate::voice;
+use crate::voice::Command;
 
 #[cfg(test)]
 pub(super) use tui::examples;
@@ -473,7 +474,7 @@ pub(crate) fn notes(source: &Source, notes: &[Diagnostic], context: &Context) {
 }
 
 fn line_of(source: &Source, note: &Diagnostic) -> String {
-    let text = voice::advised(format!("{}: {note}", source.name), note);
+    let text = advised(&Command, format!("{}: {note}", source.name), note);
     let paint = Paint::for_stderr();
     format!("{} {}", paint.note("note:"), visible_lines(&text))
 }

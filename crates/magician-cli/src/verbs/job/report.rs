@@ -1,111 +1,29 @@
 //! What a check has found, for people and for programs.
 
 use magician::ErrorKind;
-use magician_program::{
-    Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit, would_do_at, would_fit,
-    would_fit_turned,
-};
-use serde::Serialize;
+use magician::report::ErrorFigures;
+use magician_job::report::{Bounds, Estimate, PowerRange, SHOWN, WayOut, clock};
+use magician_program::{Diagnostic, Format, RefusedStep, RemainingProgram, Report, WouldFit};
 
 use super::Made;
-use super::tell::clock;
 use crate::diagnostics::Severity;
-use crate::failure::{Failure, Figures, Kind};
+use crate::failure::{Failure, Kind};
 
-/// As many complaints are told.
-pub(super) const SHOWN: usize = 10;
-
-/// What a program does, in figures.
-#[derive(Debug, Serialize)]
-pub(super) struct Estimate {
-    /// Of the arm's clock; none if it has no end that is known.
-    seconds: Option<f64>,
-    /// None if it goes on for ever.
-    steps: Option<u64>,
-    drawn_mm: f64,
-    travel_mm: f64,
-    /// Of what draws or burns.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    bounds: Option<Bounds>,
-    /// Of all.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    travel_bounds: Option<Bounds>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    power: Option<PowerRange>,
+/// What a program does, for people.
+pub(super) trait ForPeople {
+    /// With which powers it burns.
+    fn power_line(&self) -> Option<String>;
+    /// Time, steps and lengths.
+    fn line(&self) -> String;
+    /// Steps and lengths.
+    fn work(&self) -> String;
+    /// Where it is.
+    fn place(&self) -> Option<String>;
 }
 
-/// What is burnt with, percent.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct PowerRange {
-    most: f64,
-    least: f64,
-}
-
-/// The least and the greatest coordinates of something.
-#[derive(Debug, Serialize)]
-struct Bounds {
-    x: [f64; 2],
-    y: [f64; 2],
-    z: [f64; 2],
-}
-
-/// A step that is refused, as JSON has it.
-#[derive(Debug, Serialize)]
-pub(super) struct Refusal {
-    step: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    line: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    column: Option<u32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    name: Option<String>,
-    kind: &'static str,
-    message: String,
-    /// How far the place is beyond the reach, mm.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    beyond: Option<f64>,
-    #[serde(flatten)]
-    figures: Figures,
-}
-
-fn rounded(value: f64) -> f64 {
-    (value * 1000.0).round() / 1000.0
-}
-
-impl Bounds {
-    fn new([least, most]: [[f64; 3]; 2]) -> Self {
-        let range = |axis: usize| [least[axis], most[axis]].map(rounded);
-        Self {
-            x: range(0),
-            y: range(1),
-            z: range(2),
-        }
-    }
-}
-
-impl Estimate {
-    pub(super) fn new(report: &Report, steps: Option<u64>) -> Self {
-        Self {
-            seconds: report.time.map(|time| time.as_secs_f64()),
-            steps,
-            drawn_mm: rounded(report.drawn),
-            travel_mm: rounded(report.travelled),
-            bounds: report.bounds.map(Bounds::new),
-            travel_bounds: report.travel_bounds.map(Bounds::new),
-            power: report.power.map(|power| {
-                let [least, most] = power.map(rounded);
-                PowerRange { most, least }
-            }),
-        }
-    }
-
-    pub(super) fn power_range(&self) -> Option<PowerRange> {
-        self.power
-    }
-
-    /// With which powers it burns, for people.
-    pub(super) fn power(&self) -> Option<String> {
-        let PowerRange { most, least } = self.power?;
+impl ForPeople for Estimate {
+    fn power_line(&self) -> Option<String> {
+        let PowerRange { most, least, .. } = self.power?;
         let [least, most] = [least, most].map(|percent| (percent * 10.0).round() / 10.0);
         Some(match least < most {
             true => format!("burns with {least} to {most} %"),
@@ -113,8 +31,7 @@ impl Estimate {
         })
     }
 
-    /// One line for people.
-    pub(super) fn line(&self) -> String {
+    fn line(&self) -> String {
         let time = match self.seconds {
             Some(seconds) => {
                 let time = std::time::Duration::from_secs_f64(seconds);
@@ -127,8 +44,7 @@ impl Estimate {
         format!("{time}: {}", self.work())
     }
 
-    /// Steps and lengths.
-    pub(super) fn work(&self) -> String {
+    fn work(&self) -> String {
         let steps = match self.steps {
             Some(1) => "1 step".to_owned(),
             Some(steps) => format!("{steps} steps"),
@@ -138,10 +54,9 @@ impl Estimate {
         format!("{steps}, {drawn} drawn, {travelled} travelled")
     }
 
-    /// Where it is, for people.
-    pub(super) fn place(&self) -> Option<String> {
+    fn place(&self) -> Option<String> {
         let bounds = self.bounds.as_ref().or(self.travel_bounds.as_ref());
-        let Bounds { x, y, z } = bounds?;
+        let Bounds { x, y, z, .. } = bounds?;
         let range = |name, [least, most]: [f64; 2]| format!("{name} {least:.1} to {most:.1}");
         Some(format!(
             "{}, {}, {} mm",
@@ -159,66 +74,15 @@ fn length(mm: f64) -> String {
     }
 }
 
-impl Refusal {
-    pub(super) fn of(report: &Report, refused_step: &RefusedStep) -> Self {
-        let place = refused_step.origin;
-        let known = |value: u32| Some(value).filter(|value| *value > 0);
-        let error = &refused_step.error;
-        let mut figures = Figures::of(error);
-        // The complaint has its own.
-        figures.step = None;
-        Self {
-            step: report.number(refused_step.step),
-            line: known(place.line),
-            column: known(place.column),
-            name: refused_step.name.clone(),
-            kind: error.kind().name(),
-            message: error.to_string(),
-            beyond: refused_step.beyond(),
-            figures,
-        }
-    }
-}
-
-/// What a person can do about a file that is out of reach where it lies.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct WayOut {
-    /// In which size it would fit there,
-    straight: Option<WouldFit>,
-    /// and turned, if it may be larger then.
-    turned: Option<WouldFit>,
-    /// Where it would fit in its size and turn.
-    at: Option<[f64; 2]>,
-}
-
-impl WayOut {
-    /// In which size and turn it would fit there: the largest there is.
-    pub(super) fn would_fit(&self) -> Option<WouldFit> {
-        self.turned.or(self.straight)
-    }
-}
-
 impl Made {
     /// What would do for the rest of it, which is refused.
     pub(super) fn way_out(&self, rest: &RemainingProgram) -> WayOut {
         let placement = &self.setup.placement;
         if self.misfit.is_some() || placement.fit {
             // The misfit says it itself.
-            return WayOut {
-                straight: self.would_fit,
-                ..WayOut::default()
-            };
+            return WayOut::scaled(self.would_fit);
         }
-        let (plan, start) = (rest.first(), rest.start());
-        // G-code in the arm's coordinates would be laid on a surface as well, with its Z.
-        let moves = self.format != Format::Gcode || self.setup.places();
-        let lies = (placement.scale, placement.rotate);
-        let straight = would_fit(plan, start, lies.0, lies.1);
-        WayOut {
-            straight,
-            turned: would_fit_turned(plan, start, lies, straight),
-            at: moves.then(|| would_do_at(plan, start)).flatten(),
-        }
+        WayOut::of(rest, &self.setup, self.format)
     }
 
     /// The hint for the user; a drawing that does not fit brings its own.
@@ -279,7 +143,7 @@ pub(super) fn failure(made: &Made, report: &Report, check: bool, way_out: WayOut
         true => Kind::CheckFailed,
         false => Kind::Driver(kind),
     };
-    let about = first.map(|refused_step| Figures::of(&refused_step.error));
+    let about = first.map(|refused_step| ErrorFigures::of(&refused_step.error));
     let mut about = about.unwrap_or_default();
     about.remedies = (problems.first()).map_or_else(Vec::new, |problem| problem.remedies.clone());
     let failure = Failure::new(kind, message)

@@ -7,22 +7,22 @@ use magician::report::FenceReport;
 use magician::words::Preflight;
 use magician::{Ctrl, FrameBuf};
 use magician_job::End;
+use magician_job::report::{CheckReport, Estimate, Note, WayOut, clock, warnings as warnings_of};
 use magician_program::artwork::Sheet;
 use magician_program::preview::{PictureError, Preview, PreviewOptions, fitting};
-use magician_program::{AppliedPlacement, Diagnostic, RemainingProgram, Report, WouldFit};
+use magician_program::{Diagnostic, RemainingProgram, Report};
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::drive::Done;
 use super::options::PreviewFlags;
-use super::report::{Estimate, Refusal, SHOWN, WayOut, failure};
-use super::tell::clock;
+use super::report::{ForPeople, failure};
 use super::{Made, notes};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
-use crate::note::Note;
 use crate::output::Output;
+use crate::voice::Command;
 
 /// Resolution of a PNG: about 200 dots an inch.
 const PIXELS_PER_MM: f64 = 8.0;
@@ -33,31 +33,6 @@ pub(super) struct Shown<'a> {
     /// The first step, from 0.
     pub(super) from: u64,
     pub(super) look: &'a PreviewFlags,
-}
-
-/// A look as JSON has it.
-#[derive(Serialize)]
-struct JobReport {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    ok: Option<bool>,
-    #[serde(flatten)]
-    estimate: Estimate,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    refused: Option<usize>,
-    /// None within if there is no such size.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    would_fit: Option<Option<WouldFit>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    complaints: Option<Vec<Refusal>>,
-    /// The fence of the arm, if it has one.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    fence: Option<FenceReport>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    preview: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    placed: Option<AppliedPlacement>,
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    notes: Vec<Note>,
 }
 
 /// A command that would be sent, as JSON has it.
@@ -85,7 +60,7 @@ impl Shown<'_> {
             let json = context.global.json;
             self.commands(&rest, json, &mut context.out)?;
         }
-        let warnings = self.made.warnings(&report);
+        let warnings = warnings_of(&report, self.made.placed);
         notes(source, &warnings, context);
         let parks = self.made.ending.check(&rest);
         let is_good = report.is_good() && self.made.misfit.is_none();
@@ -93,12 +68,11 @@ impl Shown<'_> {
             true => WayOut::default(),
             false => self.made.way_out(&rest),
         };
-        let answer = JobReport {
-            ok: self.look.check.then_some(is_good && parks.is_ok()),
-            refused: self.look.check.then_some(report.refused),
-            would_fit: (self.look.check && !is_good).then_some(way_out.would_fit()),
-            ..self.answer(&report, &warnings)
+        let ok = match is_good {
+            true => Ok(parks.is_ok()),
+            false => Err(way_out),
         };
+        let answer = self.answer(&report, ok, &warnings);
         context.show(&answer, |out| self.lines(&answer, out))?;
         match is_good {
             true => parks.map_err(|error| {
@@ -112,28 +86,27 @@ impl Shown<'_> {
         }
     }
 
-    fn answer(&self, report: &Report, warnings: &[Diagnostic]) -> JobReport {
-        let refusals = report.refused_steps.iter().take(SHOWN);
-        let refusals = refusals.map(|refused_step| Refusal::of(report, refused_step));
+    fn answer(
+        &self,
+        report: &Report,
+        ok: Result<bool, WayOut>,
+        warnings: &[Diagnostic],
+    ) -> CheckReport {
         let steps = self.made.program.steps();
-        JobReport {
-            ok: None,
-            estimate: Estimate::new(report, steps.map(|steps| steps.saturating_sub(self.from))),
-            refused: None,
-            would_fit: None,
-            complaints: self.look.check.then(|| refusals.collect()),
-            fence: self.made.setup.fence.as_ref().map(FenceReport::from),
-            preview: self
-                .look
-                .preview
-                .as_ref()
-                .map(|path| path.display().to_string()),
-            placed: self.made.placed,
-            notes: Note::all(self.made.notes.iter().chain(warnings)),
+        let steps = steps.map(|steps| steps.saturating_sub(self.from));
+        let mut answer = CheckReport::new(report, steps, ok);
+        if !self.look.check {
+            answer = answer.without_check();
         }
+        answer.fence = self.made.setup.fence.as_ref().map(FenceReport::from);
+        let preview = self.look.preview.as_ref();
+        answer.preview = preview.map(|path| path.display().to_string());
+        answer.placed = self.made.placed;
+        answer.notes = Note::all(&Command, self.made.notes.iter().chain(warnings));
+        answer
     }
 
-    fn lines(&self, answer: &JobReport, out: &mut Output) -> Result<(), Failure> {
+    fn lines(&self, answer: &CheckReport, out: &mut Output) -> Result<(), Failure> {
         out.line(format_args!(
             "{}: {}",
             self.made.source.name,
@@ -142,7 +115,7 @@ impl Shown<'_> {
         if let Some(place) = answer.estimate.place() {
             out.line(place)?;
         }
-        if let Some(power) = answer.estimate.power() {
+        if let Some(power) = answer.estimate.power_line() {
             out.line(power)?;
         }
         if let Some(fence) = &self.made.setup.fence {
@@ -250,14 +223,14 @@ pub(super) fn done(
     put("drawn_mm", json!(rounded(done.report.drawn)));
     put("travel_mm", json!(rounded(done.report.travelled)));
     let estimate = Estimate::new(&done.report, Some(steps));
-    if let Some(power) = estimate.power_range() {
+    if let Some(power) = estimate.power {
         put("power", json!(power));
     }
     if let Some(placed) = made.placed {
         put("placed", json!(placed));
     }
     if !made.notes.is_empty() {
-        put("notes", json!(Note::all(&made.notes)));
+        put("notes", json!(Note::all(&Command, &made.notes)));
     }
     put("first_index", json!(done.ran.first.map(|index| index.0)));
     put("last_index", json!(done.ran.last.map(|index| index.0)));
@@ -284,7 +257,7 @@ pub(super) fn done(
             _ => String::new(),
         };
         out.line(format_args!("done in {time}: {}{indices}", estimate.work()))?;
-        if let Some(power) = estimate.power() {
+        if let Some(power) = estimate.power_line() {
             out.line(power)?;
         }
         if let Some(End {

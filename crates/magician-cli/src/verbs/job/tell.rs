@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use magician_job::report::clock;
 use magician_job::{JobProgress, PauseReason};
 use serde::Serialize;
 use serde_json::json;
@@ -258,16 +259,6 @@ fn bar(steps: Option<u64>) -> ProgressBar {
         bar.set_style(style.progress_chars(signs).tick_strings(&ascii));
     }
     bar
-}
-
-/// Hours, minutes and seconds, as a clock shows them.
-pub(super) fn clock(time: Duration) -> String {
-    let seconds = time.as_secs_f64().round() as u64;
-    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    match hours {
-        0 => format!("{minutes}:{seconds:02}"),
-        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
-    }
 }
 
 #[cfg(test)]

@@ -1,0 +1,330 @@
+//! What the check of a program has found, as an object of JSON: the same for the command (`--check --json`) and for a station.
+//!
+//! Names and shapes are contracts: fields are added, none is renamed. Lengths are mm.
+
+use std::time::Duration;
+
+use magician::report::{ErrorFigures, FenceReport, remedies};
+use magician::{Remedy, Voice};
+use magician_program::{
+    AppliedPlacement, Diagnostic, DiagnosticCode, Format, RefusedStep, RemainingProgram, Report,
+    Setup, WouldFit, would_do_at, would_fit, would_fit_turned,
+};
+use serde::Serialize;
+
+/// As many refused steps are told.
+pub const SHOWN: usize = 10;
+/// A job that takes longer than this is probably a mistake.
+const LONG: Duration = Duration::from_secs(2 * 3600);
+
+/// What a check has found.
+#[derive(Debug, Serialize)]
+#[non_exhaustive]
+pub struct CheckReport {
+    /// Whether the arm can do all of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ok: Option<bool>,
+    /// What it does, in figures.
+    #[serde(flatten)]
+    pub estimate: Estimate,
+    /// How many steps are refused.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<usize>,
+    /// In which size it would fit, of what is refused; none within if there is no such size.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub would_fit: Option<Option<WouldFit>>,
+    /// The first refused steps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub complaints: Option<Vec<Refusal>>,
+    /// The fence of the arm, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fence: Option<FenceReport>,
+    /// The file of its picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preview: Option<String>,
+    /// How it lies, if it was placed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub placed: Option<AppliedPlacement>,
+    /// What of it was taken in a certain way.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
+}
+
+impl CheckReport {
+    /// Of a program of which so many steps are left, none of one without end; `ok` where the arm can do all of it, with what
+    /// would do instead where it cannot.
+    #[must_use]
+    pub fn new(report: &Report, steps: Option<u64>, ok: Result<bool, WayOut>) -> Self {
+        let refusals = report.refused_steps.iter().take(SHOWN);
+        let refusals = refusals.map(|refused_step| Refusal::of(report, refused_step));
+        Self {
+            ok: Some(ok.unwrap_or(false)),
+            estimate: Estimate::new(report, steps),
+            refused: Some(report.refused),
+            would_fit: ok.err().map(|way_out| way_out.would_fit()),
+            complaints: Some(refusals.collect()),
+            fence: None,
+            preview: None,
+            placed: None,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Only the estimate of it: nothing of what is refused.
+    #[must_use]
+    pub fn without_check(self) -> Self {
+        Self {
+            ok: None,
+            refused: None,
+            would_fit: None,
+            complaints: None,
+            ..self
+        }
+    }
+}
+
+/// What a program does, in figures.
+#[derive(Debug, Serialize)]
+#[non_exhaustive]
+pub struct Estimate {
+    /// Of the arm's clock; none if it has no end that is known.
+    pub seconds: Option<f64>,
+    /// None if it goes on for ever.
+    pub steps: Option<u64>,
+    /// Drawn or burnt, mm.
+    pub drawn_mm: f64,
+    /// Travelled besides, mm.
+    pub travel_mm: f64,
+    /// Of what draws or burns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<Bounds>,
+    /// Of all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub travel_bounds: Option<Bounds>,
+    /// What it burns with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power: Option<PowerRange>,
+}
+
+/// What is burnt with, percent.
+#[derive(Clone, Copy, Debug, Serialize)]
+#[non_exhaustive]
+pub struct PowerRange {
+    /// At most.
+    pub most: f64,
+    /// At least.
+    pub least: f64,
+}
+
+/// The least and the greatest coordinates of something, mm.
+#[derive(Debug, Serialize)]
+#[non_exhaustive]
+pub struct Bounds {
+    /// Away from the base.
+    pub x: [f64; 2],
+    /// To the left.
+    pub y: [f64; 2],
+    /// Up.
+    pub z: [f64; 2],
+}
+
+/// A step that is refused.
+#[derive(Debug, Serialize)]
+#[non_exhaustive]
+pub struct Refusal {
+    /// Which, from 1.
+    pub step: u64,
+    /// Its line in the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<u32>,
+    /// Its column in the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub column: Option<u32>,
+    /// Its element in the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// The kind of the error.
+    pub kind: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// How far the place is beyond the reach, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub beyond: Option<f64>,
+    /// What it is about.
+    #[serde(flatten)]
+    pub figures: ErrorFigures,
+}
+
+fn rounded(value: f64) -> f64 {
+    (value * 1000.0).round() / 1000.0
+}
+
+impl Bounds {
+    fn new([least, most]: [[f64; 3]; 2]) -> Self {
+        let range = |axis: usize| [least[axis], most[axis]].map(rounded);
+        Self {
+            x: range(0),
+            y: range(1),
+            z: range(2),
+        }
+    }
+}
+
+impl Estimate {
+    /// Of a report, with the steps that are left.
+    #[must_use]
+    pub fn new(report: &Report, steps: Option<u64>) -> Self {
+        Self {
+            seconds: report.time.map(|time| time.as_secs_f64()),
+            steps,
+            drawn_mm: rounded(report.drawn),
+            travel_mm: rounded(report.travelled),
+            bounds: report.bounds.map(Bounds::new),
+            travel_bounds: report.travel_bounds.map(Bounds::new),
+            power: report.power.map(|power| {
+                let [least, most] = power.map(rounded);
+                PowerRange { most, least }
+            }),
+        }
+    }
+}
+
+impl Refusal {
+    /// Of a step of a report.
+    #[must_use]
+    pub fn of(report: &Report, refused_step: &RefusedStep) -> Self {
+        let place = refused_step.origin;
+        let known = |value: u32| Some(value).filter(|value| *value > 0);
+        let error = &refused_step.error;
+        let mut figures = ErrorFigures::of(error);
+        // The complaint has its own.
+        figures.step = None;
+        Self {
+            step: report.number(refused_step.step),
+            line: known(place.line),
+            column: known(place.column),
+            name: refused_step.name.clone(),
+            kind: error.kind().name(),
+            message: error.to_string(),
+            beyond: refused_step.beyond(),
+            figures,
+        }
+    }
+}
+
+/// What a person can do about a program that is out of reach where it lies.
+#[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
+pub struct WayOut {
+    /// In which size it would fit there,
+    pub straight: Option<WouldFit>,
+    /// and turned, if it may be larger then.
+    pub turned: Option<WouldFit>,
+    /// Where it would fit in its size and turn.
+    pub at: Option<[f64; 2]>,
+}
+
+impl WayOut {
+    /// What would do for the rest of a program that is refused, laid by this setup.
+    #[must_use]
+    pub fn of(rest: &RemainingProgram, setup: &Setup, format: Format) -> Self {
+        let placement = &setup.placement;
+        let (plan, start) = (rest.first(), rest.start());
+        // G-code in the arm's coordinates would be laid on a surface as well, with its Z.
+        let moves = format != Format::Gcode || setup.places();
+        let lies = (placement.scale, placement.rotate);
+        let straight = would_fit(plan, start, lies.0, lies.1);
+        Self {
+            straight,
+            turned: would_fit_turned(plan, start, lies, straight),
+            at: moves.then(|| would_do_at(plan, start)).flatten(),
+        }
+    }
+
+    /// Of a drawing that did not fit, or was made to: this size, if there is one.
+    #[must_use]
+    pub fn scaled(straight: Option<WouldFit>) -> Self {
+        Self {
+            straight,
+            ..Self::default()
+        }
+    }
+
+    /// In which size and turn it would fit there: the largest there is.
+    #[must_use]
+    pub fn would_fit(&self) -> Option<WouldFit> {
+        self.turned.or(self.straight)
+    }
+}
+
+/// Something that was read or done in a certain way.
+#[derive(Debug, Serialize)]
+#[non_exhaustive]
+pub struct Note {
+    /// Which.
+    pub code: &'static str,
+    /// What, with what to do about it in the words of a program.
+    pub text: String,
+    /// Its line in the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<u32>,
+    /// Its element in the file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub element: Option<String>,
+    /// What to do about it.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "remedies")]
+    pub remedies: Vec<Remedy>,
+}
+
+impl Note {
+    /// All of them, each with what to do about it in these words.
+    pub fn all<'p>(
+        voice: &impl Voice,
+        notes: impl IntoIterator<Item = &'p Diagnostic>,
+    ) -> Vec<Self> {
+        let told = |note: &Diagnostic| Self {
+            code: note.code.name(),
+            text: advised(voice, note.message.clone(), note),
+            line: Some(note.origin.line).filter(|line| *line > 0),
+            element: note.name.clone(),
+            remedies: note.remedies.clone(),
+        };
+        notes.into_iter().map(told).collect()
+    }
+}
+
+/// What is said of a problem or a note, with what to do about it in these words.
+#[must_use]
+pub fn advised(voice: &impl Voice, text: String, problem: &Diagnostic) -> String {
+    match problem.advice(voice) {
+        Some(advice) => format!("{text} ({advice})"),
+        None => text,
+    }
+}
+
+/// Of a job that is probably a mistake: scaled below a tenth, or more than two hours of work.
+#[must_use]
+pub fn warnings(report: &Report, placed: Option<AppliedPlacement>) -> Vec<Diagnostic> {
+    let mut warnings = Vec::new();
+    if let Some(placed) = placed.filter(AppliedPlacement::is_tiny) {
+        let percent = 100.0 * placed.scale;
+        let what = format!("it becomes very small: {percent:.1} % of its size");
+        warnings.push(Diagnostic::of_file(what).coded(DiagnosticCode::Placed));
+    }
+    if let Some(time) = report.time.filter(|time| *time > LONG) {
+        let what = format!("it takes {}", clock(time));
+        warnings.push(Diagnostic::of_file(what).coded(DiagnosticCode::Long));
+    }
+    warnings
+}
+
+/// A time as clocks show it: `0:07`, `2:05:09`.
+#[must_use]
+pub fn clock(time: Duration) -> String {
+    let seconds = time.as_secs_f64().round() as u64;
+    let (hours, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    match hours {
+        0 => format!("{minutes}:{seconds:02}"),
+        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
+    }
+}
