@@ -45,6 +45,8 @@ pub(crate) struct Shared {
     /// What has been told before anybody asked for it.
     first: Mutex<Option<broadcast::Receiver<JobEvent>>>,
     finished: Arc<AtomicU64>,
+    /// Whether nothing moves any more after a stop.
+    pub(crate) halted: AtomicBool,
     name: String,
     origin: String,
 }
@@ -123,6 +125,7 @@ impl JobHandle {
             events,
             first: Mutex::new(Some(first)),
             finished: Arc::default(),
+            halted: AtomicBool::new(false),
             name,
             origin,
         });
@@ -262,6 +265,13 @@ impl JobHandle {
     pub fn stop(&self) {
         // What is over is stopped.
         let _ = self.0.requests.send(Request::Stop);
+    }
+
+    /// As [`stop`](Self::stop), and the pen stays where it is: for a stop of the arm, after which nothing is to move. Settings
+    /// are restored all the same.
+    pub fn halt(&self) {
+        self.0.shared.halted.store(true, Ordering::SeqCst);
+        self.stop();
     }
 
     /// Lets it go on when the last handle is dropped.

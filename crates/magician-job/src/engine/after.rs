@@ -1,5 +1,6 @@
 //! What becomes of a job that ends before its end.
 
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use magician::commands::{DeviceTime, Pose};
@@ -147,6 +148,9 @@ impl Work {
 
     /// The pen of a drawing that has begun goes up; once, whatever comes of it.
     pub(super) async fn lift(&self, stood: &Stood) -> PenLift {
+        if self.shared.halted.load(Ordering::SeqCst) {
+            return PenLift::Stays;
+        }
         let height = {
             let mut track = self.track();
             let Track { rest, counter, .. } = &*track;

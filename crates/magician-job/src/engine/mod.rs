@@ -130,10 +130,12 @@ impl Work {
             Err(Stopped) => return Err(self.stopped(inbox, None).await),
         };
         let (begun, from) = (found.begun, found.rest.from());
-        let found = if inbox.wants_pause() {
-            Box::pin(self.pause_ahead(inbox, found)).await?
+        let (found, stops) = if inbox.wants_pause() {
+            let found = Box::pin(self.pause_ahead(inbox, found)).await?;
+            // What was stopped while it was paused was not this job.
+            (found, self.arm.stops())
         } else {
-            found
+            (found, self.stops)
         };
         *self.pace() = Pace::new(found.rest.changes());
         let before = async {
@@ -149,7 +151,7 @@ impl Work {
         }
         let report = found.report;
         let mut segment = Segment::of(found.rest, found.timetable, found.begun, self.spec.keep);
-        segment.stops = self.stops;
+        segment.stops = stops;
         segment.rests_at = found.rests_at;
         let mut all = Ran::default();
         loop {

@@ -52,6 +52,24 @@ pub trait Journal: Send {
     fn remove(&mut self);
 }
 
+impl<J: Journal + ?Sized> Journal for Box<J> {
+    fn open(&mut self, key: &JournalKey) {
+        (**self).open(key);
+    }
+
+    fn left(&self) -> Result<Checkpoint, JournalError> {
+        (**self).left()
+    }
+
+    fn write(&mut self, checkpoint: &Checkpoint) {
+        (**self).write(checkpoint);
+    }
+
+    fn remove(&mut self) {
+        (**self).remove();
+    }
+}
+
 /// Keeps nothing: a job that cannot be resumed.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoJournal;

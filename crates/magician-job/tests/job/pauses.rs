@@ -113,3 +113,15 @@ async fn speeds_outlast_a_pause() {
     let set = arm.get::<PtpCommonParams>().await.expect("read");
     assert_eq!(set.velocity_ratio, 50.0);
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_of_the_arm_before_a_paused_job_has_begun_is_none_of_its_own() {
+    let program = program(Kind::Lines, 1);
+    let (_cell, arm) = place(&program).await;
+    let job = start(&arm, &program);
+    job.pause(PauseReason::Person).await.expect("it pauses");
+    arm.stop().await.expect("it stops");
+    job.resume().await.expect("it goes on");
+    let done = job.outcome().await.expect("it comes to its end");
+    assert_eq!(Some(done.steps), program.steps());
+}
