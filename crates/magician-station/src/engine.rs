@@ -1,6 +1,7 @@
 //! An arm of the driver at the orders of a station.
 
 mod acts;
+mod jobs;
 mod reads;
 
 use std::collections::VecDeque;
@@ -10,15 +11,18 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use magician::{Arm, ErrorCode, Event, Jog, JogOptions, Link, StateOptions, StateWatch};
+use magician_job::Journal;
 use magician_protocol::visible;
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
 
+use self::jobs::{Desk, Slot};
 use self::reads::Known;
 use crate::api::RpcError;
-use crate::control::{JogEnd, JogId, RequestId};
-use crate::order::{ArmAct, ArmOrder, ArmReport, Outcome};
+use crate::control::{JobId, JogEnd, JogId, RequestId};
+use crate::job::{ReadProgram, Reader};
+use crate::order::{ArmAct, ArmOrder, ArmReport, JobStart, Outcome};
 
 /// An action on its way: what it comes to, with what was read behind it.
 type Doing = Pin<Box<dyn Future<Output = Done> + Send>>;
@@ -46,16 +50,27 @@ pub struct ArmEngine {
 }
 
 impl ArmEngine {
-    /// Starts one on the present tokio runtime; `report` gets what the arm reports.
+    /// Starts one on the present tokio runtime; `report` gets what the arm reports. Programs are read by `reader`, and
+    /// `journal` gives the journals of jobs.
     ///
     /// # Panics
     /// Outside of a tokio runtime.
-    pub fn start(arm: &Arm, report: impl Fn(ArmReport) + Send + Sync + 'static) -> Self {
+    pub fn start(
+        arm: &Arm,
+        reader: Arc<dyn Reader>,
+        journal: impl Fn() -> Box<dyn Journal> + Send + Sync + 'static,
+        report: impl Fn(ArmReport) + Send + Sync + 'static,
+    ) -> Self {
         let (orders, inbox) = mpsc::unbounded_channel();
         let load = Arc::new(AtomicUsize::new(0));
         let work = Work {
             arm: arm.clone(),
             report: Arc::new(report),
+            desk: Desk {
+                reader,
+                journal: Box::new(journal),
+            },
+            job: None,
             inbox,
             load: Arc::clone(&load),
             watch: None,
@@ -102,13 +117,22 @@ enum Side {
     Known(Box<Known>),
     Jog(RequestId, JogId, Result<Jog, magician::Error>),
     Stopped(Option<RequestId>, Result<Value, RpcError>),
+    /// The program of a job was read.
+    Program(JobId, Result<Box<ReadProgram>, RpcError>),
+    /// A job is over, and was reported.
+    JobOver(JobId),
+    /// Nothing follows.
+    Nothing,
 }
 
-/// An action that waits for its turn.
-struct Waiting {
-    request: RequestId,
-    act: Box<ArmAct>,
-    laser: bool,
+/// Something that waits for its turn.
+enum Waiting {
+    Act {
+        request: RequestId,
+        act: Box<ArmAct>,
+        laser: bool,
+    },
+    Job(Box<JobStart>),
 }
 
 struct Work {
@@ -116,6 +140,8 @@ struct Work {
     report: Arc<dyn Fn(ArmReport) + Send + Sync>,
     inbox: mpsc::UnboundedReceiver<ArmOrder>,
     load: Arc<AtomicUsize>,
+    desk: Desk,
+    job: Option<Slot>,
     watch: Option<StateWatch>,
     known: Known,
     waiting: VecDeque<Waiting>,
@@ -175,7 +201,7 @@ impl Work {
                 request,
                 act,
                 laser,
-            } => self.waiting.push_back(Waiting {
+            } => self.waiting.push_back(Waiting::Act {
                 request,
                 act,
                 laser,
@@ -205,9 +231,32 @@ impl Work {
                     begins.abort();
                 }
             }
+            ArmOrder::CheckJob { request, source } => self.check_job(request, *source),
+            ArmOrder::StartJob(start) => {
+                self.job = Some(Slot::new(start.job));
+                self.waiting.push_back(Waiting::Job(start));
+            }
+            ArmOrder::PauseJob {
+                request,
+                job,
+                reason,
+            } => self.pause_job(request, job, reason),
+            ArmOrder::ResumeJob {
+                request,
+                job,
+                approach,
+                laser,
+            } => self.resume_job(request, job, approach, laser),
+            ArmOrder::StopJob(job) => self.stop_job(job),
+            // What a job does is paused or stopped by orders of its own.
+            ArmOrder::Stop { request: None } if self.job_drives() => {}
             ArmOrder::Stop { request } => {
+                if request.is_some() {
+                    self.halt_job();
+                }
                 self.doing = None;
-                self.waiting.clear();
+                let is_job = |waiting: &Waiting| matches!(waiting, Waiting::Job(_));
+                self.waiting.retain(is_job);
                 self.jog = None;
                 if let Some((_, begins)) = self.beginning.take() {
                     begins.abort();
@@ -239,14 +288,25 @@ impl Work {
         if self.doing.is_some() || self.stops > 0 {
             return;
         }
-        if let Some(next) = self.waiting.pop_front() {
-            let arm = if next.laser {
-                self.arm.allowing_laser()
-            } else {
-                self.arm.clone()
-            };
-            let doing = acts::to_the_end(arm, *next.act, self.known.clone());
-            self.doing = Some((next.request, Box::pin(doing)));
+        match self.waiting.pop_front() {
+            Some(Waiting::Act {
+                request,
+                act,
+                laser,
+            }) => {
+                if let Some(outcome) = self.paced(&act) {
+                    return (self.report)(ArmReport::Done { request, outcome });
+                }
+                let arm = if laser {
+                    self.arm.allowing_laser()
+                } else {
+                    self.arm.clone()
+                };
+                let doing = acts::to_the_end(arm, *act, self.known.clone());
+                self.doing = Some((request, Box::pin(doing)));
+            }
+            Some(Waiting::Job(start)) => self.read_job(*start),
+            None => {}
         }
     }
 
@@ -286,6 +346,9 @@ impl Work {
     fn take(&mut self, side: Side) {
         match side {
             Side::Report(report) => (self.report)(report),
+            Side::Program(job, program) => self.begin_job(job, program),
+            Side::JobOver(job) => self.job_is_over(job),
+            Side::Nothing => {}
             Side::Known(known) => self.known = *known,
             Side::Read(request, outcome, known, reading) => {
                 self.known = *known;

@@ -15,6 +15,7 @@ pub mod control;
 mod engine;
 #[cfg(feature = "http")]
 pub mod http;
+mod job;
 mod order;
 mod reading;
 mod running;
@@ -22,7 +23,10 @@ mod station;
 
 pub use api::Role;
 pub use engine::ArmEngine;
-pub use order::{ArmAct, ArmOrder, ArmRead, ArmReport, Outcome, Path};
+pub use job::{FormatReader, JobStore, NoStore, ReadProgram, Reader, Source, SourceBytes};
+pub use order::{
+    ArmAct, ArmOrder, ArmRead, ArmReport, JobEnd, JobNews, JobOrder, JobStart, Outcome, Path,
+};
 pub use reading::{ArmReading, FIELDS, FRAME, FRAME_FIELDS, ToolReading};
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{

@@ -4,10 +4,13 @@ use std::time::Duration;
 
 use magician::words::{Axis, JogDirection};
 use magician::{Pin, Set, ToolBias};
+use magician_job::{JobProgress, JobState, PauseReason};
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::api::RpcError;
-use crate::control::{JogEnd, JogId, RequestId};
+use crate::control::{JobId, JogEnd, JogId, RequestId};
+use crate::job::Source;
 use crate::reading::ArmReading;
 
 /// Something that an arm is to do or to tell. Orders are carried out side by side; a stop overtakes all others.
@@ -49,9 +52,41 @@ pub enum ArmOrder {
     EndJog(JogId),
     /// The arm stops, and its queue is emptied.
     Stop {
-        /// The request that is answered when it stands.
+        /// The request that is answered when it stands. A stop that nobody asked for, because a lease has ended, is none of a
+        /// job: that has an order of its own.
         request: Option<RequestId>,
     },
+    /// A program is checked.
+    CheckJob {
+        /// The request that is answered with what was found.
+        request: RequestId,
+        /// The program.
+        source: Box<Source>,
+    },
+    /// A job begins, behind what the arm is at.
+    StartJob(Box<JobStart>),
+    /// A job pauses.
+    PauseJob {
+        /// The request that is answered when it is paused.
+        request: Option<RequestId>,
+        /// The job.
+        job: JobId,
+        /// Why.
+        reason: PauseReason,
+    },
+    /// A job that is paused goes on.
+    ResumeJob {
+        /// The request that is answered when it runs.
+        request: RequestId,
+        /// The job.
+        job: JobId,
+        /// Whether it may be that the arm was moved since.
+        approach: bool,
+        /// What is answered if it would burn and must not.
+        laser: Result<(), Box<RpcError>>,
+    },
+    /// A job stops, and its pen goes up.
+    StopJob(JobId),
     /// The arm is read so many times a second from now on; `None`: no more.
     Watch {
         /// Readings a second.
@@ -59,6 +94,40 @@ pub enum ArmOrder {
         /// Pins to read as well.
         pins: Vec<Pin>,
     },
+}
+
+/// What a job is to do.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct JobOrder {
+    /// The program.
+    pub source: Source,
+    /// How often; without end if none.
+    pub loops: Option<u64>,
+    /// The first step, from 0 over all loops.
+    pub from: u64,
+    /// Whether what is in the arm's queue comes first.
+    pub keep: bool,
+    /// Whether an arm that was not homed since it was switched on is refused.
+    pub require_homed: bool,
+    /// Whether an arm that was not homed may draw.
+    pub unhomed: bool,
+}
+
+/// A job that begins.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct JobStart {
+    /// Its id.
+    pub job: JobId,
+    /// What it is to do.
+    pub order: JobOrder,
+    /// Whether it goes on where an earlier one of the same ended.
+    pub resumes: bool,
+    /// What is answered if it would burn and must not.
+    pub laser: Result<(), Box<RpcError>>,
+    /// What is answered if it holds a command that is dangerous.
+    pub danger: Result<(), Box<RpcError>>,
 }
 
 /// Something to read.
@@ -168,6 +237,13 @@ pub enum ArmReport {
         /// Why.
         why: JogEnd,
     },
+    /// What a job does.
+    Job {
+        /// The job.
+        job: JobId,
+        /// What it does.
+        news: JobNews,
+    },
     /// Something happened: the name of an event, and its fields.
     Event {
         /// `alarm-raised`, `command-finished`, ..
@@ -177,4 +253,37 @@ pub enum ArmReport {
     },
     /// The line to the arm broke, or is back.
     Link(bool),
+}
+
+/// What a job does.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum JobNews {
+    /// Its program was read.
+    Read {
+        /// Its title.
+        title: String,
+        /// Steps of one loop.
+        steps: u64,
+    },
+    /// It begins behind so many steps, over all loops.
+    Starts(u64),
+    /// It does something else now.
+    State(JobState),
+    /// How far it is.
+    Progress(JobProgress),
+    /// It is over.
+    Over(Box<JobEnd>),
+}
+
+/// How a job ended.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct JobEnd {
+    /// `done`, `failed`, `stopped` or `interrupted`.
+    pub state: &'static str,
+    /// Why, where it failed.
+    pub error: Option<RpcError>,
+    /// Drawn and travelled, mm, where all was done.
+    pub lengths: Option<[f64; 2]>,
 }

@@ -12,6 +12,7 @@ use tokio::time::{Instant, sleep_until};
 
 use crate::control::ArmId;
 use crate::engine::ArmEngine;
+use crate::job::JobStore;
 use crate::order::ArmReport;
 use crate::station::{
     JournalLine, Outgoing, Peer, SOCKETS, SocketId, Station, StationConfig, StationSize,
@@ -25,7 +26,8 @@ pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
 ///
 /// ```
 /// use magician::Arm;
-/// use magician_station::{ArmEntry, Grant, NoTokens, Outgoing, Peer, Role, RunningStation, StationConfig};
+/// use std::sync::Arc;
+/// use magician_station::{ArmEntry, FormatReader, Grant, NoStore, NoTokens, Outgoing, Peer, Role, RunningStation, StationConfig};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -39,6 +41,8 @@ pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
 ///     read_only: false,
 ///     student_laser: false,
 ///     gate: Box::new(NoTokens),
+///     reader: Arc::new(FormatReader::default()),
+///     jobs: Arc::new(NoStore),
 /// };
 /// let station = RunningStation::start(config, vec![arm], Box::new(|_| {}));
 /// let grant = Some(Grant { role: Role::Teacher, token: None });
@@ -80,6 +84,8 @@ struct Shared {
     /// Something is due earlier than before.
     due: Notify,
     journal: JournalSink,
+    /// What keeps jobs; one at a time, so that the newest is kept.
+    store: Mutex<Arc<dyn JobStore>>,
 }
 
 struct Inner {
@@ -96,9 +102,13 @@ impl RunningStation {
     #[must_use]
     pub fn start(config: StationConfig, arms: Vec<Arm>, journal: JournalSink) -> Self {
         let shared = Arc::new_cyclic(|shared: &Weak<Shared>| {
+            let reader = Arc::clone(&config.reader);
+            let store = Arc::clone(&config.jobs);
             let engine = |(at, arm): (usize, &Arm)| {
                 let (shared, id) = (Weak::clone(shared), ArmId(at as u64));
-                ArmEngine::start(arm, move |report| {
+                let store = Arc::clone(&store);
+                let journal = move || store.journal();
+                ArmEngine::start(arm, Arc::clone(&reader), journal, move |report| {
                     if let Some(shared) = shared.upgrade() {
                         shared.report(id, report);
                     }
@@ -112,6 +122,7 @@ impl RunningStation {
                 }),
                 begun: Instant::now(),
                 due: Notify::new(),
+                store: Mutex::new(Arc::clone(&store)),
                 journal,
             }
         });
@@ -192,7 +203,7 @@ impl Shared {
 
     /// Does something with the station, and what follows from it.
     fn with<T>(&self, act: impl FnOnce(&mut Inner, HostInstant) -> T) -> T {
-        let (outcome, lines) = {
+        let (outcome, lines, kept) = {
             let mut inner = self.lock();
             let due = inner.station.poll_timeout();
             let outcome = act(&mut inner, self.now());
@@ -213,11 +224,22 @@ impl Shared {
             if inner.station.poll_timeout() != due {
                 self.due.notify_one();
             }
-            (outcome, lines)
+            (outcome, lines, inner.station.has_jobs_to_keep())
         };
         // Orders are out: a slow disk delays nothing but the answer.
         lines.into_iter().for_each(&self.journal);
+        if kept {
+            self.keep_jobs();
+        }
         outcome
+    }
+
+    fn keep_jobs(&self) {
+        let store = self.store.lock().unwrap_or_else(PoisonError::into_inner);
+        let jobs = self.lock().station.poll_jobs();
+        if let Some(jobs) = jobs {
+            store.save(&jobs);
+        }
     }
 
     fn report(&self, arm: ArmId, report: ArmReport) {

@@ -5,6 +5,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
 
+use magician_program::{Action, Origin, Plan, Travel};
 use serde_json::{Value, json};
 
 use crate::magician::served::Served;
@@ -319,4 +320,69 @@ fn what_needs_a_port_of_its_own_says_so() {
     assert_eq!(run(&["--station", "https://x", "pose"]).status, 3);
     let nobody = run(&["--station", &format!("{url}/left"), "pose"]);
     assert_eq!(nobody.status, 3, "{nobody:?}");
+}
+
+/// A plan of short moves to and fro.
+fn plan(moves: usize) -> String {
+    let mut plan = Plan::new("to and fro");
+    for nth in 0..moves {
+        let to = [220.0, 10.0 * (nth % 5) as f32, 50.0, 0.0];
+        let by = Travel::Line;
+        plan.push(Action::Move { to, by }, Origin::NONE);
+    }
+    plan.to_json()
+}
+
+impl Station {
+    /// Asks for a job until it is as wanted.
+    fn until(&self, job: &Value, wanted: impl Fn(&Value) -> bool) -> Value {
+        for _ in 0..10_000 {
+            let now = self.call("job.get", &json!({"job": job}))["result"].clone();
+            if wanted(&now) {
+                return now;
+            }
+        }
+        panic!("never");
+    }
+}
+
+#[test]
+fn a_job_outlives_its_request_and_is_known_to_the_next_server() {
+    let station = Station::start(&["--port", "sim"]);
+    let started = station.call("job.start", &json!({"text": plan(4), "loops": 0}));
+    let job = started["result"]["job"].clone();
+    station.until(&job, |job| job["step"].as_u64() >= Some(1));
+    let mut station = station;
+    station.served.child.kill().unwrap();
+    station.served.child.wait().unwrap();
+    let station = Station::start(&["--port", "sim"]);
+    let list = station.call("job.list", &json!({}));
+    let left = &list["result"]["jobs"][0];
+    assert_eq!(
+        (&left["job"], &left["state"], &left["title"]),
+        (&job, &json!("interrupted"), &json!("to and fro"))
+    );
+}
+
+#[test]
+fn a_run_goes_on_with_a_job_of_a_station() {
+    let folder = tempfile::tempdir().unwrap();
+    let port = folder.path().join("arm").to_str().unwrap().to_owned();
+    let file = folder.path().join("moves.plan.json");
+    std::fs::write(&file, plan(12)).unwrap();
+    let file = file.to_str().unwrap();
+    let _arm = Served::start(&["--pty", &port], 1);
+    let station = Station::start(&["--port", &port]);
+    let started = station.call("job.start", &json!({"text": plan(12)}));
+    let job = started["result"]["job"].clone();
+    station.until(&job, |job| job["step"].as_u64() >= Some(2));
+    let stopped = station.call("job.stop", &json!({"job": job}));
+    assert_eq!(stopped["result"]["state"], json!("stopped"), "{stopped}");
+    let done = stopped["result"]["step"].as_u64().unwrap();
+    station.served.end("-TERM");
+    let resumed = run(&["--port", &port, "run", file, "--resume", "--json"]);
+    assert_eq!(resumed.status, 0, "{resumed:?}");
+    let last = resumed.out.lines().last().unwrap().to_owned();
+    let last: Value = serde_json::from_str(&last).unwrap();
+    assert!(last["first_step"].as_u64().unwrap() > done, "{last}");
 }

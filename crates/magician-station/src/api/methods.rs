@@ -99,6 +99,16 @@ const YES: Param = may(
     "that it is meant: for what is dangerous or may burn",
 );
 const PERCENT: Kind = Kind::Number(1.0, 100.0);
+/// Most characters of a program: as long as a message.
+const PROGRAM: Kind = Kind::Text(1024 * 1024);
+const TEXT: Param = may("text", PROGRAM, "the program as text; or `data`");
+const DATA: Param = may("data", PROGRAM, "the program's bytes in base64; or `text`");
+const FORMAT: Param = may(
+    "format",
+    Kind::Text(20),
+    "its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan",
+);
+const JOB: Param = needed("job", ID, "the job");
 const JOGS: &[&str] = &[
     "x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-",
     "j4+", "j4-", "l+", "l-",
@@ -148,7 +158,7 @@ impl Method {
 }
 
 use Role::{Student, Teacher, Viewer};
-use WorkKind::{JobSetting, Motion, Queued, Setting};
+use WorkKind::{JobSetting, Motion, Queued, Setting, StartJob, SteerJob};
 
 /// All methods, in the order of the documents.
 pub static METHODS: &[Method] = &[
@@ -524,4 +534,106 @@ pub static METHODS: &[Method] = &[
         "State",
     )
     .leased(Motion),
+    method(
+        "job.check",
+        Viewer,
+        &[ARM, TEXT, DATA, FORMAT],
+        "Checks a program from where the arm stands; nothing moves.",
+        "as `run --check --json`",
+    ),
+    method(
+        "job.start",
+        Student,
+        &[
+            ARM,
+            TEXT,
+            DATA,
+            FORMAT,
+            may(
+                "from",
+                Kind::Integer(1, i64::MAX),
+                "the first step, counted from 1 over all loops",
+            ),
+            may(
+                "loops",
+                Kind::Integer(0, i64::MAX),
+                "how often; 0 until it is stopped, 1 unless given",
+            ),
+            may(
+                "keep",
+                Kind::Switch,
+                "whether what is in the queue is done first",
+            ),
+            may(
+                "require_homed",
+                Kind::Switch,
+                "whether an arm that was not homed is refused",
+            ),
+            may(
+                "unhomed",
+                Kind::Switch,
+                "whether an arm that was not homed may draw: perhaps in the wrong place",
+            ),
+            YES,
+            may(
+                "on_lost",
+                Kind::Choice(&["pause", "stop", "continue"]),
+                "what becomes of it when the lease ends; pause unless given, continue without a session",
+            ),
+            may(
+                "after_check",
+                Kind::Switch,
+                "whether the answer comes when the check is over; yes unless given",
+            ),
+        ],
+        "Checks a program and runs it.",
+        "{job}",
+    )
+    .leased(StartJob),
+    method(
+        "job.get",
+        Viewer,
+        &[JOB],
+        "A job, also one that is over.",
+        "Job",
+    ),
+    method(
+        "job.list",
+        Viewer,
+        &[ARM],
+        "The last 50 jobs of an arm, the newest last.",
+        "{jobs: [Job]}",
+    ),
+    method(
+        "job.pause",
+        Student,
+        &[JOB],
+        "Pauses a job: nothing of it waits in the arm, the laser is off, the pen is up. The arm may be moved then.",
+        "Job, when it is paused",
+    )
+    .leased(SteerJob),
+    method(
+        "job.resume",
+        Student,
+        &[
+            JOB,
+            may(
+                "approach",
+                Kind::Switch,
+                "whether the arm may have been moved since; yes unless given",
+            ),
+            YES,
+        ],
+        "Goes on with a job that is paused, or that ended before its end.",
+        "Job, when it runs",
+    )
+    .leased(SteerJob),
+    method(
+        "job.stop",
+        Viewer,
+        &[JOB],
+        "Stops a job, and lifts its pen; never needs the lease.",
+        "Job, when it is over",
+    )
+    .always(),
 ];

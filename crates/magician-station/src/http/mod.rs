@@ -3,6 +3,7 @@
 //! [`Listener`] accepts on this machine's own addresses unless it is told otherwise, and serves a
 //! [`RunningStation`](crate::RunningStation).
 
+mod jobs;
 mod journal;
 mod listen;
 mod routes;
@@ -10,6 +11,7 @@ mod security;
 mod socket;
 mod tokens;
 
+pub use jobs::JobFile;
 pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 pub use routes::{HttpOptions, ROUTES, Route, RouteNeeds, Tries};

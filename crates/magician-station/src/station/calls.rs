@@ -28,6 +28,9 @@ impl Station {
         if name.starts_with("lease.") {
             return self.lease_call(name, call);
         }
+        if name.starts_with("job.") {
+            return self.job_call(name, call);
+        }
         match (name, call.arm) {
             ("session.list", _) => Ok(Handled::Now(self.list_sessions())),
             ("server.info", _) => Ok(Handled::Now(self.server_info(call))),
@@ -94,7 +97,7 @@ impl Station {
                 "virtual": place.entry.is_virtual,
                 "link": if place.link { "up" } else { "lost" },
                 "holder": self.holder(arm),
-                "job": Value::Null,
+                "job": self.job_at(arm).map(|(job, _)| job.id.clone()),
             })
         });
         json!({"arms": list.collect::<Vec<_>>()})

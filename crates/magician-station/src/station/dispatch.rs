@@ -266,7 +266,7 @@ impl Station {
         let Some(pending) = self.pending.remove(&request) else {
             return;
         };
-        if let Waits::Arm(arm) | Waits::Jog(arm, _) = pending.waits {
+        if let Waits::Arm(arm) | Waits::Jog(arm, _) | Waits::Job(arm, ..) = pending.waits {
             self.control.finish(now, arm, request);
         }
         if let Some(line) = pending.line {
@@ -315,6 +315,8 @@ impl Station {
         let shown = params.map_or(Value::Null, Params::for_journal);
         let mut line = self.line(now, Some(session), method.name, shown);
         let named = params.and_then(|params| params.text("arm"));
+        let of_job = params.and_then(|params| self.records.find(params.text("job")?));
+        let named = named.or_else(|| Some(of_job?.arm.as_str()));
         line.arm = self
             .arm_named(named)
             .ok()
@@ -366,7 +368,7 @@ impl Station {
         match refusal {
             Refusal::Lease(holder) => self.needs_lease(arm, holder),
             Refusal::Busy(Busy::Job(job)) => {
-                let job = self.text_id('j', job.0);
+                let job = self.job_id(job);
                 RpcError::new(RpcError::BUSY, "a job has the arm").with("job", job)
             }
             Refusal::Busy(Busy::Jog(jog)) => {

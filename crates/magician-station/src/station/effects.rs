@@ -1,5 +1,6 @@
 //! What follows from the decisions of [`Control`](crate::control::Control): orders, answers, notifications.
 
+use magician_job::PauseReason;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
@@ -95,7 +96,19 @@ impl Station {
                     self.event(now, arm, "stop", vec![("by", Value::Null)]);
                 }
             }
-            Effect::EndJob { .. } => {}
+            Effect::EndJob { arm, job, pause } => {
+                let order = if pause {
+                    let reason = PauseReason::Lease;
+                    ArmOrder::PauseJob {
+                        request: None,
+                        job,
+                        reason,
+                    }
+                } else {
+                    ArmOrder::StopJob(job)
+                };
+                self.order(arm, order);
+            }
             Effect::SessionOver(session) => self.session_over(session),
         }
     }

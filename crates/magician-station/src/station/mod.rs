@@ -4,8 +4,10 @@ mod calls;
 mod dispatch;
 mod effects;
 mod events;
+mod jobs;
 mod journal;
 mod leases;
+mod records;
 mod reports;
 mod sessions;
 mod size;
@@ -14,12 +16,15 @@ mod watch;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
+use std::sync::Arc;
 
 use magician_protocol::HostInstant;
 use serde_json::Value;
 
 use self::events::EventLog;
+use self::jobs::Wants;
 pub use self::journal::JournalLine;
+use self::records::Records;
 #[cfg(feature = "http")]
 pub(crate) use self::sessions::MESSAGE;
 pub(crate) use self::sessions::SOCKETS;
@@ -28,7 +33,8 @@ pub use self::size::StationSize;
 pub use self::socket::{CloseCode, Outgoing, Peer};
 use self::socket::{HELLO, Next, Socket};
 use crate::api::{MessageId, Role, RpcError, notification};
-use crate::control::{ArmId, Control, JogId, LeaseId, RequestId, SessionId};
+use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
+use crate::job::{JobStore, Reader};
 use crate::order::{ArmOrder, ArmReport};
 use crate::reading::{ArmReading, Beside};
 
@@ -90,6 +96,10 @@ pub struct StationConfig {
     pub student_laser: bool,
     /// Its tokens.
     pub gate: Box<dyn Gate>,
+    /// Reads programs.
+    pub reader: Arc<dyn Reader>,
+    /// Keeps jobs.
+    pub jobs: Arc<dyn JobStore>,
 }
 
 impl fmt::Debug for StationConfig {
@@ -110,6 +120,8 @@ enum Waits {
     Lease { asked: bool },
     /// A jog that begins.
     Jog(ArmId, JogId),
+    /// What a job does.
+    Job(ArmId, JobId, Wants),
     /// Arms that come to a stand.
     Stops {
         left: BTreeSet<ArmId>,
@@ -152,7 +164,8 @@ struct ArmPlace {
 ///
 /// ```
 /// use magician_protocol::HostInstant;
-/// use magician_station::{ArmEntry, Grant, NoTokens, Outgoing, Peer, Role, Station, StationConfig};
+/// use std::sync::Arc;
+/// use magician_station::{ArmEntry, FormatReader, Grant, NoStore, NoTokens, Outgoing, Peer, Role, Station, StationConfig};
 ///
 /// let mut station = Station::new(StationConfig {
 ///     arms: vec![ArmEntry { name: "arm".into(), port: "sim".into(), is_virtual: true, laser_pins: true }],
@@ -162,6 +175,8 @@ struct ArmPlace {
 ///     read_only: false,
 ///     student_laser: false,
 ///     gate: Box::new(NoTokens),
+///     reader: Arc::new(FormatReader::default()),
+///     jobs: Arc::new(NoStore),
 /// });
 /// let grant = Some(Grant { role: Role::Teacher, token: None });
 /// let peer = Peer { grant, address: "127.0.0.1".into(), secret: "0123456789abcdef".into() };
@@ -181,6 +196,7 @@ pub struct Station {
     orders: VecDeque<(ArmId, ArmOrder)>,
     /// The arms of jogs, also of those that have ended.
     jogs: BTreeMap<JogId, ArmId>,
+    records: Records,
     lines: VecDeque<JournalLine>,
     awake: BTreeSet<SocketId>,
     ids: u64,
@@ -210,6 +226,7 @@ impl Station {
             watched: (None, Vec::new()),
         };
         Self {
+            records: Records::load(config.jobs.load(), config.unix_zero),
             control: Control::new(config.arms.len()),
             arms: config.arms.iter().map(place).collect(),
             config,
@@ -323,6 +340,16 @@ impl Station {
         self.lines.pop_front()
     }
 
+    /// Whether [`poll_jobs`](Self::poll_jobs) has something.
+    pub(crate) fn has_jobs_to_keep(&self) -> bool {
+        self.records.changed()
+    }
+
+    /// What is to be kept of jobs, where that has changed.
+    pub fn poll_jobs(&mut self) -> Option<Value> {
+        self.records.take_changed()
+    }
+
     /// A socket that has something to send since it was asked last.
     pub fn poll_awake(&mut self) -> Option<SocketId> {
         self.awake.pop_first()
@@ -408,11 +435,12 @@ impl Station {
 
     /// What every state of an arm says beside its reading.
     fn beside(&self, arm: ArmId) -> Beside {
+        let job = self.job_at(arm);
         Beside {
             t: self.unix(self.arm(arm).read_at),
             arm: self.arm(arm).entry.name.clone(),
-            job: None,
-            job_runs: false,
+            job: job.map(|(job, _)| job.id.clone()),
+            job_runs: job.is_some_and(|(_, runs)| runs),
             jog: self.control.jog(arm).map(|(jog, _)| self.jog_id(jog)),
             holder: self.holder(arm),
         }

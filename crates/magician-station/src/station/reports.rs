@@ -25,6 +25,7 @@ impl Station {
                 self.has_read(now, arm);
             }
             ArmReport::JogEnded { jog, why } => self.control.jog_ended(arm, jog, why),
+            ArmReport::Job { job, news } => self.job_news(now, arm, job, news),
             ArmReport::Event { name, fields } => self.event(now, arm, name, fields),
             ArmReport::Link(up) => {
                 let place = self.arm_mut(arm);
@@ -95,6 +96,10 @@ impl Station {
                         self.control.jog_ended(arm, jog, JogEnd::Limit);
                     }
                 }
+            }
+            Waits::Job(_, job, wants) => {
+                let (job, wants) = (*job, *wants);
+                self.job_done(now, request, wants, job, outcome);
             }
             Waits::Arm(_) | Waits::Lease { .. } => self.finish(now, request, outcome),
         }

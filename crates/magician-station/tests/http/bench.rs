@@ -1,11 +1,12 @@
 //! A station that listens at a free port, and clients of HTTP and WebSocket that say what a test wants them to.
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 
 use futures_util::{SinkExt, StreamExt};
 use magician::{Arm, Options, SimSpeed, VirtualArm, sim::Controller};
 use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries};
-use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
+use magician_station::{ArmEntry, FormatReader, NoStore, Role, RunningStation, StationConfig};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -48,6 +49,8 @@ impl Bench {
             read_only: false,
             student_laser: false,
             gate: Box::new(tokens.clone()),
+            reader: Arc::new(FormatReader::default()),
+            jobs: Arc::new(NoStore),
         };
         let station = RunningStation::start(config, vec![driver], Box::new(|_| {}));
         let listener = Listener::bind(Some("127.0.0.1:0")).await.unwrap();

@@ -1,13 +1,16 @@
 //! A station with virtual arms, and clients that speak JSON to it.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use magician::sim::{Controller, Profile};
 use magician::{Arm, Options, SimSpeed, VirtualArm};
+use magician_job::{Journal, JournalError, JournalKey};
+use magician_program::resume::Checkpoint;
 use magician_station::{
-    ArmEntry, Client, CloseCode, Grant, JournalLine, NoTokens, Outgoing, Peer, Role,
-    RunningStation, StationConfig,
+    ArmEntry, Client, CloseCode, FormatReader, Grant, JobStore, JournalLine, NoTokens, Outgoing,
+    Peer, Role, RunningStation, StationConfig,
 };
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout};
@@ -18,6 +21,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 pub(crate) struct Bench {
     pub(crate) station: RunningStation,
     pub(crate) arms: Vec<VirtualArm>,
+    pub(crate) kept: Kept,
     pub(crate) lines: Arc<Mutex<Vec<JournalLine>>>,
     sockets: std::cell::Cell<u32>,
 }
@@ -25,15 +29,21 @@ pub(crate) struct Bench {
 impl Bench {
     /// So many arms: `arm`, or `arm1`, `arm2`. They move in their own time, which is the test's.
     pub(crate) async fn new(arms: usize) -> Self {
-        Self::with(arms, true).await
+        Self::with(arms, true, Kept::default()).await
     }
 
     /// As far as the laser goes they are real arms.
     pub(crate) async fn real(arms: usize) -> Self {
-        Self::with(arms, false).await
+        Self::with(arms, false, Kept::default()).await
     }
 
-    async fn with(count: usize, is_virtual: bool) -> Self {
+    /// One arm, of a station that knows the jobs of an earlier one.
+    pub(crate) async fn after(kept: Kept) -> Self {
+        Self::with(1, true, kept).await
+    }
+
+    async fn with(count: usize, is_virtual: bool, store: Kept) -> Self {
+        let kept = store.clone();
         let mut arms = Vec::new();
         let mut virtual_arms = Vec::new();
         let mut entries = Vec::new();
@@ -57,12 +67,21 @@ impl Bench {
         let lines = Arc::new(Mutex::new(Vec::new()));
         let config = StationConfig {
             arms: entries,
-            epoch: "0".to_owned(),
+            // Another one for each start.
+            epoch: kept
+                .jobs
+                .lock()
+                .unwrap()
+                .as_array()
+                .map_or(0, Vec::len)
+                .to_string(),
             unix_zero: 1_000_000.0,
             version: "0.0.0".to_owned(),
             read_only: false,
             student_laser: false,
             gate: Box::new(NoTokens),
+            reader: Arc::new(FormatReader::default()),
+            jobs: Arc::new(store),
         };
         let journal = Arc::clone(&lines);
         let station = RunningStation::start(
@@ -73,6 +92,7 @@ impl Bench {
         Self {
             station,
             arms: virtual_arms,
+            kept,
             lines,
             sockets: std::cell::Cell::new(0),
         }
@@ -97,6 +117,22 @@ impl Bench {
         }
     }
 
+    /// A request without a session of its own, on this machine.
+    pub(crate) async fn once(&self, method: &str, params: Value) -> Value {
+        let grant = Some(Grant {
+            role: Role::Teacher,
+            token: None,
+        });
+        let peer = Peer {
+            grant,
+            address: "127.0.0.1:1".to_owned(),
+            secret: String::new(),
+        };
+        let message = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
+        let answer = self.station.call(peer, &message.to_string()).await;
+        serde_json::from_str(&answer.expect("an answer")).unwrap()
+    }
+
     /// A session of this name and role.
     pub(crate) async fn join_as(&self, name: &str, role: Role) -> Tester {
         let mut tester = self.socket(Some(role));
@@ -109,6 +145,68 @@ impl Bench {
 
     pub(crate) async fn join(&self, name: &str) -> Tester {
         self.join_as(name, Role::Student).await
+    }
+}
+
+/// Jobs and their journals, in memory: what a station leaves for the next one.
+#[derive(Clone, Default)]
+pub(crate) struct Kept {
+    pub(crate) jobs: Arc<Mutex<Value>>,
+    journals: Arc<Mutex<BTreeMap<String, Checkpoint>>>,
+}
+
+impl Kept {
+    /// As it is now, whatever the station does after that.
+    pub(crate) fn copy(&self) -> Self {
+        Self {
+            jobs: Arc::new(Mutex::new(self.jobs.lock().unwrap().clone())),
+            journals: Arc::new(Mutex::new(self.journals.lock().unwrap().clone())),
+        }
+    }
+}
+
+impl JobStore for Kept {
+    fn load(&self) -> Value {
+        self.jobs.lock().unwrap().clone()
+    }
+
+    fn save(&self, jobs: &Value) {
+        *self.jobs.lock().unwrap() = jobs.clone();
+    }
+
+    fn journal(&self) -> Box<dyn Journal> {
+        Box::new(KeptJournal {
+            kept: self.clone(),
+            key: String::new(),
+        })
+    }
+}
+
+struct KeptJournal {
+    kept: Kept,
+    key: String,
+}
+
+impl Journal for KeptJournal {
+    fn open(&mut self, key: &JournalKey) {
+        self.key = format!("{}-{}", key.program, key.arm);
+    }
+
+    fn left(&self) -> Result<Checkpoint, JournalError> {
+        let journals = self.kept.journals.lock().unwrap();
+        journals
+            .get(&self.key)
+            .cloned()
+            .ok_or(JournalError::Nothing)
+    }
+
+    fn write(&mut self, checkpoint: &Checkpoint) {
+        let mut journals = self.kept.journals.lock().unwrap();
+        journals.insert(self.key.clone(), checkpoint.clone());
+    }
+
+    fn remove(&mut self) {
+        self.kept.journals.lock().unwrap().remove(&self.key);
     }
 }
 

@@ -151,6 +151,14 @@ async fn every_method_does_something() {
         }
         let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
         let lease = teacher.ok("lease.take", json!({})).await["lease"].clone();
+        let mut job = json!(null);
+        if method.params.iter().any(|param| param.name == "job") {
+            let program = json!({"text": crate::jobs::drawing()});
+            job = teacher.ok("job.start", program).await["job"].clone();
+            if method.name == "job.resume" {
+                teacher.ok("job.pause", json!({"job": job})).await;
+            }
+        }
         let mut params = json!({});
         for param in method.params.iter().filter(|param| param.required) {
             params[param.name] = match param.name {
@@ -163,11 +171,15 @@ async fn every_method_does_something() {
                 "percent" | "by" => json!(5),
                 "lease" => lease.clone(),
                 "grant" => json!(true),
+                "job" => job.clone(),
                 _ => json!("nonsense"),
             };
         }
         if ["arm.set", "arm.enqueue"].contains(&method.name) {
             params["fields"] = json!({"timeout": 10});
+        }
+        if ["job.check", "job.start"].contains(&method.name) {
+            params["text"] = json!(crate::jobs::drawing());
         }
         if method.name == "arm.tool" {
             params["suction"] = json!(true);
@@ -182,6 +194,10 @@ async fn every_method_does_something() {
                 "{}: {error}",
                 method.name
             );
+        }
+        let job = teacher.ok("arm.list", json!({})).await["arms"][0]["job"].clone();
+        if !job.is_null() {
+            teacher.ok("job.stop", json!({"job": job})).await;
         }
     }
 }

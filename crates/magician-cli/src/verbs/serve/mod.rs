@@ -4,15 +4,17 @@ mod holder;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::Args;
 use magician::{Arm, SimSpeed, Target, VirtualArm, sim::Controller};
 use magician_job::dirs;
 use magician_station::http::{
-    Admission, HttpOptions, JournalFile, ListenError, Listener, TokenError, TokenStore, Tries,
+    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, TokenError, TokenStore,
+    Tries,
 };
-use magician_station::{ArmEntry, RunningStation, StationConfig};
+use magician_station::{ArmEntry, FormatReader, NoStore, RunningStation, StationConfig};
 use serde_json::json;
 use tokio::sync::watch;
 use tokio::time::timeout;
@@ -184,6 +186,11 @@ impl Serve {
             read_only: self.read_only,
             student_laser: false,
             gate: Box::new(store.clone()),
+            reader: Arc::new(FormatReader::default()),
+            jobs: match folder()? {
+                Some(folder) => Arc::new(JobFile::at(folder.join("jobs.json"))),
+                None => Arc::new(NoStore),
+            },
         };
         let journal = folder()?.map(|folder| JournalFile::at(folder.join("journal.jsonl")));
         let sink = Box::new(move |line| {

@@ -1,0 +1,442 @@
+//! Jobs: programs that are read, checked, and run through `magician-job`.
+
+use std::sync::Arc;
+
+use magician::commands::Pose;
+use magician::{Arm, ErrorCode, ErrorKind};
+use magician_job::{
+    Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal, PauseReason,
+    ResumeError, Start,
+};
+use serde_json::{Value, json};
+
+use super::reads::to_value;
+use super::{Side, Waiting, Work};
+use crate::api::RpcError;
+use crate::control::{JobId, RequestId};
+use crate::job::{ReadProgram, Reader, Source};
+use crate::order::{ArmAct, ArmReport, JobEnd, JobNews, JobStart, Outcome};
+use crate::reading;
+
+/// As far apart may be where a job was paused and where it goes on without an approach, mm and deg.
+const APART: f32 = 0.5;
+
+/// What jobs need beside the arm.
+pub(super) struct Desk {
+    pub(super) reader: Arc<dyn Reader>,
+    pub(super) journal: Box<dyn Fn() -> Box<dyn Journal> + Send + Sync>,
+}
+
+/// The job of an arm, from its order to its end.
+pub(super) struct Slot {
+    id: JobId,
+    /// What is to be begun when the program was read.
+    start: Option<Box<JobStart>>,
+    handle: Option<JobHandle>,
+    /// Pauses that were asked for before it began.
+    pauses: Vec<(Option<RequestId>, PauseReason)>,
+    /// A stop came before it began.
+    stopped: bool,
+    /// Where the arm stood when it was paused.
+    paused: Arc<std::sync::Mutex<Option<Pose>>>,
+}
+
+impl Slot {
+    pub(super) fn new(id: JobId) -> Self {
+        Self {
+            id,
+            start: None,
+            handle: None,
+            pauses: Vec::new(),
+            stopped: false,
+            paused: Arc::default(),
+        }
+    }
+}
+
+impl Work {
+    /// Reads a program and checks it from where the arm stands.
+    pub(super) fn check_job(&mut self, request: RequestId, source: Source) {
+        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.desk.reader));
+        self.side.spawn(async move {
+            let found = async {
+                let program = read(&arm, reader, source).await?;
+                let kinds = program.program(Some(1)).kinds();
+                let start = arm.preflight_for(&kinds).await?;
+                let report = beside(move || {
+                    let report = program.check(start)?;
+                    to_value(&report)
+                });
+                report.await?
+            };
+            let outcome = found.await.map(Outcome::Value);
+            Side::Report(ArmReport::Done { request, outcome })
+        });
+    }
+
+    /// Its turn has come: its program is read.
+    pub(super) fn read_job(&mut self, start: JobStart) {
+        let job = start.job;
+        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.desk.reader));
+        let source = start.order.source.clone();
+        if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
+            slot.start = Some(Box::new(start));
+        }
+        self.side.spawn(async move {
+            let program = read(&arm, reader, source).await;
+            Side::Program(job, program.map(Box::new))
+        });
+    }
+
+    /// Its program was read: it begins.
+    pub(super) fn begin_job(&mut self, job: JobId, program: Result<Box<ReadProgram>, RpcError>) {
+        let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) else {
+            return;
+        };
+        let Some(start) = slot.start.take() else {
+            return;
+        };
+        if slot.stopped {
+            return self.never_began(job, "stopped", None);
+        }
+        let program = match program {
+            Ok(program) => *program,
+            Err(error) => return self.never_began(job, "failed", Some(error)),
+        };
+        (self.report)(ArmReport::Job {
+            job,
+            news: JobNews::Read {
+                title: program.plan.title.clone(),
+                steps: program.plan.steps.len() as u64,
+            },
+        });
+        let spec = match self.spec(&start, &program) {
+            Ok(spec) => spec,
+            Err(error) => return self.never_began(job, "failed", Some(error)),
+        };
+        let arm = match start.laser {
+            Ok(()) => self.arm.allowing_laser(),
+            Err(_) => self.arm.clone(),
+        };
+        let handle = Job::start(&arm, spec, (self.desk.journal)());
+        let Some(slot) = &mut self.job else {
+            return;
+        };
+        slot.handle = Some(handle.clone());
+        let paused = Arc::clone(&slot.paused);
+        let pauses = std::mem::take(&mut slot.pauses);
+        for (request, reason) in pauses {
+            self.pause_job(request, job, reason);
+        }
+        let report = Arc::clone(&self.report);
+        let arm = self.arm.clone();
+        self.side.spawn(async move {
+            let mut events = handle.events();
+            while let Some(event) = events.next().await {
+                let news = match event {
+                    JobEvent::State(JobState::Ended) => break,
+                    JobEvent::State(state) => {
+                        if matches!(state, JobState::Paused { .. }) {
+                            let pose = arm.get::<Pose>().await.ok();
+                            *lock(&paused) = pose;
+                        }
+                        JobNews::State(state)
+                    }
+                    JobEvent::Progress(progress) => JobNews::Progress(progress),
+                    JobEvent::Starts(starts) => JobNews::Starts(starts.steps),
+                    _ => continue,
+                };
+                report(ArmReport::Job { job, news });
+            }
+            let end = Box::new(end_of(&handle.outcome().await, &program));
+            let news = JobNews::Over(end);
+            report(ArmReport::Job { job, news });
+            Side::JobOver(job)
+        });
+    }
+
+    /// What is to be run; refused where it would do what its starter may not.
+    fn spec(&self, start: &JobStart, program: &ReadProgram) -> Result<JobSpec, RpcError> {
+        let order = &start.order;
+        let whole = program.program(order.loops);
+        whole
+            .has(order.from)
+            .map_err(|problem| RpcError::param("from", problem.to_string()))?;
+        if let Err(refused) = &start.danger
+            && { whole.plan().commands() }.any(|command| command.row().dangerous)
+        {
+            return Err((**refused).clone());
+        }
+        if let Err(refused) = &start.laser
+            && { whole.plan().commands() }.any(|command| self.arm.burns(&command))
+        {
+            return Err((**refused).clone());
+        }
+        if let Some(misfit) = &program.misfit {
+            let problem = RpcError::from(magician::Error::from(misfit.clone()));
+            return Err(RpcError::new(RpcError::CHECK_FAILED, problem.message));
+        }
+        let real = !self.arm.is_virtual();
+        Ok(JobSpec::new(whole)
+            .ending(program.ending)
+            .start(if start.resumes {
+                Start::Resume
+            } else {
+                Start::Step(order.from)
+            })
+            .keep(order.keep)
+            .require_homed(order.require_homed)
+            .refuse_unhomed(real && program.format.needs_homed_arm() && !order.unhomed))
+    }
+
+    fn never_began(&mut self, job: JobId, state: &'static str, error: Option<RpcError>) {
+        let waiting = self.job.take().map(|slot| slot.pauses);
+        for (request, _) in waiting.into_iter().flatten() {
+            self.over(request);
+        }
+        let end = Box::new(JobEnd {
+            state,
+            error,
+            lengths: None,
+        });
+        let news = JobNews::Over(end);
+        (self.report)(ArmReport::Job { job, news });
+    }
+
+    /// A request about a job that is over.
+    fn over(&self, request: Option<RequestId>) {
+        if let Some(request) = request {
+            let outcome = Err(refused("the job is over"));
+            (self.report)(ArmReport::Done { request, outcome });
+        }
+    }
+
+    pub(super) fn pause_job(
+        &mut self,
+        request: Option<RequestId>,
+        job: JobId,
+        reason: PauseReason,
+    ) {
+        let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) else {
+            return self.over(request);
+        };
+        let Some(handle) = &slot.handle else {
+            slot.pauses.push((request, reason));
+            return;
+        };
+        let paused = handle.pause(reason);
+        self.side.spawn(async move {
+            let paused = paused.await;
+            let Some(request) = request else {
+                return Side::Nothing;
+            };
+            let outcome = paused.map_err(|error| refused(&error.to_string()));
+            let outcome = outcome.map(|()| Outcome::Value(Value::Null));
+            Side::Report(ArmReport::Done { request, outcome })
+        });
+    }
+
+    pub(super) fn resume_job(
+        &mut self,
+        request: RequestId,
+        job: JobId,
+        approach: bool,
+        laser: Result<(), Box<RpcError>>,
+    ) {
+        let slot = self.job.as_ref().filter(|slot| slot.id == job);
+        let Some((slot, handle)) = slot.and_then(|slot| Some((slot, slot.handle.clone()?))) else {
+            return self.over(Some(request));
+        };
+        let (arm, paused) = (self.arm.clone(), *lock(&slot.paused));
+        self.side.spawn(async move {
+            let resumed = async {
+                if let Err(refused) = laser
+                    && handle.burns()
+                {
+                    return Err(*refused);
+                }
+                if !approach {
+                    stands_there(&arm, paused).await?;
+                }
+                handle.resume().await.map_err(|error| match error {
+                    ResumeError::Arm(error) | ResumeError::Refused(error) => {
+                        RpcError::from(&*error)
+                    }
+                    other if other.wants_homing() => {
+                        RpcError::arm(ErrorKind::Unexpected, other.to_string())
+                    }
+                    other => refused(&other.to_string()),
+                })
+            };
+            let outcome = resumed.await.map(|()| Outcome::Value(Value::Null));
+            Side::Report(ArmReport::Done { request, outcome })
+        });
+    }
+
+    /// The job stops, and its pen goes up.
+    pub(super) fn stop_job(&mut self, job: JobId) {
+        let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) else {
+            return;
+        };
+        match &slot.handle {
+            Some(handle) => handle.stop(),
+            None => self.stop_before(),
+        }
+    }
+
+    /// The arm is stopped, and nothing of the job moves after that.
+    pub(super) fn halt_job(&mut self) {
+        match &self.job {
+            Some(Slot {
+                handle: Some(handle),
+                ..
+            }) => handle.halt(),
+            Some(_) => self.stop_before(),
+            None => {}
+        }
+    }
+
+    /// A stop of a job that has not begun.
+    fn stop_before(&mut self) {
+        let Some(slot) = &mut self.job else {
+            return;
+        };
+        slot.stopped = true;
+        let job = slot.id;
+        let count = self.waiting.len();
+        self.waiting
+            .retain(|waiting| !matches!(waiting, Waiting::Job(_)));
+        // One whose program is being read is over when that was read.
+        if self.waiting.len() < count {
+            self.never_began(job, "stopped", None);
+        }
+    }
+
+    pub(super) fn job_is_over(&mut self, job: JobId) {
+        self.job.take_if(|slot| slot.id == job);
+        self.learn();
+    }
+
+    /// Whether what the arm does is the job's.
+    pub(super) fn job_drives(&self) -> bool {
+        let handle = self.job.as_ref().and_then(|slot| slot.handle.as_ref());
+        handle.is_some_and(|handle| {
+            !matches!(handle.state(), JobState::Paused { .. } | JobState::Ended)
+        })
+    }
+
+    /// The speed of a job that drives is its own.
+    pub(super) fn paced(&self, act: &ArmAct) -> Option<Result<Outcome, RpcError>> {
+        let ArmAct::Speed(percent) = act else {
+            return None;
+        };
+        let handle = self.job.as_ref()?.handle.as_ref()?;
+        if !self.job_drives() {
+            return None;
+        }
+        let set = handle.set_speed(percent.round() as u8);
+        Some(match set {
+            Ok(()) => Ok(Outcome::Value(Value::Null)),
+            Err(error) => Err(refused(&error.to_string())),
+        })
+    }
+}
+
+fn lock<T>(paused: &std::sync::Mutex<T>) -> std::sync::MutexGuard<'_, T> {
+    paused
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+fn refused(why: &str) -> RpcError {
+    RpcError::arm(ErrorKind::InvalidInput, why)
+}
+
+/// Whether the arm stands where the pause left it.
+async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError> {
+    let pose = arm.get::<Pose>().await?;
+    let near = |one: f32, other: f32| (one - other).abs() <= APART;
+    let stands = expected.is_some_and(|expected| {
+        near(expected.x, pose.x)
+            && near(expected.y, pose.y)
+            && near(expected.z, pose.z)
+            && near(expected.r, pose.r)
+    });
+    if stands {
+        return Ok(());
+    }
+    let why = "the arm is not where the pause left it";
+    let error = RpcError::arm(ErrorKind::Unexpected, why);
+    let expected = expected.map(|expected| reading::pose(&expected));
+    Err(error
+        .with("expected", json!(expected))
+        .with("pose", json!(reading::pose(&pose))))
+}
+
+/// Reads a program beside what the arm does.
+async fn read(arm: &Arm, reader: Arc<dyn Reader>, source: Source) -> Result<ReadProgram, RpcError> {
+    let is_virtual = arm.is_virtual();
+    beside(move || reader.read(&source, is_virtual)).await?
+}
+
+/// Computes beside the tasks of the runtime, where there are threads.
+#[cfg(not(target_family = "wasm"))]
+async fn beside<T: Send + 'static>(
+    compute: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, RpcError> {
+    let computed = tokio::task::spawn_blocking(compute).await;
+    computed.map_err(|error| RpcError::internal(error.to_string()))
+}
+
+#[cfg(target_family = "wasm")]
+async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, RpcError> {
+    tokio::task::yield_now().await;
+    Ok(compute())
+}
+
+/// How it ended.
+fn end_of(outcome: &JobOutcome, program: &ReadProgram) -> JobEnd {
+    let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
+    match outcome {
+        Ok(done) => JobEnd {
+            state: "done",
+            error: None,
+            lengths: Some([done.report.drawn, done.report.travelled].map(rounded)),
+        },
+        Err(error) if error.is_stop() => over("stopped", None),
+        Err(error) => match &error.fault {
+            Fault::Arm(fault) if fault.code() == ErrorCode::Stopped => over("stopped", None),
+            Fault::Arm(fault) if fault.kind() == ErrorKind::Port => {
+                over("interrupted", Some(RpcError::from(&**fault)))
+            }
+            _ => over("failed", Some(fault_of(error, program))),
+        },
+    }
+}
+
+fn over(state: &'static str, error: Option<RpcError>) -> JobEnd {
+    JobEnd {
+        state,
+        error,
+        lengths: None,
+    }
+}
+
+fn fault_of(error: &JobError, program: &ReadProgram) -> RpcError {
+    let message = error.to_string();
+    match &error.fault {
+        Fault::Arm(error) => RpcError::from(&**error),
+        Fault::Program(problem) => RpcError::from(magician::Error::from(problem.clone())),
+        Fault::Refused { report, rest } => {
+            let failed = RpcError::new(RpcError::CHECK_FAILED, message);
+            match to_value(&program.report(rest, report)) {
+                Ok(report) => failed.with("report", report),
+                Err(_) => failed,
+            }
+        }
+        Fault::Doubt { span, .. } => RpcError::arm(ErrorKind::Uncertain, message)
+            .with("from", span.least + 1)
+            .with("to", span.most),
+        _ => RpcError::arm(ErrorKind::InvalidInput, message),
+    }
+}

@@ -1,0 +1,71 @@
+//! Jobs as a file, and their journals where all programs keep them.
+
+use std::fs::{self, OpenOptions};
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use magician_job::{FileJournal, Journal};
+use serde_json::Value;
+
+use crate::job::JobStore;
+
+/// The jobs of a station as a file, which is for its owner alone. Journals of jobs are where the command has those of its runs:
+/// each goes on with what the other has left.
+#[derive(Clone, Debug)]
+pub struct JobFile {
+    path: PathBuf,
+    runs: Option<PathBuf>,
+}
+
+impl JobFile {
+    /// At this place; the file need not exist.
+    #[must_use]
+    pub fn at(path: impl Into<PathBuf>) -> Self {
+        Self {
+            path: path.into(),
+            runs: None,
+        }
+    }
+
+    /// With the journals of jobs in this folder, instead of the user's directory for state.
+    #[must_use]
+    pub fn with_runs(mut self, folder: impl Into<PathBuf>) -> Self {
+        self.runs = Some(folder.into());
+        self
+    }
+
+    fn try_save(&self, jobs: &Value) -> io::Result<()> {
+        if let Some(folder) = self.path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let fresh = self.path.with_extension("json.new");
+        let mut options = OpenOptions::new();
+        options.write(true).create(true).truncate(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let mut file = options.open(&fresh)?;
+        file.write_all(jobs.to_string().as_bytes())?;
+        drop(file);
+        fs::rename(&fresh, &self.path)
+    }
+}
+
+impl JobStore for JobFile {
+    fn load(&self) -> Value {
+        let text = fs::read_to_string(&self.path).unwrap_or_default();
+        serde_json::from_str(&text).unwrap_or(Value::Null)
+    }
+
+    fn save(&self, jobs: &Value) {
+        if let Err(error) = self.try_save(jobs) {
+            tracing::warn!(%error, path = %self.path.display(), "the jobs are not kept");
+        }
+    }
+
+    fn journal(&self) -> Box<dyn Journal> {
+        Box::new(match &self.runs {
+            Some(folder) => FileJournal::at(folder),
+            None => FileJournal::new(),
+        })
+    }
+}

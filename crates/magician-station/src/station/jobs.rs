@@ -1,0 +1,482 @@
+//! The methods of jobs, and what becomes of jobs.
+
+use magician_job::{JobState, PauseReason};
+use magician_protocol::HostInstant;
+use serde_json::{Value, json};
+
+use super::dispatch::{Call, Handled, forbidden};
+use super::records::JobRecord;
+use super::{Station, Waits};
+use crate::api::{Role, RpcError};
+use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
+use crate::job::{Source, SourceBytes};
+use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
+
+/// Between two notifications of how far a job is, ms.
+const TOLD: u64 = 100;
+
+/// What a request about a job waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wants {
+    /// That its check is over: the answer is its id.
+    Checked,
+    /// That it is paused.
+    Paused,
+    /// That it runs.
+    Running,
+    /// Its end.
+    End,
+}
+
+impl Station {
+    pub(super) fn job_call(&mut self, name: &str, call: &Call<'_>) -> Result<Handled, RpcError> {
+        match (name, call.arm) {
+            ("job.check", Some(arm)) => {
+                let request = call.request;
+                let source = Box::new(source(call)?);
+                self.order(arm, ArmOrder::CheckJob { request, source });
+                Ok(Handled::Later(request, Waits::Arm(arm)))
+            }
+            ("job.start", Some(arm)) => self.start_job(call, arm),
+            ("job.list", Some(arm)) => {
+                let name = &self.arm(arm).entry.name;
+                Ok(Handled::Now(json!({"jobs": self.records.of(name)})))
+            }
+            ("job.get", _) => Ok(Handled::Now(self.job_named(call)?.shown())),
+            ("job.pause", _) => self.pause_job(call),
+            ("job.resume", _) => self.resume_job(call),
+            ("job.stop", _) => self.stop_job(call),
+            _ => Err(RpcError::internal(format!("{name} does nothing"))),
+        }
+    }
+
+    fn start_job(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
+        let params = call.params;
+        if params.is_on("require_homed") && params.is_on("unhomed") {
+            let why = "`require_homed` and `unhomed` contradict each other";
+            return Err(RpcError::param("unhomed", why));
+        }
+        let order = JobOrder {
+            source: source(call)?,
+            loops: Some(params.integer("loops").unwrap_or(1)).filter(|loops| *loops > 0),
+            from: params.integer("from").map_or(0, |step| step - 1),
+            keep: params.is_on("keep"),
+            require_homed: params.is_on("require_homed"),
+            unhomed: params.is_on("unhomed"),
+        };
+        let on_lost = match params.text("on_lost") {
+            Some("stop") => OnLost::Stop,
+            Some("continue") => OnLost::Continue,
+            Some(_) => OnLost::Pause,
+            // Its lease ends with the request.
+            None if self.is_brief(call) => OnLost::Continue,
+            None => OnLost::Pause,
+        };
+        self.take_lease(call, arm);
+        self.begin_for_job(call, arm, WorkKind::StartJob)?;
+        let job = JobId(self.next_id());
+        let id = self.text_id('j', job.0);
+        let arm_name = self.arm(arm).entry.name.clone();
+        let mut record = JobRecord::new(id.clone(), arm_name, job, order.clone());
+        record.on_lost = on_lost;
+        self.records.push(record);
+        self.begin_job(call, arm, job, order, false);
+        if call.params.switch("after_check") == Some(false) {
+            self.control.finish(call.now, arm, call.request);
+            return Ok(Handled::Now(json!({"job": id})));
+        }
+        Ok(Handled::Later(
+            call.request,
+            Waits::Job(arm, job, Wants::Checked),
+        ))
+    }
+
+    /// A job that has a record begins, or begins anew where it ended.
+    fn begin_job(
+        &mut self,
+        call: &Call<'_>,
+        arm: ArmId,
+        job: JobId,
+        order: JobOrder,
+        resumes: bool,
+    ) {
+        let now = call.now;
+        let started = self.unix(now);
+        let holder = self.name_of(Some(call.session));
+        if let Some(record) = self.records.numbered(job) {
+            record.begins(started, holder);
+        }
+        let start = JobStart {
+            job,
+            order,
+            resumes,
+            laser: self.job_laser(call, arm),
+            danger: job_danger(call),
+        };
+        self.order(arm, ArmOrder::StartJob(Box::new(start)));
+        self.job_changed(now, arm, job);
+    }
+
+    fn pause_job(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
+        let record = self.job_named(call)?;
+        let (number, state) = (record.number, record.state.clone());
+        let arm = self.arm_of(record)?;
+        self.take_lease(call, arm);
+        self.begin_for_job(call, arm, WorkKind::SteerJob)?;
+        let Some(job) = number.filter(|_| is_under_way(&state)) else {
+            return Err(self.not_steered(call, arm, "the job is over"));
+        };
+        if state == "paused" {
+            self.control.finish(call.now, arm, call.request);
+            return Ok(Handled::Now(self.shown(job)));
+        }
+        let order = ArmOrder::PauseJob {
+            request: Some(call.request),
+            job,
+            reason: PauseReason::Person,
+        };
+        self.order(arm, order);
+        Ok(Handled::Later(
+            call.request,
+            Waits::Job(arm, job, Wants::Paused),
+        ))
+    }
+
+    fn resume_job(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
+        let record = self.job_named(call)?;
+        let (id, number, state) = (record.id.clone(), record.number, record.state.clone());
+        let order = record.order.clone();
+        let arm = self.arm_of(record)?;
+        let goes_on = ["stopped", "failed", "interrupted"].contains(&state.as_str());
+        self.take_lease(call, arm);
+        let kind = if goes_on {
+            WorkKind::StartJob
+        } else {
+            WorkKind::SteerJob
+        };
+        self.begin_for_job(call, arm, kind)?;
+        let brief = self.is_brief(call);
+        if goes_on {
+            let Some(order) = order else {
+                return Err(self.not_steered(call, arm, "the program of the job is not kept"));
+            };
+            let job = JobId(self.next_id());
+            if let Some(record) = self.records.named(&id) {
+                record.number = Some(job);
+                if brief {
+                    record.on_lost = OnLost::Continue;
+                }
+            }
+            self.begin_job(call, arm, job, order, true);
+            return Ok(Handled::Later(
+                call.request,
+                Waits::Job(arm, job, Wants::Running),
+            ));
+        }
+        let Some(job) = number.filter(|_| state == "paused") else {
+            return Err(self.not_steered(call, arm, "the job is not paused"));
+        };
+        if let Some(record) = self.records.numbered(job)
+            && brief
+        {
+            record.on_lost = OnLost::Continue;
+        }
+        let laser = self.job_laser(call, arm);
+        let order = ArmOrder::ResumeJob {
+            request: call.request,
+            job,
+            approach: call.params.switch("approach").unwrap_or(true),
+            laser,
+        };
+        self.order(arm, order);
+        Ok(Handled::Later(
+            call.request,
+            Waits::Job(arm, job, Wants::Running),
+        ))
+    }
+
+    fn stop_job(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
+        let record = self.job_named(call)?;
+        let (number, state) = (record.number, record.state.clone());
+        let Some(job) = number.filter(|_| is_under_way(&state)) else {
+            return Ok(Handled::Now(record.shown()));
+        };
+        let arm = self.arm_of(record)?;
+        self.order(arm, ArmOrder::StopJob(job));
+        Ok(Handled::Later(
+            call.request,
+            Waits::Job(arm, job, Wants::End),
+        ))
+    }
+
+    /// The lease that a request about a job needs, and that nothing else has the arm.
+    fn begin_for_job(
+        &mut self,
+        call: &Call<'_>,
+        arm: ArmId,
+        kind: WorkKind,
+    ) -> Result<(), RpcError> {
+        let begun = self
+            .control
+            .begin(call.now, call.session, arm, call.request, kind);
+        begun.map_err(|refusal| self.refused(arm, refusal))
+    }
+
+    fn not_steered(&mut self, call: &Call<'_>, arm: ArmId, why: &str) -> RpcError {
+        self.control.finish(call.now, arm, call.request);
+        RpcError::arm(magician::ErrorKind::InvalidInput, why)
+    }
+
+    fn is_brief(&self, call: &Call<'_>) -> bool {
+        let session = self.sessions.get(&call.session);
+        session.is_some_and(|session| session.brief)
+    }
+
+    /// What is answered to a job that would burn: nothing where it may.
+    fn job_laser(&self, call: &Call<'_>, arm: ArmId) -> Result<(), Box<RpcError>> {
+        if self.arm(arm).entry.is_virtual {
+            return Ok(());
+        }
+        let least = if self.config.student_laser {
+            Role::Student
+        } else {
+            Role::Teacher
+        };
+        if call.grant.role < least {
+            return Err(Box::new(forbidden(&call.grant, least, "a laser")));
+        }
+        if call.yes() {
+            return Ok(());
+        }
+        let why = "the job may switch the laser on: it needs \"yes\": true";
+        let error = RpcError::new(RpcError::DANGEROUS, why);
+        Err(Box::new(error.with("command", "job.start")))
+    }
+
+    /// The job that a request names.
+    fn job_named(&self, call: &Call<'_>) -> Result<&JobRecord, RpcError> {
+        let id = call.params.text("job").unwrap_or_default();
+        let found = self.records.find(id);
+        found.ok_or_else(|| RpcError::param("job", "there is no such job"))
+    }
+
+    /// The arm of a job; one of an earlier station may be gone.
+    fn arm_of(&self, record: &JobRecord) -> Result<ArmId, RpcError> {
+        self.arm_named(Some(&record.arm))
+    }
+
+    fn shown(&mut self, job: JobId) -> Value {
+        let record = self.records.numbered(job);
+        record.map_or(Value::Null, |record| record.shown())
+    }
+
+    /// The job of an arm that is not over, and whether it runs.
+    pub(super) fn job_at(&self, arm: ArmId) -> Option<(&JobRecord, bool)> {
+        let record = self.records.under_way(&self.arm(arm).entry.name)?;
+        Some((record, record.state == "running"))
+    }
+
+    /// The id of a job, as clients know it.
+    pub(super) fn job_id(&self, job: JobId) -> String {
+        let known = self.records.id_of(job);
+        known.unwrap_or_else(|| self.text_id('j', job.0))
+    }
+
+    /// What a job does.
+    pub(super) fn job_news(&mut self, now: HostInstant, arm: ArmId, job: JobId, news: JobNews) {
+        let t = self.unix(now);
+        let Some(record) = self.records.numbered(job) else {
+            return;
+        };
+        match news {
+            JobNews::Read { title, steps } => {
+                (record.title, record.steps) = (Some(title), Some(steps));
+                record.first_step = record.order.as_ref().map(|order| order.from + 1);
+            }
+            JobNews::Starts(steps) => {
+                record.first_step = Some(steps + 1);
+                record.reaches(steps);
+            }
+            JobNews::Progress(progress) => {
+                record.reaches(progress.step);
+                record.seconds_left = progress.left.map(|left| left.as_secs_f64());
+                let due = record
+                    .told
+                    .is_none_or(|told| now - told >= std::time::Duration::from_millis(TOLD));
+                if due {
+                    record.told = Some(now);
+                    let shown = record.shown();
+                    self.notify_all("job.changed", &json!({"job": shown}));
+                }
+            }
+            JobNews::State(state) => {
+                let name = match state {
+                    // The pen goes up, and the settings are restored.
+                    JobState::Ending => "running",
+                    state => state.name(),
+                };
+                let paused = match state {
+                    JobState::Paused { reason, part } => Some((reason.name(), part)),
+                    _ => None,
+                };
+                if record.state == name {
+                    return;
+                }
+                name.clone_into(&mut record.state);
+                record.reason = paused.map(|(reason, _)| reason.to_owned());
+                record.part = paused.and_then(|(_, part)| part);
+                self.job_changed(now, arm, job);
+                match state {
+                    JobState::Running => {
+                        self.answer_job(now, job, &[Wants::Checked, Wants::Running]);
+                    }
+                    JobState::Paused { .. } => {
+                        self.answer_job(now, job, &[Wants::Checked, Wants::Paused]);
+                    }
+                    _ => {}
+                }
+            }
+            JobNews::Over(end) => {
+                record.is_over(t, &end);
+                self.job_changed(now, arm, job);
+                self.answer_end(now, arm, job, end.state, end.error);
+            }
+        }
+    }
+
+    /// Answers who waits for this of a job.
+    fn answer_job(&mut self, now: HostInstant, job: JobId, wanted: &[Wants]) {
+        let shown = self.shown(job);
+        for (request, wants) in self.waiting_for(job) {
+            if !wanted.contains(&wants) {
+                continue;
+            }
+            let result = match wants {
+                Wants::Checked => json!({"job": shown["job"]}),
+                _ => shown.clone(),
+            };
+            self.finish(now, request, Ok(result));
+        }
+    }
+
+    /// Answers who waits for anything of a job that is over.
+    fn answer_end(
+        &mut self,
+        now: HostInstant,
+        arm: ArmId,
+        job: JobId,
+        state: &str,
+        error: Option<RpcError>,
+    ) {
+        let shown = self.shown(job);
+        for (request, wants) in self.waiting_for(job) {
+            let outcome = match (wants, state) {
+                (Wants::End, _) => Ok(shown.clone()),
+                (Wants::Checked, "done") => Ok(json!({"job": shown["job"]})),
+                (_, "done") => Err(RpcError::arm(
+                    magician::ErrorKind::InvalidInput,
+                    "the job is over",
+                )),
+                (_, "stopped") => Err(self.ended(arm, WorkEnd::Stop(None))),
+                _ => Err(error
+                    .clone()
+                    .unwrap_or_else(|| RpcError::internal("the job failed"))),
+            };
+            self.finish(now, request, outcome);
+        }
+    }
+
+    fn waiting_for(&self, job: JobId) -> Vec<(RequestId, Wants)> {
+        let waiting = self
+            .pending
+            .iter()
+            .filter_map(|(request, pending)| match pending.waits {
+                Waits::Job(_, of, wants) if of == job => Some((*request, wants)),
+                _ => None,
+            });
+        waiting.collect()
+    }
+
+    /// What came of an order about a job: what it does follows as news of it.
+    pub(super) fn job_done(
+        &mut self,
+        now: HostInstant,
+        request: RequestId,
+        wants: Wants,
+        job: JobId,
+        outcome: Result<Value, RpcError>,
+    ) {
+        let state = self.shown(job)["state"].clone();
+        match (outcome, wants) {
+            (Err(error), _) => self.finish(now, request, Err(error)),
+            (Ok(_), Wants::Paused) if state == "paused" => {
+                self.answer_job(now, job, &[Wants::Paused]);
+            }
+            (Ok(_), Wants::Running) if state == "running" => {
+                self.answer_job(now, job, &[Wants::Running]);
+            }
+            (Ok(_), _) => {}
+        }
+    }
+
+    /// Tells that a job does something else, and has it count.
+    fn job_changed(&mut self, now: HostInstant, arm: ArmId, job: JobId) {
+        let Some(record) = self.records.numbered(job) else {
+            return;
+        };
+        record.told = Some(now);
+        let phase = match record.state.as_str() {
+            "paused" => Some(JobPhase::Paused),
+            state if is_under_way(state) => Some(JobPhase::Active),
+            _ => None,
+        };
+        let (on_lost, shown) = (record.on_lost, record.shown());
+        self.control.job_is(arm, job, on_lost, phase);
+        self.records.has_changed();
+        self.notify_all("job.changed", &json!({"job": shown}));
+        let fields = vec![
+            ("job", shown["job"].clone()),
+            ("state", shown["state"].clone()),
+        ];
+        self.event(now, arm, "job", fields);
+        self.state_has_changed(arm);
+    }
+}
+
+/// Whether a job of this state is not over.
+pub(super) fn is_under_way(state: &str) -> bool {
+    ["checking", "running", "pausing", "paused", "stopping"].contains(&state)
+}
+
+/// What is answered to a job with a dangerous command: nothing where it may.
+fn job_danger(call: &Call<'_>) -> Result<(), Box<RpcError>> {
+    if call.grant.role < Role::Teacher {
+        let what = "a dangerous command";
+        return Err(Box::new(forbidden(&call.grant, Role::Teacher, what)));
+    }
+    if call.yes() {
+        return Ok(());
+    }
+    let why = "a command can brick, uncalibrate or unlock the arm: it needs \"yes\": true";
+    let error = RpcError::new(RpcError::DANGEROUS, why);
+    Err(Box::new(error.with("command", "job.start")))
+}
+
+/// The program that a request brings: one.
+fn source(call: &Call<'_>) -> Result<Source, RpcError> {
+    let params = call.params;
+    let bytes = match (params.text("text"), params.text("data")) {
+        (Some(text), None) => SourceBytes::Text(text.to_owned()),
+        (None, Some(data)) => SourceBytes::Data(data.to_owned()),
+        _ => {
+            let why = "one of `text` and `data` has to be given";
+            return Err(RpcError::param("text", why));
+        }
+    };
+    let source = Source {
+        bytes,
+        format: params.text("format").map(str::to_owned),
+    };
+    source.bytes()?;
+    Ok(source)
+}

@@ -1,0 +1,351 @@
+//! Jobs as clients see them: checked, run, paused, resumed and stopped, under leases that come and go.
+
+use std::time::Duration;
+
+use magician::words;
+use magician_program::{Action, Origin, Plan, Surface, Tool, Travel};
+use magician_station::Role;
+use serde_json::{Value, json};
+
+use crate::bench::{Bench, Tester};
+
+const PAPER: f64 = -60.0;
+
+/// A pen that draws lines, slowly.
+pub(crate) fn drawing() -> String {
+    let mut plan = Plan::new("lines");
+    plan.tool = Some(Tool::Pen);
+    plan.surface = Some(Surface::level(PAPER));
+    let paper = PAPER as f32;
+    let mut push = |action: Action| plan.push(action, Origin::NONE);
+    push(words::speed(20.0, 50.0).into());
+    let line = |x, y, z| Action::Move {
+        to: [x, y, z, 0.0],
+        by: Travel::Line,
+    };
+    push(line(210.0, -40.0, paper + 15.0));
+    push(line(210.0, -40.0, paper));
+    for (x, y) in [(210.0, 40.0), (240.0, 40.0), (240.0, -40.0), (210.0, -40.0)] {
+        push(line(x, y, paper));
+    }
+    push(line(210.0, -40.0, paper + 15.0));
+    plan.to_json()
+}
+
+/// A plan that leaves the reach in its second step.
+fn too_far() -> String {
+    let mut plan = Plan::new("far");
+    for x in [220.0, 600.0] {
+        let by = Travel::Line;
+        let to = [x, 0.0, 50.0, 0.0];
+        plan.push(Action::Move { to, by }, Origin::NONE);
+    }
+    plan.to_json()
+}
+
+async fn state_of(tester: &mut Tester, job: &Value) -> Value {
+    tester.ok("job.get", json!({"job": job})).await
+}
+
+/// Waits until a job has this state.
+async fn until(tester: &mut Tester, job: &Value, state: &str) -> Value {
+    for _ in 0..2000 {
+        let now = state_of(tester, job).await;
+        if now["state"] == json!(state) {
+            return now;
+        }
+        tester.listen(Duration::from_millis(100)).await;
+    }
+    panic!("never {state}: {}", state_of(tester, job).await);
+}
+
+async fn start(tester: &mut Tester, more: Value) -> Value {
+    let mut params = json!({"text": drawing()});
+    for (name, value) in more.as_object().unwrap() {
+        params[name] = value.clone();
+    }
+    tester.ok("job.start", params).await["job"].clone()
+}
+
+/// Whether the pen is above its paper.
+fn pen_is_up(bench: &Bench) -> bool {
+    bench.arms[0].state().pose.z > PAPER + 5.0
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_program_is_checked_and_refused_with_its_report() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let good = anna.ok("job.check", json!({"text": drawing()})).await;
+    assert_eq!(
+        (&good["ok"], &good["refused"], &good["steps"]),
+        (&json!(true), &json!(0), &json!(8))
+    );
+    anna.lease().await;
+    let before = bench.arms[0].state().pose;
+    let refused = anna
+        .call("job.start", json!({"text": too_far()}))
+        .await
+        .unwrap_err();
+    assert_eq!(refused["code"], json!(-32004), "{refused}");
+    let report = &refused["data"]["report"];
+    assert_eq!(
+        (&report["ok"], &report["complaints"][0]["step"]),
+        (&json!(false), &json!(2))
+    );
+    let checked = anna.ok("job.check", json!({"text": too_far()})).await;
+    assert_eq!(&checked, report);
+    assert_eq!(bench.arms[0].state().pose, before);
+    let soon = json!({"text": too_far(), "after_check": false});
+    let job = anna.ok("job.start", soon).await["job"].clone();
+    let failed = until(&mut anna, &job, "failed").await;
+    assert_eq!(failed["error"]["report"]["ok"], json!(false));
+    for (params, param) in [
+        (json!({}), "text"),
+        (json!({"text": "a", "data": "YQ=="}), "text"),
+        (json!({"data": "?"}), "data"),
+        (json!({"text": "{}", "format": "cobol"}), "format"),
+    ] {
+        let refused = anna.call("job.check", params.clone()).await.unwrap_err();
+        assert_eq!(refused["data"]["param"], json!(param), "{params} {refused}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_runs_to_its_end_is_counted_and_told_of() {
+    let bench = Bench::new(1).await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    assert_eq!(
+        anna.code("job.start", json!({"text": drawing()})).await,
+        -32002
+    );
+    anna.lease().await;
+    ben.ok("arm.subscribe", json!({"rate": 10})).await;
+    let job = start(&mut anna, json!({"loops": 2})).await;
+    let running = state_of(&mut anna, &job).await;
+    assert_eq!(
+        (&running["state"], &running["title"], &running["steps"]),
+        (&json!("running"), &json!("lines"), &json!(8))
+    );
+    ben.listen(Duration::from_millis(300)).await;
+    let list = ben.ok("arm.list", json!({})).await;
+    assert_eq!(list["arms"][0]["job"], job);
+    assert_eq!(anna.code("arm.home", json!({})).await, -32003);
+    let busy = anna
+        .call("job.start", json!({"text": drawing()}))
+        .await
+        .unwrap_err();
+    assert_eq!(
+        (&busy["code"], &busy["data"]["job"]),
+        (&json!(-32003), &job)
+    );
+    let done = until(&mut anna, &job, "done").await;
+    assert_eq!(
+        (&done["step"], &done["loop"], &done["loops"]),
+        (&json!(8), &json!(2), &json!(2))
+    );
+    assert!(done["drawn_mm"].as_f64().unwrap() > 400.0, "{done}");
+    assert!(done["ended"].as_f64() > done["started"].as_f64());
+    ben.listen(Duration::from_millis(200)).await;
+    let told = ben.noticed("job.changed");
+    let states: Vec<_> = told
+        .iter()
+        .map(|told| told["job"]["state"].as_str().unwrap())
+        .collect();
+    assert_eq!((states[0], states[states.len() - 1]), ("checking", "done"));
+    let mut last = (0, 0);
+    for told in told {
+        let job = &told["job"];
+        let at = (job["loop"].as_u64().unwrap(), job["step"].as_u64().unwrap());
+        assert!(at >= last, "{at:?} after {last:?}");
+        last = at;
+    }
+    let events: Vec<_> = { ben.noticed("arm.event").into_iter() }
+        .filter(|event| event["event"] == "job")
+        .map(|event| event["state"].clone())
+        .collect();
+    assert_eq!(events, ["checking", "running", "done"]);
+    let states: Vec<_> = { ben.noticed("arm.state").into_iter() }
+        .filter_map(|told| told["state"].get("job").cloned())
+        .collect();
+    assert!(states.contains(&job) && states.last() == Some(&json!(null)));
+    anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+    let list = ben.ok("job.list", json!({})).await;
+    assert_eq!(list["jobs"].as_array().unwrap().len(), 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_paused_job_lets_the_arm_be_moved_and_goes_on() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let job = start(&mut anna, json!({})).await;
+    anna.listen(Duration::from_secs(4)).await;
+    let paused = anna.ok("job.pause", json!({"job": job})).await;
+    assert_eq!(
+        (&paused["state"], &paused["reason"]),
+        (&json!("paused"), &json!("person"))
+    );
+    assert!(pen_is_up(&bench) && !bench.arms[0].state().moving);
+    assert_eq!(
+        anna.code("job.start", json!({"text": drawing()})).await,
+        -32003
+    );
+    // Where it was left it goes on without an approach; from elsewhere it does not.
+    anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+    let refused = anna
+        .call("job.resume", json!({"job": job, "approach": false}))
+        .await
+        .unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("unexpected"), "{refused}");
+    assert!(refused["data"]["expected"]["x"].is_number());
+    let running = anna.ok("job.resume", json!({"job": job})).await;
+    assert_eq!(running["state"], json!("running"));
+    let done = until(&mut anna, &job, "done").await;
+    assert_eq!(done["step"], json!(8));
+    let over = anna
+        .call("job.pause", json!({"job": job}))
+        .await
+        .unwrap_err();
+    assert_eq!(over["data"]["kind"], json!("invalid-input"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_viewer_stops_a_job_and_its_pen_goes_up_but_not_by_a_stop_of_the_arm() {
+    for (method, up) in [("job.stop", true), ("arm.stop", false)] {
+        let bench = Bench::new(1).await;
+        let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
+        let mut anna = bench.join("Anna").await;
+        anna.lease().await;
+        let job = start(&mut anna, json!({})).await;
+        // In the middle of a line.
+        while pen_is_up(&bench) {
+            anna.listen(Duration::from_millis(50)).await;
+        }
+        let params = match up {
+            true => json!({"job": job}),
+            false => json!({}),
+        };
+        viewer.ok(method, params).await;
+        let stopped = until(&mut viewer, &job, "stopped").await;
+        assert_eq!(stopped["error"], json!(null));
+        assert_eq!(pen_is_up(&bench), up, "{method}");
+        assert!(!bench.arms[0].state().moving);
+        // The lease stays, and the job goes on where it was stopped.
+        let running = anna.ok("job.resume", json!({"job": job})).await;
+        assert_eq!(
+            (&running["state"], &running["job"]),
+            (&json!("running"), &job)
+        );
+        until(&mut anna, &job, "done").await;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_whose_lease_ends_does_what_its_starter_said() {
+    for (on_lost, state) in [
+        (json!({}), "paused"),
+        (json!({"on_lost": "stop"}), "stopped"),
+        (json!({"on_lost": "continue"}), "done"),
+    ] {
+        let bench = Bench::new(1).await;
+        let mut anna = bench.join("Anna").await;
+        let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+        anna.lease().await;
+        let job = start(&mut anna, on_lost).await;
+        anna.listen(Duration::from_secs(4)).await;
+        teacher.ok("lease.take", json!({})).await;
+        until(&mut teacher, &job, state).await;
+        if state == "paused" {
+            assert_eq!(anna.code("job.resume", json!({"job": job})).await, -32002);
+            // The next holder moves the arm and loses its lease on the way: the job is paused all the same.
+            let mut other = bench.join_as("Other", Role::Teacher).await;
+            let moving = teacher.send("arm.move", json!({"to": [200, 150, 80, 0]}));
+            teacher.listen(Duration::from_millis(300)).await;
+            other.ok("lease.take", json!({})).await;
+            let ended = teacher.answer(moving).await.unwrap_err();
+            assert_eq!(ended["code"], json!(-32002));
+            other.listen(Duration::from_secs(1)).await;
+            assert!(!bench.arms[0].state().moving);
+            let left = state_of(&mut other, &job).await;
+            assert_eq!(left["state"], json!("paused"));
+            other.ok("job.resume", json!({"job": job})).await;
+            until(&mut other, &job, "done").await;
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_by_a_single_request_goes_on_without_a_lease() {
+    let bench = Bench::new(1).await;
+    let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
+    let job = bench.once("job.start", json!({"text": drawing()})).await["result"]["job"].clone();
+    let list = viewer.ok("arm.list", json!({})).await;
+    assert_eq!(
+        (&list["arms"][0]["job"], &list["arms"][0]["holder"]),
+        (&job, &json!(null))
+    );
+    viewer.listen(Duration::from_secs(2)).await;
+    let running = state_of(&mut viewer, &job).await;
+    assert_eq!(running["state"], json!("running"));
+    let paused = bench.once("job.pause", json!({"job": job})).await;
+    assert_eq!(paused["result"]["state"], json!("paused"), "{paused}");
+    let running = bench.once("job.resume", json!({"job": job})).await;
+    assert_eq!(running["result"]["state"], json!("running"), "{running}");
+    until(&mut viewer, &job, "done").await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let job = start(&mut anna, json!({})).await;
+    let kept = bench.kept.copy();
+    drop((anna, bench));
+    let bench = Bench::after(kept).await;
+    let mut ben = bench.join("Ben").await;
+    let left = state_of(&mut ben, &job).await;
+    assert_eq!(
+        (&left["state"], &left["title"]),
+        (&json!("interrupted"), &json!("lines"))
+    );
+    let list = ben.ok("arm.list", json!({})).await;
+    assert_eq!(list["arms"][0]["job"], json!(null));
+    ben.lease().await;
+    // Nothing is known of how far it came: as `run --resume`, it refuses.
+    let refused = ben.call("job.resume", json!({"job": job})).await;
+    assert_eq!(refused.unwrap_err()["data"]["kind"], json!("invalid-input"));
+    let fresh = start(&mut ben, json!({})).await;
+    assert_ne!(fresh, job);
+    until(&mut ben, &fresh, "done").await;
+    assert_eq!(ben.ok("job.list", json!({})).await["jobs"][0]["job"], job);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_is_made_slower_by_the_speed_of_its_arm() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let job = start(&mut anna, json!({})).await;
+    anna.ok("arm.speed", json!({"percent": 50})).await;
+    let refused = anna.call("arm.speed", json!({"percent": 5})).await;
+    assert_eq!(refused.unwrap_err()["data"]["kind"], json!("invalid-input"));
+    anna.ok("job.stop", json!({"job": job})).await;
+    anna.ok("arm.speed", json!({"percent": 5})).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_last_fifty_jobs_are_kept() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    for _ in 0..53 {
+        let params = json!({"text": too_far()});
+        anna.call("job.start", params).await.unwrap_err();
+    }
+    let jobs = anna.ok("job.list", json!({})).await["jobs"].clone();
+    assert_eq!(jobs.as_array().unwrap().len(), 50);
+    let kept = bench.kept.jobs.lock().unwrap().clone();
+    assert_eq!(kept.as_array().unwrap().len(), 50);
+}
