@@ -142,6 +142,8 @@ pub enum ArmRead {
     State,
     /// Where it stands, once it stands.
     Stand,
+    /// Where it stands, once it stands, as a step of a program that is reached so.
+    Capture(Path),
     /// A value of the protocol.
     Get {
         /// Id of the command.

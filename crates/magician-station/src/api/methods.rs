@@ -636,4 +636,18 @@ pub static METHODS: &[Method] = &[
         "Job, when it is over",
     )
     .always(),
+    method(
+        "teach.capture",
+        Student,
+        &[
+            ARM,
+            may(
+                "by",
+                Kind::Choice(&["joint", "linear", "jump"]),
+                "how the step is reached; joint unless given",
+            ),
+        ],
+        "A step of a program that leads to where the arm stands.",
+        "{step}, as in plan files",
+    ),
 ];

@@ -4,16 +4,17 @@ use magician::commands::{DeviceWithL, EndEffectorParams, Pose, PoseL, PtpCommonP
 use magician::report::{AlarmReport, ArmInfo};
 use magician::{Alarm, AlarmSet, Arm, Ctrl, Level, Pin, Result, Status, ToolBias};
 use magician_job::jog::ToolState;
+use magician_job::teach::ProgramModel;
 use magician_program::Grip;
 use magician_protocol::{Direction, describe};
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::Side;
 use super::acts::stood;
 use crate::api::RpcError;
 use crate::control::RequestId;
-use crate::order::{ArmRead, Outcome};
+use crate::order::{ArmRead, Outcome, Path};
 use crate::reading::{ArmReading, ToolReading};
 
 /// What is not read each time: it changes by commands only, and rarely.
@@ -172,6 +173,10 @@ async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError>
             arm.wait_still().await?;
             Ok(stood(&arm.get::<Pose>().await?))
         }
+        ArmRead::Capture(by) => {
+            arm.wait_still().await?;
+            capture(&arm.get::<Pose>().await?, by)
+        }
         ArmRead::Get { id, params } => {
             let reply = arm.raw(id, Ctrl::GET, &params).await?;
             let answer = describe(&reply.frame(), Direction::Reply).map_err(|error| {
@@ -181,6 +186,26 @@ async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError>
         }
         ArmRead::State => Err(RpcError::internal("a state is a reading")),
     }
+}
+
+/// A pose as a step of a plan file.
+fn capture(pose: &Pose, by: Path) -> std::result::Result<Value, RpcError> {
+    let wrong = |error: String| RpcError::internal(error);
+    let mut taught = ProgramModel::new("", None);
+    let ways = match by {
+        Path::Joint => 0,
+        Path::Linear => 1,
+        Path::Jump => 2,
+    };
+    for _ in 0..ways {
+        taught
+            .next_travel()
+            .map_err(|error| wrong(error.to_string()))?;
+    }
+    taught.store(pose);
+    let file: Value = serde_json::from_str(&taught.plan(0).to_json())
+        .map_err(|error| wrong(error.to_string()))?;
+    Ok(json!({"step": file["steps"][0]}))
 }
 
 /// By way of the text: a value in memory makes long decimals of single-precision numbers.

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
 use super::{Station, Waits};
-use crate::api::{Method, Needs, Role, RpcError, encode};
+use crate::api::{Method, Needs, Params, Role, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::order::{ArmAct, ArmOrder, ArmRead, Path};
 
@@ -51,6 +51,9 @@ impl Station {
             ("arm.info", Some(arm)) => Ok(self.read(call, arm, ArmRead::Info)),
             ("arm.alarms", Some(arm)) => Ok(self.read(call, arm, ArmRead::Alarms)),
             ("arm.state", Some(arm)) => self.state(call, arm),
+            ("teach.capture", Some(arm)) => {
+                Ok(self.read(call, arm, ArmRead::Capture(path(call.params))))
+            }
             ("arm.get", Some(arm)) => {
                 let read = wanted(call)?;
                 Ok(self.read(call, arm, read))
@@ -296,6 +299,15 @@ fn direction(text: &str) -> Option<JogDirection> {
     })
 }
 
+/// The path that `by` names.
+fn path(params: &Params) -> Path {
+    match params.text("by") {
+        Some("linear") => Path::Linear,
+        Some("jump") => Path::Jump,
+        _ => Path::Joint,
+    }
+}
+
 /// What a method of the arm has it do.
 fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
     let params = call.params;
@@ -316,11 +328,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
             Ok(ArmAct::Move {
                 to: [*x as f32, *y as f32, *z as f32, *r as f32],
                 rail: rest.first().map(|rail| *rail as f32),
-                by: match params.text("by") {
-                    Some("linear") => Path::Linear,
-                    Some("jump") => Path::Jump,
-                    _ => Path::Joint,
-                },
+                by: path(params),
                 joints: params.text("frame") == Some("joints"),
                 relative: params.is_on("relative"),
                 wait: params.switch("wait").unwrap_or(true),

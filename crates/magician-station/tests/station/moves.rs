@@ -1,5 +1,6 @@
 //! What needs the lease: moves, settings, tools, and who may.
 
+use magician_program::{Action, Plan, Travel};
 use magician_station::Role;
 use serde_json::json;
 
@@ -180,4 +181,25 @@ async fn a_viewer_looks_and_stops_and_does_nothing_else() {
     assert!(!bench.arms[0].state().moving);
     // The lease stays, and the arm moves again.
     anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+}
+
+#[tokio::test(start_paused = true)]
+async fn where_the_arm_stands_is_captured_as_a_step() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    anna.ok("arm.move", json!({"to": [220, 10, 50, 0]})).await;
+    for (by, travel) in [
+        (json!({}), Travel::Joints),
+        (json!({"by": "linear"}), Travel::Line),
+        (json!({"by": "jump"}), Travel::Jump),
+    ] {
+        let step = anna.ok("teach.capture", by).await["step"].clone();
+        let file = json!({"format": "magician-plan", "version": 1, "steps": [step]});
+        let plan = Plan::from_json(file.to_string().as_bytes()).unwrap();
+        let Action::Move { to, by } = &plan.steps[0].action else {
+            panic!("{:?}", plan.steps[0].action);
+        };
+        assert_eq!((&to[..3], *by), (&[220.0, 10.0, 50.0][..], travel));
+    }
 }
