@@ -54,6 +54,7 @@ const DEPENDENCIES: [(&str, &[&str]); 19] = [
         "magician-station",
         &[
             "magician-protocol",
+            "magician-motion",
             "magician",
             "magician-program",
             "magician-job",

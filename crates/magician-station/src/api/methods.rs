@@ -98,6 +98,15 @@ const YES: Param = may(
     Kind::Switch,
     "that it is meant: for what is dangerous or may burn",
 );
+const TOOL: Kind = Kind::Either(&[
+    Kind::Choice(&["none", "suction", "gripper", "pen", "laser"]),
+    Kind::Numbers(3, 3),
+]);
+const OF_TOOL: Param = may(
+    "tool",
+    TOOL,
+    "the tool whose tip is meant, or its tip from the flange (mm); none unless given",
+);
 const PERCENT: Kind = Kind::Number(1.0, 100.0);
 /// Most characters of a program: as long as a message.
 const PROGRAM: Kind = Kind::Text(1024 * 1024);
@@ -347,10 +356,7 @@ pub static METHODS: &[Method] = &[
             ARM,
             may(
                 "tool",
-                Kind::Either(&[
-                    Kind::Choice(&["none", "suction", "gripper", "pen", "laser"]),
-                    Kind::Numbers(3, 3),
-                ]),
+                TOOL,
                 "the tool that is mounted, or its tip from the flange (mm)",
             ),
             may("suction", Kind::Switch, "the suction cup"),
@@ -649,5 +655,32 @@ pub static METHODS: &[Method] = &[
         ],
         "A step of a program that leads to where the arm stands.",
         "{step}, as in plan files",
+    ),
+    method(
+        "motion.forward",
+        Viewer,
+        &[
+            needed("joints", Kind::Numbers(4, 4), "the joints, deg"),
+            OF_TOOL,
+        ],
+        "The pose of joints, by the arm's geometry.",
+        "{x, y, z, r}",
+    ),
+    method(
+        "motion.inverse",
+        Viewer,
+        &[
+            needed("pose", Kind::Numbers(4, 4), "x, y, z (mm) and r (deg)"),
+            OF_TOOL,
+        ],
+        "The joints of a pose; refused where the arm does not get there.",
+        "{j1, j2, j3, j4}",
+    ),
+    method(
+        "motion.reach",
+        Viewer,
+        &[needed("z", ANY, "the height of the tip, mm"), OF_TOOL],
+        "What the tip reaches at a height.",
+        "{outlines: [[[x, y]]]}, closed",
     ),
 ];

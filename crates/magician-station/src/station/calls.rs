@@ -31,6 +31,9 @@ impl Station {
         if name.starts_with("job.") {
             return self.job_call(name, call);
         }
+        if name.starts_with("motion.") {
+            return Self::motion_call(name, call.params).map(Handled::Now);
+        }
         match (name, call.arm) {
             ("session.list", _) => Ok(Handled::Now(self.list_sessions())),
             ("server.info", _) => Ok(Handled::Now(self.server_info(call))),

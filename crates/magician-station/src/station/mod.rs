@@ -7,6 +7,7 @@ mod events;
 mod jobs;
 mod journal;
 mod leases;
+mod motion;
 mod records;
 mod reports;
 mod sessions;

@@ -171,6 +171,9 @@ async fn every_method_does_something() {
                 "percent" | "by" => json!(5),
                 "lease" => lease.clone(),
                 "grant" => json!(true),
+                "joints" => json!([0, 45, 45, 0]),
+                "pose" => json!([220, 0, 50, 0]),
+                "z" => json!(0),
                 "job" => job.clone(),
                 _ => json!("nonsense"),
             };

@@ -2,7 +2,7 @@
 
 use magician_program::{Action, Plan, Travel};
 use magician_station::Role;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::bench::Bench;
 
@@ -202,4 +202,27 @@ async fn where_the_arm_stands_is_captured_as_a_step() {
         };
         assert_eq!((&to[..3], *by), (&[220.0, 10.0, 50.0][..], travel));
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn poses_and_joints_are_reckoned_without_an_arm() {
+    let bench = Bench::new(2).await;
+    let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
+    let pose = json!({"pose": [220, 10, 50, 5], "tool": "pen"});
+    let joints = viewer.ok("motion.inverse", pose).await;
+    let joints: Vec<_> = joints.as_object().unwrap().values().collect();
+    let pose = json!({"joints": joints, "tool": "pen"});
+    let back = viewer.ok("motion.forward", pose).await;
+    for (name, value) in [("x", 220.0), ("y", 10.0), ("z", 50.0), ("r", 5.0)] {
+        let apart = back[name].as_f64().unwrap() - value;
+        assert!(apart.abs() < 1e-9, "{name}: {back}");
+    }
+    let far = json!({"pose": [600, 0, 0, 0]});
+    let refused = viewer.call("motion.inverse", far).await.unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("unreachable"));
+    let reach = viewer.ok("motion.reach", json!({"z": 0})).await;
+    let outline = reach["outlines"][0].as_array().unwrap();
+    assert!(outline.len() > 100);
+    let far = |point: &Value| point[0].as_f64().unwrap().hypot(point[1].as_f64().unwrap());
+    assert!(outline.iter().all(|point| far(point) < 400.0));
 }
