@@ -89,6 +89,8 @@ pub trait Reader: Send + Sync {
 pub struct FormatReader {
     /// What is said of every program.
     pub setup: Setup,
+    /// What becomes of pen and arm at the end of each.
+    pub ending: Ending,
 }
 
 impl Reader for FormatReader {
@@ -122,9 +124,8 @@ impl Reader for FormatReader {
             return Err(RpcError::arm(magician::ErrorKind::InvalidInput, why));
         }
         let ending = Ending {
-            lift: setup.pen.lift,
             drawing: format.needs_homed_arm(),
-            ..Ending::default()
+            ..self.ending
         };
         Ok(ReadProgram {
             plan: made.plan,

@@ -19,8 +19,12 @@ struct Station {
 
 impl Station {
     fn start(arguments: &[&str]) -> Self {
+        Self::of(command(), arguments)
+    }
+
+    fn of(command: std::process::Command, arguments: &[&str]) -> Self {
         let listen = ["--listen", "127.0.0.1:0"];
-        let served = Served::verb("serve", &[arguments, &listen].concat(), 1);
+        let served = Served::of(command, "serve", &[arguments, &listen].concat(), 1);
         let address = served
             .door("http")
             .replace("http://", "http:")
@@ -385,4 +389,22 @@ fn a_run_goes_on_with_a_job_of_a_station() {
     let last = resumed.out.lines().last().unwrap().to_owned();
     let last: Value = serde_json::from_str(&last).unwrap();
     assert!(last["first_step"].as_u64().unwrap() > done, "{last}");
+}
+
+#[test]
+fn a_job_lies_where_the_settings_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("config.toml");
+    std::fs::write(&config, "surface = -40\n").unwrap();
+    let mut command = command();
+    command.env("MAGICIAN_CONFIG", config);
+    let station = Station::of(command, &["--port", "sim"]);
+    let drawing = "<svg xmlns='http://www.w3.org/2000/svg' width='10mm' height='10mm' viewBox='0 0 10 10'>\
+        <path d='M1 1H9' stroke='black' fill='none'/></svg>";
+    let report = station.call("job.check", &json!({"text": drawing}));
+    assert_eq!(
+        report["result"]["bounds"]["z"],
+        json!([-40.0, -40.0]),
+        "{report}"
+    );
 }

@@ -349,3 +349,27 @@ async fn the_last_fifty_jobs_are_kept() {
     let kept = bench.kept.jobs.lock().unwrap().clone();
     assert_eq!(kept.as_array().unwrap().len(), 50);
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_job_that_burns_needs_a_teacher_who_means_it() {
+    let mut burns = Plan::new("burns");
+    burns.push(Action::from(words::laser(true)), Origin::NONE);
+    burns.push(Action::from(words::laser(false)), Origin::NONE);
+    let bench = Bench::real(1).await;
+    let program = json!({"text": burns.to_json()});
+    let mut pupil = bench.join("Pupil").await;
+    let lease = pupil.lease().await;
+    assert_eq!(pupil.code("job.start", program.clone()).await, -32001);
+    pupil.ok("lease.release", json!({"lease": lease})).await;
+    let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+    teacher.lease().await;
+    assert_eq!(teacher.code("job.start", program.clone()).await, -32005);
+    assert!(!bench.arms[0].state().laser);
+    let list = teacher.ok("job.list", json!({})).await;
+    assert_eq!(list["jobs"][1]["error"]["kind"], json!("dangerous"));
+    let mut meant = program;
+    meant["yes"] = json!(true);
+    let job = teacher.ok("job.start", meant).await["job"].clone();
+    until(&mut teacher, &job, "done").await;
+    assert!(!bench.arms[0].state().laser);
+}

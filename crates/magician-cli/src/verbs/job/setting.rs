@@ -2,11 +2,12 @@
 
 use magician::{Set, words};
 use magician_program::artwork::Marking;
+use magician_program::raster::Size;
 use magician_program::{
-    Action, Diagnostic, Ending, Frame, Pallet, Placement, Plan, Setup, Surface,
+    Action, Diagnostic, Ending, Frame, Pallet, Placement, Plan, Setup, Surface, White, Work,
 };
 
-use super::options::numbers;
+use super::options::{File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, numbers};
 use super::{Job, Where};
 use crate::config::Config;
 use crate::failure::Failure;
@@ -63,6 +64,31 @@ impl Job {
         // What is converted is not burnt yet: a run of it has this then.
         setup.default_power = self.runs.then(|| config.power("engrave.power")).flatten();
         Ok(setup)
+    }
+
+    /// What the settings alone say, for programs that come without flags; the arm is one that is there.
+    pub(crate) fn without_flags(config: &Config) -> Result<(Setup, Ending), Failure> {
+        let plain = Self {
+            file: File {
+                file: "-".into(),
+                format: None,
+                dialect: None,
+                s_max: None,
+                white: White::default(),
+                resample: None,
+            },
+            look: PreviewFlags::default(),
+            place: PlacementOptions::default(),
+            way: RunFlags::default(),
+            beam: LaserFlags::default(),
+            pen: Pen::default(),
+            work: Work::Default,
+            size: Size::Natural,
+            pause: 0,
+            runs: true,
+        };
+        let setup = plain.setup(&Where::Arm, config)?;
+        Ok((setup, plain.ending(config, false)))
     }
 
     /// What becomes of the pen and the arm at the end.

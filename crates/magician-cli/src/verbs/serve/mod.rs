@@ -25,6 +25,7 @@ use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
 use crate::paint::tell;
 use crate::serving::say_ready;
+use crate::verbs::job::Job;
 use crate::verbs::station::tokens;
 pub(crate) use holder::{Holder, url_of};
 
@@ -116,6 +117,8 @@ impl Serve {
             };
             arms.push((entry, target, options));
         }
+        let (setup, ending) = Job::without_flags(&config)?;
+        let reader = FormatReader { setup, ending };
         let json = context.global.json;
         context.let_go()?;
         context.alone(async |_, signals| {
@@ -136,7 +139,7 @@ impl Serve {
                 connected.push(opened);
             }
             let entries: Vec<_> = arms.iter().map(|(entry, ..)| entry.clone()).collect();
-            self.serve(json, store, listener, entries, connected, signals)
+            self.serve(json, (store, reader), listener, entries, connected, signals)
                 .await
         })
     }
@@ -169,7 +172,7 @@ impl Serve {
     async fn serve(
         &self,
         json: bool,
-        store: TokenStore,
+        (store, reader): (TokenStore, FormatReader),
         listener: Listener,
         entries: Vec<ArmEntry>,
         arms: Vec<Arm>,
@@ -186,7 +189,7 @@ impl Serve {
             read_only: self.read_only,
             student_laser: false,
             gate: Box::new(store.clone()),
-            reader: Arc::new(FormatReader::default()),
+            reader: Arc::new(reader),
             jobs: match folder()? {
                 Some(folder) => Arc::new(JobFile::at(folder.join("jobs.json"))),
                 None => Arc::new(NoStore),

@@ -27,7 +27,17 @@ impl Served {
 
     /// A verb that says so many lines before it is ready.
     pub(crate) fn verb(verb: &str, arguments: &[&str], lines_first: usize) -> Self {
-        let mut child = command()
+        Self::of(command(), verb, arguments, lines_first)
+    }
+
+    /// The same, in an environment.
+    pub(crate) fn of(
+        mut command: Command,
+        verb: &str,
+        arguments: &[&str],
+        lines_first: usize,
+    ) -> Self {
+        let mut child = command
             .arg(verb)
             .args(arguments)
             .stdin(Stdio::null())
