@@ -249,7 +249,7 @@ def test_every_option_that_a_remedy_names_is_an_argument_or_a_call() -> None:
     source = ROOT / "crates" / "magician-host" / "src" / "remedy.rs"
     options = source.read_text(encoding="utf-8").split("    Setting {", 1)[1].split("\n    }", 1)[0]
     names = set(re.findall(r'^ +[A-Z]\w+ = "(\w+)",$', options, re.MULTILINE))
-    takers = (magician.load, Arm, Arm.run)
+    takers = (magician.load, magician.doctor, Arm, Arm.run)
     taken = {name for taker in takers for name in inspect.signature(taker).parameters}
     calls = {"loops": Plan.repeated, "speed_ratio": Arm.speed}
     assert len(names) > 20 and names - taken == set(calls)

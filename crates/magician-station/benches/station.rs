@@ -13,7 +13,7 @@ use magician::commands::Pose;
 use magician::sim::Controller;
 use magician::{Arm, Options, SimSpeed, Tracer, VirtualArm};
 use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries};
-use magician_station::{ArmEntry, NoTokens, RunningStation, StationConfig};
+use magician_station::{ArmEntry, FormatReader, NoStore, NoTokens, RunningStation, StationConfig};
 use serde_json::{Value, json};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
@@ -146,6 +146,8 @@ async fn main() {
         read_only: false,
         student_laser: false,
         gate: Box::new(NoTokens),
+        reader: Arc::new(FormatReader::default()),
+        jobs: Arc::new(NoStore),
     };
     let station = RunningStation::start(config, vec![arm.clone()], Box::new(|_| {}));
     let listener = Listener::bind(Some("127.0.0.1:0")).await.expect("a port");

@@ -289,3 +289,15 @@ pub struct JobEnd {
     /// Drawn and travelled, mm, where all was done.
     pub lengths: Option<[f64; 2]>,
 }
+
+impl JobEnd {
+    /// An end of this state, of which no more is known.
+    #[must_use]
+    pub const fn new(state: &'static str) -> Self {
+        Self {
+            state,
+            error: None,
+            lengths: None,
+        }
+    }
+}

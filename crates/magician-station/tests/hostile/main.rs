@@ -35,7 +35,7 @@ fn good(name: &'static str, kind: Kind) -> BoxedStrategy<Value> {
     match (name, kind) {
         ("client", _) => "[a-z]{1,4}".prop_map(|name| json!({"name": name})).boxed(),
         ("token", _) => select(vec![json!("good"), json!("bad")]).boxed(),
-        ("resume", _) => (0..12_u32)
+        ("resume", _) => (1..12_u32)
             .prop_map(|at| json!(format!("secret-{at}")))
             .boxed(),
         ("arm", _) => select(vec![json!("arm0"), json!("arm1")]).boxed(),

@@ -6,8 +6,8 @@ use magician::commands::Pose;
 use magician_protocol::HostInstant;
 use magician_station::control::ArmId;
 use magician_station::{
-    ArmEntry, ArmOrder, ArmReading, ArmReport, Grant, NoTokens, Outcome, Outgoing, Peer, Role,
-    SocketId, Station, StationConfig, ToolReading,
+    ArmEntry, ArmOrder, ArmReading, ArmReport, FormatReader, Grant, NoStore, NoTokens, Outcome,
+    Outgoing, Peer, Role, SocketId, Station, StationConfig, ToolReading,
 };
 use serde_json::{Value, json};
 
@@ -36,6 +36,8 @@ impl Desk {
             read_only: false,
             student_laser: false,
             gate: Box::new(NoTokens),
+            reader: std::sync::Arc::new(FormatReader::default()),
+            jobs: std::sync::Arc::new(NoStore),
         });
         let now = HostInstant::from_micros(1_000_000);
         let role = Role::Teacher;

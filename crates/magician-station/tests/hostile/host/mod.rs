@@ -6,12 +6,13 @@ mod client;
 use std::collections::HashMap;
 use std::time::Duration;
 
+use magician_job::JobState;
 use magician_protocol::HostInstant;
 use magician_station::api::{Message, MessageId};
 use magician_station::control::{ArmId, JogEnd, RequestId};
 use magician_station::{
-    ArmEntry, ArmOrder, ArmRead, ArmReport, Gate, Grant, Outcome, Outgoing, Peer, Role, SocketId,
-    Station, StationConfig,
+    ArmEntry, ArmOrder, ArmRead, ArmReport, FormatReader, Gate, Grant, JobEnd, JobNews, NoStore,
+    Outcome, Outgoing, Peer, Role, SocketId, Station, StationConfig,
 };
 use serde_json::{Value, json};
 
@@ -67,6 +68,8 @@ impl Default for Life {
             read_only: false,
             student_laser: false,
             gate: Box::new(OneToken),
+            reader: std::sync::Arc::new(FormatReader::default()),
+            jobs: std::sync::Arc::new(NoStore),
         });
         let now = HostInstant::ZERO;
         let spy = station.open(now, peer(Some(Role::Viewer), 0));
@@ -215,7 +218,11 @@ impl Life {
         while let Some((arm, order)) = self.station.poll_order() {
             let moves = matches!(
                 order,
-                ArmOrder::Act { .. } | ArmOrder::StartJog { .. } | ArmOrder::KeepJog(_)
+                ArmOrder::Act { .. }
+                    | ArmOrder::StartJog { .. }
+                    | ArmOrder::KeepJog(_)
+                    | ArmOrder::StartJob(_)
+                    | ArmOrder::ResumeJob { .. }
             );
             if moves {
                 let holder = self.holders[arm.0 as usize].as_ref();
@@ -265,8 +272,28 @@ impl Life {
             return;
         }
         let (arm, order) = self.orders.remove(at % self.orders.len());
+        let news = match &order {
+            ArmOrder::StartJob(start) => Some((start.job, JobState::Running)),
+            ArmOrder::ResumeJob { job, .. } => Some((*job, JobState::Running)),
+            ArmOrder::PauseJob { job, reason, .. } => {
+                let (reason, part) = (*reason, None);
+                Some((*job, JobState::Paused { reason, part }))
+            }
+            ArmOrder::StopJob(job) => Some((*job, JobState::Stopping)),
+            _ => None,
+        };
+        if let Some((job, state)) = news {
+            let news = if good && state != JobState::Stopping {
+                JobNews::State(state)
+            } else {
+                JobNews::Over(Box::new(JobEnd::new("stopped")))
+            };
+            let report = ArmReport::Job { job, news };
+            return self.station.report(self.now, arm, report);
+        }
         let request = match &order {
             ArmOrder::Read { request, .. }
+            | ArmOrder::CheckJob { request, .. }
             | ArmOrder::Act { request, .. }
             | ArmOrder::StartJog { request, .. } => *request,
             ArmOrder::Stop { request } => request.expect("those without are not kept"),
