@@ -122,10 +122,16 @@ fn an_arm_is_put_back_where_no_client_has_spoken() {
         served.serve_until(stopped).await.map(drop)
     });
     cell.restore(&before).expect("nobody has spoken");
-    let terminal = std::fs::File::options().read(true).write(true).open(&path);
-    ask(&mut terminal.unwrap(), &set_name("changed\0"));
+    let mut terminal = std::fs::File::options()
+        .read(true)
+        .write(true)
+        .open(&path)
+        .unwrap();
+    ask(&mut terminal, &set_name("changed\0"));
     let refused = cell.restore(&before).unwrap_err();
     assert_eq!(refused.kind(), ErrorKind::InvalidInput);
+    // It has been there until now.
+    drop(terminal);
     drop(shared);
     assert!(!path.is_symlink());
     cell.restore(&before).expect("its clients are gone with it");
