@@ -19,13 +19,14 @@ mod job;
 mod order;
 mod reading;
 mod running;
+mod secret;
 mod station;
 
 pub use api::Role;
 pub use engine::ArmEngine;
 pub use job::{FormatReader, JobStore, NoStore, ReadProgram, Reader, Source, SourceBytes};
 pub use order::{
-    ArmAct, ArmOrder, ArmRead, ArmReport, JobEnd, JobNews, JobOrder, JobStart, Outcome, Path,
+    ArmAct, ArmOrder, ArmRead, ArmReport, JobEnd, JobNews, JobOrder, JobStart, Outcome,
 };
 pub use reading::{ArmReading, FIELDS, FRAME, FRAME_FIELDS, ToolReading};
 pub use running::{Client, JournalSink, RunningStation};

@@ -5,6 +5,7 @@ use std::time::Duration;
 use magician::words::{Axis, JogDirection};
 use magician::{Pin, Set, ToolBias};
 use magician_job::{JobProgress, JobState, PauseReason};
+use magician_program::Travel;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -143,7 +144,7 @@ pub enum ArmRead {
     /// Where it stands, once it stands.
     Stand,
     /// Where it stands, once it stands, as a step of a program that is reached so.
-    Capture(Path),
+    Capture(Travel),
     /// A value of the protocol.
     Get {
         /// Id of the command.
@@ -168,7 +169,7 @@ pub enum ArmAct {
         /// Where on the rail, mm.
         rail: Option<f32>,
         /// Which path.
-        by: Path,
+        by: Travel,
         /// Whether `to` are joints.
         joints: bool,
         /// Whether `to` counts from where the arm stands.
@@ -197,17 +198,6 @@ pub enum ArmAct {
         /// Share of the set speeds, percent.
         percent: Option<f32>,
     },
-}
-
-/// The path of a move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Path {
-    /// Whatever the joints make of it.
-    Joint,
-    /// A straight line.
-    Linear,
-    /// Up, across, down.
-    Jump,
 }
 
 /// What a request comes to.

@@ -2,8 +2,12 @@
 
 use std::time::Duration;
 
+use magician::report::PoseReport;
 use magician_protocol::commands::Pose;
+use serde::Serialize;
 use serde_json::{Map, Value, json};
+
+use crate::api::RpcError;
 
 /// The names of a subscription in JSON.
 pub const FIELDS: [&str; 23] = [
@@ -121,23 +125,20 @@ pub(crate) fn short(number: f32) -> Value {
         .map_or(Value::Null, |number| json!(number))
 }
 
+/// An object as its text has it: by way of the text, because a value in memory makes long decimals of single-precision numbers.
+pub(crate) fn to_value(value: &impl Serialize) -> Result<Value, RpcError> {
+    let text = serde_json::to_string(value);
+    let value = text.and_then(|text| serde_json::from_str(&text));
+    value.map_err(|error| RpcError::internal(error.to_string()))
+}
+
 /// A pose as `pose --json` has it.
 pub(crate) fn pose(pose: &Pose) -> Map<String, Value> {
-    let [j1, j2, j3, j4] = pose.joint_angle;
-    let fields = [
-        ("x", pose.x),
-        ("y", pose.y),
-        ("z", pose.z),
-        ("r", pose.r),
-        ("j1", j1),
-        ("j2", j2),
-        ("j3", j3),
-        ("j4", j4),
-    ];
-    fields
-        .map(|(name, value)| (name.to_owned(), short(value)))
-        .into_iter()
-        .collect()
+    match to_value(&PoseReport::from(*pose)) {
+        Ok(Value::Object(fields)) => fields,
+        // It is an object of numbers.
+        _ => Map::new(),
+    }
 }
 
 impl ArmReading {

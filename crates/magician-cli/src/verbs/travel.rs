@@ -5,6 +5,7 @@ use std::cell::Cell;
 use clap::Args;
 use magician::report::PoseReport;
 use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, commands, words};
+use magician_program::{Action, Travel};
 use serde::Serialize;
 use tokio::sync::Notify;
 
@@ -197,17 +198,23 @@ impl Move {
             (false, true) => j4,
             (false, false) => now.r,
         };
-        let (x, y, z, r) = (self.x, self.y, self.z, self.r.unwrap_or(kept));
-        match (self.joints, self.relative, self.linear, self.jump) {
-            (false, false, false, false) => words::move_to(x, y, z, r),
-            (false, false, true, _) => words::line_to(x, y, z, r),
-            (false, false, false, true) => words::jump_to(x, y, z, r),
-            (false, true, true, _) => words::line_by(x, y, z, r),
-            (false, true, false, _) => words::move_by(x, y, z, r),
-            (true, false, true, _) => words::line_joints(x, y, z, r),
-            (true, false, false, true) => words::jump_joints(x, y, z, r),
-            (true, false, false, false) => words::move_joints(x, y, z, r),
-            (true, true, ..) => words::move_joints_by(x, y, z, r),
+        let to = [self.x, self.y, self.z, self.r.unwrap_or(kept)];
+        let by = match (self.linear, self.jump) {
+            (true, _) => Travel::Line,
+            (false, true) => Travel::Jump,
+            (false, false) => Travel::Joints,
+        };
+        match (self.joints, self.relative) {
+            (false, false) => Action::Move { to, by }.command(),
+            (true, false) => Action::Joints { to, by }.command(),
+            (false, true) => {
+                let line = self.linear;
+                Action::Shift { by: to, line }.command()
+            }
+            (true, true) => {
+                let [j1, j2, j3, j4] = to;
+                words::move_joints_by(j1, j2, j3, j4)
+            }
         }
     }
 }

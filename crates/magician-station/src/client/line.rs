@@ -15,6 +15,7 @@ use tokio::time::{MissedTickBehavior, interval};
 
 use super::{ClientError, StationClient};
 use crate::api::encode;
+use crate::reading::to_value;
 
 /// Bytes on their way.
 const ROOM: usize = 4096;
@@ -165,9 +166,9 @@ impl Bridge {
         let Ok(described) = describe(&frame, Direction::Request) else {
             return Ok(None);
         };
-        let fields = serde_json::to_string(&described).ok();
-        let fields = fields.and_then(|text| serde_json::from_str::<Map<_, _>>(&text).ok());
-        let fields = fields.unwrap_or_default();
+        let Ok(Value::Object(fields)) = to_value(&described) else {
+            return Ok(None);
+        };
         let (ctrl, id) = (frame.ctrl(), frame.id());
         let reply = |params: &[u8]| Ok(FrameBuf::new(id, ctrl, params).ok());
         if !row.sets(ctrl) {

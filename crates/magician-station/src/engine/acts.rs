@@ -3,12 +3,13 @@
 use magician::commands::{JogCommonParams, Pose, PtpCommonParams};
 use magician::words::{self, Axis};
 use magician::{Arm, Set};
+use magician_program::{Action, Travel};
 use serde_json::{Value, json};
 
 use super::Done;
 use super::reads::{Known, reading};
 use crate::api::RpcError;
-use crate::order::{ArmAct, Outcome, Path};
+use crate::order::{ArmAct, Outcome};
 use crate::reading as form;
 
 /// An arm that stands there.
@@ -161,28 +162,29 @@ async fn speed(arm: &Arm, percent: f32) -> Result<(), RpcError> {
 
 /// The command of a move.
 fn command(
-    [a, b, c, d]: [f32; 4],
+    to: [f32; 4],
     rail: Option<f32>,
-    by: Path,
+    by: Travel,
     joints: bool,
     relative: bool,
     on_rail: bool,
 ) -> Result<Set, RpcError> {
     let no = |name: &str, why: &str| Err(RpcError::param(name, why));
     let command = match (by, joints, relative) {
-        (Path::Joint, false, false) => words::move_to(a, b, c, d),
-        (Path::Linear, false, false) => words::line_to(a, b, c, d),
-        (Path::Jump, false, false) => words::jump_to(a, b, c, d),
-        (Path::Joint, true, false) => words::move_joints(a, b, c, d),
-        (Path::Linear, true, false) => words::line_joints(a, b, c, d),
-        (Path::Jump, true, false) => words::jump_joints(a, b, c, d),
-        (Path::Joint, false, true) => words::move_by(a, b, c, d),
-        (Path::Linear, false, true) => words::line_by(a, b, c, d),
-        (Path::Joint, true, true) => words::move_joints_by(a, b, c, d),
-        (Path::Linear, true, true) => {
+        (Travel::Jump, _, true) => return no("by", "a jump counts from no place"),
+        (Travel::Line, true, true) => {
             return no("by", "a relative move by joints has no straight line");
         }
-        (Path::Jump, _, true) => return no("by", "a jump counts from no place"),
+        (_, true, true) => {
+            let [j1, j2, j3, j4] = to;
+            words::move_joints_by(j1, j2, j3, j4)
+        }
+        (by, false, true) => {
+            let line = by == Travel::Line;
+            Action::Shift { by: to, line }.command()
+        }
+        (by, false, false) => Action::Move { to, by }.command(),
+        (by, true, false) => Action::Joints { to, by }.command(),
     };
     match rail {
         None => Ok(command),

@@ -10,13 +10,12 @@ use magician_job::{
 };
 use serde_json::{Value, json};
 
-use super::reads::to_value;
 use super::{Side, Waiting, Work};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
 use crate::job::{ReadProgram, Reader, Source};
 use crate::order::{ArmAct, ArmReport, JobEnd, JobNews, JobStart, Outcome};
-use crate::reading;
+use crate::reading::{self, to_value};
 
 /// As far apart may be where a job was paused and where it goes on without an approach, mm and deg.
 const APART: f32 = 0.5;

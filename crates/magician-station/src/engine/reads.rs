@@ -5,17 +5,16 @@ use magician::report::{AlarmReport, ArmInfo};
 use magician::{Alarm, AlarmSet, Arm, Ctrl, Level, Pin, Result, Status, ToolBias};
 use magician_job::jog::ToolState;
 use magician_job::teach::ProgramModel;
-use magician_program::Grip;
+use magician_program::{Grip, Travel};
 use magician_protocol::{Direction, describe};
-use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::Side;
 use super::acts::stood;
 use crate::api::RpcError;
 use crate::control::RequestId;
-use crate::order::{ArmRead, Outcome, Path};
-use crate::reading::{ArmReading, ToolReading};
+use crate::order::{ArmRead, Outcome};
+use crate::reading::{ArmReading, ToolReading, to_value};
 
 /// What is not read each time: it changes by commands only, and rarely.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -189,28 +188,12 @@ async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError>
 }
 
 /// A pose as a step of a plan file.
-fn capture(pose: &Pose, by: Path) -> std::result::Result<Value, RpcError> {
+fn capture(pose: &Pose, by: Travel) -> std::result::Result<Value, RpcError> {
     let wrong = |error: String| RpcError::internal(error);
     let mut taught = ProgramModel::new("", None);
-    let ways = match by {
-        Path::Joint => 0,
-        Path::Linear => 1,
-        Path::Jump => 2,
-    };
-    for _ in 0..ways {
-        taught
-            .next_travel()
-            .map_err(|error| wrong(error.to_string()))?;
-    }
+    taught.reach_by(by);
     taught.store(pose);
     let file: Value = serde_json::from_str(&taught.plan(0).to_json())
         .map_err(|error| wrong(error.to_string()))?;
     Ok(json!({"step": file["steps"][0]}))
-}
-
-/// By way of the text: a value in memory makes long decimals of single-precision numbers.
-pub(super) fn to_value(value: &impl Serialize) -> std::result::Result<Value, RpcError> {
-    let text = serde_json::to_string(value);
-    let value = text.and_then(|text| serde_json::from_str(&text));
-    value.map_err(|error| RpcError::internal(error.to_string()))
 }

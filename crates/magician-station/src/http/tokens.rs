@@ -9,6 +9,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::secret::same_secret;
 use crate::station::Grant;
 use crate::{Gate, Role};
 
@@ -207,7 +208,8 @@ impl TokenStore {
     pub fn redeem(&self, code: &str, name: &str) -> Result<Option<(String, Role)>, TokenError> {
         let mut file = self.read()?;
         let wanted = digest(code);
-        let good = |known: &PairingCode| same(&known.sha256, &wanted) && known.until > unix_now();
+        let good =
+            |known: &PairingCode| same_secret(&known.sha256, &wanted) && known.until > unix_now();
         let Some(at) = file.code.iter().position(good) else {
             return Ok(None);
         };
@@ -265,7 +267,7 @@ impl TokenStore {
 impl Gate for TokenStore {
     fn grant(&mut self, token: &str) -> Option<Grant> {
         let wanted = digest(token);
-        let more = { self.more.iter() }.find(|(_, (_, sha256))| same(sha256, &wanted));
+        let more = { self.more.iter() }.find(|(_, (_, sha256))| same_secret(sha256, &wanted));
         if let Some((name, (role, _))) = more {
             return Some(Grant {
                 role: *role,
@@ -274,7 +276,7 @@ impl Gate for TokenStore {
         }
         let mut file = self.read().ok()?;
         let (name, found) =
-            { file.token.iter_mut() }.find(|(_, known)| same(&known.sha256, &wanted))?;
+            { file.token.iter_mut() }.find(|(_, known)| same_secret(&known.sha256, &wanted))?;
         let grant = Grant {
             role: Role::named(&found.role)?,
             token: Some(name.clone()),
@@ -315,15 +317,6 @@ pub(super) fn secret() -> Result<String, TokenError> {
 fn digest(text: &str) -> String {
     let digest = Sha256::digest(text.as_bytes());
     digest.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// Whether two digests are the same, in a time that does not tell where they differ.
-fn same(one: &str, other: &str) -> bool {
-    let differ = one
-        .bytes()
-        .zip(other.bytes())
-        .fold(0, |sum, (a, b)| sum | (a ^ b));
-    one.len() == other.len() && differ == 0
 }
 
 fn unix_now() -> u64 {

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use magician::words::{self, Axis, JogDirection};
 use magician::{Set, ToolBias, burns};
+use magician_program::Travel;
 use magician_protocol::Row;
 use serde_json::{Value, json};
 
@@ -12,7 +13,7 @@ use super::dispatch::{Call, Handled, forbidden};
 use super::{Station, Waits};
 use crate::api::{Method, Needs, Params, Role, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
-use crate::order::{ArmAct, ArmOrder, ArmRead, Path};
+use crate::order::{ArmAct, ArmOrder, ArmRead};
 
 /// Jogs that are known by their ids after their end.
 const JOGS: usize = 256;
@@ -163,8 +164,9 @@ impl Station {
     fn start_jog(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
         let params = call.params;
         let axis = params.text("axis").unwrap_or_default();
-        let direction = direction(axis)
-            .ok_or_else(|| RpcError::param("axis", format!("unknown axis `{axis}`")))?;
+        let direction: JogDirection = axis
+            .parse()
+            .map_err(|_| RpcError::param("axis", format!("unknown axis `{axis}`")))?;
         let keep = Duration::from_millis(params.integer("keep_ms").unwrap_or(250));
         let percent = params.number("percent").map(|percent| percent as f32);
         let begun = self.control.start_jog(call.now, call.session, arm, keep);
@@ -291,23 +293,12 @@ fn dangerous(set: &Set, why: &str) -> RpcError {
     RpcError::new(RpcError::DANGEROUS, message).with("command", name)
 }
 
-/// The direction of a name such as `x+`.
-fn direction(text: &str) -> Option<JogDirection> {
-    let axis = text.strip_suffix(['+', '-'])?;
-    let axis: Axis = axis.parse().ok()?;
-    Some(if text.ends_with('+') {
-        axis.plus()
-    } else {
-        axis.minus()
-    })
-}
-
 /// The path that `by` names.
-fn path(params: &Params) -> Path {
+fn path(params: &Params) -> Travel {
     match params.text("by") {
-        Some("linear") => Path::Linear,
-        Some("jump") => Path::Jump,
-        _ => Path::Joint,
+        Some("linear") => Travel::Line,
+        Some("jump") => Travel::Jump,
+        _ => Travel::Joints,
     }
 }
 

@@ -8,6 +8,7 @@ use super::socket::{CloseCode, RATE};
 use super::{Grant, SocketId, Station};
 use crate::api::{Params, Role, RpcError};
 use crate::control::SessionId;
+use crate::secret::same_secret;
 
 /// Bytes of a message, at most.
 pub(crate) const MESSAGE: usize = 1024 * 1024;
@@ -158,8 +159,11 @@ impl Station {
 
     /// The session that this secret belongs to, if it is of the same right.
     fn resumed(&self, secret: &str, grant: &Grant) -> Option<SessionId> {
-        let of =
-            |session: &Session| same(&session.secret, secret) && session.grant.token == grant.token;
+        let of = |session: &Session| {
+            !secret.is_empty()
+                && same_secret(&session.secret, secret)
+                && session.grant.token == grant.token
+        };
         let (id, _) = self.sessions.iter().find(|(_, session)| of(session))?;
         Some(*id)
     }
@@ -274,13 +278,4 @@ fn client_name(client: &Map<String, Value>) -> Result<String, RpcError> {
         Some(name) if !name.is_empty() => Ok(magician_protocol::visible(name).to_string()),
         _ => wrong("`client` needs a `name`"),
     }
-}
-
-/// Whether two secrets are the same, in a time that does not tell where they differ.
-fn same(one: &str, other: &str) -> bool {
-    let differ = one
-        .bytes()
-        .zip(other.bytes())
-        .fold(0, |sum, (a, b)| sum | (a ^ b));
-    one.len() == other.len() && differ == 0 && !one.is_empty()
 }
