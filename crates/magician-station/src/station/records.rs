@@ -37,7 +37,7 @@ pub(super) struct JobRecord {
     pub(super) reason: Option<String>,
     pub(super) error: Value,
     /// What it does; for the file alone.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip)]
     pub(super) order: Option<JobOrder>,
     /// Its number in this station, since it began here.
     #[serde(skip)]
@@ -129,12 +129,36 @@ impl JobRecord {
 
     /// As clients see it.
     pub(super) fn shown(&self) -> Value {
-        let bare = Self {
-            order: None,
-            ..self.clone()
-        };
-        serde_json::to_value(bare).unwrap_or(Value::Null)
+        serde_json::to_value(self).unwrap_or(Value::Null)
     }
+}
+
+/// A job as its file has it: with what it does, so that it can go on.
+#[derive(Serialize)]
+struct Kept<'a> {
+    #[serde(flatten)]
+    record: &'a JobRecord,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    order: Option<&'a JobOrder>,
+}
+
+impl<'a> From<&'a JobRecord> for Kept<'a> {
+    fn from(record: &'a JobRecord) -> Self {
+        let order = record.order.as_ref();
+        Self { record, order }
+    }
+}
+
+/// Reads one.
+fn kept(mut item: Value) -> Option<JobRecord> {
+    let order = item
+        .as_object_mut()
+        .and_then(|fields| fields.remove("order"));
+    let mut record: JobRecord = serde_json::from_value(item).ok()?;
+    if let Some(order) = order {
+        record.order = Some(serde_json::from_value(order).ok()?);
+    }
+    Some(record)
 }
 
 /// The jobs of all arms, in the order in which they began.
@@ -146,15 +170,12 @@ pub(super) struct Records {
 
 impl Records {
     /// Those that an earlier station has left: what was under way then is interrupted.
-    pub(super) fn load(kept: Value, t: f64) -> Self {
-        let items = match kept {
+    pub(super) fn load(jobs: Value, t: f64) -> Self {
+        let items = match jobs {
             Value::Array(items) => items,
             _ => Vec::new(),
         };
-        let known = items
-            .into_iter()
-            .filter_map(|item| serde_json::from_value(item).ok());
-        let mut all: Vec<JobRecord> = known.collect();
+        let mut all: Vec<_> = items.into_iter().filter_map(kept).collect();
         let mut changed = false;
         for record in all.iter_mut().filter(|record| is_under_way(&record.state)) {
             "interrupted".clone_into(&mut record.state);
@@ -226,6 +247,7 @@ impl Records {
         if !std::mem::take(&mut self.changed) {
             return None;
         }
-        serde_json::to_value(&self.all).ok()
+        let all: Vec<_> = self.all.iter().map(Kept::from).collect();
+        serde_json::to_value(all).ok()
     }
 }
