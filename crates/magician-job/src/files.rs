@@ -1,6 +1,6 @@
 //! Files that others may be reading or writing.
 
-use std::fs::{self, File, TryLockError};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write as _};
 use std::path::Path;
 
@@ -9,6 +9,26 @@ use std::path::Path;
 /// # Errors
 /// What the system reports; then the old one is there.
 pub fn replace(path: &Path, text: &str) -> io::Result<()> {
+    replace_by(
+        path,
+        text,
+        File::options().write(true).create(true).truncate(true),
+    )
+}
+
+/// As [`replace`], a file that its owner alone may read, where the system knows owners.
+///
+/// # Errors
+/// As [`replace`].
+pub fn replace_private(path: &Path, text: &str) -> io::Result<()> {
+    let mut options = File::options();
+    options.write(true).create(true).truncate(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    replace_by(path, text, &options)
+}
+
+fn replace_by(path: &Path, text: &str, options: &OpenOptions) -> io::Result<()> {
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     if let Some(directory) = path.parent() {
         fs::create_dir_all(directory)?;
@@ -16,7 +36,7 @@ pub fn replace(path: &Path, text: &str) -> io::Result<()> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".{}.new", std::process::id()));
     let fresh = path.with_file_name(name);
-    let written = File::create(&fresh).and_then(|mut file| {
+    let written = options.open(&fresh).and_then(|mut file| {
         file.write_all(text.as_bytes())?;
         file.sync_all()
     });

@@ -1,9 +1,9 @@
 //! Jobs as a file, and their journals where all programs keep them.
 
-use std::fs::{self, OpenOptions};
-use std::io::{self, Write};
+use std::fs;
 use std::path::PathBuf;
 
+use magician_job::files::replace_private;
 use magician_job::{FileJournal, Journal};
 use serde_json::Value;
 
@@ -33,21 +33,6 @@ impl JobFile {
         self.runs = Some(folder.into());
         self
     }
-
-    fn try_save(&self, jobs: &Value) -> io::Result<()> {
-        if let Some(folder) = self.path.parent() {
-            fs::create_dir_all(folder)?;
-        }
-        let fresh = self.path.with_extension("json.new");
-        let mut options = OpenOptions::new();
-        options.write(true).create(true).truncate(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        let mut file = options.open(&fresh)?;
-        file.write_all(jobs.to_string().as_bytes())?;
-        drop(file);
-        fs::rename(&fresh, &self.path)
-    }
 }
 
 impl JobStore for JobFile {
@@ -57,7 +42,7 @@ impl JobStore for JobFile {
     }
 
     fn save(&self, jobs: &Value) {
-        if let Err(error) = self.try_save(jobs) {
+        if let Err(error) = replace_private(&self.path, &jobs.to_string()) {
             tracing::warn!(%error, path = %self.path.display(), "the jobs are not kept");
         }
     }

@@ -6,6 +6,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
+use magician_job::files::replace_private;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -15,6 +16,8 @@ use crate::{Gate, Role};
 
 /// A code is good for so long.
 pub const CODE: Duration = Duration::from_secs(120);
+/// Uses within so many seconds are one, for people who look when a token was used.
+const NOTED: u64 = 60;
 /// Characters of a token of somebody else's making, at least.
 const LEAST: usize = 32;
 
@@ -27,7 +30,7 @@ pub struct TokenEntry {
     sha256: String,
     /// When it was made, Unix seconds.
     pub made: u64,
-    /// When it was used last, Unix seconds.
+    /// When it was used last, Unix seconds, to the minute.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub used: Option<u64>,
 }
@@ -248,19 +251,7 @@ impl TokenStore {
         let io = |error| TokenError::Io(self.path.clone(), error);
         let text = toml::to_string(file)
             .map_err(|error| TokenError::Damaged(self.path.clone(), error.to_string()))?;
-        if let Some(folder) = self.path.parent() {
-            fs::create_dir_all(folder).map_err(io)?;
-        }
-        let beside = self
-            .path
-            .with_extension(format!("{}.tmp", std::process::id()));
-        let mut options = fs::OpenOptions::new();
-        options.write(true).create(true).truncate(true);
-        #[cfg(unix)]
-        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-        let mut out = options.open(&beside).map_err(io)?;
-        io::Write::write_all(&mut out, text.as_bytes()).map_err(io)?;
-        fs::rename(&beside, &self.path).map_err(io)
+        replace_private(&self.path, &text).map_err(io)
     }
 }
 
@@ -281,10 +272,17 @@ impl Gate for TokenStore {
             role: Role::named(&found.role)?,
             token: Some(name.clone()),
         };
-        found.used = Some(unix_now());
-        // When it was used last is for people to read: a disk that is full locks nobody out.
-        if let Err(error) = self.write(&file) {
-            tracing::warn!(%error, "the use of a token is not noted");
+        let now = unix_now();
+        // To the minute: a disk is slow, and the station waits for this.
+        if found
+            .used
+            .is_none_or(|used| now.saturating_sub(used) >= NOTED)
+        {
+            found.used = Some(now);
+            // It is for people to read: a disk that is full locks nobody out.
+            if let Err(error) = self.write(&file) {
+                tracing::warn!(%error, "the use of a token is not noted");
+            }
         }
         Some(grant)
     }
