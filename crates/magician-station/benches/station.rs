@@ -13,7 +13,7 @@ use magician::commands::Pose;
 use magician::sim::Controller;
 use magician::{Arm, Options, SimSpeed, Tracer, VirtualArm};
 use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries};
-use magician_station::{ArmEntry, FormatReader, NoStore, NoTokens, RunningStation, StationConfig};
+use magician_station::{ArmEntry, RunningStation, StationConfig};
 use serde_json::{Value, json};
 use tokio::net::TcpStream;
 use tokio::sync::watch;
@@ -133,22 +133,7 @@ async fn main() {
     let arm = Arm::simulated(virtual_arm, Options::default().trace(tracer))
         .await
         .expect("an arm");
-    let config = StationConfig {
-        arms: vec![ArmEntry {
-            name: "arm".into(),
-            port: "sim".into(),
-            is_virtual: true,
-            laser_pins: true,
-        }],
-        epoch: "0".into(),
-        unix_zero: 0.0,
-        version: "0".into(),
-        read_only: false,
-        student_laser: false,
-        gate: Box::new(NoTokens),
-        reader: Arc::new(FormatReader::default()),
-        jobs: Arc::new(NoStore),
-    };
+    let config = StationConfig::new(vec![ArmEntry::simulated("arm")], "0");
     let station = RunningStation::start(config, vec![arm.clone()], Box::new(|_| {}));
     let listener = Listener::bind(Some("127.0.0.1:0")).await.expect("a port");
     let url = format!("ws://{}/api/v1/ws", listener.addresses()[0]);

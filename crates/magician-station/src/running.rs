@@ -26,24 +26,12 @@ pub type JournalSink = Box<dyn Fn(JournalLine) + Send + Sync>;
 ///
 /// ```
 /// use magician::Arm;
-/// use std::sync::Arc;
-/// use magician_station::{ArmEntry, FormatReader, Grant, NoStore, NoTokens, Outgoing, Peer, Role, RunningStation, StationConfig};
+/// use magician_station::{ArmEntry, Grant, Outgoing, Peer, Role, RunningStation, StationConfig};
 ///
 /// # #[tokio::main(flavor = "current_thread")]
 /// # async fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let arm = Arm::connect("sim").await?;
-/// let entry = ArmEntry { name: "arm".into(), port: "sim".into(), is_virtual: true, laser_pins: true };
-/// let config = StationConfig {
-///     arms: vec![entry],
-///     epoch: "1".into(),
-///     unix_zero: 0.0,
-///     version: "0.1.0".into(),
-///     read_only: false,
-///     student_laser: false,
-///     gate: Box::new(NoTokens),
-///     reader: Arc::new(FormatReader::default()),
-///     jobs: Arc::new(NoStore),
-/// };
+/// let config = StationConfig::new(vec![ArmEntry::simulated("arm")], "1");
 /// let station = RunningStation::start(config, vec![arm], Box::new(|_| {}));
 /// let grant = Some(Grant { role: Role::Teacher, token: None });
 /// let peer = Peer { grant, address: "here".into(), secret: "0123456789abcdef".into() };

@@ -35,7 +35,7 @@ pub use self::socket::{CloseCode, Outgoing, Peer};
 use self::socket::{HELLO, Next, Socket};
 use crate::api::{MessageId, Role, RpcError, notification};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
-use crate::job::{JobStore, Reader};
+use crate::job::{FormatReader, JobStore, NoStore, Reader};
 use crate::order::{ArmOrder, ArmReport};
 use crate::reading::{ArmReading, Beside};
 
@@ -103,6 +103,38 @@ pub struct StationConfig {
     pub jobs: Arc<dyn JobStore>,
 }
 
+impl ArmEntry {
+    /// A virtual arm of this process.
+    #[must_use]
+    pub fn simulated(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            port: "sim".to_owned(),
+            is_virtual: true,
+            laser_pins: true,
+        }
+    }
+}
+
+impl StationConfig {
+    /// These arms for anybody who is let in: without tokens, with jobs of the formats that are built in, which are not kept
+    /// beyond its end, and a clock that counts from 1970 on.
+    #[must_use]
+    pub fn new(arms: Vec<ArmEntry>, epoch: impl Into<String>) -> Self {
+        Self {
+            arms,
+            epoch: epoch.into(),
+            unix_zero: 0.0,
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            read_only: false,
+            student_laser: false,
+            gate: Box::new(NoTokens),
+            reader: Arc::new(FormatReader::default()),
+            jobs: Arc::new(NoStore),
+        }
+    }
+}
+
 impl fmt::Debug for StationConfig {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("StationConfig")
@@ -165,20 +197,10 @@ struct ArmPlace {
 ///
 /// ```
 /// use magician_protocol::HostInstant;
-/// use std::sync::Arc;
-/// use magician_station::{ArmEntry, FormatReader, Grant, NoStore, NoTokens, Outgoing, Peer, Role, Station, StationConfig};
+/// use magician_station::{ArmEntry, Grant, Outgoing, Peer, Role, Station, StationConfig};
 ///
-/// let mut station = Station::new(StationConfig {
-///     arms: vec![ArmEntry { name: "arm".into(), port: "sim".into(), is_virtual: true, laser_pins: true }],
-///     epoch: "1".into(),
-///     unix_zero: 0.0,
-///     version: "0.1.0".into(),
-///     read_only: false,
-///     student_laser: false,
-///     gate: Box::new(NoTokens),
-///     reader: Arc::new(FormatReader::default()),
-///     jobs: Arc::new(NoStore),
-/// });
+/// let arms = vec![ArmEntry::simulated("arm")];
+/// let mut station = Station::new(StationConfig::new(arms, "1"));
 /// let grant = Some(Grant { role: Role::Teacher, token: None });
 /// let peer = Peer { grant, address: "127.0.0.1".into(), secret: "0123456789abcdef".into() };
 /// let now = HostInstant::ZERO;

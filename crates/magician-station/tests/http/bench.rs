@@ -1,12 +1,11 @@
 //! A station that listens at a free port, and clients of HTTP and WebSocket that say what a test wants them to.
 
 use std::net::SocketAddr;
-use std::sync::Arc;
 
 use futures_util::{SinkExt, StreamExt};
 use magician::{Arm, Options, SimSpeed, VirtualArm, sim::Controller};
 use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries};
-use magician_station::{ArmEntry, FormatReader, NoStore, Role, RunningStation, StationConfig};
+use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -37,20 +36,8 @@ impl Bench {
         let folder = TempDir::new().unwrap();
         let tokens = TokenStore::at(folder.path().join("station/tokens.toml"));
         let config = StationConfig {
-            arms: vec![ArmEntry {
-                name: "arm".to_owned(),
-                port: "sim".to_owned(),
-                is_virtual: true,
-                laser_pins: true,
-            }],
-            epoch: "0".to_owned(),
-            unix_zero: 0.0,
-            version: "0.0.0".to_owned(),
-            read_only: false,
-            student_laser: false,
             gate: Box::new(tokens.clone()),
-            reader: Arc::new(FormatReader::default()),
-            jobs: Arc::new(NoStore),
+            ..StationConfig::new(vec![ArmEntry::simulated("arm")], "0")
         };
         let station = RunningStation::start(config, vec![driver], Box::new(|_| {}));
         let listener = Listener::bind(Some("127.0.0.1:0")).await.unwrap();

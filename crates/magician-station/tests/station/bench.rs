@@ -9,8 +9,8 @@ use magician::{Arm, Options, SimSpeed, VirtualArm};
 use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    ArmEntry, Client, CloseCode, FormatReader, Grant, JobStore, JournalLine, NoTokens, Outgoing,
-    Peer, Role, RunningStation, StationConfig,
+    ArmEntry, Client, CloseCode, Grant, JobStore, JournalLine, Outgoing, Peer, Role,
+    RunningStation, StationConfig,
 };
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout};
@@ -53,35 +53,24 @@ impl Bench {
             let options = Options::default().laser_pins(true);
             arms.push(Arm::simulated(virtual_arm.clone(), options).await.unwrap());
             virtual_arms.push(virtual_arm);
+            let name = if count == 1 {
+                "arm".to_owned()
+            } else {
+                format!("arm{}", at + 1)
+            };
             entries.push(ArmEntry {
-                name: if count == 1 {
-                    "arm".to_owned()
-                } else {
-                    format!("arm{}", at + 1)
-                },
-                port: "sim".to_owned(),
                 is_virtual,
-                laser_pins: true,
+                ..ArmEntry::simulated(name)
             });
         }
         let lines = Arc::new(Mutex::new(Vec::new()));
+        // Another one for each start.
+        let starts = kept.jobs.lock().unwrap().as_array().map_or(0, Vec::len);
+        let epoch = starts.to_string();
         let config = StationConfig {
-            arms: entries,
-            // Another one for each start.
-            epoch: kept
-                .jobs
-                .lock()
-                .unwrap()
-                .as_array()
-                .map_or(0, Vec::len)
-                .to_string(),
             unix_zero: 1_000_000.0,
-            version: "0.0.0".to_owned(),
-            read_only: false,
-            student_laser: false,
-            gate: Box::new(NoTokens),
-            reader: Arc::new(FormatReader::default()),
             jobs: Arc::new(store),
+            ..StationConfig::new(entries, epoch)
         };
         let journal = Arc::clone(&lines);
         let station = RunningStation::start(

@@ -6,8 +6,8 @@ use magician::commands::Pose;
 use magician_protocol::HostInstant;
 use magician_station::control::ArmId;
 use magician_station::{
-    ArmEntry, ArmOrder, ArmReading, ArmReport, FormatReader, Grant, NoStore, NoTokens, Outcome,
-    Outgoing, Peer, Role, SocketId, Station, StationConfig, ToolReading,
+    ArmEntry, ArmOrder, ArmReading, ArmReport, Grant, Outcome, Outgoing, Peer, Role, SocketId,
+    Station, StationConfig, ToolReading,
 };
 use serde_json::{Value, json};
 
@@ -23,22 +23,7 @@ struct Desk {
 
 impl Desk {
     fn new() -> Self {
-        let mut station = Station::new(StationConfig {
-            arms: vec![ArmEntry {
-                name: "arm".to_owned(),
-                port: "sim".to_owned(),
-                is_virtual: true,
-                laser_pins: true,
-            }],
-            epoch: "0".to_owned(),
-            unix_zero: 0.0,
-            version: "0.0.0".to_owned(),
-            read_only: false,
-            student_laser: false,
-            gate: Box::new(NoTokens),
-            reader: std::sync::Arc::new(FormatReader::default()),
-            jobs: std::sync::Arc::new(NoStore),
-        });
+        let mut station = Station::new(StationConfig::new(vec![ArmEntry::simulated("arm")], "0"));
         let now = HostInstant::from_micros(1_000_000);
         let role = Role::Teacher;
         let socket = station.open(

@@ -14,7 +14,7 @@ use magician_station::http::{
     Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, TokenError, TokenStore,
     Tries,
 };
-use magician_station::{ArmEntry, FormatReader, NoStore, RunningStation, StationConfig};
+use magician_station::{ArmEntry, FormatReader, RunningStation, StationConfig};
 use serde_json::json;
 use tokio::sync::watch;
 use tokio::time::timeout;
@@ -181,20 +181,15 @@ impl Serve {
         let since = SystemTime::now()
             .duration_since(UNIX_EPOCH)
             .unwrap_or_default();
-        let config = StationConfig {
-            arms: entries.clone(),
-            epoch: format!("{:x}", since.as_millis()),
-            unix_zero: since.as_secs_f64(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            read_only: self.read_only,
-            student_laser: false,
-            gate: Box::new(store.clone()),
-            reader: Arc::new(reader),
-            jobs: match folder()? {
-                Some(folder) => Arc::new(JobFile::at(folder.join("jobs.json"))),
-                None => Arc::new(NoStore),
-            },
-        };
+        let epoch = format!("{:x}", since.as_millis());
+        let mut config = StationConfig::new(entries.clone(), epoch);
+        config.unix_zero = since.as_secs_f64();
+        config.read_only = self.read_only;
+        config.gate = Box::new(store.clone());
+        config.reader = Arc::new(reader);
+        if let Some(folder) = folder()? {
+            config.jobs = Arc::new(JobFile::at(folder.join("jobs.json")));
+        }
         let journal = folder()?.map(|folder| JournalFile::at(folder.join("journal.jsonl")));
         let sink = Box::new(move |line| {
             if let Some(journal) = &journal {

@@ -11,8 +11,8 @@ use magician_protocol::HostInstant;
 use magician_station::api::{Message, MessageId};
 use magician_station::control::{ArmId, JogEnd, RequestId};
 use magician_station::{
-    ArmEntry, ArmOrder, ArmRead, ArmReport, FormatReader, Gate, Grant, JobEnd, JobNews, NoStore,
-    Outcome, Outgoing, Peer, Role, SocketId, Station, StationConfig,
+    ArmEntry, ArmOrder, ArmRead, ArmReport, Gate, Grant, JobEnd, JobNews, Outcome, Outgoing, Peer,
+    Role, SocketId, Station, StationConfig,
 };
 use serde_json::{Value, json};
 
@@ -55,21 +55,12 @@ pub(crate) struct Life {
 impl Default for Life {
     fn default() -> Self {
         let arm = |at: u64| ArmEntry {
-            name: format!("arm{at}"),
-            port: "sim".to_owned(),
             is_virtual: at == 0,
-            laser_pins: true,
+            ..ArmEntry::simulated(format!("arm{at}"))
         };
         let mut station = Station::new(StationConfig {
-            arms: (0..ARMS).map(arm).collect(),
-            epoch: "0".to_owned(),
-            unix_zero: 0.0,
-            version: "0.0.0".to_owned(),
-            read_only: false,
-            student_laser: false,
             gate: Box::new(OneToken),
-            reader: std::sync::Arc::new(FormatReader::default()),
-            jobs: std::sync::Arc::new(NoStore),
+            ..StationConfig::new((0..ARMS).map(arm).collect(), "0")
         });
         let now = HostInstant::ZERO;
         let spy = station.open(now, peer(Some(Role::Viewer), 0));
