@@ -1,93 +1,8 @@
-//! The table of methods: what each takes, needs and is for. The check, the documents and the tests come from it.
+//! The table of methods. The check, the documents and the tests come from it.
 
-use super::{Kind, Param};
+use super::method::{may, method, needed};
+use super::{Kind, Method, Param, Role};
 use crate::control::WorkKind;
-
-/// What a session may do, each with all of the one before.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Role {
-    /// It looks, and may stop.
-    Viewer,
-    /// It moves the arm, under a lease.
-    Student,
-    /// It takes leases away, and does what is dangerous.
-    Teacher,
-}
-
-impl Role {
-    /// Its name in interfaces.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Viewer => "viewer",
-            Self::Student => "student",
-            Self::Teacher => "teacher",
-        }
-    }
-
-    /// The role of a name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<Self> {
-        let roles = [Self::Viewer, Self::Student, Self::Teacher];
-        roles.into_iter().find(|role| role.name() == name)
-    }
-}
-
-/// What a method needs of the arm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Needs {
-    /// Nothing.
-    Nothing,
-    /// The lease, for this.
-    Lease(WorkKind),
-}
-
-/// A method of the API.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Method {
-    /// Its name.
-    pub name: &'static str,
-    /// Who may call it.
-    pub role: Role,
-    /// What it needs of the arm.
-    pub needs: Needs,
-    /// Whether it is obeyed without an id, in any number: the stops, and what keeps a jog up.
-    pub always: bool,
-    /// Whether it takes a session of its own: a socket, not a single request.
-    pub session: bool,
-    /// Its parameters. `arm` may be left out while the station has one.
-    pub params: &'static [Param],
-    /// What it does.
-    pub about: &'static str,
-    /// What it answers.
-    pub result: &'static str,
-}
-
-impl Method {
-    /// The method of a name.
-    #[must_use]
-    pub fn named(name: &str) -> Option<&'static Self> {
-        METHODS.iter().find(|method| method.name == name)
-    }
-}
-
-const fn needed(name: &'static str, kind: Kind, about: &'static str) -> Param {
-    Param {
-        name,
-        kind,
-        required: true,
-        about,
-    }
-}
-
-const fn may(name: &'static str, kind: Kind, about: &'static str) -> Param {
-    Param {
-        name,
-        kind,
-        required: false,
-        about,
-    }
-}
 
 const NAME: Kind = Kind::Text(80);
 const ID: Kind = Kind::Text(64);
@@ -123,48 +38,6 @@ const JOGS: &[&str] = &[
     "j4+", "j4-", "l+", "l-",
 ];
 const AXES: &[&str] = &["x", "y", "z", "r", "j1", "j2", "j3", "j4", "l"];
-
-const fn method(
-    name: &'static str,
-    role: Role,
-    params: &'static [Param],
-    about: &'static str,
-    result: &'static str,
-) -> Method {
-    Method {
-        name,
-        role,
-        needs: Needs::Nothing,
-        always: false,
-        session: false,
-        params,
-        about,
-        result,
-    }
-}
-
-impl Method {
-    const fn leased(self, kind: WorkKind) -> Self {
-        Self {
-            needs: Needs::Lease(kind),
-            ..self
-        }
-    }
-
-    const fn always(self) -> Self {
-        Self {
-            always: true,
-            ..self
-        }
-    }
-
-    const fn of_sessions(self) -> Self {
-        Self {
-            session: true,
-            ..self
-        }
-    }
-}
 
 use Role::{Student, Teacher, Viewer};
 use WorkKind::{JobSetting, Motion, Queued, Setting, StartJob, SteerJob};

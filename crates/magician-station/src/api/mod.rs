@@ -3,6 +3,7 @@
 mod error;
 mod fields;
 mod message;
+mod method;
 mod methods;
 mod openrpc;
 mod param;
@@ -10,7 +11,8 @@ mod param;
 pub use error::RpcError;
 pub(crate) use fields::encode;
 pub use message::{BadMessage, Message, MessageId, answer, notification};
-pub use methods::{METHODS, Method, Needs, Role};
+pub use method::{Method, Needs, Role};
+pub use methods::METHODS;
 pub use openrpc::openrpc;
 pub(crate) use param::Params;
 pub use param::{Kind, Param};
