@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
 
-use self::jobs::{Desk, Slot};
+use self::jobs::{JobContext, Slot};
 use self::reads::Known;
 use crate::api::RpcError;
 use crate::control::{JobId, JogEnd, JogId, RequestId};
@@ -66,7 +66,7 @@ impl ArmEngine {
         let work = Work {
             arm: arm.clone(),
             report: Arc::new(report),
-            desk: Desk {
+            jobs_with: JobContext {
                 reader,
                 journal: Box::new(journal),
             },
@@ -105,7 +105,7 @@ impl Drop for ArmEngine {
 }
 
 /// What came of something that was done beside.
-enum Side {
+enum TaskResult {
     Report(ArmReport),
     /// The arm was read, on request or for what is not read each time.
     Read(
@@ -140,7 +140,7 @@ struct Work {
     report: Arc<dyn Fn(ArmReport) + Send + Sync>,
     inbox: mpsc::UnboundedReceiver<ArmOrder>,
     load: Arc<AtomicUsize>,
-    desk: Desk,
+    jobs_with: JobContext,
     job: Option<Slot>,
     watch: Option<StateWatch>,
     known: Known,
@@ -148,7 +148,7 @@ struct Work {
     doing: Option<(RequestId, Doing)>,
     /// Stops under way: nothing begins before they are over.
     stops: usize,
-    side: JoinSet<Side>,
+    side: JoinSet<TaskResult>,
     jog: Option<(JogId, Jog)>,
     /// A jog that begins.
     beginning: Option<(JogId, AbortHandle)>,
@@ -218,8 +218,9 @@ impl Work {
                     options = options.ratio(percent);
                 }
                 let arm = self.arm.clone();
-                let begins =
-                    async move { Side::Jog(request, jog, arm.jog_with(direction, options).await) };
+                let begins = async move {
+                    TaskResult::Jog(request, jog, arm.jog_with(direction, options).await)
+                };
                 let begins = self.side.spawn(begins);
                 self.beginning = Some((jog, begins));
             }
@@ -269,7 +270,7 @@ impl Work {
                         arm.get().await
                     };
                     let stood = stood.await.map(|pose| acts::stood(&pose));
-                    Side::Stopped(request, stood.map_err(RpcError::from))
+                    TaskResult::Stopped(request, stood.map_err(RpcError::from))
                 });
             }
             ArmOrder::Watch { rate, pins } => {
@@ -343,21 +344,21 @@ impl Work {
         }
     }
 
-    fn take(&mut self, side: Side) {
+    fn take(&mut self, side: TaskResult) {
         match side {
-            Side::Report(report) => (self.report)(report),
-            Side::Program(job, program) => self.begin_job(job, program),
-            Side::JobOver(job) => self.job_is_over(job),
-            Side::Nothing => {}
-            Side::Known(known) => self.known = *known,
-            Side::Read(request, outcome, known, reading) => {
+            TaskResult::Report(report) => (self.report)(report),
+            TaskResult::Program(job, program) => self.begin_job(job, program),
+            TaskResult::JobOver(job) => self.job_is_over(job),
+            TaskResult::Nothing => {}
+            TaskResult::Known(known) => self.known = *known,
+            TaskResult::Read(request, outcome, known, reading) => {
                 self.known = *known;
                 if let Some(reading) = reading {
                     (self.report)(ArmReport::Reading(reading));
                 }
                 (self.report)(ArmReport::Done { request, outcome });
             }
-            Side::Jog(request, id, begun) => {
+            TaskResult::Jog(request, id, begun) => {
                 self.beginning.take_if(|(beginning, _)| *beginning == id);
                 let outcome = match begun {
                     Ok(jog) => {
@@ -368,7 +369,7 @@ impl Work {
                 };
                 (self.report)(ArmReport::Done { request, outcome });
             }
-            Side::Stopped(request, outcome) => {
+            TaskResult::Stopped(request, outcome) => {
                 self.stops -= 1;
                 if let Some(request) = request {
                     let outcome = outcome.map(Outcome::Value);
@@ -382,8 +383,9 @@ impl Work {
     fn learn(&mut self) {
         let arm = self.arm.clone();
         let before = self.known.clone();
-        self.side
-            .spawn(async move { Side::Known(Box::new(Known::read(&arm).await.unwrap_or(before))) });
+        self.side.spawn(async move {
+            TaskResult::Known(Box::new(Known::read(&arm).await.unwrap_or(before)))
+        });
     }
 
     fn read(&mut self, status: &magician::Status) {

@@ -107,7 +107,7 @@ pub struct ArmReading {
 
 /// What the station knows of an arm beside its reading.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Beside {
+pub(crate) struct StateContext {
     /// When the pose was read, Unix seconds.
     pub(crate) t: f64,
     pub(crate) arm: String,
@@ -143,7 +143,7 @@ pub(crate) fn pose(pose: &Pose) -> Map<String, Value> {
 
 impl ArmReading {
     /// All fields as JSON.
-    pub(crate) fn fields(&self, beside: &Beside) -> Map<String, Value> {
+    pub(crate) fn fields(&self, beside: &StateContext) -> Map<String, Value> {
         let tool = &self.tool;
         let pins = self.pins.iter().map(
             |(kind, address, value)| json!({"kind": kind, "address": address, "value": value}),
@@ -179,7 +179,7 @@ impl ArmReading {
     }
 
     /// A frame of bytes: 112 of them, little endian.
-    pub(crate) fn frame(&self, beside: &Beside, subscription: u16, sequence: u32) -> Vec<u8> {
+    pub(crate) fn frame(&self, beside: &StateContext, subscription: u16, sequence: u32) -> Vec<u8> {
         let bits = [
             self.link,
             self.moving,

@@ -28,11 +28,11 @@ impl Control {
             // A lease begins with a word: the last one counts for holders alone.
             let counts = self.held_by(*session).next().is_some();
             let age = if counts {
-                (now - presence.word).min(TTL)
+                (now - presence.heard).min(TTL)
             } else {
                 TTL
             };
-            presence.word = PRESENT - age;
+            presence.heard = PRESENT - age;
             presence.left = { presence.left }.map(|left| PRESENT - (now - left).min(GRACE));
         }
         out

@@ -285,7 +285,7 @@ impl Control {
     fn grant(&mut self, now: HostInstant, arm: ArmId, session: SessionId, request: RequestId) {
         let id = LeaseId(self.next_id());
         // It begins with a word, however long its session has waited.
-        self.word(now, session);
+        self.keep_alive(now, session);
         self.arm_mut(arm).lease.holder = Some(Held { session, id });
         let lease = id;
         self.effects.push_back(Effect::Granted {

@@ -192,7 +192,7 @@ pub enum Refusal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Presence {
     /// The last word of it.
-    word: HostInstant,
+    heard: HostInstant,
     /// When its socket ended, if it has none.
     left: Option<HostInstant>,
 }
@@ -254,16 +254,16 @@ impl Control {
     /// A session begins.
     pub fn join(&mut self, now: HostInstant, session: SessionId) {
         let presence = Presence {
-            word: now,
+            heard: now,
             left: None,
         };
         self.sessions.insert(session, presence);
     }
 
     /// A word of a session: a message, or the answer to a ping.
-    pub fn word(&mut self, now: HostInstant, session: SessionId) {
+    pub fn keep_alive(&mut self, now: HostInstant, session: SessionId) {
         if let Some(presence) = self.sessions.get_mut(&session) {
-            presence.word = now;
+            presence.heard = now;
         }
     }
 
@@ -286,7 +286,7 @@ impl Control {
         match self.sessions.get_mut(&session) {
             Some(presence) => {
                 *presence = Presence {
-                    word: now,
+                    heard: now,
                     left: None,
                 };
                 true
@@ -379,7 +379,7 @@ impl Control {
             Some(left) => Some(left + GRACE),
             // A request under way is a word all the time.
             None if self.works(held.session) => None,
-            None => Some(presence.word + TTL),
+            None => Some(presence.heard + TTL),
         }
     }
 

@@ -107,7 +107,7 @@ impl Control {
         kind: WorkKind,
     ) -> Result<(), Refusal> {
         self.may(session, arm, kind)?;
-        self.word(now, session);
+        self.keep_alive(now, session);
         let state = self.arm_mut(arm);
         state.queued |= kind == WorkKind::Queued;
         state.work.push(Work {
@@ -147,7 +147,7 @@ impl Control {
         };
         let session = work.remove(at).session;
         // It was a word up to now.
-        self.word(now, session);
+        self.keep_alive(now, session);
         true
     }
 
@@ -166,7 +166,7 @@ impl Control {
         if !replaces {
             self.may(session, arm, WorkKind::Motion)?;
         }
-        self.word(now, session);
+        self.keep_alive(now, session);
         self.end_jog_of(arm, JogEnd::Replaced, |_| true);
         let id = JogId(self.next_id());
         self.arm_mut(arm).jog = Some(Jog {
@@ -182,7 +182,7 @@ impl Control {
     pub fn keep_jog(&mut self, now: HostInstant, session: SessionId, jog: JogId) -> bool {
         // The clock decides before the message does: a browser that wakes finds its jog over.
         self.handle_timeout(now);
-        self.word(now, session);
+        self.keep_alive(now, session);
         for arm in &mut self.arms {
             if let Some(jogging) = &mut arm.jog
                 && (jogging.id, jogging.session) == (jog, session)
@@ -232,7 +232,7 @@ impl Control {
         let ended: Vec<_> = work.extract_if(.., |work| wanted(work)).collect();
         for work in &ended {
             // It was a word up to now, as one that comes to its end.
-            self.word(now, work.session);
+            self.keep_alive(now, work.session);
         }
         ended.iter().map(|work| work.request).collect()
     }

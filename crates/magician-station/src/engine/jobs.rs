@@ -10,7 +10,7 @@ use magician_job::{
 };
 use serde_json::{Value, json};
 
-use super::{Side, Waiting, Work};
+use super::{TaskResult, Waiting, Work};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
 use crate::job::{ReadProgram, Reader, Source};
@@ -21,7 +21,7 @@ use crate::reading::{self, to_value};
 const APART: f32 = 0.5;
 
 /// What jobs need beside the arm.
-pub(super) struct Desk {
+pub(super) struct JobContext {
     pub(super) reader: Arc<dyn Reader>,
     pub(super) journal: Box<dyn Fn() -> Box<dyn Journal> + Send + Sync>,
 }
@@ -56,7 +56,7 @@ impl Slot {
 impl Work {
     /// Reads a program and checks it from where the arm stands.
     pub(super) fn check_job(&mut self, request: RequestId, source: Source) {
-        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.desk.reader));
+        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         self.side.spawn(async move {
             let found = async {
                 let program = read(&arm, reader, source).await?;
@@ -69,21 +69,21 @@ impl Work {
                 report.await?
             };
             let outcome = found.await.map(Outcome::Value);
-            Side::Report(ArmReport::Done { request, outcome })
+            TaskResult::Report(ArmReport::Done { request, outcome })
         });
     }
 
     /// Its turn has come: its program is read.
     pub(super) fn read_job(&mut self, start: JobStart) {
         let job = start.job;
-        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.desk.reader));
+        let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         let source = start.order.source.clone();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
             slot.start = Some(Box::new(start));
         }
         self.side.spawn(async move {
             let program = read(&arm, reader, source).await;
-            Side::Program(job, program.map(Box::new))
+            TaskResult::Program(job, program.map(Box::new))
         });
     }
 
@@ -117,7 +117,7 @@ impl Work {
             Ok(()) => self.arm.allowing_laser(),
             Err(_) => self.arm.clone(),
         };
-        let handle = Job::start(&arm, spec, (self.desk.journal)());
+        let handle = Job::start(&arm, spec, (self.jobs_with.journal)());
         let Some(slot) = &mut self.job else {
             return;
         };
@@ -150,7 +150,7 @@ impl Work {
             let end = Box::new(end_of(&handle.outcome().await, &program));
             let news = JobNews::Over(end);
             report(ArmReport::Job { job, news });
-            Side::JobOver(job)
+            TaskResult::JobOver(job)
         });
     }
 
@@ -227,11 +227,11 @@ impl Work {
         self.side.spawn(async move {
             let paused = paused.await;
             let Some(request) = request else {
-                return Side::Nothing;
+                return TaskResult::Nothing;
             };
             let outcome = paused.map_err(|error| refused(&error.to_string()));
             let outcome = outcome.map(|()| Outcome::Value(Value::Null));
-            Side::Report(ArmReport::Done { request, outcome })
+            TaskResult::Report(ArmReport::Done { request, outcome })
         });
     }
 
@@ -268,7 +268,7 @@ impl Work {
                 })
             };
             let outcome = resumed.await.map(|()| Outcome::Value(Value::Null));
-            Side::Report(ArmReport::Done { request, outcome })
+            TaskResult::Report(ArmReport::Done { request, outcome })
         });
     }
 

@@ -9,7 +9,7 @@ use magician_program::{Grip, Travel};
 use magician_protocol::{Direction, describe};
 use serde_json::{Value, json};
 
-use super::Side;
+use super::TaskResult;
 use super::acts::stood;
 use crate::api::RpcError;
 use crate::control::RequestId;
@@ -145,7 +145,12 @@ pub(super) async fn reading(arm: &Arm, known: &Known) -> Result<ArmReading> {
 }
 
 /// Answers a request to read.
-pub(super) async fn answer(arm: Arm, known: Known, request: RequestId, read: ArmRead) -> Side {
+pub(super) async fn answer(
+    arm: Arm,
+    known: Known,
+    request: RequestId,
+    read: ArmRead,
+) -> TaskResult {
     if read == ArmRead::State {
         let outcome = async {
             let known = Known::read(&arm).await?;
@@ -155,13 +160,13 @@ pub(super) async fn answer(arm: Arm, known: Known, request: RequestId, read: Arm
         return match outcome.await {
             Ok((known, reading)) => {
                 let (known, reading) = (Box::new(known), Box::new(reading));
-                Side::Read(request, Ok(Outcome::State), known, Some(reading))
+                TaskResult::Read(request, Ok(Outcome::State), known, Some(reading))
             }
-            Err(error) => Side::Read(request, Err(error.into()), Box::new(known), None),
+            Err(error) => TaskResult::Read(request, Err(error.into()), Box::new(known), None),
         };
     }
     let outcome = value(&arm, read).await.map(Outcome::Value);
-    Side::Report(crate::order::ArmReport::Done { request, outcome })
+    TaskResult::Report(crate::order::ArmReport::Done { request, outcome })
 }
 
 async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError> {

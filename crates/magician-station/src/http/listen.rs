@@ -232,7 +232,7 @@ async fn follow(tokens: TokenStore, station: RunningStation) {
     }
 }
 
-/// Waits for the station's end.
+/// Awaited for the station's end.
 pub(super) async fn ended(over: &mut watch::Receiver<bool>) {
     // Nobody is left who could say it: that is the end, too.
     drop(over.wait_for(|over| *over).await);

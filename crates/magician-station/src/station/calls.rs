@@ -10,7 +10,7 @@ use magician_protocol::Row;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
-use super::{Station, Waits};
+use super::{Awaited, Station};
 use crate::api::{Method, Needs, Params, Role, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::order::{ArmAct, ArmOrder, ArmRead};
@@ -113,7 +113,7 @@ impl Station {
     fn read(&mut self, call: &Call<'_>, arm: ArmId, read: ArmRead) -> Handled {
         let request = call.request;
         self.order(arm, ArmOrder::Read { request, read });
-        Handled::Later(request, Waits::Arm(arm))
+        Handled::Later(request, Awaited::Arm(arm))
     }
 
     fn state(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
@@ -153,7 +153,7 @@ impl Station {
             let by = self.by(by);
             self.event(call.now, *arm, "stop", vec![("by", by)]);
         }
-        let waits = Waits::Stops {
+        let waits = Awaited::Stops {
             left: arms,
             arms: Vec::new(),
             failed: None,
@@ -191,7 +191,7 @@ impl Station {
         let fields = vec![("jog", json!(self.jog_id(jog))), ("axis", json!(axis))];
         self.event(call.now, arm, "jog", fields);
         self.state_has_changed(arm);
-        Ok(Handled::Later(request, Waits::Jog(arm, jog)))
+        Ok(Handled::Later(request, Awaited::Jog(arm, jog)))
     }
 
     fn stop_jog(&mut self, call: &Call<'_>) -> Result<Handled, RpcError> {
@@ -243,7 +243,7 @@ impl Station {
                 laser,
             },
         );
-        Ok(Handled::Later(request, Waits::Arm(arm)))
+        Ok(Handled::Later(request, Awaited::Arm(arm)))
     }
 
     /// Whether the laser may burn by this; refused where it would and may not, or where the command is dangerous.

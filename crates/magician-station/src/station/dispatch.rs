@@ -6,7 +6,7 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::socket::{CloseCode, Pace, RATE, UNDER_WAY};
-use super::{Grant, JournalLine, Pending, SocketId, Station, Waits};
+use super::{Awaited, Grant, JournalLine, Pending, SocketId, Station};
 use crate::api::{Message, MessageId, Method, Needs, Params, Role, RpcError, answer};
 use crate::control::{ArmId, Busy, RequestId, SessionId};
 
@@ -15,7 +15,7 @@ pub(super) enum Handled {
     /// It is answered now.
     Now(Value),
     /// It is answered later; it waits under this number.
-    Later(RequestId, Waits),
+    Later(RequestId, Awaited),
 }
 
 /// A request that has passed its checks.
@@ -49,7 +49,7 @@ impl Station {
         let pace = open.hears(now);
         let session = open.session;
         if let Some(session) = session {
-            self.control.word(now, session);
+            self.control.keep_alive(now, session);
         }
         let parsed = Message::parse(text);
         let overtakes = matches!(&parsed, Ok(message)
@@ -102,20 +102,21 @@ impl Station {
             self.answer(socket, message.id.as_ref(), &Err(error));
             return true;
         }
-        match self.join_briefly(now, socket) {
+        match self.join_one_shot(now, socket) {
             Ok(()) => self.dispatch(now, socket, message),
             Err(error) => self.answer(socket, message.id.as_ref(), &Err(error)),
         }
         answered
     }
 
+    pub(super) fn is_one_shot(&self, call: &Call<'_>) -> bool {
+        let session = self.sessions.get(&call.session);
+        session.is_some_and(|session| session.one_shot)
+    }
+
     /// A request without a session of its own takes the lease that it needs, when it is free.
     pub(super) fn take_lease(&mut self, call: &Call<'_>, arm: ArmId) {
-        let brief = self
-            .sessions
-            .get(&call.session)
-            .is_some_and(|session| session.brief);
-        if brief && self.control.holder(arm).is_none() {
+        if self.is_one_shot(call) && self.control.holder(arm).is_none() {
             let request = RequestId(self.next_id());
             self.control.take(call.now, call.session, arm, request);
             self.settle(call.now);
@@ -266,7 +267,7 @@ impl Station {
         let Some(pending) = self.pending.remove(&request) else {
             return;
         };
-        if let Waits::Arm(arm) | Waits::Jog(arm, _) | Waits::Job(arm, ..) = pending.waits {
+        if let Awaited::Arm(arm) | Awaited::Jog(arm, _) | Awaited::Job(arm, ..) = pending.waits {
             self.control.finish(now, arm, request);
         }
         if let Some(line) = pending.line {

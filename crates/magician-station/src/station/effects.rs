@@ -4,7 +4,7 @@ use magician_job::PauseReason;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
-use super::{Station, Waits};
+use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, Effect, JogEnd, JogId, SessionId, TTL, WorkEnd};
 use crate::order::ArmOrder;
@@ -18,7 +18,7 @@ impl Station {
                 lease,
             } => {
                 let asked = { self.pending.get(&request) }
-                    .is_some_and(|pending| matches!(pending.waits, Waits::Lease { asked: true }));
+                    .is_some_and(|pending| matches!(pending.waits, Awaited::Lease { asked: true }));
                 let lease = self.lease_id(lease);
                 let ttl = TTL.as_secs();
                 let result = if asked {
@@ -33,7 +33,7 @@ impl Station {
                     return;
                 };
                 let outcome = match pending.waits {
-                    Waits::Lease { asked: true } => Ok(json!({"granted": false})),
+                    Awaited::Lease { asked: true } => Ok(json!({"granted": false})),
                     _ => {
                         let name = holder.and_then(|id| self.sessions.get(&id));
                         let why = match name {
@@ -136,7 +136,7 @@ impl Station {
     /// Tells that a jog is over.
     fn jog_over(&mut self, now: HostInstant, arm: ArmId, jog: JogId, why: JogEnd) {
         let beginning = self.pending.iter().find_map(|(request, pending)| {
-            matches!(pending.waits, Waits::Jog(_, id) if id == jog).then_some(*request)
+            matches!(pending.waits, Awaited::Jog(_, id) if id == jog).then_some(*request)
         });
         let id = self.jog_id(jog);
         if let Some(request) = beginning {

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
 use super::records::JobRecord;
-use super::{Station, Waits};
+use super::{Awaited, Station};
 use crate::api::{Role, RpcError};
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
 use crate::job::{Source, SourceBytes};
@@ -35,7 +35,7 @@ impl Station {
                 let request = call.request;
                 let source = Box::new(source(call)?);
                 self.order(arm, ArmOrder::CheckJob { request, source });
-                Ok(Handled::Later(request, Waits::Arm(arm)))
+                Ok(Handled::Later(request, Awaited::Arm(arm)))
             }
             ("job.start", Some(arm)) => self.start_job(call, arm),
             ("job.list", Some(arm)) => {
@@ -69,7 +69,7 @@ impl Station {
             Some("continue") => OnLost::Continue,
             Some(_) => OnLost::Pause,
             // Its lease ends with the request.
-            None if self.is_brief(call) => OnLost::Continue,
+            None if self.is_one_shot(call) => OnLost::Continue,
             None => OnLost::Pause,
         };
         self.take_lease(call, arm);
@@ -87,7 +87,7 @@ impl Station {
         }
         Ok(Handled::Later(
             call.request,
-            Waits::Job(arm, job, Wants::Checked),
+            Awaited::Job(arm, job, Wants::Checked),
         ))
     }
 
@@ -138,7 +138,7 @@ impl Station {
         self.order(arm, order);
         Ok(Handled::Later(
             call.request,
-            Waits::Job(arm, job, Wants::Paused),
+            Awaited::Job(arm, job, Wants::Paused),
         ))
     }
 
@@ -155,7 +155,7 @@ impl Station {
             WorkKind::SteerJob
         };
         self.begin_for_job(call, arm, kind)?;
-        let brief = self.is_brief(call);
+        let one_shot = self.is_one_shot(call);
         if goes_on {
             let Some(order) = order else {
                 return Err(self.not_steered(call, arm, "the program of the job is not kept"));
@@ -163,21 +163,21 @@ impl Station {
             let job = JobId(self.next_id());
             if let Some(record) = self.records.named(&id) {
                 record.number = Some(job);
-                if brief {
+                if one_shot {
                     record.on_lost = OnLost::Continue;
                 }
             }
             self.begin_job(call, arm, job, order, true);
             return Ok(Handled::Later(
                 call.request,
-                Waits::Job(arm, job, Wants::Running),
+                Awaited::Job(arm, job, Wants::Running),
             ));
         }
         let Some(job) = number.filter(|_| state == "paused") else {
             return Err(self.not_steered(call, arm, "the job is not paused"));
         };
         if let Some(record) = self.records.numbered(job)
-            && brief
+            && one_shot
         {
             record.on_lost = OnLost::Continue;
         }
@@ -191,7 +191,7 @@ impl Station {
         self.order(arm, order);
         Ok(Handled::Later(
             call.request,
-            Waits::Job(arm, job, Wants::Running),
+            Awaited::Job(arm, job, Wants::Running),
         ))
     }
 
@@ -205,7 +205,7 @@ impl Station {
         self.order(arm, ArmOrder::StopJob(job));
         Ok(Handled::Later(
             call.request,
-            Waits::Job(arm, job, Wants::End),
+            Awaited::Job(arm, job, Wants::End),
         ))
     }
 
@@ -225,11 +225,6 @@ impl Station {
     fn not_steered(&mut self, call: &Call<'_>, arm: ArmId, why: &str) -> RpcError {
         self.control.finish(call.now, arm, call.request);
         RpcError::arm(magician::ErrorKind::InvalidInput, why)
-    }
-
-    fn is_brief(&self, call: &Call<'_>) -> bool {
-        let session = self.sessions.get(&call.session);
-        session.is_some_and(|session| session.brief)
     }
 
     /// What is answered to a job that would burn: nothing where it may.
@@ -391,7 +386,7 @@ impl Station {
             .pending
             .iter()
             .filter_map(|(request, pending)| match pending.waits {
-                Waits::Job(_, of, wants) if of == job => Some((*request, wants)),
+                Awaited::Job(_, of, wants) if of == job => Some((*request, wants)),
                 _ => None,
             });
         waiting.collect()

@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde_json::Value;
 
 use super::dispatch::{Call, Handled};
-use super::{Station, Waits};
+use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, LeaseId, SessionId};
 
@@ -17,15 +17,15 @@ impl Station {
                 let wait = call.params.number("wait_s").unwrap_or(0.0);
                 let wait = Duration::try_from_secs_f64(wait).unwrap_or_default();
                 self.control.acquire(now, session, arm, request, wait);
-                Ok(Handled::Later(request, Waits::Lease { asked: false }))
+                Ok(Handled::Later(request, Awaited::Lease { asked: false }))
             }
             ("lease.ask", Some(arm)) => {
                 self.control.ask(now, session, arm, request);
-                Ok(Handled::Later(request, Waits::Lease { asked: true }))
+                Ok(Handled::Later(request, Awaited::Lease { asked: true }))
             }
             ("lease.take", Some(arm)) => {
                 self.control.take(now, session, arm, request);
-                Ok(Handled::Later(request, Waits::Lease { asked: false }))
+                Ok(Handled::Later(request, Awaited::Lease { asked: false }))
             }
             ("lease.answer", Some(arm)) => self.answer_ask(call, arm),
             ("lease.renew", _) => {

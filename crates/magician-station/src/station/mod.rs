@@ -37,7 +37,7 @@ use crate::api::{MessageId, Role, RpcError, notification};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
 use crate::job::{FormatReader, JobStore, NoStore, Reader};
 use crate::order::{ArmOrder, ArmReport};
-use crate::reading::{ArmReading, Beside};
+use crate::reading::{ArmReading, StateContext};
 
 /// A connection of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -146,7 +146,7 @@ impl fmt::Debug for StationConfig {
 
 /// What a request waits for.
 #[derive(Debug)]
-enum Waits {
+enum Awaited {
     /// The outcome of an order.
     Arm(ArmId),
     /// The lease.
@@ -168,7 +168,7 @@ enum Waits {
 struct Pending {
     socket: SocketId,
     id: Option<MessageId>,
-    waits: Waits,
+    waits: Awaited,
     line: Option<JournalLine>,
     began: HostInstant,
 }
@@ -298,7 +298,7 @@ impl Station {
     pub fn pong(&mut self, now: HostInstant, socket: SocketId) {
         self.handle_timeout(now);
         if let Some(session) = self.session_of(socket) {
-            self.control.word(now, session);
+            self.control.keep_alive(now, session);
         }
     }
 
@@ -315,7 +315,7 @@ impl Station {
             .retain(|_, pending| pending.socket != socket || pending.line.is_some());
         if let Some(session) = gone.session {
             match self.sessions.get(&session) {
-                Some(known) if known.brief => self.left_briefly(now, session, unanswered),
+                Some(known) if known.one_shot => self.left_one_shot(now, session, unanswered),
                 _ => self.left(now, session),
             }
         }
@@ -457,9 +457,9 @@ impl Station {
     }
 
     /// What every state of an arm says beside its reading.
-    fn beside(&self, arm: ArmId) -> Beside {
+    fn beside(&self, arm: ArmId) -> StateContext {
         let job = self.job_at(arm);
-        Beside {
+        StateContext {
             t: self.unix(self.arm(arm).read_at),
             arm: self.arm(arm).entry.name.clone(),
             job: job.map(|(job, _)| job.id.clone()),

@@ -4,7 +4,7 @@ use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::calls::line_lost;
-use super::{Station, Waits};
+use super::{Awaited, Station};
 use crate::api::RpcError;
 use crate::control::{ArmId, JogEnd, RequestId};
 use crate::order::{ArmReport, Outcome};
@@ -67,7 +67,7 @@ impl Station {
             return;
         };
         match &mut pending.waits {
-            Waits::Stops { left, arms, failed } => {
+            Awaited::Stops { left, arms, failed } => {
                 left.remove(&arm);
                 match outcome {
                     Ok(mut stood) => {
@@ -86,7 +86,7 @@ impl Station {
                     self.finish(now, request, outcome);
                 }
             }
-            Waits::Jog(_, jog) => {
+            Awaited::Jog(_, jog) => {
                 let jog = *jog;
                 let id = self.jog_id(jog);
                 match outcome {
@@ -97,11 +97,11 @@ impl Station {
                     }
                 }
             }
-            Waits::Job(_, job, wants) => {
+            Awaited::Job(_, job, wants) => {
                 let (job, wants) = (*job, *wants);
                 self.job_done(now, request, wants, job, outcome);
             }
-            Waits::Arm(_) | Waits::Lease { .. } => self.finish(now, request, outcome),
+            Awaited::Arm(_) | Awaited::Lease { .. } => self.finish(now, request, outcome),
         }
     }
 }

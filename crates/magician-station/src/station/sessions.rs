@@ -25,8 +25,8 @@ pub(super) struct Session {
     pub(super) since: HostInstant,
     pub(super) socket: Option<SocketId>,
     pub(super) address: String,
-    /// It lasts for one request, and nobody is told of it.
-    pub(super) brief: bool,
+    /// It lasts for one request, and other sessions are not told of it.
+    pub(super) one_shot: bool,
 }
 
 impl Station {
@@ -85,7 +85,7 @@ impl Station {
                 since,
                 socket: Some(socket),
                 address: peer.address,
-                brief: false,
+                one_shot: false,
             },
         );
         if let Some(other) = before.and_then(|before| before.socket) {
@@ -115,7 +115,7 @@ impl Station {
     }
 
     /// A session for one request of a socket that has said no hello: by the right of its peer.
-    pub(super) fn join_briefly(
+    pub(super) fn join_one_shot(
         &mut self,
         now: HostInstant,
         socket: SocketId,
@@ -140,7 +140,7 @@ impl Station {
                 // Nothing is told to it but its answer.
                 socket: None,
                 address: peer.address,
-                brief: true,
+                one_shot: true,
             },
         );
         if let Some(open) = self.sockets.get_mut(&socket) {
@@ -149,8 +149,8 @@ impl Station {
         Ok(())
     }
 
-    /// The request of a brief session is over, or its caller is gone: then what it does is stopped.
-    pub(super) fn left_briefly(&mut self, now: HostInstant, session: SessionId, unanswered: bool) {
+    /// The request of a session of one request is over, or its caller is gone: then what it does is stopped.
+    pub(super) fn left_one_shot(&mut self, now: HostInstant, session: SessionId, unanswered: bool) {
         if !unanswered {
             self.control.release_all(now, session);
         }
@@ -182,7 +182,7 @@ impl Station {
     /// A session is over for good.
     pub(super) fn session_over(&mut self, session: SessionId) {
         let over = self.sessions.remove(&session);
-        if over.is_some_and(|over| !over.brief) {
+        if over.is_some_and(|over| !over.one_shot) {
             self.tell_sessions();
         }
     }
@@ -203,7 +203,10 @@ impl Station {
     }
 
     pub(super) fn list_sessions(&self) -> Value {
-        let lasting = self.sessions.iter().filter(|(_, session)| !session.brief);
+        let lasting = self
+            .sessions
+            .iter()
+            .filter(|(_, session)| !session.one_shot);
         let list = lasting.map(|(id, session)| {
             let held = self
                 .control

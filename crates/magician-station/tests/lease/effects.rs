@@ -13,7 +13,7 @@ impl Model {
         for doing in std::mem::take(&mut arm.doing) {
             must(ended.contains(&doing.request), "a stop ends all requests")?;
             // Up to now it was a word.
-            self.sessions[doing.session.0 as usize].word = self.now;
+            self.sessions[doing.session.0 as usize].heard = self.now;
         }
         ended.iter().try_for_each(|request| self.answered(*request))
     }
@@ -65,7 +65,7 @@ impl Model {
                     )?;
                     model.lease = Some((session, lease));
                     // It begins with a word.
-                    self.sessions[session.0 as usize].word = self.now;
+                    self.sessions[session.0 as usize].heard = self.now;
                 }
                 self.answered(request)
             }

@@ -73,7 +73,7 @@ fn who_asks_asks_the_next_holder_too_and_as_long() {
     control.ask(START, CARL, ARM, RequestId(2));
     effects(&mut control);
     let later = START + ASK - Duration::from_secs(1);
-    control.word(later, ANNA);
+    control.keep_alive(later, ANNA);
     control.take(later, BEN, ARM, RequestId(3));
     let asked = Effect::Asked {
         arm: ARM,
@@ -85,7 +85,7 @@ fn who_asks_asks_the_next_holder_too_and_as_long() {
     for second in 0..20 {
         let now = later + Duration::from_secs(second);
         control.handle_timeout(now);
-        control.word(now, BEN);
+        control.keep_alive(now, BEN);
     }
     assert_eq!(control.holder(ARM), Some(BEN));
     control.handle_timeout(later + ASK);

@@ -103,7 +103,7 @@ impl Model {
         let silent = match known.left {
             Some(left) => self.now - left >= GRACE,
             None => {
-                !before.works(holder) && self.now - known.word >= magician_station::control::TTL
+                !before.works(holder) && self.now - known.heard >= magician_station::control::TTL
             }
         };
         let due = |until: Option<HostInstant>| until.is_some_and(|until| until <= self.now);

@@ -49,7 +49,7 @@ pub(crate) enum Event {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Session {
     /// When it said something last.
-    pub(crate) word: HostInstant,
+    pub(crate) heard: HostInstant,
     /// When its socket ended, if it has none.
     pub(crate) left: Option<HostInstant>,
     /// Whether control knows it.
@@ -117,7 +117,7 @@ impl Model {
     pub(crate) fn new(bug: Option<Bug>) -> Self {
         let now = HostInstant::from_micros(60_000_000);
         let session = Session {
-            word: now,
+            heard: now,
             left: None,
             joined: true,
         };
@@ -156,7 +156,7 @@ impl Model {
         let known = self.session(session);
         match known.left {
             Some(left) => self.now - left >= GRACE,
-            None => !self.works(session) && self.now - known.word >= TTL,
+            None => !self.works(session) && self.now - known.heard >= TTL,
         }
     }
 
@@ -186,7 +186,7 @@ impl Model {
         let age = |at: HostInstant, most: Duration| (self.now - at).min(most);
         for (id, session) in (0..).map(SessionId).zip(&self.sessions) {
             let holds = { self.arms.iter() }.any(|arm| arm.lease.is_some_and(|(of, _)| of == id));
-            let word = if holds { age(session.word, TTL) } else { TTL };
+            let word = if holds { age(session.heard, TTL) } else { TTL };
             let left = session.left.map(|left| age(left, GRACE));
             (word, left, session.joined).hash(&mut hasher);
         }

@@ -26,9 +26,9 @@ impl Model {
     }
 
     /// A message of a session.
-    fn word(&mut self, session: SessionId) {
-        self.sessions[session.0 as usize].word = self.now;
-        self.control.control.word(self.now, session);
+    fn keep_alive(&mut self, session: SessionId) {
+        self.sessions[session.0 as usize].heard = self.now;
+        self.control.control.keep_alive(self.now, session);
     }
 
     fn request(&mut self, session: SessionId, arm: ArmId, until: Option<HostInstant>) -> RequestId {
@@ -68,7 +68,7 @@ impl Model {
         if let Some(session) = session
             && !matches!(event, Leave(_) | Return(_))
         {
-            self.word(session);
+            self.keep_alive(session);
         }
         match event {
             Word(_) => {}
@@ -108,7 +108,7 @@ impl Model {
             }
             Return(session) => {
                 let known = &mut self.sessions[session.0 as usize];
-                (known.left, known.word) = (None, now);
+                (known.left, known.heard) = (None, now);
                 if !std::mem::replace(&mut known.joined, true) {
                     self.control.control.join(now, session);
                 }
@@ -215,7 +215,7 @@ impl Model {
         }
         let known = self.control.control.finish(self.now, arm, request);
         must(known, "what is under way is known")?;
-        self.sessions[doing.session.0 as usize].word = self.now;
+        self.sessions[doing.session.0 as usize].heard = self.now;
         self.requests.remove(&request);
         Ok(())
     }

@@ -14,14 +14,14 @@ use serde_json::{Value, json};
 const ARM: ArmId = ArmId(0);
 
 /// A station whose arm is the test.
-struct Desk {
+struct TestStation {
     station: Station,
     socket: SocketId,
     now: HostInstant,
     frames: usize,
 }
 
-impl Desk {
+impl TestStation {
     fn new() -> Self {
         let mut station = Station::new(StationConfig::new(vec![ArmEntry::simulated("arm")], "0"));
         let now = HostInstant::from_micros(1_000_000);
@@ -34,15 +34,15 @@ impl Desk {
                 secret: "secret".to_owned(),
             },
         );
-        let mut desk = Self {
+        let mut station = Self {
             station,
             socket,
             now,
             frames: 0,
         };
-        desk.send("session.hello", &json!({"client": {"name": "Anna"}}));
-        desk.heard();
-        desk
+        station.send("session.hello", &json!({"client": {"name": "Anna"}}));
+        station.heard();
+        station
     }
 
     fn send(&mut self, method: &str, params: &Value) {
@@ -114,32 +114,32 @@ impl Desk {
 
 #[test]
 fn no_state_from_before_a_lost_line_is_sent_or_answered_after_it() {
-    let mut desk = Desk::new();
-    desk.subscribe("json");
-    desk.read(1.0, Duration::ZERO);
-    assert_eq!(desk.states()[0]["x"], json!(1.0));
-    desk.line(false);
-    desk.now += Duration::from_millis(10);
-    desk.line(true);
-    assert_eq!(desk.states(), [json!({"link": "lost", "t": 1.0})]);
+    let mut station = TestStation::new();
+    station.subscribe("json");
+    station.read(1.0, Duration::ZERO);
+    assert_eq!(station.states()[0]["x"], json!(1.0));
+    station.line(false);
+    station.now += Duration::from_millis(10);
+    station.line(true);
+    assert_eq!(station.states(), [json!({"link": "lost", "t": 1.0})]);
     // A change beside the reading has it sent, if there is one.
-    desk.send("lease.acquire", &json!({}));
+    station.send("lease.acquire", &json!({}));
     // What was on its way when the line broke.
-    desk.now += Duration::from_millis(5);
-    desk.read(1.0, Duration::from_millis(6));
-    desk.read(1.0, Duration::from_millis(60));
-    assert_eq!(desk.states(), [] as [Value; 0]);
+    station.now += Duration::from_millis(5);
+    station.read(1.0, Duration::from_millis(6));
+    station.read(1.0, Duration::from_millis(60));
+    assert_eq!(station.states(), [] as [Value; 0]);
     // Not longer ago than 100 ms, but before.
-    while desk.station.poll_order().is_some() {}
-    desk.send("arm.state", &json!({}));
-    let order = desk.station.poll_order();
+    while station.station.poll_order().is_some() {}
+    station.send("arm.state", &json!({}));
+    let order = station.station.poll_order();
     assert!(
         matches!(order, Some((_, ArmOrder::Read { .. }))),
         "{order:?}"
     );
-    desk.now += Duration::from_millis(20);
-    desk.read(2.0, Duration::from_millis(20));
-    let states = desk.states();
+    station.now += Duration::from_millis(20);
+    station.read(2.0, Duration::from_millis(20));
+    let states = station.states();
     assert_eq!(
         (&states[0]["x"], &states[0]["link"]),
         (&json!(2.0), &json!("up"))
@@ -149,49 +149,49 @@ fn no_state_from_before_a_lost_line_is_sent_or_answered_after_it() {
 #[test]
 fn a_state_that_waits_to_be_sent_when_the_line_breaks_is_not() {
     for frame in ["json", "binary"] {
-        let mut desk = Desk::new();
-        desk.subscribe(frame);
-        desk.read(1.0, Duration::ZERO);
-        desk.states();
-        desk.frames = 0;
-        desk.now += Duration::from_millis(100);
-        desk.read(2.0, Duration::ZERO);
-        desk.line(false);
-        desk.line(true);
-        desk.now += Duration::from_millis(100);
-        desk.read(3.0, Duration::ZERO);
+        let mut station = TestStation::new();
+        station.subscribe(frame);
+        station.read(1.0, Duration::ZERO);
+        station.states();
+        station.frames = 0;
+        station.now += Duration::from_millis(100);
+        station.read(2.0, Duration::ZERO);
+        station.line(false);
+        station.line(true);
+        station.now += Duration::from_millis(100);
+        station.read(3.0, Duration::ZERO);
         // Nothing was sent in between: first that it was lost, then what was found, and that it is up.
-        let states = desk.states();
+        let states = station.states();
         assert_eq!(states[0]["link"], json!("lost"), "{frame}");
         let x = states[1].get("x");
         assert!(frame == "binary" || x == Some(&json!(3.0)), "{states:?}");
-        assert_eq!(desk.frames, usize::from(frame == "binary"));
+        assert_eq!(station.frames, usize::from(frame == "binary"));
         assert!(frame == "binary" || states[1]["link"] == json!("up"));
     }
 }
 
 #[test]
 fn a_request_whose_reading_is_from_before_a_lost_line_fails() {
-    let mut desk = Desk::new();
-    desk.send("arm.state", &json!({}));
-    let Some((_, ArmOrder::Read { request, .. })) = desk.station.poll_order() else {
+    let mut station = TestStation::new();
+    station.send("arm.state", &json!({}));
+    let Some((_, ArmOrder::Read { request, .. })) = station.station.poll_order() else {
         panic!("it is read");
     };
-    desk.read(1.0, Duration::ZERO);
-    desk.line(false);
-    desk.line(true);
+    station.read(1.0, Duration::ZERO);
+    station.line(false);
+    station.line(true);
     let outcome = Ok(Outcome::State);
-    desk.report(ArmReport::Done { request, outcome });
-    let answer = desk.heard().pop().unwrap();
+    station.report(ArmReport::Done { request, outcome });
+    let answer = station.heard().pop().unwrap();
     assert_eq!(answer["error"]["data"]["kind"], json!("port"));
 }
 
 #[test]
 fn the_first_state_of_a_subscription_comes_behind_its_answer() {
-    let mut desk = Desk::new();
-    desk.read(1.0, Duration::ZERO);
-    desk.subscribe("json");
-    let heard = desk.heard();
+    let mut station = TestStation::new();
+    station.read(1.0, Duration::ZERO);
+    station.subscribe("json");
+    let heard = station.heard();
     assert!(heard[0].get("result").is_some(), "{heard:?}");
     assert_eq!(heard[1]["params"]["state"]["x"], json!(1.0));
 }
