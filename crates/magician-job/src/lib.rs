@@ -44,7 +44,7 @@
 //!
 //! # On record
 //!
-//! With the feature `record` a `recording::Recorder` writes down what an arm does, whoever moves it: readings, or a program that
+//! With the feature `record` a `recording::Recorder` records what an arm does, moved by a job, by hand or by another program: readings, or a program that
 //! repeats the motion.
 //!
 //! Errors and outcomes are data. No sentence in this crate tells a person what to type: each program has its own words.

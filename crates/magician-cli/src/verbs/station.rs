@@ -30,7 +30,7 @@ struct Token {
     /// Name of the new token; token-N by default
     #[arg(long, value_name = "NAME")]
     new: Option<String>,
-    /// What whoever has it may do
+    /// Role of the token: viewer, student or teacher
     #[arg(long, value_name = "ROLE", default_value = "student", value_parser = role)]
     role: Role,
     /// List the tokens: name, role, when they were made and used last
@@ -43,7 +43,7 @@ struct Token {
 
 #[derive(Args, Debug)]
 struct Pair {
-    /// What whoever gets the token may do
+    /// Role of the token: viewer, student or teacher
     #[arg(long, value_name = "ROLE", default_value = "student", value_parser = role)]
     role: Role,
 }

@@ -124,7 +124,7 @@ def wait(call: Call[T], listener: Listener | None = None) -> T:
 
 
 def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
-    """Waits in this thread for something that moves the arm: whoever interrupts it stops the arm."""
+    """Waits in this thread for something that moves the arm: an interrupt stops the arm."""
     try:
         return call.wait(listener)
     except BaseException as interruption:
@@ -197,7 +197,7 @@ async def until(call: Call[T], listener: Listener | None = None) -> T:
 
 
 async def until_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
-    """Waits in the running event loop for something that moves the arm: whoever cancels it stops the arm."""
+    """Waits in the running event loop for something that moves the arm: cancelling it stops the arm."""
     try:
         return await _until(call, listener)
     except GeneratorExit:

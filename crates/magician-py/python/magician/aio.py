@@ -1746,8 +1746,8 @@ class Arm(Bound):
     def record(
         self, path: str | os.PathLike[str], *, rate: float = 20.0, tolerance: float = 0.5, overwrite: bool = False
     ) -> Recording:
-        """Records the motion of the arm in a file while a ``with`` block runs, whoever moves it: this program, a hand
-        that holds the unlock key, or another program.
+        """Records the motion of the arm in a file while a ``with`` block runs: motion by this program, by a
+        hand that holds the unlock key, or by another program.
 
         ``async with arm.record("day.csv") as recording``
 
@@ -2240,7 +2240,7 @@ class Lesson(Bound):
     def pop(self) -> Point:
         """Removes the last point, and returns it.
 
-        :raises IndexError: There is none.
+        :raises IndexError: There are no points.
         """
         native = self._begun()
         last = native.pop()

@@ -34,7 +34,7 @@ class Difference(Value):
     field: str | None
     """The field that has another value."""
     recorded: Any
-    """The field in the recording, or the frame of the answer; ``None`` where there is none."""
+    """The field in the recording, or the frame of the answer; ``None`` without an answer."""
     replayed: Any
     """The same of the virtual arm."""
 
