@@ -1,4 +1,4 @@
-//! Programs on their way through a Dobot Magician arm: one engine for the command, the Python package, teaching, the
+//! Programs run on a Dobot Magician arm: one engine for the command, the Python package, teaching, the
 //! demonstration, and every server that runs programs.
 //!
 //! [`Job::start`] checks a [`Program`](magician_program::Program), runs it, counts what is done, and can be paused, resumed and

@@ -1,4 +1,4 @@
-//! Plans on their way through an arm: jobs of the engine, in Python's words.
+//! Plans run on an arm: jobs of the engine, in Python's words.
 
 use std::sync::Arc;
 use std::time::Duration;

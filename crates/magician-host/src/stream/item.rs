@@ -36,7 +36,7 @@ pub enum NextOffer {
     AtOnce,
     /// When the arm has finished one more: as many as its caller allows are on their way.
     AfterOne,
-    /// Some time: its caller has said that there is nothing for now.
+    /// Later: its caller has reported that nothing is ready yet.
     Later,
 }
 

@@ -64,7 +64,7 @@ impl Feed {
         Ok(())
     }
 
-    /// There is none for now: waits for a moment.
+    /// No command is ready yet: waits for a moment.
     fn rest(&self, py: Python<'_>) -> PyResult<Call> {
         let feeder = Arc::clone(self.feeder.get(py)?);
         Ok(Call::plain(async move {

@@ -215,7 +215,7 @@ impl Feeder {
         });
     }
 
-    /// Says that there is nothing for now, and waits for a moment: until the arm has finished something, or 10 ms. The clock of
+    /// Reports that nothing is ready yet, and waits for a moment: until the arm has finished something, or 10 ms. The clock of
     /// an arm in virtual time goes on meanwhile; without this it stands until the next command, or for a second.
     pub async fn rest(&self) {
         let changed = self.supply.changed.notified();
