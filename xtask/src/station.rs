@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use magician_station::api::{METHODS, Method, Needs};
+use magician_station::api::{Example, METHODS, Method, Needs};
 use magician_station::http::{ROUTES, RouteNeeds};
+use serde_json::json;
 
 const INTRODUCTION: &str = "\
 # The API of a station
@@ -15,7 +16,8 @@ What `magician serve` answers: [how to use it](STATION.md). `cargo xtask station
 `/api/v1/openrpc.json` of a running station has the same as an OpenRPC document.
 
 Lengths are mm, angles deg, times s unless a name says otherwise. `arm` may be left out while a station has one arm. *lease*: the method needs the lease of the
-arm. *socket*: it is for sessions of a WebSocket, not for single requests. A role may do what the roles before it may: viewer, student, teacher.
+arm. *socket*: it is for sessions of a WebSocket, not for single requests. A role may do what the roles before it may: viewer, student, teacher. `-->` is sent and
+`<--` is answered, without `jsonrpc` and `id`; a test makes these calls.
 
 ## Routes
 
@@ -92,6 +94,23 @@ fn section(method: &Method) -> String {
     }
     let gap = if method.params.is_empty() { "" } else { "\n" };
     let _ = writeln!(text, "{gap}Answers: {}", method.result);
+    if let Some(example) = Example::of(name) {
+        text += &shown(name, &example);
+    }
+    text
+}
+
+/// An example as messages, without what all messages have.
+fn shown(method: &str, example: &Example) -> String {
+    let request = json!({"method": method, "params": example.params});
+    let mut text = format!("\n```text\n--> {request}\n");
+    if let Some(result) = &example.result {
+        let _ = writeln!(text, "<-- {}", json!({"result": result}));
+    }
+    text += "```\n";
+    if let Some(after) = &example.after {
+        let _ = writeln!(text, "\nThe id is that of `{after}`.");
+    }
     text
 }
 

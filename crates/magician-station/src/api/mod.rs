@@ -1,6 +1,7 @@
 //! The API as text: messages, errors, and the table of methods.
 
 mod error;
+mod examples;
 mod fields;
 mod message;
 mod method;
@@ -9,6 +10,7 @@ mod openrpc;
 mod param;
 
 pub use error::RpcError;
+pub use examples::Example;
 pub(crate) use fields::encode;
 pub use message::{BadMessage, Message, MessageId, answer, notification};
 pub use method::{Method, Needs, Role};

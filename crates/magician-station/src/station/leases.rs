@@ -7,7 +7,7 @@ use serde_json::Value;
 use super::dispatch::{Call, Handled};
 use super::{Awaited, Station};
 use crate::api::RpcError;
-use crate::control::{ArmId, LeaseId, SessionId};
+use crate::control::{ArmId, LeaseId, Refusal, SessionId};
 
 impl Station {
     pub(super) fn lease_call(&mut self, name: &str, call: &Call<'_>) -> Result<Handled, RpcError> {
@@ -51,7 +51,12 @@ impl Station {
         let answered = self
             .control
             .answer(call.now, call.session, arm, asker, grant);
-        answered.map_err(|refusal| self.refused(arm, refusal))?;
+        match answered {
+            Ok(()) => {}
+            // It has given up meanwhile, or was granted the lease by the clock.
+            Err(Refusal::Unknown) if self.sessions.contains_key(&asker) => {}
+            Err(refusal) => return Err(self.refused(arm, refusal)),
+        }
         Ok(Handled::Now(Value::Null))
     }
 

@@ -2,6 +2,7 @@
 
 mod bench;
 mod day;
+mod examples;
 mod jobs;
 mod jogs;
 mod leases;

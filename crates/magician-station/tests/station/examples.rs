@@ -1,0 +1,125 @@
+//! The examples of the API's documents, each on a station of its own, and all of them one after the other on one.
+
+use std::collections::BTreeMap;
+
+use magician_station::Role;
+use magician_station::api::{Example, METHODS, Needs};
+use serde_json::{Value, json};
+
+use crate::bench::{Bench, Tester};
+
+fn example(method: &str) -> Example {
+    let example = Example::of(method);
+    example.unwrap_or_else(|| panic!("{method} has no example in src/api/examples.json"))
+}
+
+fn needs_lease(method: &str) -> bool {
+    let row = METHODS.iter().find(|row| row.name == method);
+    // Who answers a session that asks is the holder.
+    row.is_some_and(|row| row.needs != Needs::Nothing) || method == "lease.answer"
+}
+
+/// A session that said hello as the example does, and what it was answered.
+async fn hello(bench: &Bench) -> (Tester, Value) {
+    let mut tester = bench.socket(Some(Role::Teacher));
+    let params = Value::Object(example("session.hello").params);
+    let hello = tester.ok("session.hello", params).await;
+    (tester, hello)
+}
+
+/// Calls a method with its example's parameters, whose ids are those of earlier results.
+async fn call(tester: &mut Tester, method: &str, earlier: &BTreeMap<String, Value>) -> Value {
+    let example = example(method);
+    let ids = example.after.as_ref().map(|after| &earlier[after]);
+    let params = example.params_after(ids.unwrap_or(&Value::Null));
+    if needs_lease(method) {
+        tester.ok("lease.acquire", json!({})).await;
+    }
+    match &example.result {
+        Some(shown) => {
+            let result = tester.ok(method, params).await;
+            assert!(
+                alike(shown, &result),
+                "{method} answers {result}, and its example {shown}"
+            );
+            result
+        }
+        None if method == "jog.keep" => {
+            tester.notify(method, params);
+            Value::Null
+        }
+        None => {
+            let result = tester.ok(method, params).await;
+            println!("{method} answers {result}");
+            result
+        }
+    }
+}
+
+/// Whether two results have the same members, of the same kinds. What is null or empty tells nothing.
+fn alike(shown: &Value, found: &Value) -> bool {
+    match (shown, found) {
+        (Value::Null, _) | (_, Value::Null) => true,
+        (Value::Bool(_), Value::Bool(_))
+        | (Value::Number(_), Value::Number(_))
+        | (Value::String(_), Value::String(_)) => true,
+        (Value::Array(shown), Value::Array(found)) => {
+            shown.is_empty() || found.iter().all(|item| alike(&shown[0], item))
+        }
+        // Events have members by their name.
+        (Value::Object(shown), Value::Object(found)) => {
+            shown.get("event") != found.get("event")
+                || shown.len() == found.len()
+                    && (shown.iter()).all(|(name, value)| {
+                        found.get(name).is_some_and(|other| alike(value, other))
+                    })
+        }
+        _ => false,
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn each_example_succeeds_on_a_new_station() {
+    for method in METHODS {
+        let mut calls = vec![method.name.to_owned()];
+        while let Some(after) = calls.last().and_then(|last| example(last).after) {
+            calls.push(after);
+        }
+        let bench = Bench::new(1).await;
+        let (mut tester, hello) = hello(&bench).await;
+        let mut results = BTreeMap::from([("session.hello".to_owned(), hello)]);
+        for name in calls.iter().rev().filter(|name| *name != "session.hello") {
+            let result = call(&mut tester, name, &results).await;
+            results.insert(name.clone(), result);
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_examples_succeed_one_after_the_other() {
+    let bench = Bench::new(1).await;
+    let (mut tester, hello) = hello(&bench).await;
+    let mut results = BTreeMap::from([("session.hello".to_owned(), hello)]);
+    for method in METHODS
+        .iter()
+        .filter(|method| method.name != "session.hello")
+    {
+        let result = call(&mut tester, method.name, &results).await;
+        results.insert(method.name.to_owned(), result);
+    }
+}
+
+/// Two lists of names that have to be the same; all but the notification say what is answered.
+#[test]
+fn examples_are_of_methods_and_whole() {
+    let text = include_str!("../../src/api/examples.json");
+    let examples: Value = serde_json::from_str(text).unwrap();
+    for (name, example) in examples.as_object().unwrap() {
+        assert!(METHODS.iter().any(|method| method.name == name), "{name}");
+        assert_eq!(
+            example.get("result").is_none(),
+            name == "jog.keep",
+            "{name}"
+        );
+    }
+}
