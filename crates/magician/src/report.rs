@@ -142,7 +142,7 @@ impl ArmInfo {
             queue_current_index: arm.current_index().await?.0,
             queue_left_space: arm.left_space().await?,
             laser: arm.laser().await?,
-            fence: arm.fence().map(FenceReport::from),
+            fence: arm.fence().as_ref().map(FenceReport::from),
         })
     }
 }
@@ -216,7 +216,7 @@ pub struct FenceReport {
     pub within: Option<[[f64; 3]; 2]>,
     /// The corners of each part that it has to stay out of, mm.
     pub keep_out: Vec<[[f64; 3]; 2]>,
-    /// Percent.
+    /// Of the tip, mm/s.
     pub top_speed: Option<f64>,
     /// Percent.
     pub strongest_laser: Option<f64>,

@@ -13,7 +13,7 @@ pub(crate) struct Info {}
 impl Info {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let answer = context.arm(StopPolicy::Look, async |arm, _| {
-            let fence = arm.fence().map(ToString::to_string);
+            let fence = arm.fence().map(|fence| fence.to_string());
             Ok((ArmInfo::read(arm).await?, fence))
         })?;
         let (answer, fence) = answer;

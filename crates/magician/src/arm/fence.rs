@@ -8,6 +8,7 @@
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{PoisonError, RwLock};
 
 use magician_motion::Fence;
 use magician_protocol::commands::{
@@ -24,10 +25,10 @@ use super::known::{is_near, place};
 use crate::words::{Guards, Needs, Preflight, Readings, governs_motion};
 use crate::{Action, Error, ErrorCode, Result};
 
-/// The fence of a connection, and what it has let pass.
+/// The fence of a connection, if it has one, and what it has let pass.
 #[derive(Debug)]
 pub(super) struct Held {
-    fence: Fence,
+    fence: RwLock<Option<Fence>>,
     course: Mutex<Course>,
     /// How often what was followed came to an end that it was not to.
     breaks: AtomicU64,
@@ -117,13 +118,23 @@ impl Sort {
 }
 
 impl Held {
-    pub(super) fn new(fence: Option<Fence>) -> Option<Self> {
-        let fence = fence.filter(|fence| !fence.is_empty())?;
-        Some(Self {
-            fence,
+    pub(super) fn new(fence: Option<Fence>) -> Self {
+        Self {
+            fence: RwLock::new(fence.filter(|fence| !fence.is_empty())),
             course: Mutex::default(),
             breaks: AtomicU64::new(0),
-        })
+        }
+    }
+
+    pub(super) fn fence(&self) -> Option<Fence> {
+        *self.fence.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Another fence takes its place: the one that was there before.
+    fn replace(&self, fence: Option<Fence>) -> Option<Fence> {
+        let fence = fence.filter(|fence| !fence.is_empty());
+        let mut held = self.fence.write().unwrap_or_else(PoisonError::into_inner);
+        std::mem::replace(&mut held, fence)
     }
 
     /// What was followed ends here: the arm has to be read again.
@@ -132,7 +143,7 @@ impl Held {
     }
 
     fn bounds_motion(&self) -> bool {
-        self.fence.bounds_motion()
+        self.fence().is_some_and(|fence| fence.bounds_motion())
     }
 }
 
@@ -177,10 +188,50 @@ impl Turn<'_> {
 }
 
 impl Arm {
-    /// The fence that everything over this connection keeps to: [`Options::fence`](super::Options::fence).
+    /// The fence that everything over this connection keeps to: [`Options::fence`](super::Options::fence), or what
+    /// [`set_fence`](Self::set_fence) has put in its place.
     #[must_use]
-    pub fn fence(&self) -> Option<&Fence> {
-        self.inner.held.as_ref().map(|held| &held.fence)
+    pub fn fence(&self) -> Option<Fence> {
+        self.inner.held.fence()
+    }
+
+    /// Gives the connection another fence, for all its handles; `None` removes it. It holds as soon as this returns. What was
+    /// under way then was checked against the earlier one: the future stops the arm, unless the fence bounds nothing new.
+    ///
+    /// ```
+    /// use magician::{Arm, Fence, words};
+    ///
+    /// # #[tokio::main(flavor = "current_thread")]
+    /// # async fn main() -> Result<(), Box<dyn std::error::Error>> {
+    /// let arm = Arm::connect("sim").await?;
+    /// arm.set_fence(Some(Fence::default().with_floor(-20.0)?)).await?;
+    /// assert!(arm.run(&[words::line_to(220.0, 0.0, -30.0, 0.0)]).await.is_err());
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// As [`stop`](Self::stop). The fence holds all the same.
+    pub fn set_fence(
+        &self,
+        fence: Option<Fence>,
+    ) -> impl Future<Output = Result<()>> + Send + use<> {
+        let held = &self.inner.held;
+        let before = held.replace(fence);
+        let now = held.fence();
+        held.forget();
+        let arm = self.clone();
+        async move {
+            if now.is_none() || now == before {
+                return Ok(());
+            }
+            arm.stop().await?;
+            // What was checked before and handed over behind the stop.
+            if arm.moving() {
+                arm.stop().await?;
+            }
+            Ok(())
+        }
     }
 
     /// What a frame does to the fence: refused, or with the right to send it now.
@@ -220,7 +271,8 @@ impl Arm {
     /// How strong the laser would burn: that depends on nothing else.
     fn check_power(&self, held: &Held, frame: &Frame<'_>) -> Result<()> {
         let ctrl = frame.ctrl();
-        if held.fence.strongest_laser().is_none() || !(ctrl.write() || ctrl.queued()) {
+        let burns = held.fence().and_then(|fence| fence.strongest_laser());
+        if burns.is_none() || !(ctrl.write() || ctrl.queued()) {
             return Ok(());
         }
         let may = Row::with_id(frame.id()).is_some_and(|row| row.may_burn);
@@ -237,7 +289,7 @@ impl Arm {
     pub(super) fn fenced(&self, check: Preflight) -> Preflight {
         let check = check.laser_pins(self.inner.options.laser_pins);
         match self.fence() {
-            Some(fence) => check.fence(*fence),
+            Some(fence) => check.fence(fence),
             None => check,
         }
     }
@@ -410,9 +462,10 @@ impl Arm {
         &self,
         deadline: Instant,
     ) -> Result<Option<(Turn<'_>, Preflight)>> {
-        let Some(held) = self.inner.held.as_ref().filter(|held| held.bounds_motion()) else {
+        let held = &self.inner.held;
+        if !held.bounds_motion() {
             return Ok(None);
-        };
+        }
         let mut turn = self.take_fence(held, deadline).await?;
         let check = self.read_standing(&mut turn).await?;
         held.forget();
@@ -421,9 +474,10 @@ impl Arm {
 
     /// The right to run a program, with where it begins.
     pub(super) async fn hold_run(&self, begins: bool) -> Result<Option<Turn<'_>>> {
-        let Some(held) = self.inner.held.as_ref().filter(|held| held.bounds_motion()) else {
+        let held = &self.inner.held;
+        if !held.bounds_motion() {
             return Ok(None);
-        };
+        }
         let mut turn = self.take_fence(held, self.call_deadline()).await?;
         if begins {
             turn.then = Some(self.course_end(&mut turn).await?);

@@ -1,8 +1,6 @@
 //! Jogs under a fence: when the stop has to go out, so that the tool is at rest before it.
 
-use magician_motion::{
-    ArmState, Fence, JogAxis, KinematicLimits, Plan, Planner, Speeds, Trajectory,
-};
+use magician_motion::{ArmState, JogAxis, KinematicLimits, Plan, Planner, Speeds, Trajectory};
 use magician_protocol::commands::{
     JogCmd, JogCommonParams, JogCoordinateParams, JogJointParams, Pose,
 };
@@ -62,7 +60,7 @@ fn jog_of(command: &JogCmd) -> Option<magician_motion::Jog> {
 impl Arm {
     /// Whether jogs have to keep to a fence.
     pub(super) fn fences_jogs(&self) -> bool {
-        self.fence().is_some_and(Fence::bounds_motion)
+        self.fence().is_some_and(|fence| fence.bounds_motion())
     }
 
     /// The right to jog, and how far: nothing without a fence, no limit where none is in the way.

@@ -92,8 +92,8 @@ struct Inner {
     shared: Arc<Shared>,
     flow: tokio::sync::Mutex<Flow>,
     options: Options,
-    /// The fence, with what is known of the arm's way.
-    held: Option<fence::Held>,
+    /// The fence, if there is one, with what is known of the arm's way.
+    held: fence::Held,
     /// The arm is a virtual one in this process.
     in_process: bool,
     /// [`Options::timeout`] as it is now, in microseconds.

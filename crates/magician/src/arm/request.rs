@@ -61,9 +61,10 @@ impl Arm {
 
     pub(super) async fn ask_until(&self, request: Request, deadline: Instant) -> Result<FrameBuf> {
         let stops = self.stops();
-        let Some(held) = &self.inner.held else {
+        let held = &self.inner.held;
+        if held.fence().is_none() {
             return self.asked(request, deadline, stops).await;
-        };
+        }
         let frame = *request.frame();
         let turn = Box::pin(self.hold_fence(held, &frame.frame(), deadline)).await?;
         let answer = self.asked(request, deadline, stops).await;

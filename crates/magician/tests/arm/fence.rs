@@ -612,3 +612,39 @@ async fn a_virtual_arm_in_this_process_is_held_as_well() {
         .unwrap();
     arm.home().await.unwrap();
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_fence_that_is_set_later_holds_at_once_and_ends_what_was_checked_without_it() {
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    arm.set(&line(220.0, 0.0, 50.0)).await.unwrap();
+    arm.wait_still().await.unwrap();
+    arm.set(&line(220.0, 0.0, -80.0)).await.unwrap();
+    sleep(Duration::from_millis(200)).await;
+    assert!(desk.with(|arm| arm.state().moving));
+    let clone = arm.clone();
+    let holds = clone.set_fence(Some(floor()));
+    // It holds before anybody waits.
+    assert_eq!(arm.fence(), Some(floor()));
+    holds.await.unwrap();
+    let low = || desk.with(|arm| arm.state().pose.z) < -60.011;
+    assert!(!low() && !arm.moving());
+    sleep(Duration::from_secs(3)).await;
+    assert!(!low());
+    let error = arm
+        .run(&[Set::from(line(220.0, 0.0, -80.0))])
+        .await
+        .unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Unreachable, "{error}");
+    // The same again stops nothing, nor does none.
+    arm.enqueue(&line(220.0, 0.0, 20.0)).await.unwrap();
+    let stops = arm.stops();
+    arm.set_fence(Some(floor())).await.unwrap();
+    arm.set_fence(None).await.unwrap();
+    assert_eq!((arm.stops(), arm.fence()), (stops, None));
+    arm.stop().await.unwrap();
+    arm.run(&[Set::from(line(220.0, 0.0, -70.0))])
+        .await
+        .unwrap();
+    assert!(low());
+}

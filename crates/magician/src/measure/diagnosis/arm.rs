@@ -49,7 +49,7 @@ impl Diagnosis {
         alarms(arm, self, to).await?;
         if let Some(fence) = arm.fence() {
             let finding = Finding::good("fence", fence.to_string());
-            self.add(finding.value(Measured::Fence(Box::new(*fence))), to)?;
+            self.add(finding.value(Measured::Fence(Box::new(fence))), to)?;
         }
         queue(arm, self, to).await
     }
