@@ -255,14 +255,7 @@ impl Work {
                 if request.is_some() {
                     self.halt_job();
                 }
-                self.doing = None;
-                let is_job = |waiting: &Waiting| matches!(waiting, Waiting::Job(_));
-                self.waiting.retain(is_job);
-                self.jog = None;
-                if let Some((_, begins)) = self.beginning.take() {
-                    begins.abort();
-                }
-                self.stops += 1;
+                self.give_up();
                 let arm = self.arm.clone();
                 self.side.spawn(async move {
                     let stood = async {
@@ -271,6 +264,24 @@ impl Work {
                     };
                     let stood = stood.await.map(|pose| acts::stood(&pose));
                     TaskResult::Stopped(request, stood.map_err(RpcError::from))
+                });
+            }
+            ArmOrder::Fence {
+                request,
+                fence,
+                stops,
+            } => {
+                // It holds from here on.
+                let holds = self.arm.set_fence(*fence);
+                if stops {
+                    self.give_up();
+                } else {
+                    self.stops += 1;
+                }
+                self.side.spawn(async move {
+                    let fence = crate::fence::shown((*fence).as_ref());
+                    let outcome = holds.await.map(|()| json!({"fence": fence}));
+                    TaskResult::Stopped(Some(request), outcome.map_err(RpcError::from))
                 });
             }
             ArmOrder::Watch { rate, pins } => {
@@ -282,6 +293,18 @@ impl Work {
                 }
             }
         }
+    }
+
+    /// Ends what is under way, but a job, for a stop that follows.
+    fn give_up(&mut self) {
+        self.doing = None;
+        let is_job = |waiting: &Waiting| matches!(waiting, Waiting::Job(_));
+        self.waiting.retain(is_job);
+        self.jog = None;
+        if let Some((_, begins)) = self.beginning.take() {
+            begins.abort();
+        }
+        self.stops += 1;
     }
 
     /// Begins the next action if nothing is in its way.

@@ -13,6 +13,7 @@ pub mod api;
 pub mod client;
 pub mod control;
 mod engine;
+mod fence;
 #[cfg(feature = "http")]
 pub mod http;
 mod job;

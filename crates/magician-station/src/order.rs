@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician::words::{Axis, JogDirection};
-use magician::{Pin, Set, ToolBias};
+use magician::{Fence, Pin, Set, ToolBias};
 use magician_job::{JobProgress, JobState, PauseReason};
 use magician_program::Travel;
 use serde::{Deserialize, Serialize};
@@ -56,6 +56,15 @@ pub enum ArmOrder {
         /// The request that is answered when it stands. A stop that nobody asked for, because a lease has ended, is none of a
         /// job: that has an order of its own.
         request: Option<RequestId>,
+    },
+    /// The arm gets another fence, at once.
+    Fence {
+        /// The request that is answered when it holds, and the arm stands where it had to be stopped.
+        request: RequestId,
+        /// The fence; none removes it.
+        fence: Box<Option<Fence>>,
+        /// Whether what is under way has to end: it was checked against the earlier one.
+        stops: bool,
     },
     /// A program is checked.
     CheckJob {

@@ -88,7 +88,10 @@ impl RunningStation {
     /// # Panics
     /// Outside of a tokio runtime.
     #[must_use]
-    pub fn start(config: StationConfig, arms: Vec<Arm>, journal: JournalSink) -> Self {
+    pub fn start(mut config: StationConfig, arms: Vec<Arm>, journal: JournalSink) -> Self {
+        for (entry, arm) in config.arms.iter_mut().zip(&arms) {
+            entry.fence = arm.fence();
+        }
         let shared = Arc::new_cyclic(|shared: &Weak<Shared>| {
             let reader = Arc::clone(&config.reader);
             let store = Arc::clone(&config.jobs);

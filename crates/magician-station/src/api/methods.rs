@@ -241,7 +241,7 @@ pub static METHODS: &[Method] = &[
             may(
                 "laser",
                 Kind::Object,
-                "the laser: `on`, and `power` (percent)",
+                "the laser: `on`, and `power` (percent), which is 100 where it stands",
             ),
             YES,
         ],
@@ -254,13 +254,15 @@ pub static METHODS: &[Method] = &[
         Student,
         &[
             ARM,
-            needed(
+            may(
                 "percent",
                 PERCENT,
-                "share of the set speeds of moves and jogs",
+                "share of the set speeds of moves and jogs; or `row`",
             ),
+            may("row", NAME, "a command of the protocol that holds speeds"),
+            may("fields", Kind::Object, "its fields"),
         ],
-        "Sets the speed of moves and jogs.",
+        "Sets the speed of moves and jogs as a whole, also of a job that runs, or one setting of speeds.",
         "null",
     )
     .leased(JobSetting),
@@ -279,6 +281,20 @@ pub static METHODS: &[Method] = &[
         "{arms: [{arm, stood, pose}]}, when they stand",
     )
     .always(),
+    method(
+        "arm.fence",
+        Viewer,
+        &[
+            ARM,
+            may(
+                "set",
+                Kind::Either(&[Kind::Object, Kind::Null]),
+                "the members to change: `floor` (mm), `box` {x, y, z: [least, most]} (mm), `keep_out` (boxes), `speed` (mm/s), `power` (percent), each or all null for no bound; for teachers",
+            ),
+        ],
+        "The fence of an arm: what crosses it is refused as `unreachable`. A change ends what is under way.",
+        "{fence}: null without one",
+    ),
     method(
         "events.since",
         Viewer,

@@ -23,6 +23,8 @@ pub enum Kind {
     Object,
     /// Objects.
     Objects,
+    /// Nothing.
+    Null,
     /// One of these kinds.
     Either(&'static [Kind]),
 }
@@ -62,6 +64,7 @@ impl Kind {
             Self::Objects => {
                 { value.as_array() }.is_some_and(|items| items.iter().all(Value::is_object))
             }
+            Self::Null => value.is_null(),
             Self::Either(kinds) => kinds.iter().any(|kind| kind.takes(value)),
         }
     }
@@ -83,6 +86,7 @@ impl Kind {
             Self::Numbers(least, most) => format!("{least} to {most} numbers"),
             Self::Object => "an object".to_owned(),
             Self::Objects => "an array of objects".to_owned(),
+            Self::Null => "null".to_owned(),
             Self::Either(kinds) => {
                 let kinds: Vec<_> = kinds.iter().map(|kind| kind.describe()).collect();
                 kinds.join(", or ")
@@ -115,6 +119,7 @@ impl Kind {
             }),
             Self::Object => json!({"type": "object"}),
             Self::Objects => json!({"type": "array", "items": {"type": "object"}}),
+            Self::Null => json!({"type": "null"}),
             Self::Either(kinds) => {
                 let kinds: Vec<_> = kinds.iter().map(|kind| kind.schema()).collect();
                 json!({"oneOf": kinds})

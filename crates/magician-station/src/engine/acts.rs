@@ -98,6 +98,11 @@ async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> 
             arm.set_any(&words::tool(bias)).await?;
             Ok(Outcome::State)
         }
+        ArmAct::Tool(set) if set == words::laser(false) => {
+            // With its pins.
+            arm.darken().await?;
+            Ok(Outcome::State)
+        }
         ArmAct::Tool(set) => {
             arm.set_any(&set).await?;
             Ok(Outcome::State)

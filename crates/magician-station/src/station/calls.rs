@@ -1,16 +1,15 @@
 //! The methods of arms: what each checks, and what it orders.
 
-use std::collections::BTreeSet;
 use std::time::Duration;
 
-use magician::words::{self, Axis, JogDirection};
-use magician::{Set, ToolBias, burns};
+use magician::words::{Axis, JogDirection};
+use magician::{Set, burns};
 use magician_program::Travel;
 use magician_protocol::Row;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
-use super::{Awaited, Station};
+use super::{Awaited, Station, tools};
 use crate::api::{Method, Needs, Params, Role, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
 use crate::order::{ArmAct, ArmOrder, ArmRead};
@@ -53,6 +52,7 @@ impl Station {
             }
             ("arm.stop", arm) => Ok(self.stop(call, arm)),
             ("arm.info", Some(arm)) => Ok(self.read(call, arm, ArmRead::Info)),
+            ("arm.fence", Some(arm)) => self.fence(call, arm),
             ("arm.alarms", Some(arm)) => Ok(self.read(call, arm, ArmRead::Alarms)),
             ("arm.state", Some(arm)) => self.state(call, arm),
             ("teach.capture", Some(arm)) => {
@@ -227,6 +227,10 @@ impl Station {
         let kind = match &act {
             ArmAct::Move { wait: false, .. } => WorkKind::Queued,
             ArmAct::Set(set) if magician::sets_in_motion(set) => WorkKind::Queued,
+            // The laser would burn on when its holder is gone: it is left behind as what is queued is.
+            ArmAct::Set(set) | ArmAct::Tool(set) if burns(set, true) => WorkKind::Queued,
+            // A job lets its speed be changed as a whole.
+            ArmAct::Set(_) if kind == WorkKind::JobSetting => WorkKind::Setting,
             _ => kind,
         };
         self.take_lease(call, arm);
@@ -310,10 +314,8 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
         "arm.enqueue" => Ok(ArmAct::Enqueue(command(call, true)?)),
         "arm.home" => Ok(ArmAct::Home),
         "arm.clear_alarms" => Ok(ArmAct::ClearAlarms),
-        "arm.speed" => Ok(ArmAct::Speed(
-            params.number("percent").unwrap_or(100.0) as f32
-        )),
-        "arm.tool" => tool(call),
+        "arm.speed" => tools::speed(call),
+        "arm.tool" => tools::tool(call),
         "arm.move" => {
             let to = params.numbers("to").unwrap_or_default();
             let [x, y, z, r, rest @ ..] = to.as_slice() else {
@@ -349,48 +351,10 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
     }
 }
 
-/// What `arm.tool` is to do: one thing.
-fn tool(call: &Call<'_>) -> Result<ArmAct, RpcError> {
-    let params = call.params;
-    let things = ["tool", "suction", "gripper", "laser"];
-    let given: BTreeSet<_> = { things.iter() }
-        .filter(|name| params.get(name).is_some())
-        .collect();
-    if given.len() != 1 {
-        let why = "one of `tool`, `suction`, `gripper`, `laser` has to be given";
-        return Err(RpcError::param("tool", why));
-    }
-    if let Some(on) = params.switch("suction") {
-        return Ok(ArmAct::Tool(words::suction(on)));
-    }
-    if let Some(gripper) = params.text("gripper") {
-        return Ok(ArmAct::Tool(match gripper {
-            "closed" => words::grip(),
-            "open" => words::release(),
-            _ => words::pump_off(),
-        }));
-    }
-    if let Some(laser) = params.object("laser") {
-        let wrong = || RpcError::param("laser", "`laser` is {on}: true or false");
-        let on = laser.get("on").and_then(Value::as_bool).ok_or_else(wrong)?;
-        if laser.len() != 1 {
-            return Err(wrong());
-        }
-        return Ok(ArmAct::Tool(words::laser(on)));
-    }
-    let bias = match (params.text("tool"), params.numbers("tool").as_deref()) {
-        (Some(name), _) => ToolBias::named(name),
-        (None, Some([x, y, z])) => Some(ToolBias::new(*x, *y, *z)),
-        _ => None,
-    };
-    bias.map(ArmAct::Tip)
-        .ok_or_else(|| RpcError::param("tool", "unknown tool"))
-}
-
 /// What `arm.get` reads.
 fn wanted(call: &Call<'_>) -> Result<ArmRead, RpcError> {
     let name = call.params.text("command").unwrap_or_default();
-    let row = Row::find_readable(name).map_err(|_| unknown(name, "read"))?;
+    let row = Row::find_readable(name).map_err(|_| unknown("command", name, "read"))?;
     let given = call.params.object("query").cloned().unwrap_or_default();
     let params = match row.query {
         Some(layout) => encode(layout, &given).map_err(|why| RpcError::param("query", why))?,
@@ -408,12 +372,17 @@ fn wanted(call: &Call<'_>) -> Result<ArmRead, RpcError> {
 
 /// The command that a request names, with its fields.
 fn command(call: &Call<'_>, queued: bool) -> Result<Set, RpcError> {
-    let name = call.params.text("command").unwrap_or_default();
-    let row = Row::find_writable(name).map_err(|_| unknown(name, "set"))?;
-    let layout = row.set.ok_or_else(|| unknown(name, "set"))?;
+    named_command(call, "command", queued)
+}
+
+/// The command that this parameter names, with its fields.
+pub(super) fn named_command(call: &Call<'_>, param: &str, queued: bool) -> Result<Set, RpcError> {
+    let name = call.params.text(param).unwrap_or_default();
+    let row = Row::find_writable(name).map_err(|_| unknown(param, name, "set"))?;
+    let layout = row.set.ok_or_else(|| unknown(param, name, "set"))?;
     if queued && !row.queueable {
         return Err(RpcError::param(
-            "command",
+            param,
             format!("{} cannot be queued", row.set_name),
         ));
     }
@@ -423,10 +392,10 @@ fn command(call: &Call<'_>, queued: bool) -> Result<Set, RpcError> {
     set.map_err(|error| RpcError::param("fields", format!("{name}: {error}")))
 }
 
-fn unknown(name: &str, does: &str) -> RpcError {
+fn unknown(param: &str, name: &str, does: &str) -> RpcError {
     let name = magician_protocol::visible(name);
     RpcError::param(
-        "command",
+        param,
         format!("there is no command `{name}` that can be {does}"),
     )
 }

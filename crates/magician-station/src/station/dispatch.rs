@@ -307,7 +307,10 @@ impl Station {
         method: &Method,
         params: Option<&Params>,
     ) -> Option<JournalLine> {
+        let sets_fence =
+            method.name == "arm.fence" && params.is_some_and(|params| params.get("set").is_some());
         let counts = method.needs != Needs::Nothing
+            || sets_fence
             || method.name.starts_with("lease.")
             || (method.always && method.name != "jog.keep");
         if !counts {

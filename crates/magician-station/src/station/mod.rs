@@ -4,6 +4,7 @@ mod calls;
 mod dispatch;
 mod effects;
 mod events;
+mod fence;
 mod jobs;
 mod journal;
 mod leases;
@@ -13,6 +14,7 @@ mod reports;
 mod sessions;
 mod size;
 mod socket;
+mod tools;
 mod watch;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
@@ -69,7 +71,7 @@ impl Gate for NoTokens {
 }
 
 /// An arm of a station.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ArmEntry {
     /// Its name: `[a-z0-9][a-z0-9_-]{0,31}`.
     pub name: String,
@@ -79,6 +81,8 @@ pub struct ArmEntry {
     pub is_virtual: bool,
     /// Whether a laser may be mounted at its pins.
     pub laser_pins: bool,
+    /// Its fence. [`RunningStation`](crate::RunningStation) takes that of the arm itself.
+    pub fence: Option<magician::Fence>,
 }
 
 /// What a station is made of.
@@ -112,6 +116,7 @@ impl ArmEntry {
             port: "sim".to_owned(),
             is_virtual: true,
             laser_pins: true,
+            fence: None,
         }
     }
 }

@@ -43,7 +43,13 @@ fn good(name: &'static str, kind: Kind) -> BoxedStrategy<Value> {
         ("jog", _) => id('g').boxed(),
         ("session", _) => id('s').boxed(),
         ("subscription", _) => (1..5_u32).prop_map(Value::from).boxed(),
-        ("command", _) => {
+        ("set", _) => select(vec![
+            json!({"floor": -20, "speed": 50}),
+            json!({"keep_out": [{"x": [0, 1], "y": [0, 1], "z": [0, 1]}]}),
+            json!(null),
+        ])
+        .boxed(),
+        ("command" | "row", _) => {
             let names = [
                 "PTPCmd",
                 "PTPCommonParams",
@@ -63,6 +69,7 @@ fn good(name: &'static str, kind: Kind) -> BoxedStrategy<Value> {
         ("laser", _) => Just(json!({"on": true})).boxed(),
         (_, Kind::Text(_)) => ".{0,20}".prop_map(Value::from).boxed(),
         (_, Kind::Choice(names)) => select(names).prop_map(Value::from).boxed(),
+        (_, Kind::Null) => Just(json!(null)).boxed(),
         (_, Kind::Switch) => any::<bool>().prop_map(Value::from).boxed(),
         (_, Kind::Integer(least, most)) => prop_oneof![
             Just(least),

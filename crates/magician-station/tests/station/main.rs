@@ -3,6 +3,7 @@
 mod bench;
 mod day;
 mod examples;
+mod fence;
 mod jobs;
 mod jogs;
 mod leases;
@@ -10,4 +11,5 @@ mod limits;
 mod messages;
 mod moves;
 mod stale;
+mod tools;
 mod watching;

@@ -184,8 +184,10 @@ async fn every_method_does_something() {
         if ["job.check", "job.start"].contains(&method.name) {
             params["text"] = json!(crate::jobs::drawing());
         }
-        if method.name == "arm.tool" {
-            params["suction"] = json!(true);
+        match method.name {
+            "arm.tool" => params["suction"] = json!(true),
+            "arm.speed" => params["percent"] = json!(5),
+            _ => {}
         }
         let outcome = teacher.call(method.name, params).await;
         if let Err(error) = outcome {

@@ -114,6 +114,7 @@ impl Serve {
                 port: port_of(&target),
                 is_virtual: matches!(target, Target::Sim(_)),
                 laser_pins: options.laser_pins,
+                fence: options.fence,
             };
             arms.push((entry, target, options));
         }
