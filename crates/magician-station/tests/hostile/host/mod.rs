@@ -286,6 +286,7 @@ impl Life {
             ArmOrder::Read { request, .. }
             | ArmOrder::CheckJob { request, .. }
             | ArmOrder::Act { request, .. }
+            | ArmOrder::Fence { request, .. }
             | ArmOrder::StartJog { request, .. } => *request,
             ArmOrder::Stop { request } => request.expect("those without are not kept"),
             other => panic!("{other:?} is not kept"),
