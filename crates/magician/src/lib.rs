@@ -61,6 +61,8 @@ pub mod arms;
 pub mod blocking;
 #[cfg(feature = "lines")]
 pub mod discovery;
+#[doc(hidden)]
+pub mod files;
 #[cfg(feature = "measure")]
 #[doc(hidden)]
 pub mod measure;

@@ -1,8 +1,7 @@
 //! Files that people write for a virtual arm, the one that keeps its flash.
 
-use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Read, Write};
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use magician_sim::document::{self, DocumentError};
@@ -75,22 +74,14 @@ pub fn load_flash(path: &Path) -> Result<Option<Flash>, FlashFileError> {
     Flash::from_toml(&text).map(Some).map_err(damaged)
 }
 
-/// Writes the file of a flash, in the place of what is there. Until it is complete on the disk what was there stays: it is
-/// written beside it first, as `FILE.new`; a reader finds the old one or the new one, never a part of either. It
-/// holds the Wi-Fi password, so only its owner may read it.
+/// Writes the file of a flash, in the place of what is there. Until it is complete on the disk what was there stays: a reader
+/// finds the old one or the new one, never a part of either. It holds the Wi-Fi password, so only its owner may read it.
 ///
 /// # Errors
 /// [`FlashFileError::File`]; then what was there is there still.
 pub fn save_flash(flash: &Flash, path: &Path) -> Result<(), FlashFileError> {
-    // A symlink stays one.
-    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    let beside = beside(path);
-    let written = private(&beside).and_then(|mut file| {
-        file.write_all(flash.to_toml().as_bytes())?;
-        file.sync_all()
-    });
-    written.map_err(|source| failed(&beside, "write", source))?;
-    fs::rename(&beside, path).map_err(|source| failed(path, "replace", source))
+    crate::files::rewrite_private(path, &flash.to_toml())
+        .map_err(|source| failed(path, "write", source))
 }
 
 fn failed(path: &Path, action: &'static str, source: io::Error) -> FlashFileError {
@@ -99,18 +90,4 @@ fn failed(path: &Path, action: &'static str, source: io::Error) -> FlashFileErro
         action,
         source,
     }
-}
-
-fn beside(path: &Path) -> PathBuf {
-    let mut name = OsString::from(path);
-    name.push(".new");
-    name.into()
-}
-
-fn private(path: &Path) -> io::Result<File> {
-    let mut options = OpenOptions::new();
-    options.write(true).create(true).truncate(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    options.open(path)
 }

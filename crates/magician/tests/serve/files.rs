@@ -77,11 +77,12 @@ fn a_file_that_cannot_be_written_stays_as_it_was() {
     let old = Controller::default().flash().to_toml();
     fs::write(&path, &old).unwrap();
     // Where the new one would be written there is something in the way.
-    fs::create_dir(directory.path().join("flash.toml.new")).unwrap();
+    let beside = format!("flash.toml.{}.new", std::process::id());
+    fs::create_dir(directory.path().join(beside)).unwrap();
     let mut arm = Controller::default();
     fill(&mut arm);
     let error = save_flash(arm.flash(), &path).unwrap_err();
-    assert!(error.to_string().contains("flash.toml.new: cannot write"));
+    assert!(error.to_string().contains("flash.toml: cannot write"));
     assert_eq!(fs::read_to_string(&path).unwrap(), old);
     let nowhere = directory.path().join("no/such/flash.toml");
     assert!(save_flash(arm.flash(), &nowhere).is_err());
