@@ -26,6 +26,9 @@ const SHELLS: [(&str, &str); 5] = [
 /// The rule that lets everybody at a Linux computer use an arm.
 pub(super) const RULES: &str = "70-magician.rules";
 
+/// A station that starts with a Linux computer, and the user that it runs as.
+pub(super) const SERVICE: [&str; 2] = ["magician.service", "magician.sysusers"];
+
 /// Lays out what a system's archive holds, in a folder named like it, and packs it. What the command says of itself (completions, manual
 /// pages) is asked of `speaker`, which runs here.
 pub(super) fn write(
@@ -57,6 +60,18 @@ pub(super) fn write(
     let packaging = builder.root.join("packaging");
     if system.family == Family::Linux {
         fs::copy(packaging.join(RULES), room("udev")?.join(RULES))?;
+    }
+    // What starts a station with the computer.
+    let services: &[&str] = match system.family {
+        Family::Linux => &SERVICE,
+        Family::MacOs(_) => &["local.magician.serve.plist"],
+        Family::Windows => &[],
+    };
+    for file in services {
+        fs::copy(
+            packaging.join("service").join(file),
+            room("service")?.join(file),
+        )?;
     }
     fs::copy(packaging.join("README.txt"), folder.join("README.txt"))?;
     fs::copy(

@@ -8,7 +8,7 @@ use std::process::Command;
 
 use flate2::{Compression, GzBuilder};
 
-use super::archive::RULES;
+use super::archive::{RULES, SERVICE};
 use super::output;
 use super::system::{Builder, GLIBC, System};
 
@@ -63,6 +63,12 @@ pub(super) fn write(
         from.join("udev").join(RULES),
         folder.join("usr/lib/udev/rules.d").join(RULES),
     ));
+    let [service, users] = SERVICE.map(|file| from.join("service").join(file));
+    places.push((
+        service,
+        folder.join("usr/lib/systemd/system/magician.service"),
+    ));
+    places.push((users, folder.join("usr/lib/sysusers.d/magician.conf")));
     for (inside, place) in places {
         fs::create_dir_all(place.parent().unwrap_or(&folder))?;
         fs::copy(inside, place)?;

@@ -67,6 +67,7 @@ pub(super) fn formula(metadata: &Metadata, made: &[Made]) -> Option<String> {
     fish_completion.install "completions/magician.fish"
     pkgshare.install "licenses", "README.txt"
     pkgshare.install "udev" if OS.linux?
+    pkgshare.install "service"
   end
 
   test do
