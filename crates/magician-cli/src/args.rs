@@ -244,7 +244,6 @@ impl Verb {
             Self::Bench(_)
                 | Self::Conform(_)
                 | Self::Demo(_)
-                | Self::Doctor(_)
                 | Self::Proxy(_)
                 | Self::Replay(_)
                 | Self::Serve(_)

@@ -17,6 +17,7 @@ mod fence;
 mod interrupt;
 mod json;
 mod log;
+mod mdns;
 mod mounted;
 mod options;
 mod output;

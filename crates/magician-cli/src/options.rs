@@ -7,6 +7,7 @@ use std::time::Duration;
 use clap::Args;
 use magician::faults::Faults;
 use magician_motion::ToolBias;
+use magician_station::client::Trust;
 
 use crate::failure::Failure;
 
@@ -30,9 +31,19 @@ pub(crate) struct Global {
     )]
     pub(crate) port: Option<String>,
 
-    /// Go through a station instead of a port: `http://HOST:PORT`, or `http://HOST:PORT/ARM`; a token is taken from MAGICIAN_TOKEN
+    /// Go through a station instead of a port: `http://HOST:PORT`, or `http://HOST:PORT/ARM`, https where it encrypts; a token is taken from MAGICIAN_TOKEN
     #[arg(long, global = true, value_name = "URL")]
     pub(crate) station: Option<String>,
+
+    /// Trust the certificates of this file (PEM) at an https station, instead of the system's
+    #[arg(
+        long,
+        global = true,
+        env = "MAGICIAN_STATION_CA",
+        hide_env_values = true,
+        value_name = "FILE"
+    )]
+    pub(crate) station_ca: Option<PathBuf>,
 
     /// Print JSON: one object, or one per line
     #[arg(long, global = true)]
@@ -76,6 +87,22 @@ pub(crate) struct Global {
 }
 
 impl Global {
+    /// The token for a station.
+    pub(crate) fn token(&self) -> Option<String> {
+        let token = std::env::var("MAGICIAN_TOKEN").ok();
+        token.filter(|token| !token.is_empty())
+    }
+
+    /// Whose certificates are trusted at a station.
+    pub(crate) fn trust(&self) -> Trust {
+        // An empty variable says nothing, as an empty port does.
+        let file = self
+            .station_ca
+            .clone()
+            .filter(|file| !file.as_os_str().is_empty());
+        file.map_or(Trust::System, Trust::File)
+    }
+
     /// Where the arm is: at a station, or a port.
     pub(crate) fn place(&self) -> Option<&str> {
         self.station.as_deref().or(self.port.as_deref())
@@ -87,6 +114,7 @@ impl Global {
         let Self {
             port,
             station,
+            station_ca,
             json,
             yes,
             timeout,
@@ -99,6 +127,10 @@ impl Global {
         for (name, is_given) in [
             ("--port", port.is_some()),
             ("--station", station.is_some()),
+            (
+                "--station-ca",
+                station_ca.is_some() && station_ca != session.station_ca,
+            ),
             ("--window", window.is_some()),
             ("--trace", trace.is_some()),
             ("--faults", faults.is_some()),

@@ -17,6 +17,7 @@ mod fence;
 #[cfg(feature = "http")]
 pub mod http;
 mod job;
+mod keeper;
 mod order;
 mod reading;
 mod running;
@@ -32,7 +33,7 @@ pub use order::{
 pub use reading::{ArmReading, FIELDS, FRAME, FRAME_FIELDS, ToolReading};
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
-    ArmEntry, CloseCode, Gate, Grant, JournalLine, NoTokens, Outgoing, Peer, SocketId, Station,
+    ArmEntry, CloseCode, Grant, JobsToKeep, JournalLine, Outgoing, Peer, SocketId, Station,
     StationConfig, StationSize,
 };
 

@@ -1,6 +1,6 @@
 //! A station with its arms on a tokio runtime: what listeners, pages in the process and tests talk to.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
@@ -12,10 +12,10 @@ use tokio::time::{Instant, sleep_until};
 
 use crate::control::ArmId;
 use crate::engine::ArmEngine;
-use crate::job::JobStore;
+use crate::keeper::Keeper;
 use crate::order::ArmReport;
 use crate::station::{
-    JournalLine, Outgoing, Peer, SOCKETS, SocketId, Station, StationConfig, StationSize,
+    Grant, JournalLine, Outgoing, Peer, SOCKETS, SocketId, Station, StationConfig, StationSize,
 };
 
 /// Takes the lines of a journal.
@@ -71,9 +71,7 @@ struct Shared {
     begun: Instant,
     /// Something is due earlier than before.
     due: Notify,
-    journal: JournalSink,
-    /// What keeps jobs; one at a time, so that the newest is kept.
-    store: Mutex<Arc<dyn JobStore>>,
+    keeper: Arc<Keeper>,
 }
 
 struct Inner {
@@ -113,8 +111,7 @@ impl RunningStation {
                 }),
                 begun: Instant::now(),
                 due: Notify::new(),
-                store: Mutex::new(Arc::clone(&store)),
-                journal,
+                keeper: Keeper::new(journal, store),
             }
         });
         let timer = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
@@ -175,6 +172,17 @@ impl RunningStation {
         (inner.station.size(), orders)
     }
 
+    /// Waits until journal and jobs are written as they are now. They are written beside everything else, a moment later.
+    pub async fn flush(&self) {
+        self.shared.keeper.flush().await;
+    }
+
+    /// The names of the tokens that sessions have come with.
+    #[must_use]
+    pub fn tokens(&self) -> BTreeSet<String> {
+        self.shared.lock().station.tokens()
+    }
+
     /// A token is good no more: its sessions end.
     pub fn revoke(&self, token: &str) {
         self.shared
@@ -194,43 +202,29 @@ impl Shared {
 
     /// Does something with the station, and what follows from it.
     fn with<T>(&self, act: impl FnOnce(&mut Inner, HostInstant) -> T) -> T {
-        let (outcome, lines, kept) = {
-            let mut inner = self.lock();
-            let due = inner.station.poll_timeout();
-            let outcome = act(&mut inner, self.now());
-            while let Some((arm, order)) = inner.station.poll_order() {
-                if let Some(engine) = inner.engines.get(arm.0 as usize) {
-                    engine.order(order);
-                }
+        let mut inner = self.lock();
+        let due = inner.station.poll_timeout();
+        let outcome = act(&mut inner, self.now());
+        while let Some((arm, order)) = inner.station.poll_order() {
+            if let Some(engine) = inner.engines.get(arm.0 as usize) {
+                engine.order(order);
             }
-            while let Some(socket) = inner.station.poll_awake() {
-                if let Some(awake) = inner.sockets.get(&socket) {
-                    awake.notify_one();
-                }
-            }
-            let mut lines = Vec::new();
-            while let Some(line) = inner.station.poll_journal() {
-                lines.push(line);
-            }
-            if inner.station.poll_timeout() != due {
-                self.due.notify_one();
-            }
-            (outcome, lines, inner.station.has_jobs_to_keep())
-        };
-        // Orders are out: a slow disk delays nothing but the answer.
-        lines.into_iter().for_each(&self.journal);
-        if kept {
-            self.keep_jobs();
         }
+        while let Some(socket) = inner.station.poll_awake() {
+            if let Some(awake) = inner.sockets.get(&socket) {
+                awake.notify_one();
+            }
+        }
+        let mut lines = Vec::new();
+        while let Some(line) = inner.station.poll_journal() {
+            lines.push(line);
+        }
+        if inner.station.poll_timeout() != due {
+            self.due.notify_one();
+        }
+        // In the order in which it happened: nobody comes between.
+        self.keeper.keep(lines, inner.station.poll_jobs());
         outcome
-    }
-
-    fn keep_jobs(&self) {
-        let store = self.store.lock().unwrap_or_else(PoisonError::into_inner);
-        let jobs = self.lock().station.poll_jobs();
-        if let Some(jobs) = jobs {
-            store.save(&jobs);
-        }
     }
 
     fn report(&self, arm: ArmId, report: ArmReport) {
@@ -278,6 +272,11 @@ impl Client {
     pub fn send(&self, text: &str) {
         self.shared
             .with(|inner, now| inner.station.receive(now, self.socket, text));
+    }
+
+    /// What the token of its hello allows, before the hello is sent: [`Station::vouch`].
+    pub fn vouch(&self, grant: Option<Grant>) {
+        self.shared.lock().station.vouch(self.socket, grant);
     }
 
     /// A sign of life: the answer to a ping. A holder without a word for five seconds loses its lease.

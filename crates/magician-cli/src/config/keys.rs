@@ -2,6 +2,7 @@
 
 use magician::Target;
 use magician_program::{Power, Tool};
+use magician_station::http::Listener;
 use toml::de::DeValue;
 
 use crate::verbs::job::options::numbers;
@@ -37,10 +38,16 @@ pub(crate) enum Kind {
     Place,
     /// A table that another verb writes.
     Sheet,
+    /// HOST:PORT to listen at.
+    Address,
+    /// Texts, with commas between them as a person types them; a list in the file.
+    List,
+    /// true or false.
+    Switch,
 }
 
 /// All of them.
-pub(crate) const KEYS: [Key; 11] = [
+pub(crate) const KEYS: [Key; 15] = [
     Key {
         name: "port",
         about: "port of the arm, as for --port",
@@ -118,6 +125,34 @@ pub(crate) const KEYS: [Key; 11] = [
         default: "100",
         kind: Kind::Power,
     },
+    Key {
+        name: "serve.listen",
+        about: "where `magician serve` listens, HOST:PORT, as for --listen",
+        variable: None,
+        default: "localhost:8910",
+        kind: Kind::Address,
+    },
+    Key {
+        name: "serve.allow_host",
+        about: "further names of the station, HOST[:PORT],.., as for --allow-host",
+        variable: None,
+        default: "none",
+        kind: Kind::List,
+    },
+    Key {
+        name: "serve.allow_origin",
+        about: "sites whose pages may use the station, as for --allow-origin",
+        variable: None,
+        default: "none",
+        kind: Kind::List,
+    },
+    Key {
+        name: "serve.student_laser",
+        about: "whether the role student may switch the laser of a real arm on: true or false",
+        variable: None,
+        default: "false",
+        kind: Kind::Switch,
+    },
 ];
 
 impl Key {
@@ -149,6 +184,16 @@ impl Key {
             }
             Kind::Place => numbers::<3>(text).map(|_| quoted(text)),
             Kind::Sheet => Err("set it with `magician calibrate`".to_owned()),
+            Kind::Address => match Listener::check(text) {
+                Ok(()) => Ok(quoted(text)),
+                Err(error) => Err(error.to_string()),
+            },
+            Kind::List => {
+                let texts: Vec<_> = list(text).map(toml::Value::from).collect();
+                Ok(toml::Value::from(texts).to_string())
+            }
+            Kind::Switch if ["true", "false"].contains(&text) => Ok(text.to_owned()),
+            Kind::Switch => Err("expected true or false".to_owned()),
         }
     }
 
@@ -157,12 +202,22 @@ impl Key {
         let text = match (self.kind, value) {
             (Kind::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
             (Kind::Sheet, _) => return Err("expected a table".to_owned()),
-            (Kind::Port | Kind::Tool | Kind::Place | Kind::Power, DeValue::String(text)) => {
-                text.to_string()
-            }
-            (Kind::Port | Kind::Tool | Kind::Place, _) => {
+            (
+                Kind::Port | Kind::Tool | Kind::Place | Kind::Power | Kind::Address,
+                DeValue::String(text),
+            ) => text.to_string(),
+            (Kind::Port | Kind::Tool | Kind::Place | Kind::Address, _) => {
                 return Err("expected a quoted string".to_owned());
             }
+            (Kind::List, DeValue::Array(texts)) => {
+                let texts = texts.iter().map(|text| text.get_ref().as_str());
+                let texts: Option<Vec<_>> = texts.collect();
+                let texts = texts.ok_or("expected quoted strings in brackets")?;
+                texts.join(",")
+            }
+            (Kind::List, _) => return Err("expected quoted strings in brackets".to_owned()),
+            (Kind::Switch, DeValue::Boolean(on)) => on.to_string(),
+            (Kind::Switch, _) => return Err("expected true or false".to_owned()),
             (_, DeValue::Integer(number)) => number.as_str().replace('_', ""),
             (_, DeValue::Float(number)) => number.as_str().replace('_', ""),
             _ => return Err("expected a number".to_owned()),
@@ -184,6 +239,13 @@ impl Key {
             .filter(|value| good(*value))
             .ok_or_else(|| wanted.to_owned())
     }
+}
+
+/// The texts of a list as a person types it.
+pub(crate) fn list(text: &str) -> impl Iterator<Item = &str> {
+    text.split(',')
+        .map(str::trim)
+        .filter(|text| !text.is_empty())
 }
 
 /// A text as TOML has it.
@@ -229,7 +291,18 @@ mod tests {
             write("park", "200,-80, 60"),
             Ok("\"200,-80, 60\"".to_owned())
         );
+        assert_eq!(
+            write("serve.allow-host", "lab.local, arm:8910"),
+            Ok("[\"lab.local\", \"arm:8910\"]".to_owned())
+        );
+        assert_eq!(
+            write("serve.listen", "0.0.0.0:8910"),
+            Ok("\"0.0.0.0:8910\"".to_owned())
+        );
+        assert_eq!(write("serve.student_laser", "true"), Ok("true".to_owned()));
         for (name, wrong) in [
+            ("serve.listen", "lab.local:8910"),
+            ("serve.student_laser", "yes"),
             ("port", "nowhere"),
             ("tool", "hammer"),
             ("window", "0"),

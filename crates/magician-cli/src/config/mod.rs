@@ -19,7 +19,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::diagnostics::{self, Severity};
 use crate::failure::{Failure, Kind};
-pub(crate) use keys::{KEYS, Key};
+pub(crate) use keys::{KEYS, Key, list};
 
 /// A file larger than this is none of settings.
 const LARGEST: u64 = 1 << 20;
@@ -138,6 +138,12 @@ impl Config {
     /// A number that the file says. The check has let nothing else through.
     pub(crate) fn number(&self, name: &str) -> Option<f64> {
         self.says(name)?.parse().ok()
+    }
+
+    /// Texts that the file says.
+    pub(crate) fn list(&self, name: &str) -> Vec<String> {
+        let said = self.says(name).unwrap_or_default();
+        list(said).map(str::to_owned).collect()
     }
 
     /// A power that the file says.
@@ -323,6 +329,11 @@ mod tests {
         }
         for (text, line, part) in [
             ("prot = 'COM3'", 1, "unknown setting `prot`"),
+            ("[serve]\nlisten = 8910", 2, "quoted"),
+            ("[serve]\nallow_host = 'a'", 2, "in brackets"),
+            ("[serve]\nallow_host = ['a', 1]", 2, "in brackets"),
+            ("[serve]\nstudent_laser = 'true'", 2, "true or false"),
+            ("[serve]\nlink = 'a'", 2, "serve.link"),
             ("\nport = 3", 2, "quoted"),
             ("window = 9", 1, "1 to 8"),
             ("[draw]\nsped = 3", 2, "draw.sped"),

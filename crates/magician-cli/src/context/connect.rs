@@ -183,10 +183,10 @@ impl Context {
             return Err(Failure::usage(format!("{name} does not go with --station")));
         }
         let address: StationAddress = url.parse().map_err(Failure::invalid)?;
-        let token = std::env::var("MAGICIAN_TOKEN")
-            .ok()
-            .filter(|token| !token.is_empty());
-        let client = StationClient::connect(url, "magician", token.as_deref()).await?;
+        let token = self.global.token();
+        let trust = self.global.trust();
+        let connecting = StationClient::connect_trusting(url, "magician", token.as_deref(), &trust);
+        let client = connecting.await?;
         let arms = client.hello()["arms"]
             .as_array()
             .cloned()
@@ -310,6 +310,12 @@ impl From<ClientError> for Failure {
             (_, Some("dangerous")) => return Self::usage(error.to_string()),
             _ => magician::ErrorKind::Port,
         };
-        Self::new(Kind::Driver(kind), error.to_string())
+        let failure = Self::new(Kind::Driver(kind), error.to_string());
+        match error {
+            ClientError::Untrusted(_) => {
+                failure.hint("--station-ca FILE names the certificates to trust")
+            }
+            _ => failure,
+        }
     }
 }

@@ -7,11 +7,13 @@ use serde::Serialize;
 use crate::columns::{Columns, note};
 use crate::context::Context;
 use crate::failure::Failure;
+use crate::mdns::{self, FoundStation};
+use crate::verbs::serve::stations;
 
-/// How long arms on Wi-Fi have to answer, unless `--timeout` says otherwise.
+/// How long arms on Wi-Fi, and stations, have to answer, unless `--timeout` says otherwise.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// List serial ports, and arms on Wi-Fi
+/// List serial ports, stations, and arms on Wi-Fi
 ///
 /// A port can be named by its path, by the ids of its USB adapter (`--port usb:10c4:ea60`, with
 /// `:SERIAL` if there are several), or by the serial number of the arm behind it (`--port arm:SERIAL`).
@@ -20,11 +22,15 @@ pub(crate) struct Ports {
     /// Search the local networks for arms too, or ask one host, which may be in another network
     #[arg(long, value_name = "HOST", num_args = 0..=1)]
     wifi: Option<Option<String>>,
+    /// List what this computer has, and ask no network: stations of others are not searched
+    #[arg(long, conflicts_with = "wifi")]
+    local: bool,
 }
 
 #[derive(Serialize)]
 struct List {
     ports: Vec<Entry>,
+    stations: Vec<FoundStation>,
     #[serde(skip_serializing_if = "Option::is_none")]
     wifi: Option<Vec<OnWifi>>,
 }
@@ -90,15 +96,32 @@ impl From<magician::Port> for Entry {
 impl Ports {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let ports: Vec<Entry> = magician::ports()?.into_iter().map(Entry::from).collect();
+        let patience = context.global.timeout.unwrap_or(PATIENCE);
+        // Who asks for one host wants no others.
+        let asks = !self.local && !matches!(self.wifi, Some(Some(_)));
+        let elsewhere = asks.then(|| std::thread::spawn(move || mdns::find(patience)));
         let wifi = match &self.wifi {
             None => None,
             Some(host) => Some(on_wifi(host.as_deref(), context)?),
         };
-        let list = List { ports, wifi };
+        let elsewhere = elsewhere.and_then(|search| search.join().ok());
+        // Without a network there is nobody on it.
+        let elsewhere = elsewhere.and_then(Result::ok).unwrap_or_default();
+        let stations = all_stations(elsewhere);
+        let list = List {
+            ports,
+            stations,
+            wifi,
+        };
         context.show(&list, |out| {
             let mut columns = Columns::default();
             for port in &list.ports {
                 columns.row([port.path.as_str(), likely(port), &device(port)]);
+            }
+            for station in &list.stations {
+                let arms = station.arms.join(", ");
+                let about = format!("on {}: {arms}", station.name);
+                columns.row([station.url.as_str(), "a station", &about]);
             }
             for arm in list.wifi.iter().flatten() {
                 columns.row([arm.port.as_str(), "an arm", &module(arm)]);
@@ -107,11 +130,30 @@ impl Ports {
             let on_usb = list.ports.iter().any(|port| port.likely_arm);
             match &list.wifi {
                 Some(arms) if arms.is_empty() => note(NOBODY_ON_WIFI, out),
-                None if !on_usb => note(&nobody(list.ports.is_empty()), out),
+                None if !on_usb && list.stations.is_empty() => {
+                    note(&nobody(list.ports.is_empty()), out)
+                }
                 _ => Ok(()),
             }
         })
     }
+}
+
+/// The stations of this computer, and those that were found elsewhere, each once.
+fn all_stations(elsewhere: Vec<FoundStation>) -> Vec<FoundStation> {
+    let mut all: Vec<_> = stations()
+        .map(|(url, arms)| FoundStation {
+            url: url.trim_end_matches('/').to_owned(),
+            name: "this computer".to_owned(),
+            arms,
+        })
+        .collect();
+    for found in elsewhere {
+        if all.iter().all(|known| known.url != found.url) {
+            all.push(found);
+        }
+    }
+    all
 }
 
 /// Asks for arms on Wi-Fi.

@@ -34,3 +34,4 @@ mod sim;
 mod suspend;
 mod terminal;
 mod trace;
+mod unattended;

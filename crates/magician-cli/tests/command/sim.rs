@@ -455,7 +455,10 @@ fn an_arm_on_wifi_is_listed_with_what_to_connect_to() {
     assert_eq!(list["wifi"][0]["name"], "USR-C322");
     let text = run(&["ports", "--wifi", host]).out;
     assert!(text.contains("udp:127.0.0.1:8899  an arm"), "{text}");
-    assert_eq!(run(&["ports", "--json"]).object().get("wifi"), None);
+    assert_eq!(
+        run(&["ports", "--local", "--json"]).object().get("wifi"),
+        None
+    );
     let (status, _) = served.end("-TERM");
     assert_eq!(status.code(), Some(0));
 }

@@ -2,47 +2,61 @@
 
 use std::str::FromStr;
 
-/// `http://HOST:PORT`, or `http://HOST:PORT/ARM`.
+use http::Uri;
+
+/// The port of a station where none is named, with encryption or without.
+const PORT: u16 = 8910;
+
+/// `http://HOST:PORT`, or `http://HOST:PORT/ARM`; `https` where connections are encrypted.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct StationAddress {
     /// Host and port.
     pub host: String,
     /// The arm that is named.
     pub arm: Option<String>,
+    /// Whether connections are encrypted.
+    pub encrypted: bool,
+}
+
+impl StationAddress {
+    /// The host alone.
+    pub(super) fn name(&self) -> &str {
+        self.host
+            .rsplit_once(':')
+            .map_or(&self.host, |(name, _)| name)
+    }
 }
 
 impl FromStr for StationAddress {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let rest = match text.split_once("://") {
-            Some(("http" | "ws", rest)) => rest,
-            Some(("https" | "wss", _)) => {
-                return Err(format!(
-                    "{text}: encrypted connections are not supported yet"
-                ));
-            }
-            Some(_) => return Err(format!("{text}: expected http://HOST:PORT")),
-            None => text,
+        let wrong = || format!("{text}: expected http://HOST:PORT or http://HOST:PORT/ARM");
+        let url = match text.contains("://") {
+            true => text.to_owned(),
+            false => format!("http://{text}"),
         };
-        let (host, arm) = rest.split_once('/').unwrap_or((rest, ""));
-        let arm = arm.trim_end_matches('/');
-        if host.is_empty() || arm.contains(['/', '?', '#']) || host.contains(['@', '?', '#', ' ']) {
-            return Err(format!(
-                "{text}: expected http://HOST:PORT or http://HOST:PORT/ARM"
-            ));
+        let url: Uri = url.parse().map_err(|_| wrong())?;
+        let encrypted = match url.scheme_str() {
+            Some("http" | "ws") => false,
+            Some("https" | "wss") => true,
+            _ => return Err(wrong()),
+        };
+        let authority = url.authority().ok_or_else(wrong)?;
+        let port = match authority.port() {
+            Some(_) => authority.port_u16().ok_or_else(wrong)?,
+            None => PORT,
+        };
+        let arm = url.path().trim_matches('/');
+        let strange = text.contains(['@', '?', '#']) || arm.contains('/');
+        if authority.host().is_empty() || strange {
+            return Err(wrong());
         }
-        // A port is the station's own unless one is named; the colons of an IPv6 address are within brackets.
-        let named = host
-            .rsplit_once(':')
-            .is_some_and(|(_, port)| !port.contains(']'));
         Ok(Self {
-            host: if named {
-                host.to_owned()
-            } else {
-                format!("{host}:8910")
-            },
+            host: format!("{}:{port}", authority.host()),
             arm: (!arm.is_empty()).then(|| arm.to_owned()),
+            encrypted,
         })
     }
 }
@@ -67,9 +81,14 @@ mod tests {
                 "{text}"
             );
         }
+        let address: StationAddress = "https://lab.local/left".parse().unwrap();
+        assert!(address.encrypted && address.name() == "lab.local");
+        let address: StationAddress = "wss://[::1]:443".parse().unwrap();
+        assert!(address.encrypted && address.name() == "[::1]");
         for wrong in [
             "",
-            "https://x",
+            "http://a:99999",
+            "http://a b",
             "ftp://x",
             "http://",
             "http://a/b/c",

@@ -3,6 +3,7 @@
 mod address;
 mod line;
 mod task;
+mod trust;
 
 use std::fmt;
 use std::sync::Arc;
@@ -13,6 +14,7 @@ use tokio::sync::{broadcast, mpsc, oneshot, watch};
 pub use self::address::StationAddress;
 pub use self::line::StationLine;
 use self::task::{Order, Task};
+pub use self::trust::Trust;
 
 /// Notifications that are kept for a slow reader.
 const KEPT: usize = 256;
@@ -25,6 +27,8 @@ pub enum ClientError {
     Address(String),
     /// There is no station at the address, or it does not let this client in.
     Unreachable(String),
+    /// Its certificate is not trusted.
+    Untrusted(String),
     /// The connection broke before the answer came: whether it was done is not known. It is not sent again.
     Lost,
     /// The station refuses it.
@@ -52,7 +56,7 @@ impl ClientError {
 impl fmt::Display for ClientError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Address(why) | Self::Unreachable(why) => f.write_str(why),
+            Self::Address(why) | Self::Unreachable(why) | Self::Untrusted(why) => f.write_str(why),
             Self::Lost => f.write_str("the connection to the station broke before its answer"),
             Self::Refused { message, .. } => f.write_str(message),
         }
@@ -109,21 +113,43 @@ pub struct StationClient {
 }
 
 impl StationClient {
-    /// Connects to `http://HOST:PORT`, under a name that others see, with a token where one is needed.
+    /// Connects to `http://HOST:PORT` or `https://HOST:PORT`, under a name that others see, with a token where one is needed.
     ///
     /// # Errors
-    /// [`ClientError::Address`], [`ClientError::Unreachable`], and [`ClientError::Refused`] for a token that is not good.
+    /// [`ClientError::Address`], [`ClientError::Unreachable`], [`ClientError::Untrusted`] for a certificate that is not of the
+    /// system's, and [`ClientError::Refused`] for a token that is not good.
     pub async fn connect(
         address: &str,
         name: &str,
         token: Option<&str>,
     ) -> Result<Self, ClientError> {
+        Self::connect_trusting(address, name, token, &Trust::System).await
+    }
+
+    /// As [`connect`](Self::connect), with a say in whose certificates are trusted.
+    ///
+    /// # Errors
+    /// As [`connect`](Self::connect).
+    pub async fn connect_trusting(
+        address: &str,
+        name: &str,
+        token: Option<&str>,
+        trust: &Trust,
+    ) -> Result<Self, ClientError> {
         let address: StationAddress = address.parse().map_err(ClientError::Address)?;
+        let connector = address.encrypted.then(|| trust.connector()).transpose()?;
         let (orders, inbox) = mpsc::unbounded_channel();
         let (notices, _) = broadcast::channel(KEPT);
         let (connected, connection) = watch::channel(Connection::Up);
         let client = json!({"name": name});
-        let task = Task::new(address, client, token, inbox, notices.clone(), connected);
+        let task = Task::new(
+            (address, connector),
+            client,
+            token,
+            inbox,
+            notices.clone(),
+            connected,
+        );
         let (task, socket, hello) = task.greet().await?;
         // It ends with the last clone, and closes the connection then.
         tokio::spawn(task.run(socket));

@@ -8,13 +8,15 @@ use serde_json::{Value, json};
 use tokio::net::TcpStream;
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 use tokio::time::{sleep, timeout};
+use tokio_rustls::TlsConnector;
 use tokio_tungstenite::tungstenite::client::IntoClientRequest;
 use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, client_async};
 
+use super::trust::{Stream, encrypt};
 use super::{ClientError, Connection, Notice, StationAddress};
 
-pub(super) type Socket = WebSocketStream<TcpStream>;
+pub(super) type Socket = WebSocketStream<Box<dyn Stream>>;
 type Reply = oneshot::Sender<Result<Value, ClientError>>;
 
 /// A connection has to be there within this time.
@@ -33,6 +35,8 @@ pub(super) struct Order {
 
 pub(super) struct Task {
     address: StationAddress,
+    /// What encrypts connections, where that is wanted.
+    connector: Option<TlsConnector>,
     client: Value,
     token: Option<String>,
     /// The secret to come back with.
@@ -55,7 +59,7 @@ enum End {
 
 impl Task {
     pub(super) fn new(
-        address: StationAddress,
+        (address, connector): (StationAddress, Option<TlsConnector>),
         client: Value,
         token: Option<&str>,
         inbox: mpsc::UnboundedReceiver<Order>,
@@ -64,6 +68,7 @@ impl Task {
     ) -> Self {
         Self {
             address,
+            connector,
             client,
             token: token.map(str::to_owned),
             resume: None,
@@ -91,7 +96,16 @@ impl Task {
                 .map_err(|error| unreachable(error.to_string()))?;
             // A stop is one small message.
             let _ = stream.set_nodelay(true);
-            let request = format!("ws://{host}/api/v1/ws").into_client_request();
+            let stream: Box<dyn Stream> = match &self.connector {
+                None => Box::new(stream),
+                Some(connector) => encrypt(connector, self.address.name(), stream).await?,
+            };
+            let scheme = if self.connector.is_some() {
+                "wss"
+            } else {
+                "ws"
+            };
+            let request = format!("{scheme}://{host}/api/v1/ws").into_client_request();
             let request = request.map_err(|error| unreachable(error.to_string()))?;
             let (mut socket, _) =
                 client_async(request, stream)
@@ -182,7 +196,7 @@ impl Task {
             }
             match self.open().await {
                 Ok((socket, _)) => return Some(socket),
-                Err(ClientError::Refused { .. }) => {
+                Err(ClientError::Refused { .. } | ClientError::Untrusted(_)) => {
                     self.connected.send_replace(Connection::Closed);
                     return None;
                 }

@@ -6,17 +6,20 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::Arc;
 use std::time::Duration;
 
+use axum::Router;
 use hyper::body::Incoming;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpListener;
 use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinSet;
 use tower::ServiceExt;
 
 use super::routes::{HttpOptions, router};
 use super::security::Ends;
-use super::tokens::TokenStore;
+use super::tls::Tls;
+use super::tokens::{TokenStore, beside};
 use crate::RunningStation;
 
 /// The port of a station.
@@ -49,11 +52,34 @@ impl fmt::Display for ListenError {
 
 impl std::error::Error for ListenError {}
 
+/// Where to listen, as a person writes it.
+enum Wanted {
+    Loopback(u16),
+    At(SocketAddr),
+}
+
+impl Wanted {
+    fn read(text: &str) -> Result<Self, ListenError> {
+        let wrong = || ListenError::Address(text.to_owned());
+        if let Some((name, port)) = text.rsplit_once(':')
+            && name.eq_ignore_ascii_case("localhost")
+        {
+            return port.parse().map(Self::Loopback).map_err(|_| wrong());
+        }
+        let address = text.parse().or_else(|_| {
+            let host = text.parse::<IpAddr>();
+            host.map(|host| SocketAddr::new(host, PORT))
+        });
+        address.map(Self::At).map_err(|_| wrong())
+    }
+}
+
 /// The addresses of a station, before anything is accepted there.
 #[derive(Debug)]
 pub struct Listener {
     listeners: Vec<TcpListener>,
     addresses: Vec<SocketAddr>,
+    tls: Option<Tls>,
 }
 
 impl Listener {
@@ -63,17 +89,9 @@ impl Listener {
     /// # Errors
     /// [`ListenError`].
     pub async fn bind(address: Option<&str>) -> Result<Self, ListenError> {
-        let wanted = address.unwrap_or("localhost:8910");
-        let wrong = || ListenError::Address(wanted.to_owned());
-        let port = |text: &str| text.parse::<u16>().map_err(|_| wrong());
-        if let Some((name, text)) = wanted.rsplit_once(':')
-            && name.eq_ignore_ascii_case("localhost")
-        {
-            return Self::loopback(port(text)?).await;
-        }
-        let address = match wanted.parse::<SocketAddr>() {
-            Ok(address) => address,
-            Err(_) => SocketAddr::new(wanted.parse().map_err(|_| wrong())?, PORT),
+        let address = match Wanted::read(address.unwrap_or("localhost:8910"))? {
+            Wanted::Loopback(port) => return Self::loopback(port).await,
+            Wanted::At(address) => address,
         };
         let bind = |error| ListenError::Bind(address, error);
         let listener = TcpListener::bind(address).await.map_err(bind)?;
@@ -81,7 +99,16 @@ impl Listener {
         Ok(Self {
             listeners: vec![listener],
             addresses,
+            tls: None,
         })
+    }
+
+    /// Whether it can be listened at, by its form.
+    ///
+    /// # Errors
+    /// [`ListenError::Address`].
+    pub fn check(address: &str) -> Result<(), ListenError> {
+        Wanted::read(address).map(drop)
     }
 
     async fn loopback(port: u16) -> Result<Self, ListenError> {
@@ -105,7 +132,47 @@ impl Listener {
         Ok(Self {
             listeners,
             addresses,
+            tls: None,
         })
+    }
+
+    /// With connections that are encrypted, all of them.
+    #[must_use]
+    pub fn encrypted(mut self, tls: Tls) -> Self {
+        self.tls = Some(tls);
+        self
+    }
+
+    /// Whether connections are encrypted.
+    #[must_use]
+    pub fn is_encrypted(&self) -> bool {
+        self.tls.is_some()
+    }
+
+    /// Where pages find it: the first of its addresses.
+    #[must_use]
+    pub fn url(&self) -> String {
+        self.url_of("http")
+    }
+
+    /// Where programs find its WebSocket.
+    #[must_use]
+    pub fn api_url(&self) -> String {
+        format!("{}api/v1/ws", self.url_of("ws"))
+    }
+
+    fn url_of(&self, scheme: &str) -> String {
+        let secure = if self.tls.is_some() { "s" } else { "" };
+        let address = self.addresses.first().map(|address| {
+            // Of all addresses of the machine the one that is always there.
+            let host = match address.ip() {
+                IpAddr::V4(Ipv4Addr::UNSPECIFIED) => Ipv4Addr::LOCALHOST.into(),
+                IpAddr::V6(Ipv6Addr::UNSPECIFIED) => Ipv6Addr::LOCALHOST.into(),
+                host => host,
+            };
+            SocketAddr::new(host, address.port()).to_string()
+        });
+        format!("{scheme}{secure}://{}/", address.unwrap_or_default())
     }
 
     /// Where it listens.
@@ -136,7 +203,8 @@ impl Listener {
         for listener in self.listeners {
             let (station, options) = (station.clone(), Arc::clone(&options));
             let (places, over) = (Arc::clone(&places), over.clone());
-            accepting.spawn(accept(listener, station, options, places, over));
+            let door = (listener, self.tls.clone());
+            accepting.spawn(accept(door, station, options, places, over));
         }
         accepting.join_all().await;
         follows.abort();
@@ -144,7 +212,7 @@ impl Listener {
 }
 
 async fn accept(
-    listener: TcpListener,
+    (listener, tls): (TcpListener, Option<Tls>),
     station: RunningStation,
     options: Arc<HttpOptions>,
     places: Arc<Semaphore>,
@@ -166,9 +234,29 @@ async fn accept(
             continue;
         };
         let (station, options, over) = (station.clone(), Arc::clone(&options), over.clone());
+        let tls = tls.clone();
         connections.spawn(async move {
             let _place = place;
-            carry(stream, peer, station, options, over).await;
+            let Ok(local) = stream.local_addr() else {
+                return;
+            };
+            // A stop is one small message.
+            let _ = stream.set_nodelay(true);
+            let ends = Ends {
+                local,
+                peer,
+                tls: tls.is_some(),
+            };
+            let service = router(station, options, ends, over.clone());
+            match tls {
+                None => carry(stream, service, over).await,
+                // A client that does not go on has a place as long as one that sends no head, and keeps no other waiting.
+                Some(tls) => {
+                    if let Ok(Ok(stream)) = tokio::time::timeout(HEAD, tls.accept(stream)).await {
+                        carry(stream, service, over).await;
+                    }
+                }
+            }
         });
     }
     // Sockets say goodbye; what goes on after that is cut.
@@ -177,24 +265,11 @@ async fn accept(
 }
 
 /// One connection to its end.
-async fn carry(
-    stream: TcpStream,
-    peer: SocketAddr,
-    station: RunningStation,
-    options: Arc<HttpOptions>,
+async fn carry<S: AsyncRead + AsyncWrite + Send + Unpin + 'static>(
+    stream: S,
+    service: Router,
     mut over: watch::Receiver<bool>,
 ) {
-    let Ok(local) = stream.local_addr() else {
-        return;
-    };
-    // A stop is one small message.
-    let _ = stream.set_nodelay(true);
-    let ends = Ends {
-        local,
-        peer,
-        tls: false,
-    };
-    let service = router(station, options, ends, over.clone());
     let service =
         service.map_request(|request: hyper::Request<Incoming>| request.map(axum::body::Body::new));
     let mut http = hyper::server::conn::http1::Builder::new();
@@ -217,18 +292,21 @@ async fn carry(
 
 /// Ends the sessions of tokens that are revoked, whoever revokes them.
 async fn follow(tokens: TokenStore, station: RunningStation) {
-    let mut before = tokens.names().unwrap_or_default();
     let mut looks = tokio::time::interval(FOLLOWS);
     loop {
         looks.tick().await;
+        // First what is in use: a token that is made after the file was read has no session yet.
+        let used = station.tokens();
+        if used.is_empty() {
+            continue;
+        }
         // A file that cannot be read now says nothing of its tokens.
-        let Ok(now) = tokens.names() else {
+        let Some(Ok(good)) = beside(&tokens, |tokens| tokens.names()).await else {
             continue;
         };
-        for revoked in before.iter().filter(|name| !now.contains(name)) {
+        for revoked in used.iter().filter(|name| !good.contains(name)) {
             station.revoke(revoked);
         }
-        before = now;
     }
 }
 

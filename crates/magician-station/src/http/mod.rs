@@ -9,6 +9,7 @@ mod listen;
 mod routes;
 mod security;
 mod socket;
+mod tls;
 mod tokens;
 
 pub use jobs::JobFile;
@@ -16,4 +17,5 @@ pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 pub use routes::{HttpOptions, ROUTES, Route, RouteNeeds, Tries};
 pub use security::{Admission, Ends};
+pub use tls::{Tls, TlsError};
 pub use tokens::{CODE, TokenEntry, TokenError, TokenStore};

@@ -14,12 +14,12 @@ use serde_json::{Value, json};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
-use super::security::{Admission, Admitted, Ends, Refused, grant};
+use super::security::{Admission, Admitted, Ends, Refused};
 use super::socket;
-use super::tokens::{TokenStore, secret};
+use super::tokens::{self, TokenStore, beside, secret};
+use crate::Role;
 use crate::running::RunningStation;
 use crate::station::{Grant, Peer};
-use crate::{Gate, Role};
 
 /// Bytes of a request's body, at most.
 const BODY: usize = 1024 * 1024;
@@ -252,17 +252,21 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
     }
 }
 
-/// What may be done without a hello, by the token or the place.
-fn granted(here: &Here, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
-    let mut tokens = here.options.tokens.clone();
-    let grant = grant(admitted, &mut tokens as &mut dyn Gate);
-    if admitted.token.is_some() && grant.is_none() {
-        return Err(Refused::new(
-            StatusCode::UNAUTHORIZED,
-            "the token is not good",
-        ));
+/// What may be done without a hello: by the role of the token, or as this machine's people.
+async fn granted(here: &Here, admitted: &Admitted) -> Result<Option<Grant>, Refused> {
+    match &admitted.token {
+        Some(token) => match tokens::granted(&here.options.tokens, token.clone()).await {
+            Some(grant) => Ok(Some(grant)),
+            None => Err(Refused::new(
+                StatusCode::UNAUTHORIZED,
+                "the token is not good",
+            )),
+        },
+        None => Ok(admitted.loopback.then_some(Grant {
+            role: Role::Teacher,
+            token: None,
+        })),
     }
-    Ok(grant)
 }
 
 fn peer(here: &Here, grant: Option<Grant>) -> Result<Peer, Refused> {
@@ -288,7 +292,8 @@ async fn upgrade(here: &Here, request: Request, admitted: &Admitted) -> Response
         Ok(upgrade) => upgrade,
         Err(rejection) => return rejection.into_response(),
     };
-    let peer = match granted(here, admitted).and_then(|grant| peer(here, grant)) {
+    let granted = granted(here, admitted).await;
+    let peer = match granted.and_then(|grant| peer(here, grant)) {
         Ok(peer) => peer,
         Err(refused) => return refusal(&refused),
     };
@@ -298,14 +303,14 @@ async fn upgrade(here: &Here, request: Request, admitted: &Admitted) -> Response
             "the station has all the sockets that it takes",
         );
     };
-    let over = here.over.clone();
+    let (tokens, over) = (here.options.tokens.clone(), here.over.clone());
     upgrade
         .protocols(["magician.v1"])
         // What is a little too large is read to its end, so that its sender hears why it is closed.
         .max_message_size(2 * BODY)
         .max_frame_size(2 * BODY)
         .write_buffer_size(0)
-        .on_upgrade(move |socket| socket::carry(socket, client, over))
+        .on_upgrade(move |socket| socket::carry(socket, client, tokens, over))
 }
 
 async fn rpc(here: &Here, request: Request, admitted: &Admitted) -> Response {
@@ -313,7 +318,7 @@ async fn rpc(here: &Here, request: Request, admitted: &Admitted) -> Response {
         let why = "a request is `application/json`";
         return text(StatusCode::UNSUPPORTED_MEDIA_TYPE, why);
     }
-    let peer = match granted(here, admitted) {
+    let peer = match granted(here, admitted).await {
         Ok(None) => Err(Refused::new(
             StatusCode::UNAUTHORIZED,
             "a token is needed from this address",
@@ -355,17 +360,23 @@ async fn pair(here: &Here, request: Request) -> Response {
     let name = wanted["name"].as_str().unwrap_or_default();
     let sign = |sign: char| sign.is_ascii_alphanumeric() || "._- ".contains(sign);
     let name: String = name.chars().filter(|known| sign(*known)).take(32).collect();
-    match here.options.tokens.redeem(code, name.trim()) {
-        Ok(Some((token, role))) => object(
+    let (code, name) = (code.to_owned(), name.trim().to_owned());
+    let redeemed = beside(&here.options.tokens, move |tokens| {
+        tokens.redeem(&code, &name)
+    });
+    match redeemed.await {
+        Some(Ok(Some((token, role)))) => object(
             StatusCode::OK,
             &json!({"token": token, "role": role.name()}),
         ),
-        Ok(None) => refusal(&Refused::new(
+        Some(Ok(None)) => refusal(&Refused::new(
             StatusCode::UNAUTHORIZED,
             "the code is not good",
         )),
-        Err(error) => {
-            tracing::warn!(%error, "no token can be made");
+        failed => {
+            if let Some(Err(error)) = failed {
+                tracing::warn!(%error, "no token can be made");
+            }
             text(StatusCode::INTERNAL_SERVER_ERROR, "no token can be made")
         }
     }

@@ -5,10 +5,8 @@ use std::net::{IpAddr, SocketAddr};
 
 use axum::http::header::{AUTHORIZATION, FORWARDED, HOST, ORIGIN};
 use axum::http::request::Parts;
+use axum::http::uri::Authority;
 use axum::http::{HeaderMap, HeaderName, StatusCode};
-
-use crate::station::Grant;
-use crate::{Gate, Role};
 
 static FORWARDED_FOR: HeaderName = HeaderName::from_static("x-forwarded-for");
 
@@ -99,7 +97,7 @@ impl Admission {
         let forwarded = forwarded
             .iter()
             .any(|name| parts.headers.contains_key(*name));
-        let named = LOOPBACK.iter().any(|name| strip_port(&host).0 == *name);
+        let named = split(&host).is_some_and(|(name, _)| LOOPBACK.contains(&name.as_str()));
         let loopback = is_loopback(ends.local) && is_loopback(ends.peer) && named && !forwarded;
         Ok(Admitted {
             token: token(&parts.headers)?,
@@ -136,35 +134,26 @@ impl Admission {
 
     /// Whether a name, in lower case, is one of the station's at this end.
     fn is_own(&self, host: &str, ends: Ends) -> bool {
-        let (name, port) = strip_port(host);
-        let here = match ends.local.ip() {
+        let Some((name, port)) = split(host) else {
+            return false;
+        };
+        let here = match ends.local.ip().to_canonical() {
             IpAddr::V4(address) => address.to_string(),
             IpAddr::V6(address) => format!("[{address}]"),
         };
-        let own = LOOPBACK.contains(&name) || name == here;
+        let own = LOOPBACK.contains(&name.as_str()) || name == here;
+        let at = ends.local.port();
         let at_port = match port {
-            Some(port) => port == ends.local.port().to_string(),
-            None => ends.local.port() == 80 || (ends.tls && ends.local.port() == 443),
+            Some(port) => port == at,
+            None => at == 80 || (ends.tls && at == 443),
         };
         own && at_port
             || self.hosts.iter().any(|allowed| {
-                let allowed = allowed.to_ascii_lowercase();
-                match strip_port(&allowed) {
-                    (allowed, None) => allowed == name,
-                    (..) => allowed == host,
-                }
+                let allowed = split(&allowed.to_ascii_lowercase());
+                allowed.is_some_and(|(allowed, only)| {
+                    allowed == name && (only.is_none() || only == port)
+                })
             })
-    }
-}
-
-/// What a request may do: the role of its token, or that of this machine's people.
-pub(super) fn grant(admitted: &Admitted, gate: &mut dyn Gate) -> Option<Grant> {
-    match &admitted.token {
-        Some(token) => gate.grant(token),
-        None => admitted.loopback.then_some(Grant {
-            role: Role::Teacher,
-            token: None,
-        }),
     }
 }
 
@@ -193,24 +182,20 @@ fn texts(headers: &HeaderMap, name: &HeaderName) -> Vec<Option<String>> {
         .collect()
 }
 
-/// A host and its port, if it has one: `[::1]:80`, `localhost`.
-fn strip_port(host: &str) -> (&str, Option<&str>) {
-    match host.rsplit_once(':') {
-        Some((name, port)) if !port.contains(']') => (name, Some(port)),
-        _ => (host, None),
-    }
+/// A host and its port, if it has one: `[::1]:80`, `localhost`. `None` for whatever else an authority may have.
+fn split(host: &str) -> Option<(String, Option<u16>)> {
+    let authority: Authority = host.parse().ok()?;
+    let name = authority.host();
+    let port = authority.port_u16();
+    let same = match port {
+        Some(port) => host == format!("{name}:{port}"),
+        None => host == name,
+    };
+    same.then(|| (name.to_owned(), port))
 }
 
 fn is_loopback(address: SocketAddr) -> bool {
-    match address.ip() {
-        IpAddr::V4(address) => address.is_loopback(),
-        IpAddr::V6(address) => {
-            address.is_loopback()
-                || address
-                    .to_ipv4_mapped()
-                    .is_some_and(|four| four.is_loopback())
-        }
-    }
+    address.ip().to_canonical().is_loopback()
 }
 
 #[cfg(test)]
@@ -262,6 +247,10 @@ mod tests {
             (vec!["127.0.0.2:8910"], Some(403)),
             (vec!["evil.example:8910"], Some(403)),
             (vec!["localhost:8910.evil.example"], Some(403)),
+            (vec!["localhost:08910"], Some(403)),
+            (vec!["localhost:"], Some(403)),
+            (vec!["me@localhost:8910"], Some(403)),
+            (vec!["::1"], Some(403)),
             (vec![""], Some(403)),
         ] {
             let headers: Vec<_> = hosts.iter().map(|host| ("host", *host)).collect();
@@ -271,6 +260,14 @@ mod tests {
         }
         let port_80 = ends("127.0.0.1:80", "127.0.0.1:50000");
         assert!(admit(&admission, port_80, "/", &[("host", "localhost")]).is_ok());
+        assert_eq!(
+            admit(&admission, local, "/", &[("host", "localhost:80")]),
+            Err(403)
+        );
+        // A listener of both families tells addresses of the older one so.
+        let mapped = ends("[::ffff:192.168.1.5]:8910", "[::ffff:192.168.1.9]:50000");
+        let host = [("host", "192.168.1.5:8910")];
+        assert!(!admit(&admission, mapped, "/", &host).unwrap().loopback);
         let lan = ends("192.168.1.5:8910", "192.168.1.9:50000");
         let admitted = admit(&admission, lan, "/", &[("host", "192.168.1.5:8910")]).unwrap();
         assert!(!admitted.loopback);
@@ -278,6 +275,22 @@ mod tests {
             admit(&admission, lan, "/", &[("host", "192.168.1.6:8910")]),
             Err(403)
         );
+    }
+
+    #[test]
+    fn a_host_without_a_port_is_that_of_the_scheme() {
+        let admission = Admission::default();
+        for (port, tls, taken) in [
+            (80, false, true),
+            (443, true, true),
+            (443, false, false),
+            (8910, true, false),
+        ] {
+            let mut ends = ends(&format!("127.0.0.1:{port}"), "127.0.0.1:50000");
+            ends.tls = tls;
+            let admitted = admit(&admission, ends, "/", &[("host", "localhost")]);
+            assert_eq!(admitted.is_ok(), taken, "{port} {tls}");
+        }
     }
 
     #[test]

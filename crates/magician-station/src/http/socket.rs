@@ -8,8 +8,9 @@ use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::listen::ended;
+use super::tokens::{TokenStore, granted};
 use crate::running::Client;
-use crate::station::{MESSAGE, Outgoing};
+use crate::station::{MESSAGE, Outgoing, Station};
 
 /// A client is pinged so often; its answer is a word of a holder.
 const PING: Duration = Duration::from_secs(2);
@@ -19,13 +20,26 @@ const STUCK: Duration = Duration::from_secs(10);
 const FAREWELL: Duration = Duration::from_secs(1);
 
 /// Carries messages until one of the two ends.
-pub(super) async fn carry(socket: WebSocket, client: Client, mut over: watch::Receiver<bool>) {
+pub(super) async fn carry(
+    socket: WebSocket,
+    client: Client,
+    tokens: TokenStore,
+    mut over: watch::Receiver<bool>,
+) {
     let (mut sink, mut stream) = socket.split();
     let reader = async {
+        // A token is looked up once: a socket has one hello.
+        let mut asked = false;
         loop {
             match stream.next().await {
                 Some(Ok(Message::Text(text))) if text.len() > MESSAGE => return Some(too_large()),
-                Some(Ok(Message::Text(text))) => client.send(&text),
+                Some(Ok(Message::Text(text))) => {
+                    if !asked && let Some(token) = Station::token_of(&text) {
+                        asked = true;
+                        client.vouch(granted(&tokens, token).await);
+                    }
+                    client.send(&text);
+                }
                 Some(Ok(Message::Pong(_))) => client.pong(),
                 Some(Ok(Message::Ping(_))) => {}
                 Some(Ok(Message::Binary(_))) => return Some(close(1003, "messages are text")),

@@ -10,9 +10,9 @@ use magician_job::files::replace_private;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use crate::Role;
 use crate::secret::same_secret;
 use crate::station::Grant;
-use crate::{Gate, Role};
 
 /// A code is good for so long.
 pub const CODE: Duration = Duration::from_secs(120);
@@ -151,18 +151,18 @@ impl TokenStore {
     /// # Errors
     /// [`TokenError`].
     pub fn create(&self, name: Option<&str>, role: Role) -> Result<(String, String), TokenError> {
-        let mut file = self.read()?;
-        let name = match name {
-            Some(name) if file.token.contains_key(name) => {
-                return Err(TokenError::Taken(name.to_owned()));
-            }
-            Some(name) => name.to_owned(),
-            None => free_name(&file),
-        };
-        let token = secret()?;
-        file.token.insert(name.clone(), entry(&token, role));
-        self.write(&file)?;
-        Ok((name, token))
+        self.update(|file| {
+            let name = match name {
+                Some(name) if file.token.contains_key(name) => {
+                    return Err(TokenError::Taken(name.to_owned()));
+                }
+                Some(name) => name.to_owned(),
+                None => free_name(file),
+            };
+            let token = secret()?;
+            file.token.insert(name.clone(), entry(&token, role));
+            Ok((name, token))
+        })
     }
 
     /// All tokens, by name.
@@ -178,11 +178,10 @@ impl TokenStore {
     /// # Errors
     /// [`TokenError::Unknown`], and the others.
     pub fn revoke(&self, name: &str) -> Result<(), TokenError> {
-        let mut file = self.read()?;
-        if file.token.remove(name).is_none() {
-            return Err(TokenError::Unknown(name.to_owned()));
-        }
-        self.write(&file)
+        self.update(|file| match file.token.remove(name) {
+            Some(_) => Ok(()),
+            None => Err(TokenError::Unknown(name.to_owned())),
+        })
     }
 
     /// Makes a code of six digits, good for one token of this role within [`CODE`].
@@ -193,14 +192,15 @@ impl TokenStore {
         let mut bytes = [0; 8];
         getrandom::fill(&mut bytes).map_err(|_| TokenError::Random)?;
         let code = format!("{:06}", u64::from_le_bytes(bytes) % 1_000_000);
-        let mut file = self.read()?;
-        file.code.retain(|code| code.until > unix_now());
-        file.code.push(PairingCode {
-            sha256: digest(&code),
-            role: role.name().to_owned(),
-            until: unix_now() + CODE.as_secs(),
-        });
-        self.write(&file)?;
+        self.update(|file| {
+            file.code.retain(|code| code.until > unix_now());
+            file.code.push(PairingCode {
+                sha256: digest(&code),
+                role: role.name().to_owned(),
+                until: unix_now() + CODE.as_secs(),
+            });
+            Ok(())
+        })?;
         Ok(code)
     }
 
@@ -209,25 +209,66 @@ impl TokenStore {
     /// # Errors
     /// [`TokenError`].
     pub fn redeem(&self, code: &str, name: &str) -> Result<Option<(String, Role)>, TokenError> {
-        let mut file = self.read()?;
         let wanted = digest(code);
-        let good =
-            |known: &PairingCode| same_secret(&known.sha256, &wanted) && known.until > unix_now();
-        let Some(at) = file.code.iter().position(good) else {
-            return Ok(None);
-        };
-        let known = file.code.remove(at);
-        let Some(role) = Role::named(&known.role) else {
-            return Ok(None);
-        };
-        let mut own = name.to_owned();
-        if own.is_empty() || file.token.contains_key(&own) {
-            own = free_name(&file);
+        self.update(|file| {
+            let good = |known: &PairingCode| {
+                same_secret(&known.sha256, &wanted) && known.until > unix_now()
+            };
+            let Some(at) = file.code.iter().position(good) else {
+                return Ok(None);
+            };
+            let known = file.code.remove(at);
+            let Some(role) = Role::named(&known.role) else {
+                return Ok(None);
+            };
+            let mut own = name.to_owned();
+            if own.is_empty() || file.token.contains_key(&own) {
+                own = free_name(file);
+            }
+            let token = secret()?;
+            file.token.insert(own, entry(&token, role));
+            Ok(Some((token, role)))
+        })
+    }
+
+    /// What a token allows; none for one that is not good. It reads the file, and writes it at times: not to be asked where
+    /// others wait.
+    #[must_use]
+    pub fn grant(&self, token: &str) -> Option<Grant> {
+        let wanted = digest(token);
+        let more = { self.more.iter() }.find(|(_, (_, sha256))| same_secret(sha256, &wanted));
+        if let Some((name, (role, _))) = more {
+            return Some(Grant {
+                role: *role,
+                token: Some(name.clone()),
+            });
         }
-        let token = secret()?;
-        file.token.insert(own, entry(&token, role));
-        self.write(&file)?;
-        Ok(Some((token, role)))
+        let file = self.read().ok()?;
+        let (name, found) =
+            { file.token.iter() }.find(|(_, known)| same_secret(&known.sha256, &wanted))?;
+        let grant = Grant {
+            role: Role::named(&found.role)?,
+            token: Some(name.clone()),
+        };
+        let now = unix_now();
+        // To the minute: it is for people to read.
+        if found
+            .used
+            .is_none_or(|used| now.saturating_sub(used) >= NOTED)
+        {
+            let noted = self.update(|file| {
+                // It may have been revoked meanwhile.
+                if let Some(found) = file.token.get_mut(name) {
+                    found.used = Some(now);
+                }
+                Ok(())
+            });
+            // A disk that is full locks nobody out.
+            if let Err(error) = noted {
+                tracing::warn!(%error, "the use of a token is not noted");
+            }
+        }
+        Some(grant)
     }
 
     /// The names of all tokens that are good.
@@ -246,6 +287,35 @@ impl TokenStore {
             .map_err(|error| TokenError::Damaged(self.path.clone(), error.message().to_owned()))
     }
 
+    /// Changes the file, one program after the other: else one that notes the use of a token brings back another that was
+    /// revoked meanwhile.
+    fn update<T>(
+        &self,
+        change: impl FnOnce(&mut File) -> Result<T, TokenError>,
+    ) -> Result<T, TokenError> {
+        let io = |error| TokenError::Io(self.path.clone(), error);
+        if let Some(folder) = self.path.parent() {
+            fs::create_dir_all(folder).map_err(io)?;
+        }
+        let mut options = fs::File::options();
+        options.write(true).create(true).truncate(false);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let lock = options.open(self.path.with_extension("lock")).map_err(io)?;
+        match lock.lock() {
+            // Some file systems know no locks.
+            Err(error) if error.kind() != io::ErrorKind::Unsupported => return Err(io(error)),
+            _ => {}
+        }
+        let before = self.read()?;
+        let mut file = before.clone();
+        let changed = change(&mut file)?;
+        if file != before {
+            self.write(&file)?;
+        }
+        Ok(changed)
+    }
+
     /// Whole or not at all, and for its owner alone.
     fn write(&self, file: &File) -> Result<(), TokenError> {
         let io = |error| TokenError::Io(self.path.clone(), error);
@@ -255,37 +325,20 @@ impl TokenStore {
     }
 }
 
-impl Gate for TokenStore {
-    fn grant(&mut self, token: &str) -> Option<Grant> {
-        let wanted = digest(token);
-        let more = { self.more.iter() }.find(|(_, (_, sha256))| same_secret(sha256, &wanted));
-        if let Some((name, (role, _))) = more {
-            return Some(Grant {
-                role: *role,
-                token: Some(name.clone()),
-            });
-        }
-        let mut file = self.read().ok()?;
-        let (name, found) =
-            { file.token.iter_mut() }.find(|(_, known)| same_secret(&known.sha256, &wanted))?;
-        let grant = Grant {
-            role: Role::named(&found.role)?,
-            token: Some(name.clone()),
-        };
-        let now = unix_now();
-        // To the minute: a disk is slow, and the station waits for this.
-        if found
-            .used
-            .is_none_or(|used| now.saturating_sub(used) >= NOTED)
-        {
-            found.used = Some(now);
-            // It is for people to read: a disk that is full locks nobody out.
-            if let Err(error) = self.write(&file) {
-                tracing::warn!(%error, "the use of a token is not noted");
-            }
-        }
-        Some(grant)
-    }
+/// What a token allows, looked up beside everything else that goes on.
+pub(super) async fn granted(tokens: &TokenStore, token: String) -> Option<Grant> {
+    beside(tokens, move |tokens| tokens.grant(&token))
+        .await
+        .flatten()
+}
+
+/// Does something with the file where a slow disk holds up nothing else; `None` when the runtime ends.
+pub(super) async fn beside<T: Send + 'static>(
+    tokens: &TokenStore,
+    act: impl FnOnce(TokenStore) -> T + Send + 'static,
+) -> Option<T> {
+    let tokens = tokens.clone();
+    tokio::task::spawn_blocking(move || act(tokens)).await.ok()
 }
 
 fn entry(token: &str, role: Role) -> TokenEntry {

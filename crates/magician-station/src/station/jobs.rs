@@ -167,7 +167,7 @@ impl Station {
                     record.on_lost = OnLost::Continue;
                 }
             }
-            self.begin_job(call, arm, job, order, true);
+            self.begin_job(call, arm, job, (*order).clone(), true);
             return Ok(Handled::Later(
                 call.request,
                 Awaited::Job(arm, job, Wants::Running),

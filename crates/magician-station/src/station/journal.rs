@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 /// A line of the journal. It never holds a token, a code, or bytes of a program.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct JournalLine {
     /// When, Unix seconds.
     pub t: f64,

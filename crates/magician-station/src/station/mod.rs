@@ -27,6 +27,7 @@ use serde_json::Value;
 use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;
+pub use self::records::JobsToKeep;
 use self::records::Records;
 #[cfg(feature = "http")]
 pub(crate) use self::sessions::MESSAGE;
@@ -35,7 +36,7 @@ use self::sessions::Session;
 pub use self::size::StationSize;
 pub use self::socket::{CloseCode, Outgoing, Peer};
 use self::socket::{HELLO, Next, Socket};
-use crate::api::{MessageId, Role, RpcError, notification};
+use crate::api::{Message, MessageId, Role, RpcError, notification};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
 use crate::job::{FormatReader, JobStore, NoStore, Reader};
 use crate::order::{ArmOrder, ArmReport};
@@ -52,22 +53,6 @@ pub struct Grant {
     pub role: Role,
     /// The name of the token; none for who needs no token.
     pub token: Option<String>,
-}
-
-/// Knows the tokens of a station.
-pub trait Gate: Send {
-    /// What a token allows; none for one that is not good.
-    fn grant(&mut self, token: &str) -> Option<Grant>;
-}
-
-/// A station without tokens.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct NoTokens;
-
-impl Gate for NoTokens {
-    fn grant(&mut self, _: &str) -> Option<Grant> {
-        None
-    }
 }
 
 /// An arm of a station.
@@ -99,8 +84,6 @@ pub struct StationConfig {
     pub read_only: bool,
     /// Whether students may have the laser of a real arm burn.
     pub student_laser: bool,
-    /// Its tokens.
-    pub gate: Box<dyn Gate>,
     /// Reads programs.
     pub reader: Arc<dyn Reader>,
     /// Keeps jobs.
@@ -133,7 +116,6 @@ impl StationConfig {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             read_only: false,
             student_laser: false,
-            gate: Box::new(NoTokens),
             reader: Arc::new(FormatReader::default()),
             jobs: Arc::new(NoStore),
         }
@@ -282,6 +264,22 @@ impl Station {
         id
     }
 
+    /// The token of a `session.hello`. Tokens lie in files, and others wait for the station: whoever carries messages finds out
+    /// what it allows, and says so by [`vouch`](Self::vouch) before the message.
+    #[must_use]
+    pub fn token_of(text: &str) -> Option<String> {
+        let message = Message::parse(text).ok()?;
+        let token = message.params.get("token")?.as_str()?;
+        (message.method == "session.hello").then(|| token.to_owned())
+    }
+
+    /// What the token of a client's hello allows; none for one that is not good.
+    pub fn vouch(&mut self, socket: SocketId, grant: Option<Grant>) {
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            open.vouched = grant;
+        }
+    }
+
     /// A text message of a client.
     pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         // What is over by now is over for this message too.
@@ -368,13 +366,8 @@ impl Station {
         self.lines.pop_front()
     }
 
-    /// Whether [`poll_jobs`](Self::poll_jobs) has something.
-    pub(crate) fn has_jobs_to_keep(&self) -> bool {
-        self.records.changed()
-    }
-
     /// What is to be kept of jobs, where that has changed.
-    pub fn poll_jobs(&mut self) -> Option<Value> {
+    pub fn poll_jobs(&mut self) -> Option<JobsToKeep> {
         self.records.take_changed()
     }
 

@@ -1,5 +1,7 @@
 //! What is known of jobs, also of those of earlier stations.
 
+use std::sync::Arc;
+
 use magician_protocol::HostInstant;
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
@@ -38,7 +40,7 @@ pub(super) struct JobRecord {
     pub(super) error: Value,
     /// What it does; for the file alone.
     #[serde(skip)]
-    pub(super) order: Option<JobOrder>,
+    pub(super) order: Option<Arc<JobOrder>>,
     /// Its number in this station, since it began here.
     #[serde(skip)]
     pub(super) number: Option<JobId>,
@@ -73,7 +75,7 @@ impl JobRecord {
             part: None,
             reason: None,
             error: Value::Null,
-            order: Some(order),
+            order: Some(Arc::new(order)),
             number: Some(number),
             on_lost: OnLost::default(),
             told: None,
@@ -144,7 +146,7 @@ struct Kept<'a> {
 
 impl<'a> From<&'a JobRecord> for Kept<'a> {
     fn from(record: &'a JobRecord) -> Self {
-        let order = record.order.as_ref();
+        let order = record.order.as_deref();
         Self { record, order }
     }
 }
@@ -156,7 +158,7 @@ fn kept(mut item: Value) -> Option<JobRecord> {
         .and_then(|fields| fields.remove("order"));
     let mut record: JobRecord = serde_json::from_value(item).ok()?;
     if let Some(order) = order {
-        record.order = Some(serde_json::from_value(order).ok()?);
+        record.order = Some(Arc::new(serde_json::from_value(order).ok()?));
     }
     Some(record)
 }
@@ -238,16 +240,27 @@ impl Records {
         self.changed = true;
     }
 
-    pub(super) fn changed(&self) -> bool {
-        self.changed
+    /// What is to be kept now, if it is something else than before.
+    pub(super) fn take_changed(&mut self) -> Option<JobsToKeep> {
+        std::mem::take(&mut self.changed).then(|| JobsToKeep(self.all.clone()))
+    }
+}
+
+/// The jobs of a station as they were once, to be kept. Their programs are shared with the station, not copied.
+#[derive(Clone, Debug)]
+pub struct JobsToKeep(Vec<JobRecord>);
+
+impl JobsToKeep {
+    /// As a file has them. This copies the programs: not to be asked where others wait.
+    #[must_use]
+    pub fn to_value(&self) -> Value {
+        let all: Vec<_> = self.0.iter().map(Kept::from).collect();
+        serde_json::to_value(all).unwrap_or(Value::Null)
     }
 
-    /// What is to be kept now, if it is something else than before.
-    pub(super) fn take_changed(&mut self) -> Option<Value> {
-        if !std::mem::take(&mut self.changed) {
-            return None;
-        }
-        let all: Vec<_> = self.all.iter().map(Kept::from).collect();
-        serde_json::to_value(all).ok()
+    #[cfg(test)]
+    pub(crate) fn of_ids(ids: &[&str]) -> Self {
+        let record = |id: &&str| json!({"job": id, "arm": "", "state": "", "step": 0, "loop": 1});
+        Self(ids.iter().filter_map(|id| kept(record(id))).collect())
     }
 }

@@ -1,5 +1,7 @@
 //! Sessions: hello, coming back, and who is there.
 
+use std::collections::BTreeSet;
+
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
@@ -44,7 +46,7 @@ impl Station {
         };
         let peer = open.peer.clone();
         let grant = match params.text("token") {
-            Some(token) => self.config.gate.grant(token),
+            Some(_) => open.vouched.clone(),
             None => peer.grant.clone(),
         };
         let Some(mut grant) = grant else {
@@ -200,6 +202,15 @@ impl Station {
             self.control.expel(now, session);
         }
         self.settle(now);
+    }
+
+    /// The names of the tokens that sessions have come with.
+    #[must_use]
+    pub fn tokens(&self) -> BTreeSet<String> {
+        let tokens = self.sessions.values();
+        tokens
+            .filter_map(|session| session.grant.token.clone())
+            .collect()
     }
 
     pub(super) fn list_sessions(&self) -> Value {

@@ -97,6 +97,8 @@ enum Waiting {
 #[derive(Debug)]
 pub(super) struct Socket {
     pub(super) peer: Peer,
+    /// What the token of its hello allows.
+    pub(super) vouched: Option<Grant>,
     pub(super) session: Option<SessionId>,
     pub(super) opened: HostInstant,
     pub(super) subscriptions: Vec<Subscription>,
@@ -125,6 +127,7 @@ impl Socket {
     pub(super) fn new(now: HostInstant, peer: Peer) -> Self {
         Self {
             peer,
+            vouched: None,
             session: None,
             opened: now,
             subscriptions: Vec::new(),

@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 
 use futures_util::{SinkExt, StreamExt};
 use magician::{Arm, Options, SimSpeed, VirtualArm, sim::Controller};
-use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries};
+use magician_station::http::{Admission, HttpOptions, Listener, Tls, TokenStore, Tries};
 use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -29,18 +29,22 @@ impl Bench {
     }
 
     pub(crate) async fn with(admission: Admission) -> Self {
+        Self::made(admission, None).await
+    }
+
+    pub(crate) async fn made(admission: Admission, tls: Option<Tls>) -> Self {
         let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(20.0));
         let driver = Arm::simulated(arm.clone(), Options::default())
             .await
             .unwrap();
         let folder = TempDir::new().unwrap();
         let tokens = TokenStore::at(folder.path().join("station/tokens.toml"));
-        let config = StationConfig {
-            gate: Box::new(tokens.clone()),
-            ..StationConfig::new(vec![ArmEntry::simulated("arm")], "0")
-        };
+        let config = StationConfig::new(vec![ArmEntry::simulated("arm")], "0");
         let station = RunningStation::start(config, vec![driver], Box::new(|_| {}));
-        let listener = Listener::bind(Some("127.0.0.1:0")).await.unwrap();
+        let mut listener = Listener::bind(Some("127.0.0.1:0")).await.unwrap();
+        if let Some(tls) = tls {
+            listener = listener.encrypted(tls);
+        }
         let address = listener.addresses()[0];
         let (over, ends) = watch::channel(false);
         let options = HttpOptions {

@@ -8,3 +8,4 @@ mod pairing;
 mod remote;
 mod routes;
 mod sockets;
+mod tls;

@@ -301,6 +301,7 @@ async fn a_job_of_a_station_that_died_is_interrupted_in_the_next_one() {
     let mut anna = bench.join("Anna").await;
     anna.lease().await;
     let job = start(&mut anna, json!({})).await;
+    bench.station.flush().await;
     let kept = bench.kept.copy();
     drop((anna, bench));
     let bench = Bench::after(kept).await;
@@ -346,6 +347,7 @@ async fn the_last_fifty_jobs_are_kept() {
     }
     let jobs = anna.ok("job.list", json!({})).await["jobs"].clone();
     assert_eq!(jobs.as_array().unwrap().len(), 50);
+    bench.station.flush().await;
     let kept = bench.kept.jobs.lock().unwrap().clone();
     assert_eq!(kept.as_array().unwrap().len(), 50);
 }

@@ -22,6 +22,7 @@ async fn a_move_needs_the_lease_and_is_answered_when_the_arm_is_there() {
     assert_eq!((&state["x"], &state["z"]), (&json!(220.0), &json!(50.0)));
     assert_eq!(state["holder"]["name"], json!("Anna"));
     assert_eq!(state["moving"], json!(false));
+    bench.station.flush().await;
     let lines = bench.lines.lock().unwrap();
     let told: Vec<_> = lines
         .iter()

@@ -1,6 +1,7 @@
 //! `doctor`: finds the arm or says why not, looks it over, and says what to do about what it finds.
 
 mod report;
+mod station;
 
 use std::pin::pin;
 use std::time::Duration;
@@ -27,9 +28,11 @@ It checks the port, its permissions and the program that holds it, tells an arm 
 
 With --yes it also tests the queue: it stops the queue, puts 15 waits of 0 ms into it, checks the counters and drops the waits. Nothing moves. A queue with waiting commands is left alone; an empty one stays stopped until a program starts it.
 
+With --station it looks at a station instead: whether it answers, its certificate and version, what the token allows, how fast it answers, and the line, lease and alarms of each arm. That only reads, too.
+
 Nothing is saved: set the window that it finds with --window or MAGICIAN_WINDOW, or in a program with Options::window.
 
-Exit status 10 if a check of the arm fails, 4 to 6 if there is no arm.")]
+Exit status 10 if a check fails, 4 to 6 if there is no arm or no station.")]
 pub(crate) struct Doctor {
     /// Replies to time, of each of two kinds
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u64).range(1..=100_000))]
@@ -39,7 +42,10 @@ pub(crate) struct Doctor {
 impl Doctor {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let mut found = Diagnosis::default();
-        let outcome = self.examine(context, &mut found);
+        let outcome = match context.global.station.clone() {
+            Some(url) => examine_station(&url, context, &mut found),
+            None => self.examine(context, &mut found),
+        };
         if context.global.json {
             write_json(&found, outcome.is_ok(), &mut context.out)?;
         }
@@ -84,6 +90,17 @@ impl Doctor {
             found.examine(arm, self.count, serial, to).await
         })
     }
+}
+
+/// The same for a station.
+fn examine_station(url: &str, context: &mut Context, found: &mut Diagnosis) -> Result<(), Failure> {
+    let quiet = context.global.json;
+    let asked = station::Asked {
+        url,
+        token: context.global.token(),
+        trust: context.global.trust(),
+    };
+    context.attending(async |out| station::examine(found, &asked, &mut Shown { out, quiet }).await)
 }
 
 /// Tries the queue. Ctrl-C lets it come to its end first, because its commands would be left in the queue.

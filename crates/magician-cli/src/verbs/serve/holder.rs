@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use magician_job::files::replace;
 use serde::{Deserialize, Serialize};
 
 use super::folder;
@@ -16,23 +17,26 @@ struct Content {
     pid: u32,
     url: String,
     ports: Vec<String>,
+    /// The names of its arms.
+    #[serde(default)]
+    arms: Vec<String>,
 }
 
 impl Holder {
     /// Writes it. Without a place for it others just do not learn the address.
-    pub(crate) fn write(url: &str, ports: &[String]) -> Self {
+    pub(crate) fn write(url: &str, ports: &[String], arms: &[String]) -> Self {
         let pid = std::process::id();
         let content = Content {
             pid,
             url: url.to_owned(),
             ports: ports.to_vec(),
+            arms: arms.to_vec(),
         };
         let write = || {
             let folder = folder().ok()??;
-            fs::create_dir_all(&folder).ok()?;
             let path = folder.join(format!("serve-{pid}.json"));
             let text = serde_json::to_string(&content).ok()?;
-            fs::write(&path, text).ok()?;
+            replace(&path, &text).ok()?;
             Some(path)
         };
         Self(write())
@@ -47,30 +51,42 @@ impl Drop for Holder {
     }
 }
 
-/// The address at which a port is served, if a `serve` of this machine has it. The file of one that has ended is removed.
+/// The address at which a port is served, if a `serve` of this machine has it.
 pub(crate) fn url_of(port: &str) -> Option<String> {
-    let folder = folder().ok()??;
-    let mut found = None;
-    for entry in fs::read_dir(folder).ok()?.flatten() {
+    let mut all = all().into_iter();
+    all.find_map(|content| {
+        content
+            .ports
+            .iter()
+            .any(|served| served == port)
+            .then_some(content.url)
+    })
+}
+
+/// The stations of this machine: where each is, and its arms.
+pub(crate) fn stations() -> impl Iterator<Item = (String, Vec<String>)> {
+    all().into_iter().map(|content| (content.url, content.arms))
+}
+
+/// What each `serve` of this machine says of itself. The file of one that has ended is removed.
+fn all() -> Vec<Content> {
+    let read = || fs::read_dir(folder().ok()??).ok();
+    let files = read().into_iter().flatten().flatten();
+    let content = files.filter_map(|entry| {
         let path = entry.path();
         let name = entry.file_name();
-        let name = name.to_str().unwrap_or_default();
+        let name = name.to_str()?;
         if !(name.starts_with("serve-") && name.ends_with(".json")) {
-            continue;
+            return None;
         }
-        let text = fs::read_to_string(&path).unwrap_or_default();
-        let Ok(content) = serde_json::from_str::<Content>(&text) else {
-            continue;
-        };
+        let content: Content = serde_json::from_str(&fs::read_to_string(&path).ok()?).ok()?;
         if !lives(content.pid) {
             let _ = fs::remove_file(&path);
-            continue;
+            return None;
         }
-        if content.ports.iter().any(|served| served == port) {
-            found = Some(content.url);
-        }
-    }
-    found
+        Some(content)
+    });
+    content.collect()
 }
 
 /// Whether a process is there; where the system does not say it counts as if it were.

@@ -11,8 +11,8 @@ use clap::Args;
 use magician::{Arm, SimSpeed, Target, VirtualArm, sim::Controller};
 use magician_job::dirs;
 use magician_station::http::{
-    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, TokenError, TokenStore,
-    Tries,
+    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, Tls, TlsError, TokenError,
+    TokenStore, Tries,
 };
 use magician_station::{ArmEntry, FormatReader, RunningStation, StationConfig};
 use serde_json::json;
@@ -20,14 +20,16 @@ use tokio::sync::watch;
 use tokio::time::timeout;
 
 use super::sim::scenario_of;
+use crate::config::Config;
 use crate::context::{Context, Sim, held};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
+use crate::mdns::Announcement;
 use crate::paint::tell;
 use crate::serving::say_ready;
 use crate::verbs::job::Job;
 use crate::verbs::station::tokens;
-pub(crate) use holder::{Holder, url_of};
+pub(crate) use holder::{Holder, stations, url_of};
 
 /// How long arms get to stop at the end.
 const STOPPING: Duration = Duration::from_secs(2);
@@ -41,6 +43,7 @@ moves is stopped where it is, the laser is off.
   magician serve --port sim
   magician serve --port /dev/ttyUSB0 --listen 192.168.1.5:8910 --pair
   magician serve --arm left=/dev/ttyUSB0 --arm right=/dev/ttyUSB1
+  magician serve                       every arm of the settings ([arms.NAME]), else the one that is found
 
 Programs talk JSON-RPC to ws://HOST:8910/api/v1/ws, or POST one request to /api/v1/rpc; /api/v1/openrpc.json lists the methods. Without --listen only \
 this machine is let in, and needs no token. From elsewhere a token is needed: `magician station token` makes one, `magician station pair` a code for one.")]
@@ -63,9 +66,21 @@ pub(crate) struct Serve {
     /// Answer to another host name as well
     #[arg(long, value_name = "HOST[:PORT]")]
     allow_host: Vec<String>,
+    /// Encrypt connections: the certificate as PEM, followed by those that signed it; wants --tls-key
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+    /// Key of the certificate as PEM
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
     /// Let everybody look and stop, and nobody move
     #[arg(long)]
     read_only: bool,
+    /// Do not announce the station on the local network, where it listens to others
+    #[arg(long)]
+    no_announce: bool,
+    /// Serve the API alone: no page at /
+    #[arg(long)]
+    no_studio: bool,
     /// World of the virtual arms
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
@@ -92,8 +107,11 @@ fn check_name(name: &str) -> Result<(), Failure> {
 }
 
 impl Serve {
-    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+    pub(crate) fn run(mut self, context: &mut Context) -> Result<(), Failure> {
         let targets = self.targets(context)?;
+        let config = context.config()?;
+        self.fill_in(&config);
+        let student_laser = config.says("serve.student_laser") == Some("true");
         let scenario = self
             .scenario
             .is_some()
@@ -103,7 +121,10 @@ impl Serve {
         if let Some(path) = &self.token_file {
             store = store.with_list(path)?;
         }
-        let config = context.config()?;
+        let tls = match (&self.tls_cert, &self.tls_key) {
+            (Some(certificate), Some(key)) => Some(Tls::from_files(certificate, key)?),
+            _ => None,
+        };
         let mut arms = Vec::new();
         for (name, target) in targets {
             let mut options = context.options()?;
@@ -120,11 +141,15 @@ impl Serve {
         }
         let (setup, ending) = Job::without_flags(&config)?;
         let reader = FormatReader { setup, ending };
+        let rules = (store, reader, student_laser);
         let json = context.global.json;
         context.let_go()?;
         context.alone(async |_, signals| {
             // First what others may hold, then the arms.
-            let listener = Listener::bind(self.listen.as_deref()).await?;
+            let mut listener = Listener::bind(self.listen.as_deref()).await?;
+            if let Some(tls) = tls {
+                listener = listener.encrypted(tls);
+            }
             let mut connected = Vec::new();
             for (_, target, options) in &arms {
                 let opened = match (target, &scenario) {
@@ -140,18 +165,42 @@ impl Serve {
                 connected.push(opened);
             }
             let entries: Vec<_> = arms.iter().map(|(entry, ..)| entry.clone()).collect();
-            self.serve(json, (store, reader), listener, entries, connected, signals)
+            self.serve(json, rules, listener, entries, connected, signals)
                 .await
         })
     }
 
-    /// The arms that are meant, by name.
+    /// What the settings say where no flag does.
+    fn fill_in(&mut self, config: &Config) {
+        let listen = || config.says("serve.listen").map(str::to_owned);
+        self.listen = self.listen.take().or_else(listen);
+        for (given, name) in [
+            (&mut self.allow_host, "serve.allow_host"),
+            (&mut self.allow_origin, "serve.allow_origin"),
+        ] {
+            if given.is_empty() {
+                *given = config.list(name);
+            }
+        }
+    }
+
+    /// The arms that are meant, by name: those of the flags, else those that the settings name, else the one of every verb.
     fn targets(&self, context: &mut Context) -> Result<Vec<(String, Target)>, Failure> {
         let sim = Sim {
             speed: SimSpeed::Times(1.0),
             unasked: false,
         };
         if self.arm.is_empty() {
+            let config = context.config()?;
+            let port = context.global.port.as_deref().unwrap_or_default();
+            if port.is_empty() && context.global.station.is_none() && !config.arms().is_empty() {
+                let known = config.arms().iter();
+                let known = known.map(|arm| {
+                    check_name(&arm.name)?;
+                    Ok((arm.name.clone(), arm.port.clone()))
+                });
+                return known.collect();
+            }
             return Ok(vec![("arm".to_owned(), context.target(Some(sim))?)]);
         }
         if context.global.port.is_some() {
@@ -173,7 +222,7 @@ impl Serve {
     async fn serve(
         &self,
         json: bool,
-        (store, reader): (TokenStore, FormatReader),
+        (store, reader, student_laser): (TokenStore, FormatReader, bool),
         listener: Listener,
         entries: Vec<ArmEntry>,
         arms: Vec<Arm>,
@@ -186,7 +235,7 @@ impl Serve {
         let mut config = StationConfig::new(entries.clone(), epoch);
         config.unix_zero = since.as_secs_f64();
         config.read_only = self.read_only;
-        config.gate = Box::new(store.clone());
+        config.student_laser = student_laser;
         config.reader = Arc::new(reader);
         if let Some(folder) = folder()? {
             config.jobs = Arc::new(JobFile::at(folder.join("jobs.json")));
@@ -198,13 +247,11 @@ impl Serve {
             }
         });
         let station = RunningStation::start(config, arms.clone(), sink);
-        let address = listener
-            .addresses()
-            .first()
-            .map(ToString::to_string)
-            .unwrap_or_default();
-        let url = format!("http://{address}/");
+        let (url, api) = (listener.url(), listener.api_url());
         let exposed = !listener.is_loopback();
+        let names: Vec<_> = entries.iter().map(|entry| entry.name.clone()).collect();
+        let announced = (exposed && !self.no_announce)
+            .then(|| Announcement::new(listener.addresses(), listener.is_encrypted(), &names));
         let options = HttpOptions {
             admission: Admission {
                 hosts: self.allow_host.clone(),
@@ -217,10 +264,13 @@ impl Serve {
         let (over, ends) = watch::channel(false);
         let serving = tokio::spawn(listener.serve(station.clone(), options, ends));
         let ports: Vec<_> = entries.iter().map(|entry| entry.port.clone()).collect();
-        let holder = Holder::write(&url, &ports);
+        let holder = Holder::write(&url, &ports, &names);
         tell(format_args!("serving {url}"));
         if exposed {
             tell(format_args!("other computers reach it: each needs a token"));
+        }
+        if let Some(Err(error)) = &announced {
+            tell(format_args!("not announced on the local network: {error}"));
         }
         if self.pair {
             let code = store.pair(magician_station::Role::Student)?;
@@ -229,7 +279,7 @@ impl Serve {
             ));
         }
         if json {
-            say_addresses(&address, &url, &entries)?;
+            say_addresses(&url, &api, &entries)?;
         } else {
             say_ready();
         }
@@ -253,11 +303,12 @@ impl Serve {
         if unanswered {
             tell(format_args!("an arm did not answer to the last stop"));
         }
+        station.flush().await;
         drop(station);
         for arm in arms {
             let _ = timeout(Duration::from_millis(500), arm.close()).await;
         }
-        drop(holder);
+        drop((holder, announced));
         Ok(())
     }
 }
@@ -280,7 +331,7 @@ async fn quiet(arm: &Arm) -> bool {
     stood && arm.darken_after().await.is_ok()
 }
 
-fn say_addresses(address: &str, url: &str, entries: &[ArmEntry]) -> Result<(), Failure> {
+fn say_addresses(url: &str, api: &str, entries: &[ArmEntry]) -> Result<(), Failure> {
     use std::io::Write;
     let arms = entries
         .iter()
@@ -289,7 +340,7 @@ fn say_addresses(address: &str, url: &str, entries: &[ArmEntry]) -> Result<(), F
     let ready = json!({
         "ready": true,
         "url": url,
-        "api": format!("ws://{address}/api/v1/ws"),
+        "api": api,
         "link": null,
         "arms": arms,
     });
@@ -310,6 +361,19 @@ impl From<ListenError> for Failure {
             _ => magician::ErrorKind::Port,
         };
         Self::new(Kind::Driver(kind), error.to_string())
+    }
+}
+
+impl From<TlsError> for Failure {
+    fn from(error: TlsError) -> Self {
+        let hint = match error {
+            TlsError::Read(..) => "serve must be allowed to read both files",
+            TlsError::Content(..) => {
+                "--tls-cert takes `-----BEGIN CERTIFICATE-----`, --tls-key `-----BEGIN PRIVATE KEY-----`"
+            }
+            _ => "give the two that were made together, and a certificate for servers",
+        };
+        Self::invalid(error.to_string()).hint(hint)
     }
 }
 

@@ -11,8 +11,8 @@ use magician_protocol::HostInstant;
 use magician_station::api::{Message, MessageId};
 use magician_station::control::{ArmId, JogEnd, RequestId};
 use magician_station::{
-    ArmEntry, ArmOrder, ArmRead, ArmReport, Gate, Grant, JobEnd, JobNews, Outcome, Outgoing, Peer,
-    Role, SocketId, Station, StationConfig,
+    ArmEntry, ArmOrder, ArmRead, ArmReport, Grant, JobEnd, JobNews, Outcome, Outgoing, Peer, Role,
+    SocketId, Station, StationConfig,
 };
 use serde_json::{Value, json};
 
@@ -23,18 +23,6 @@ const ARMS: u64 = 2;
 const CLIENTS: usize = 10;
 /// Requests under way on a socket, at most; stops come in any number.
 const UNDER_WAY: usize = 64;
-
-/// A station with one token.
-struct OneToken;
-
-impl Gate for OneToken {
-    fn grant(&mut self, token: &str) -> Option<Grant> {
-        (token == "good").then(|| Grant {
-            role: Role::Teacher,
-            token: Some("good".to_owned()),
-        })
-    }
-}
 
 /// A station and all that is around it.
 pub(crate) struct Life {
@@ -58,10 +46,7 @@ impl Default for Life {
             is_virtual: at == 0,
             ..ArmEntry::simulated(format!("arm{at}"))
         };
-        let mut station = Station::new(StationConfig {
-            gate: Box::new(OneToken),
-            ..StationConfig::new((0..ARMS).map(arm).collect(), "0")
-        });
+        let mut station = Station::new(StationConfig::new((0..ARMS).map(arm).collect(), "0"));
         let now = HostInstant::ZERO;
         let spy = station.open(now, peer(Some(Role::Viewer), 0));
         let hello = r#"{"jsonrpc":"2.0","id":1,"method":"session.hello","params":{"client":{"name":"spy"}}}"#;
@@ -200,6 +185,14 @@ impl Life {
         // What is over by now is no part of what the message does.
         self.station.handle_timeout(self.now);
         self.take_orders(None);
+        if let Some(token) = Station::token_of(text) {
+            let good = Grant {
+                role: Role::Teacher,
+                token: Some("good".to_owned()),
+            };
+            self.station
+                .vouch(socket, (token == "good").then_some(good));
+        }
         self.station.receive(self.now, socket, text);
         self.take_orders(Some(at));
     }

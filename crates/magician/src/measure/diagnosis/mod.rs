@@ -195,12 +195,14 @@ impl Finding {
     }
 
     /// As it should be.
-    fn good(check: &'static str, text: impl Into<String>) -> Self {
+    #[must_use]
+    pub fn good(check: &'static str, text: impl Into<String>) -> Self {
         Self::new(check, Some(true), text)
     }
 
     /// Not as it should be.
-    fn bad(check: &'static str, text: impl Into<String>) -> Self {
+    #[must_use]
+    pub fn bad(check: &'static str, text: impl Into<String>) -> Self {
         Self::new(check, Some(false), text)
     }
 
@@ -210,16 +212,21 @@ impl Finding {
     }
 
     /// Worth knowing, or not looked at.
-    fn note(check: &'static str, text: impl Into<String>) -> Self {
+    #[must_use]
+    pub fn note(check: &'static str, text: impl Into<String>) -> Self {
         Self::new(check, None, text)
     }
 
-    fn value(mut self, value: impl Into<Measured>) -> Self {
+    /// With its figure.
+    #[must_use]
+    pub fn value(mut self, value: impl Into<Measured>) -> Self {
         self.value = value.into();
         self
     }
 
-    fn unit(mut self, unit: &'static str) -> Self {
+    /// With the unit of that.
+    #[must_use]
+    pub fn unit(mut self, unit: &'static str) -> Self {
         self.unit = Some(unit);
         self
     }
@@ -230,7 +237,8 @@ impl Finding {
     }
 
     /// Adds what to do, if it is not as it should be.
-    fn cure(self, advice: &'static str) -> Self {
+    #[must_use]
+    pub fn cure(self, advice: &'static str) -> Self {
         match self.ok {
             Some(true) => self,
             _ => self.advise(advice),
@@ -308,7 +316,10 @@ impl Diagnosis {
     }
 
     /// Notes a finding and tells it.
-    fn add<A: Attendant>(&mut self, finding: Finding, to: &mut A) -> Result<(), A::Failure> {
+    ///
+    /// # Errors
+    /// Those of who is told.
+    pub fn add<A: Attendant>(&mut self, finding: Finding, to: &mut A) -> Result<(), A::Failure> {
         to.found(&finding)?;
         self.findings.push(finding);
         Ok(())

@@ -1,0 +1,202 @@
+//! Stations on the local network by multicast DNS: one that announces itself, and those that are found.
+
+use std::collections::BTreeSet;
+use std::net::{IpAddr, SocketAddr};
+use std::time::{Duration, Instant};
+
+use mdns_sd::{ResolvedService, ServiceDaemon, ServiceEvent, ServiceInfo};
+use serde::Serialize;
+
+/// The kind of service.
+const KIND: &str = "_magician._tcp.local.";
+/// What a text of a service may have at most, bytes; its name counts, too.
+const TEXT: usize = 255;
+
+/// A station that was found.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub(crate) struct FoundStation {
+    /// What `--station` takes.
+    pub(crate) url: String,
+    /// What its computer is called.
+    pub(crate) name: String,
+    /// Its arms, as far as they are told.
+    pub(crate) arms: Vec<String>,
+}
+
+/// A station that announces itself, while this lasts.
+pub(crate) struct Announcement {
+    daemon: ServiceDaemon,
+    name: String,
+}
+
+impl Announcement {
+    /// Announces a station at these addresses. It tells no secret: what it is, and how its arms are called.
+    pub(crate) fn new(
+        addresses: &[SocketAddr],
+        encrypted: bool,
+        arms: &[String],
+    ) -> Result<Self, mdns_sd::Error> {
+        let port = addresses.first().map_or(0, SocketAddr::port);
+        let host = host_name();
+        let properties = properties(encrypted, arms);
+        let named = addresses.iter().map(SocketAddr::ip);
+        let named: Vec<IpAddr> = named.filter(|address| !address.is_unspecified()).collect();
+        let every = named.is_empty();
+        let domain = format!("{host}.local.");
+        let info = ServiceInfo::new(KIND, &host, &domain, &named[..], port, &properties[..])?;
+        // All addresses of the machine, also those that it gets later.
+        let info = if every { info.enable_addr_auto() } else { info };
+        let name = info.get_fullname().to_owned();
+        let daemon = ServiceDaemon::new()?;
+        daemon.register(info)?;
+        Ok(Self { daemon, name })
+    }
+}
+
+impl Drop for Announcement {
+    fn drop(&mut self) {
+        // Who found it should not ask it any more; not more than a moment is spent on that.
+        if let Ok(told) = self.daemon.unregister(&self.name) {
+            let _ = told.recv_timeout(Duration::from_millis(200));
+        }
+        let _ = self.daemon.shutdown();
+    }
+}
+
+/// Looks for stations for so long.
+pub(crate) fn find(patience: Duration) -> Result<Vec<FoundStation>, mdns_sd::Error> {
+    let until = Instant::now() + patience;
+    let daemon = ServiceDaemon::new()?;
+    let events = daemon.browse(KIND)?;
+    let mut found = BTreeSet::new();
+    while let Ok(event) = events.recv_deadline(until) {
+        if let ServiceEvent::ServiceResolved(service) = event {
+            found.extend(station(&service));
+        }
+    }
+    let _ = daemon.shutdown();
+    Ok(found.into_iter().collect())
+}
+
+/// What a service is told to be.
+fn properties(encrypted: bool, arms: &[String]) -> Vec<(&'static str, String)> {
+    let mut names = arms.join(",");
+    while names.len() + "arms=".len() > TEXT {
+        names = names
+            .rsplit_once(',')
+            .map_or(String::new(), |(some, _)| some.to_owned());
+    }
+    vec![
+        ("api", "1".to_owned()),
+        ("tls", u8::from(encrypted).to_string()),
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("arms", names),
+    ]
+}
+
+/// The station that a service is; none for what has no address.
+fn station(service: &ResolvedService) -> Option<FoundStation> {
+    let addresses = service.get_addresses().iter().map(|at| at.to_ip_addr());
+    let text = |key| service.get_property_val_str(key).unwrap_or_default();
+    let name = service.get_fullname().strip_suffix(KIND);
+    let name = name.unwrap_or_default().trim_end_matches('.');
+    found(
+        name,
+        addresses,
+        service.get_port(),
+        text("tls"),
+        text("arms"),
+    )
+}
+
+/// As what it is shown. Others may announce anything: what a terminal would obey is taken out.
+fn found(
+    name: &str,
+    addresses: impl Iterator<Item = IpAddr>,
+    port: u16,
+    tls: &str,
+    arms: &str,
+) -> Option<FoundStation> {
+    let usable = |address: &IpAddr| match address {
+        IpAddr::V4(_) => true,
+        // It would need the name of an interface, which no URL has.
+        IpAddr::V6(address) => !address.is_unicast_link_local(),
+    };
+    let address = addresses.filter(usable).min()?;
+    let scheme = if tls == "1" { "https" } else { "http" };
+    let shown = |text: &str| magician_protocol::visible(text).to_string();
+    let arms = arms.split(',').filter(|arm| !arm.is_empty());
+    Some(FoundStation {
+        url: format!("{scheme}://{}", SocketAddr::new(address, port)),
+        name: shown(name),
+        arms: arms.map(shown).collect(),
+    })
+}
+
+/// What this computer is called, without its domain.
+fn host_name() -> String {
+    #[cfg(unix)]
+    let name = rustix::system::uname()
+        .nodename()
+        .to_string_lossy()
+        .into_owned();
+    #[cfg(not(unix))]
+    let name = std::env::var("COMPUTERNAME").unwrap_or_default();
+    let sign = |c: &char| c.is_ascii_alphanumeric() || *c == '-';
+    let first = name.split('.').next().unwrap_or_default();
+    let name: String = first.chars().filter(sign).take(63).collect();
+    if name.is_empty() {
+        "magician".to_owned()
+    } else {
+        name
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(addresses: &[&str], tls: &str, arms: &str) -> Option<FoundStation> {
+        let addresses = addresses.iter().map(|address| address.parse().unwrap());
+        found("lab", addresses, 8910, tls, arms)
+    }
+
+    #[test]
+    fn a_service_is_found_under_an_address_that_a_url_can_have() {
+        let both = at(&["fe80::1", "192.168.1.5"], "0", "left,right").unwrap();
+        assert_eq!(both.url, "http://192.168.1.5:8910");
+        assert_eq!(both.arms, ["left", "right"]);
+        assert_eq!(
+            at(&["fd00::5"], "1", "").unwrap().url,
+            "https://[fd00::5]:8910"
+        );
+        assert_eq!(at(&["fe80::1"], "0", "arm"), None);
+        assert_eq!(at(&[], "0", "arm"), None);
+    }
+
+    #[test]
+    fn what_others_announce_cannot_reach_into_the_terminal() {
+        let addresses = ["10.0.0.1".parse().unwrap()].into_iter();
+        let found = found("\x1b[2Jlab", addresses, 1, "\n", "a\u{7},b").unwrap();
+        assert!(!found.name.contains('\x1b') && !found.arms[0].contains('\u{7}'));
+    }
+
+    #[test]
+    fn what_is_announced_has_room_in_a_packet_and_tells_no_secret() {
+        let arms: Vec<_> = (0..40).map(|at| format!("arm-with-a-name-{at}")).collect();
+        let properties = properties(true, &arms);
+        let names: Vec<_> = properties.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["api", "tls", "version", "arms"]);
+        for (name, value) in &properties {
+            assert!(name.len() + 1 + value.len() <= TEXT, "{name}: {value}");
+        }
+        assert!(properties[3].1.starts_with("arm-with-a-name-0,"));
+        assert!(!properties[3].1.ends_with(','));
+    }
+
+    #[test]
+    fn a_computer_has_a_name_that_a_network_takes() {
+        let name = host_name();
+        assert!((1..=63).contains(&name.len()), "{name}");
+    }
+}

@@ -1,0 +1,243 @@
+//! A station looked over from outside: whether it is there, lets this program in, and has its arms.
+
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use magician::measure::{Attendant, Diagnosis, Finding};
+use magician_station::client::{ClientError, StationAddress, StationClient, Trust};
+use serde_json::{Value, json};
+use tokio::time::timeout;
+
+use super::report::Shown;
+use crate::failure::Failure;
+
+/// Requests whose answers are timed.
+const TIMED: usize = 20;
+/// A station that takes longer to answer does not.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// How far two clocks may be apart, s.
+const APART: f64 = 2.0;
+
+/// Where the station is, and what it is asked with.
+pub(super) struct Asked<'a> {
+    pub(super) url: &'a str,
+    pub(super) token: Option<String>,
+    pub(super) trust: Trust,
+}
+
+type Outcome<T = ()> = Result<T, Failure>;
+
+/// Looks a station over.
+pub(super) async fn examine(
+    found: &mut Diagnosis,
+    asked: &Asked<'_>,
+    to: &mut Shown<'_>,
+) -> Outcome {
+    let address: StationAddress = asked.url.parse().map_err(Failure::invalid)?;
+    found.port = Some(asked.url.to_owned());
+    let connecting = StationClient::connect_trusting(
+        asked.url,
+        "magician doctor",
+        asked.token.as_deref(),
+        &asked.trust,
+    );
+    let station = match to.attend("asking the station", connecting).await {
+        Ok(station) => station,
+        Err(error) => return not_let_in(found, &address, error, to),
+    };
+    found.add(
+        Finding::good("station", format!("{} answers", address.host)),
+        to,
+    )?;
+    encryption(found, &address, to)?;
+    let hello = station.hello().clone();
+    versions(found, &hello, to)?;
+    role(found, &hello, asked.token.is_some(), to)?;
+    answers(found, &station, to).await?;
+    let list = call(&station, "arm.list", json!({})).await?;
+    let arms = list["arms"].as_array().cloned().unwrap_or_default();
+    let meant =
+        |arm: &&Value| address.arm.is_none() || arm["name"].as_str() == address.arm.as_deref();
+    let meant: Vec<_> = arms.iter().filter(meant).collect();
+    if meant.is_empty() {
+        let names: Vec<_> = arms.iter().filter_map(|arm| arm["name"].as_str()).collect();
+        let text = format!("there is no such arm: the station has {}", names.join(", "));
+        found.add(Finding::bad("arm", text), to)?;
+    }
+    for arm in meant {
+        arm_of(found, &station, arm, to).await?;
+    }
+    Ok(())
+}
+
+/// Why there is no session.
+fn not_let_in(
+    found: &mut Diagnosis,
+    address: &StationAddress,
+    error: ClientError,
+    to: &mut Shown<'_>,
+) -> Outcome {
+    let text = error.to_string();
+    let finding = match &error {
+        ClientError::Untrusted(_) => Finding::bad("certificate", text)
+            .cure("--station-ca FILE names the certificates to trust; the name in the URL has to be one of the certificate's"),
+        ClientError::Refused { .. } => Finding::bad("token", text)
+            .cure("`magician station token` on the station's computer makes one; it is taken from MAGICIAN_TOKEN"),
+        _ => Finding::bad("station", text).cure(match address.encrypted {
+            true => "is `magician serve` running there, with --listen and the port of the URL?",
+            false => "is `magician serve` running there, with --listen and the port of the URL? One that encrypts is https://",
+        }),
+    };
+    found.add(finding, to)?;
+    found.ended = true;
+    Err(error.into())
+}
+
+fn encryption(found: &mut Diagnosis, address: &StationAddress, to: &mut Shown<'_>) -> Outcome {
+    let near = ["localhost:", "127.0.0.1:", "[::1]:"];
+    let near = near.iter().any(|host| address.host.starts_with(host));
+    let finding = match (address.encrypted, near) {
+        (true, _) => Finding::good(
+            "encryption",
+            "the connection is encrypted, the certificate is trusted",
+        ),
+        (false, true) => Finding::note(
+            "encryption",
+            "not encrypted; it does not leave this computer",
+        ),
+        (false, false) => Finding::note(
+            "encryption",
+            "not encrypted: others in the network can read the token",
+        )
+        .cure("`magician serve --tls-cert FILE --tls-key FILE` encrypts"),
+    };
+    found.add(finding, to)
+}
+
+fn versions(found: &mut Diagnosis, hello: &Value, to: &mut Shown<'_>) -> Outcome {
+    let (version, own) = (
+        hello["version"].as_str().unwrap_or_default(),
+        env!("CARGO_PKG_VERSION"),
+    );
+    let finding = match (hello["api"] == json!(1), version == own) {
+        (true, true) => Finding::good("version", format!("{version}, as here")),
+        (true, false) => {
+            Finding::note("version", format!("{version}, here {own}: both know API 1"))
+        }
+        (false, _) => Finding::bad(
+            "version",
+            format!("{version} has API {}, here is API 1", hello["api"]),
+        ),
+    };
+    found.add(finding.value(version), to)
+}
+
+fn role(found: &mut Diagnosis, hello: &Value, by_token: bool, to: &mut Shown<'_>) -> Outcome {
+    let role = hello["role"].as_str().unwrap_or_default();
+    let right = if by_token {
+        "by the token"
+    } else {
+        "without a token"
+    };
+    let finding = match role {
+        "viewer" => Finding::note("role", format!("viewer, {right}: looks and stops, moves nothing"))
+            .cure("`magician station token --role student` makes a token that moves, unless the station was started with --read-only"),
+        role => Finding::good("role", format!("{role}, {right}")),
+    };
+    found.add(finding.value(role), to)
+}
+
+/// How fast it answers.
+async fn answers(found: &mut Diagnosis, station: &StationClient, to: &mut Shown<'_>) -> Outcome {
+    let mut times = Vec::new();
+    for _ in 0..TIMED {
+        let began = Instant::now();
+        call(station, "server.info", json!({})).await?;
+        times.push(began.elapsed());
+    }
+    times.sort();
+    let median = times.get(TIMED / 2).copied().unwrap_or_default();
+    let median = (median.as_secs_f64() * 1e5).round() / 100.0;
+    let text = format!("median {median} ms from request to answer");
+    found.add(Finding::good("answers", text).value(median).unit("ms"), to)
+}
+
+async fn arm_of(
+    found: &mut Diagnosis,
+    station: &StationClient,
+    arm: &Value,
+    to: &mut Shown<'_>,
+) -> Outcome {
+    let name = arm["name"].as_str().unwrap_or_default();
+    let port = arm["port"].as_str().unwrap_or_default();
+    let kind = if arm["virtual"] == json!(true) {
+        "a virtual arm"
+    } else {
+        "an arm"
+    };
+    let up = arm["link"] == json!("up");
+    let finding = match up {
+        true => Finding::good("arm", format!("{name}: {kind} at {port}")),
+        false => Finding::bad("arm", format!("{name}: the line to {port} is lost"))
+            .cure("is the arm switched on and plugged in? The station looks for it all the time"),
+    };
+    found.add(finding.value(name), to)?;
+    let (holder, job) = (&arm["holder"]["name"], arm["job"].as_str());
+    let lease = match (holder.as_str(), job) {
+        (None, None) => Finding::good("lease", format!("{name}: free")),
+        (None, Some(job)) => Finding::note("lease", format!("{name}: free; job {job} runs")),
+        (Some(holder), None) => Finding::note("lease", format!("{name}: {holder} has it")),
+        (Some(holder), Some(job)) => {
+            Finding::note("lease", format!("{name}: {holder} has it; job {job} runs"))
+        }
+    };
+    found.add(lease.value(holder.as_str().unwrap_or_default()), to)?;
+    if !up {
+        return Ok(());
+    }
+    let this = json!({"arm": name});
+    let alarms = call(station, "arm.alarms", this.clone()).await?;
+    let alarms = alarms["alarms"].as_array().cloned().unwrap_or_default();
+    if alarms.is_empty() {
+        found.add(Finding::good("alarms", format!("{name}: none")), to)?;
+    }
+    for alarm in alarms {
+        let text = |field: &str| alarm[field].as_str().unwrap_or_default().to_owned();
+        let said = format!("{name}: {}: {}", text("name"), text("cause"));
+        let finding = match alarm["holds_queue"] == json!(true) {
+            true => Finding::bad("alarms", format!("{said}; it holds the queue")),
+            false => Finding::note("alarms", said),
+        };
+        let code = alarm["code"].as_u64().unwrap_or_default();
+        let finding = finding
+            .value(code)
+            .cure("`magician alarms --clear` through the station clears it");
+        found.add(finding, to)?;
+    }
+    let state = call(station, "arm.state", this).await?;
+    clock(found, state["t"].as_f64().unwrap_or_default(), to)
+}
+
+/// Times of states and events are by the station's clock.
+fn clock(found: &mut Diagnosis, there: f64, to: &mut Shown<'_>) -> Outcome {
+    if found.findings.iter().any(|known| known.check == "clock") {
+        return Ok(());
+    }
+    let here = SystemTime::now().duration_since(UNIX_EPOCH);
+    let ahead = there - here.map_or(0.0, |here| here.as_secs_f64());
+    let finding = match ahead.abs() <= APART {
+        true => Finding::good("clock", "as the one of this computer"),
+        false => {
+            let side = if ahead > 0.0 { "ahead of" } else { "behind" };
+            let text = format!("{:.0} s {side} the one of this computer", ahead.abs());
+            Finding::note("clock", text).cure(
+                "times of states and events are by the station's clock: set both by the network",
+            )
+        }
+    };
+    found.add(finding.value((ahead * 10.0).round() / 10.0).unit("s"), to)
+}
+
+async fn call(station: &StationClient, method: &str, params: Value) -> Outcome<Value> {
+    let answer = timeout(PATIENCE, station.call(method, params)).await;
+    Ok(answer.unwrap_or(Err(ClientError::Lost))?)
+}

@@ -1,0 +1,96 @@
+//! Encrypted connections: certificate and key from files.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use tokio::net::TcpStream;
+use tokio_rustls::rustls::crypto::ring;
+use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use tokio_rustls::rustls::version::TLS13;
+use tokio_rustls::rustls::{self, ServerConfig};
+use tokio_rustls::{TlsAcceptor, server::TlsStream};
+
+/// Why certificate and key cannot be used.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum TlsError {
+    /// A file cannot be read.
+    Read(PathBuf, io::Error),
+    /// A file does not hold what it should; what that is.
+    Content(PathBuf, &'static str),
+    /// The key is not that of the certificate.
+    NoPair(PathBuf, PathBuf),
+    /// The pair cannot be used.
+    Refused(rustls::Error),
+}
+
+impl fmt::Display for TlsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Read(path, error) => write!(f, "{} cannot be read: {error}", path.display()),
+            Self::Content(path, what) => write!(f, "{} holds no {what} as PEM", path.display()),
+            Self::NoPair(certificate, key) => write!(
+                f,
+                "the key in {} is not that of the certificate in {}",
+                key.display(),
+                certificate.display()
+            ),
+            Self::Refused(error) => write!(f, "the certificate cannot be used: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for TlsError {}
+
+/// Certificate and key of a listener. TLS 1.3 alone, HTTP/1.1 within it.
+#[derive(Clone)]
+pub struct Tls(TlsAcceptor);
+
+impl fmt::Debug for Tls {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Tls").finish_non_exhaustive()
+    }
+}
+
+impl Tls {
+    /// Reads a certificate, with those that it was signed by up to the one that clients trust, and its key, both as PEM.
+    ///
+    /// # Errors
+    /// [`TlsError`].
+    pub fn from_files(certificate: &Path, key: &Path) -> Result<Self, TlsError> {
+        let wrong = |path: &Path, what, error| match error {
+            pem::Error::Io(error) => TlsError::Read(path.to_owned(), error),
+            _ => TlsError::Content(path.to_owned(), what),
+        };
+        let no_certificate = |error| wrong(certificate, "certificate", error);
+        let chain: Vec<_> = CertificateDer::pem_file_iter(certificate)
+            .map_err(no_certificate)?
+            .collect::<Result<_, _>>()
+            .map_err(no_certificate)?;
+        if chain.is_empty() {
+            return Err(no_certificate(pem::Error::NoItemsFound));
+        }
+        let secret =
+            PrivateKeyDer::from_pem_file(key).map_err(|error| wrong(key, "private key", error))?;
+        let config = ServerConfig::builder_with_provider(Arc::new(ring::default_provider()))
+            .with_protocol_versions(&[&TLS13])
+            .map(|config| config.with_no_client_auth())
+            .and_then(|config| config.with_single_cert(chain, secret));
+        let mut config = config.map_err(|error| match error {
+            rustls::Error::InconsistentKeys(_) => {
+                TlsError::NoPair(certificate.to_owned(), key.to_owned())
+            }
+            error => TlsError::Refused(error),
+        })?;
+        config.alpn_protocols = vec![b"http/1.1".to_vec()];
+        Ok(Self(TlsAcceptor::from(Arc::new(config))))
+    }
+
+    /// Agrees with a client on how to talk.
+    pub(super) async fn accept(&self, stream: TcpStream) -> io::Result<TlsStream<TcpStream>> {
+        self.0.accept(stream).await
+    }
+}

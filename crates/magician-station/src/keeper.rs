@@ -1,0 +1,175 @@
+//! What a station keeps, written beside everything else: a slow disk holds up no stop.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use tokio::runtime::Handle;
+use tokio::sync::Notify;
+
+use crate::job::JobStore;
+use crate::running::JournalSink;
+use crate::station::{JobsToKeep, JournalLine};
+
+/// Lines of the journal that wait for the disk. What comes above is not written.
+const LINES: usize = 4096;
+
+/// Writes journal and jobs on a thread for what may block. Jobs are written whole: of states that wait only the newest is, so
+/// that a disk has at most one of them before it, however often they change.
+pub(crate) struct Keeper {
+    runtime: Handle,
+    journal: JournalSink,
+    store: Arc<dyn JobStore>,
+    waiting: Mutex<Waiting>,
+    idle: Notify,
+}
+
+#[derive(Default)]
+struct Waiting {
+    lines: VecDeque<JournalLine>,
+    lost: u64,
+    jobs: Option<JobsToKeep>,
+    /// Something is being written.
+    busy: bool,
+}
+
+impl Keeper {
+    /// On the present runtime.
+    pub(crate) fn new(journal: JournalSink, store: Arc<dyn JobStore>) -> Arc<Self> {
+        Arc::new(Self {
+            runtime: Handle::current(),
+            journal,
+            store,
+            waiting: Mutex::default(),
+            idle: Notify::new(),
+        })
+    }
+
+    /// Takes what is to be written, and returns at once.
+    pub(crate) fn keep(self: &Arc<Self>, lines: Vec<JournalLine>, jobs: Option<JobsToKeep>) {
+        if lines.is_empty() && jobs.is_none() {
+            return;
+        }
+        let mut waiting = self.waiting();
+        let room = LINES.saturating_sub(waiting.lines.len());
+        waiting.lost += lines.len().saturating_sub(room) as u64;
+        waiting.lines.extend(lines.into_iter().take(room));
+        waiting.jobs = jobs.or(waiting.jobs.take());
+        if !std::mem::replace(&mut waiting.busy, true) {
+            let keeper = Arc::clone(self);
+            self.runtime.spawn_blocking(move || keeper.write());
+        }
+    }
+
+    fn write(&self) {
+        loop {
+            let mut waiting = self.waiting();
+            let lines = std::mem::take(&mut waiting.lines);
+            let jobs = waiting.jobs.take();
+            let lost = std::mem::take(&mut waiting.lost);
+            if lines.is_empty() && jobs.is_none() {
+                waiting.busy = false;
+                drop(waiting);
+                self.idle.notify_waiters();
+                return;
+            }
+            drop(waiting);
+            lines.into_iter().for_each(&self.journal);
+            if lost > 0 {
+                tracing::warn!(lost, "lines of the journal are lost: the disk is slow");
+            }
+            if let Some(jobs) = jobs {
+                self.store.save(&jobs.to_value());
+            }
+        }
+    }
+
+    /// Waits until all that was taken is written.
+    pub(crate) async fn flush(&self) {
+        loop {
+            let idle = self.idle.notified();
+            tokio::pin!(idle);
+            idle.as_mut().enable();
+            if !self.waiting().busy {
+                return;
+            }
+            idle.await;
+        }
+    }
+
+    fn waiting(&self) -> MutexGuard<'_, Waiting> {
+        self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use magician_job::Journal;
+    use serde_json::Value;
+
+    use super::*;
+    use crate::job::NoStore;
+
+    /// A disk that writes when it is told to.
+    struct Slow {
+        began: mpsc::Sender<Value>,
+        go: Mutex<mpsc::Receiver<()>>,
+    }
+
+    impl JobStore for Slow {
+        fn load(&self) -> Value {
+            Value::Null
+        }
+
+        fn save(&self, jobs: &Value) {
+            self.began.send(jobs.clone()).unwrap();
+            self.go.lock().unwrap().recv().unwrap();
+        }
+
+        fn journal(&self) -> Box<dyn Journal> {
+            NoStore.journal()
+        }
+    }
+
+    #[tokio::test]
+    async fn of_jobs_that_wait_for_the_disk_the_newest_alone_is_written() {
+        let ((began, saved), (write, go)) = (mpsc::channel(), mpsc::channel());
+        let go = Mutex::new(go);
+        let keeper = Keeper::new(Box::new(|_| {}), Arc::new(Slow { began, go }));
+        keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&["first"])));
+        let id = |saved: Value| saved[0]["job"].as_str().map(str::to_owned);
+        assert_eq!(id(saved.recv().unwrap()).as_deref(), Some("first"));
+        for number in 0..1000 {
+            keeper.keep(Vec::new(), Some(JobsToKeep::of_ids(&[&number.to_string()])));
+        }
+        write.send(()).unwrap();
+        write.send(()).unwrap();
+        keeper.flush().await;
+        let rest: Vec<_> = saved.try_iter().filter_map(id).collect();
+        assert_eq!(rest, ["999"]);
+    }
+
+    #[tokio::test]
+    async fn a_journal_that_is_not_written_takes_no_more_than_its_room() {
+        let (go, held) = mpsc::channel::<()>();
+        let held = Mutex::new(held);
+        let written = Arc::new(Mutex::new(0));
+        let count = Arc::clone(&written);
+        let journal = Box::new(move |_: JournalLine| {
+            // The first line waits; what is sent, or hung up, lets it go.
+            let _ = held.lock().unwrap().recv();
+            *count.lock().unwrap() += 1;
+        });
+        let keeper = Keeper::new(journal, Arc::new(NoStore));
+        let line = JournalLine::default();
+        keeper.keep(vec![line.clone()], None);
+        // Whether the first is at work already or waits still, no more than the room is held beside it.
+        for _ in 0..3 {
+            keeper.keep(vec![line.clone(); LINES], None);
+        }
+        drop(go);
+        keeper.flush().await;
+        assert!((LINES..=LINES + 1).contains(&*written.lock().unwrap()));
+    }
+}
