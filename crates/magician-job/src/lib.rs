@@ -68,6 +68,8 @@ pub mod recording;
 #[cfg(feature = "report")]
 pub mod report;
 mod saved;
+#[cfg(feature = "settings")]
+pub mod settings;
 mod spec;
 pub mod teach;
 

@@ -67,6 +67,31 @@ impl Sheet {
             size: Some([libm::hypot(along[0], along[1]), height]),
         })
     }
+
+    /// The same as exactly as an arm touches, for a file that people read.
+    #[must_use]
+    pub fn rounded(&self) -> Self {
+        Self {
+            corner: self.corner.map(|part| round(part, 1e3)),
+            rotation: round(self.rotation, 1e4),
+            surface: Surface {
+                height: round(self.surface.height, 1e4),
+                slope: self.surface.slope.map(|part| round(part, 1e7)),
+            },
+            size: self.size.map(|size| size.map(|side| round(side, 1e2))),
+        }
+    }
+}
+
+/// The height of a level surface as exactly as an arm touches, mm.
+#[must_use]
+pub fn rounded_height(height: f64) -> f64 {
+    round(height, 1e3)
+}
+
+/// To so many parts of one. 0 has no sign.
+fn round(value: f64, parts: f64) -> f64 {
+    libm::round(value * parts) / parts + 0.0
 }
 
 /// The plane through three points that are not on a line.
@@ -148,6 +173,12 @@ impl Tip {
             offset,
             bias: ToolBias::new(bias.x + offset[0], bias.y + offset[1], bias.z),
         })
+    }
+
+    /// The bias to set, as exactly as an arm touches: x, y, z, mm.
+    #[must_use]
+    pub fn rounded_bias(&self) -> [f64; 3] {
+        [self.bias.x, self.bias.y, self.bias.z].map(|part| round(part, 1e3))
     }
 }
 

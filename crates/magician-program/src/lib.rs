@@ -63,7 +63,7 @@ mod simplify;
 mod surface;
 
 pub use artwork::{Artwork, Stroke, WouldFit};
-pub use calibrate::Tip;
+pub use calibrate::{Tip, rounded_height};
 pub use check::{RefusedStep, Report, check, would_do_at, would_fit, would_fit_turned};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;

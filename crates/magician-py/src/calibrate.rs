@@ -1,11 +1,12 @@
-//! The sheet and the tool's tip from points that were touched.
+//! The sheet and the tool's tip from points that were touched, and the file of settings that keeps them.
 
-use magician::ToolBias;
-use magician_program::Tip;
+use magician::{Error, ToolBias};
+use magician_job::settings::{SettingsError, SettingsFile, quoted};
 use magician_program::artwork::Sheet;
+use magician_program::{Tip, Tool, rounded_height};
 use pyo3::prelude::*;
 
-use crate::program;
+use crate::{errors, program};
 
 /// A sheet: its corner, its rotation, height and slope of its surface, its size.
 type SheetParts = (Pair, f64, f64, Pair, Option<Pair>);
@@ -16,14 +17,18 @@ type Pair = (f64, f64);
 #[pyfunction]
 pub(crate) fn touched_sheet(py: Python<'_>, corners: [[f64; 3]; 3]) -> PyResult<SheetParts> {
     let sheet = Sheet::touched(corners).map_err(|problem| program::raise(py, None, &problem))?;
+    Ok(parts(&sheet))
+}
+
+fn parts(sheet: &Sheet) -> SheetParts {
     let surface = sheet.surface;
-    Ok((
+    (
         sheet.corner.into(),
         sheet.rotation,
         surface.height,
         surface.slope.into(),
         sheet.size.map(Pair::from),
-    ))
+    )
 }
 
 /// The tip that touched one point twice, turned in between: its offset, and the bias to set.
@@ -37,4 +42,74 @@ pub(crate) fn touched_tip(
     let tip = Tip::touched(touches, ToolBias::new(x, y, z));
     let tip = tip.map_err(|problem| program::raise(py, None, &problem))?;
     Ok((tip.offset.into(), (tip.bias.x, tip.bias.y, tip.bias.z)))
+}
+
+/// A fault of the file of settings.
+fn unkept(py: Python<'_>, error: &SettingsError) -> PyErr {
+    errors::raise(py, &Error::invalid(error.to_string()))
+}
+
+/// Keeps in the file of settings what an edit makes of it; where that file is.
+fn kept(
+    py: Python<'_>,
+    edit: impl Fn(&SettingsFile) -> Option<SettingsFile> + Send + Sync,
+) -> PyResult<Option<String>> {
+    let outcome = py.detach(|| {
+        let mut file = SettingsFile::load()?;
+        let edited = edit(&file);
+        file.change(edited)?;
+        Ok(file.path().map(|path| path.display().to_string()))
+    });
+    outcome.map_err(|error| unkept(py, &error))
+}
+
+/// Keeps the sheet whose corners were touched.
+#[pyfunction]
+pub(crate) fn keep_sheet(py: Python<'_>, corners: [[f64; 3]; 3]) -> PyResult<Option<String>> {
+    let sheet = Sheet::touched(corners).map_err(|problem| program::raise(py, None, &problem))?;
+    kept(py, |file| file.with_table("sheet", &sheet.rounded()))
+}
+
+/// Keeps the height of a level surface.
+#[pyfunction]
+pub(crate) fn keep_surface(py: Python<'_>, height: f64) -> PyResult<Option<String>> {
+    let height = rounded_height(height).to_string();
+    kept(py, |file| file.with("surface", &height))
+}
+
+/// Keeps the tip that touched one point twice.
+#[pyfunction]
+pub(crate) fn keep_tip(
+    py: Python<'_>,
+    touches: [[f64; 3]; 2],
+    bias: [f64; 3],
+) -> PyResult<Option<String>> {
+    let [x, y, z] = bias;
+    let tip = Tip::touched(touches, ToolBias::new(x, y, z));
+    let tip = tip.map_err(|problem| program::raise(py, None, &problem))?;
+    let [x, y, z] = tip.rounded_bias();
+    let tool = quoted(&format!("{x},{y},{z}"));
+    kept(py, |file| file.with("tool", &tool))
+}
+
+/// What the file of settings says: the sheet, the height of the surface, the tool; and what of it `MAGICIAN_TOOL` says instead.
+#[pyfunction]
+pub(crate) fn kept_settings(
+    py: Python<'_>,
+) -> PyResult<(Option<SheetParts>, Option<f64>, Option<String>)> {
+    let read = || -> Result<_, SettingsError> {
+        let file = SettingsFile::load()?;
+        let sheet = file.value::<Sheet>("sheet")?;
+        let tool = file.value::<String>("tool")?;
+        Ok((sheet, file.value::<f64>("surface")?, tool))
+    };
+    let (sheet, surface, tool) = py.detach(read).map_err(|error| unkept(py, &error))?;
+    let environment = std::env::var("MAGICIAN_TOOL").ok();
+    let tool = environment.filter(|tool| !tool.is_empty()).or(tool);
+    let tool = tool.map(|tool| tool.parse::<Tool>().map(|known| known.to_string()));
+    let tool = tool.transpose().map_err(|why| {
+        let message = format!("the tool of the settings: {why}");
+        errors::raise(py, &Error::invalid(message))
+    })?;
+    Ok((sheet.map(|sheet| parts(&sheet)), surface, tool))
 }

@@ -54,7 +54,9 @@ mod _magician {
     use pyo3::prelude::*;
 
     #[pymodule_export]
-    use crate::calibrate::{touched_sheet, touched_tip};
+    use crate::calibrate::{
+        keep_sheet, keep_surface, keep_tip, kept_settings, touched_sheet, touched_tip,
+    };
     #[pymodule_export]
     use crate::call::Call;
     #[pymodule_export]

@@ -1,6 +1,7 @@
 //! What can be set, in one table: names, meanings, and what counts as a value.
 
 use magician::Target;
+use magician_job::settings::quoted;
 use magician_program::{Power, Tool};
 use magician_station::http::Listener;
 use toml::de::DeValue;
@@ -246,11 +247,6 @@ pub(crate) fn list(text: &str) -> impl Iterator<Item = &str> {
     text.split(',')
         .map(str::trim)
         .filter(|text| !text.is_empty())
-}
-
-/// A text as TOML has it.
-pub(super) fn quoted(text: &str) -> String {
-    toml::Value::String(text.to_owned()).to_string()
 }
 
 #[cfg(test)]

@@ -2,34 +2,26 @@
 //! say has a default.
 
 pub(crate) mod arms;
-mod edit;
 mod keys;
 
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use magician::Target;
 use magician::arms::KnownArm;
-use magician::{ErrorKind, Target};
-use magician_job::files::replace;
+use magician_job::settings::{SettingsError, SettingsFile};
 use magician_program::{Diagnostic, Lines, Power};
 use serde::Serialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::diagnostics::{self, Severity};
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 pub(crate) use keys::{KEYS, Key, list};
-
-/// A file larger than this is none of settings.
-const LARGEST: u64 = 1 << 20;
 
 /// The settings of a file; one that is not there says nothing.
 #[derive(Debug, Default)]
 pub(crate) struct Config {
-    /// Where it is or would be.
-    path: Option<PathBuf>,
-    text: String,
+    file: SettingsFile,
     /// What it says, as a person would type it.
     values: Vec<(&'static str, String)>,
     /// What it says of single arms.
@@ -48,30 +40,21 @@ pub(crate) enum Source {
 impl Config {
     /// Reads the file of this user.
     pub(crate) fn load() -> Result<Self, Failure> {
-        let path = magician::arms::file();
-        let text = match &path {
-            Some(path) => read(path)?,
-            None => String::new(),
-        };
-        Self::of(path, text)
+        let file = SettingsFile::load().map_err(|error| Failure::invalid(error.to_string()))?;
+        Self::of(file)
     }
 
-    fn of(path: Option<PathBuf>, text: String) -> Result<Self, Failure> {
-        let (values, arms) = check(&text).map_err(|problem| {
-            let name = path.as_deref().unwrap_or(Path::new("config.toml"));
-            broken(name, &text, &problem)
+    fn of(file: SettingsFile) -> Result<Self, Failure> {
+        let (values, arms) = check(file.text()).map_err(|problem| {
+            let name = file.path().unwrap_or(Path::new("config.toml"));
+            broken(name, file.text(), &problem)
         })?;
-        Ok(Self {
-            path,
-            text,
-            values,
-            arms,
-        })
+        Ok(Self { file, values, arms })
     }
 
     /// Where the file is or would be.
     pub(crate) fn path(&self) -> Option<&Path> {
-        self.path.as_deref()
+        self.file.path()
     }
 
     /// What the file says of this.
@@ -113,8 +96,7 @@ impl Config {
 
     /// What the file says of an arm, as it is written there.
     pub(crate) fn says_of_arm(&self, name: &str) -> Option<&str> {
-        let (_, value) = edit::find(&self.text, name)??;
-        let value = self.text.get(value)?;
+        let value = self.file.written(name)?;
         let bare = value
             .strip_prefix(['"', '\''])
             .and_then(|text| text.strip_suffix(['"', '\'']));
@@ -123,16 +105,16 @@ impl Config {
 
     /// Says this of an arm from now on, or nothing any more: `value` is how TOML writes it.
     pub(crate) fn set_of_arm(&mut self, name: &str, value: Option<&str>) -> Result<(), Failure> {
-        let text = match value {
-            Some(value) => edit::with(&self.text, name, value),
-            None => edit::without(&self.text, name),
+        let edited = match value {
+            Some(value) => self.file.with(name, value),
+            None => self.file.without(name),
         };
         // What would be wrong with it is the better story than that it cannot be changed.
-        if let Some(text) = &text {
-            Self::of(self.path.clone(), text.clone())?;
+        if let Some(edited) = &edited {
+            Self::of(edited.clone())?;
         }
         let said = value.is_some();
-        self.change(text, |config| config.says_of_arm(name).is_some() == said)
+        self.change(edited, |config| config.says_of_arm(name).is_some() == said)
     }
 
     /// A number that the file says. The check has let nothing else through.
@@ -156,29 +138,24 @@ impl Config {
         &self,
         name: &str,
     ) -> Result<Option<T>, Failure> {
-        let file: toml::Table = toml::from_str(&self.text).unwrap_or_default();
-        let Some(table) = file.get(name) else {
-            return Ok(None);
-        };
-        table.clone().try_into().map(Some).map_err(|error| {
-            let path = self.path().unwrap_or(Path::new("config.toml")).display();
-            Failure::invalid(format!("{path}: {name}: {}", error.message()))
+        self.file.value(name).map_err(|error| {
+            Failure::invalid(error.to_string())
                 .hint(format!("`magician config unset {name}` removes it"))
         })
     }
 
     /// Says this from now on: `value` is how TOML writes it.
     pub(crate) fn set(&mut self, name: &str, value: &str) -> Result<(), Failure> {
-        let text = edit::with(&self.text, name, value);
-        self.change(text, |config| config.says(name).is_some())
+        self.change(self.file.with(name, value), |config| {
+            config.says(name).is_some()
+        })
     }
 
     /// Says this from now on, as a table under a header of its own.
     pub(crate) fn set_table(&mut self, name: &str, value: &impl Serialize) -> Result<(), Failure> {
-        let table = toml::Table::try_from(value);
-        let table = table.map_err(|error| Failure::new(Kind::Bug, error.to_string()))?;
-        let text = edit::with_table(&self.text, name, &table);
-        self.change(text, |config| config.says(name).is_some())
+        self.change(self.file.with_table(name, value), |config| {
+            config.says(name).is_some()
+        })
     }
 
     /// Says nothing of this any more; whether it did.
@@ -186,52 +163,32 @@ impl Config {
         if self.says(name).is_none() {
             return Ok(false);
         }
-        let text = edit::without(&self.text, name);
-        self.change(text, |config| config.says(name).is_none())?;
+        self.change(self.file.without(name), |config| {
+            config.says(name).is_none()
+        })?;
         Ok(true)
     }
 
     /// Writes what an edit has come to, if it is what was wanted.
     fn change(
         &mut self,
-        text: Option<String>,
+        edited: Option<SettingsFile>,
         is_right: impl Fn(&Self) -> bool,
     ) -> Result<(), Failure> {
-        let Some(path) = self.path.clone() else {
-            return Err(
-                Failure::invalid("this system has no directory for settings")
-                    .hint("set MAGICIAN_CONFIG to the path of the file"),
-            );
-        };
-        let edited = text.and_then(|text| Self::of(Some(path.clone()), text).ok());
-        let Some(edited) = edited.filter(is_right) else {
-            let message = format!("{} cannot be edited by this program", path.display());
-            return Err(Failure::invalid(message).hint("edit it by hand"));
-        };
-        replace(&path, &edited.text).map_err(|error| {
-            Failure::invalid(format!("{} cannot be written: {error}", path.display()))
+        let edited = edited.and_then(|file| Self::of(file).ok()).filter(is_right);
+        let file = edited.as_ref().map(|config| config.file.clone());
+        self.file.change(file).map_err(|error| {
+            let hint = match error {
+                SettingsError::Homeless => Some("set MAGICIAN_CONFIG to the path of the file"),
+                SettingsError::NotEditable(_) => Some("edit it by hand"),
+                _ => None,
+            };
+            let failure = Failure::invalid(error.to_string());
+            hint.into_iter().fold(failure, Failure::hint)
         })?;
-        *self = edited;
+        *self = edited.unwrap_or_default();
         Ok(())
     }
-}
-
-fn read(path: &Path) -> Result<String, Failure> {
-    let wrong = |error: &dyn std::fmt::Display| {
-        let message = format!("{} cannot be read: {error}", path.display());
-        Failure::new(Kind::Driver(ErrorKind::InvalidInput), message)
-    };
-    match fs::metadata(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(String::new()),
-        Ok(about) if about.len() > LARGEST => {
-            return Err(wrong(
-                &"it is too large for a settings \
-            file",
-            ));
-        }
-        _ => {}
-    }
-    fs::read_to_string(path).map_err(|error| wrong(&error))
 }
 
 /// The values of a text.

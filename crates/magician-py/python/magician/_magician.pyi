@@ -54,6 +54,10 @@ __all__ = [
     "hex_bytes",
     "inverse",
     "inverse_of",
+    "keep_sheet",
+    "keep_surface",
+    "keep_tip",
+    "kept_settings",
     "pieces",
     "ports",
     "reach",
@@ -244,6 +248,18 @@ def touched_sheet(
 def touched_tip(
     touches: tuple[tuple[float, float, float], tuple[float, float, float]], bias: tuple[float, float, float]
 ) -> tuple[tuple[float, float], tuple[float, float, float]]: ...
+def keep_sheet(
+    corners: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]],
+) -> str | None: ...
+def keep_surface(height: float) -> str | None: ...
+def keep_tip(
+    touches: tuple[tuple[float, float, float], tuple[float, float, float]], bias: tuple[float, float, float]
+) -> str | None: ...
+def kept_settings() -> tuple[
+    tuple[tuple[float, float], float, float, tuple[float, float], tuple[float, float] | None] | None,
+    float | None,
+    str | None,
+]: ...
 def replay(trace: bytes, how: dict[str, Any]) -> tuple[list[int], list[Difference]]: ...
 
 @final

@@ -10,10 +10,7 @@ Lengths are mm, angles degrees.
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from collections.abc import Sequence
-from typing import Any
 
 from . import _magician, words
 from ._arguments import number
@@ -147,15 +144,13 @@ def save(found: TouchedSheet | Surface | Tip) -> str | None:
         edited.
     """
     if isinstance(found, TouchedSheet):
-        words = ["sheet", "--points", *map(_text, found.corners)]
-    elif isinstance(found, Tip):
-        words = ["tool", "--tool", _text(found.tool), "--poses", *map(_text, found.touches)]
-    elif any(found.slope):
+        return _magician.keep_sheet(found.corners)
+    if isinstance(found, Tip):
+        return _magician.keep_tip(found.touches, found.tool)
+    if any(found.slope):
         raise InvalidInputError("the surface is tilted: it is kept with its sheet, from three points")
-    else:
-        words = ["surface", "--height", repr(number("height", found.height, unit="mm"))]
-    file: str | None = _command([*words, "--yes"])["file"]
-    return file
+    height: float = number("height", found.height, unit="mm")
+    return _magician.keep_surface(height)
 
 
 def saved() -> Saved:
@@ -163,29 +158,11 @@ def saved() -> Saved:
 
     :raises InvalidInputError: The settings file has a mistake.
     """
-    found = _command(["show"])
-    sheet, height = found["sheet"], found["surface"]
+    sheet, height, tool = _magician.kept_settings()
     if sheet is None:
-        return Saved(None, None if height is None else Surface(height), found["tool"])
-    size, (x, y), (a, b) = sheet["size"], sheet["corner"], sheet["surface"]["slope"]
-    lies = Sheet((x, y), sheet["rotation"], None if size is None else (size[0], size[1]))
-    return Saved(lies, Surface(sheet["surface"]["height"], (a, b)), found["tool"])
-
-
-def _command(words: Sequence[str]) -> dict[str, Any]:
-    """What the command says: it alone edits its file of settings."""
-    import json
-
-    command = [sys.executable, "-m", "magician", "calibrate", *words, "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
-    if done.returncode != 0:
-        try:
-            message = json.loads(done.stderr)["error"]["message"]
-        except (ValueError, KeyError, TypeError):
-            message = done.stderr.strip() or f"the command ended with {done.returncode}"
-        raise InvalidInputError(message)
-    answer: dict[str, Any] = json.loads(done.stdout)
-    return answer
+        return Saved(None, None if height is None else Surface(height), tool)
+    corner, rotation, height, slope, size = sheet
+    return Saved(Sheet(corner, rotation, size), Surface(height, slope), tool)
 
 
 def _counted(name: str, points: Sequence[Target | Point], count: int) -> Sequence[Target | Point]:
@@ -208,7 +185,3 @@ def _turn(point: Target | Point) -> _Triple:
     if r is None:
         raise InvalidInputError(f"the touch {point!r} does not say how the tool was turned: it takes a pose")
     return x, y, r
-
-
-def _text(numbers: _Triple) -> str:
-    return ",".join(map(repr, numbers))

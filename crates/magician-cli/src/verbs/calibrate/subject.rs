@@ -1,7 +1,7 @@
 //! What can be found, and what has to be touched for it.
 
 use magician_program::artwork::Sheet;
-use magician_program::{Diagnostic, Surface, Tip, Tool};
+use magician_program::{Diagnostic, Tip, Tool, rounded_height};
 
 use crate::config::{Config, Key};
 use crate::failure::Failure;
@@ -112,10 +112,10 @@ impl Subject {
         match (self, touches) {
             (Self::Sheet, [a, b, c]) => {
                 let sheet = Sheet::touched([a.point(), b.point(), c.point()])?;
-                Ok(Found::Sheet(rounded(&sheet)))
+                Ok(Found::Sheet(sheet.rounded()))
             }
             (Self::Surface, [touch]) if touch.pose[2].is_finite() => {
-                Ok(Found::Surface(round(touch.pose[2], 1e3)))
+                Ok(Found::Surface(rounded_height(touch.pose[2])))
             }
             (Self::Tool, [a, b]) => {
                 let tip = Tip::touched([a.turn(), b.turn()], tool.bias())?;
@@ -148,24 +148,6 @@ impl Found {
 
 /// The bias of a tip, as people type it.
 pub(super) fn bias(tip: &Tip) -> String {
-    let [x, y, z] = [tip.bias.x, tip.bias.y, tip.bias.z].map(|part| round(part, 1e3));
+    let [x, y, z] = tip.rounded_bias();
     format!("{x},{y},{z}")
-}
-
-/// As exact as an arm is, so that the file can be read.
-fn rounded(sheet: &Sheet) -> Sheet {
-    Sheet {
-        corner: sheet.corner.map(|part| round(part, 1e3)),
-        rotation: round(sheet.rotation, 1e4),
-        surface: Surface {
-            height: round(sheet.surface.height, 1e4),
-            slope: sheet.surface.slope.map(|part| round(part, 1e7)),
-        },
-        size: sheet.size.map(|size| size.map(|side| round(side, 1e2))),
-    }
-}
-
-/// To so many parts of one. 0 has no sign.
-fn round(value: f64, parts: f64) -> f64 {
-    (value * parts).round() / parts + 0.0
 }

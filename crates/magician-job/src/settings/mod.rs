@@ -1,0 +1,221 @@
+//! The user's file of settings: what it says, and changes that leave the rest of it as its owner wrote it.
+//!
+//! Which names it may have is the business of the program that shows them; here is the file.
+
+mod edit;
+
+use std::fmt;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use toml::de::DeTable;
+
+use crate::files::replace;
+
+/// A file larger than this is none of settings.
+const LARGEST: u64 = 1 << 20;
+
+/// The text of a file of settings; one that is not there says nothing.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SettingsFile {
+    path: Option<PathBuf>,
+    text: String,
+}
+
+/// What is wrong with the file.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// It cannot be read, or is too large.
+    Unreadable(PathBuf, String),
+    /// This is not TOML, or no value of that kind.
+    Broken(PathBuf, String),
+    /// The system has no directory for settings.
+    Homeless,
+    /// What is to change is written in a way that [`SettingsFile`] cannot change.
+    NotEditable(PathBuf),
+    /// It cannot be written.
+    Unwritable(PathBuf, io::Error),
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreadable(path, why) => write!(f, "{} cannot be read: {why}", path.display()),
+            Self::Broken(path, why) => write!(f, "{}: {why}", path.display()),
+            Self::Homeless => f.write_str("this system has no directory for settings"),
+            Self::NotEditable(path) => {
+                write!(f, "{} cannot be edited by this program", path.display())
+            }
+            Self::Unwritable(path, why) => write!(f, "{} cannot be written: {why}", path.display()),
+        }
+    }
+}
+
+impl std::error::Error for SettingsError {}
+
+impl SettingsFile {
+    /// Reads the file of this user ([`magician::arms::file`]).
+    ///
+    /// # Errors
+    /// [`SettingsError::Unreadable`].
+    pub fn load() -> Result<Self, SettingsError> {
+        let path = magician::arms::file();
+        let text = match &path {
+            Some(path) => read(path)?,
+            None => String::new(),
+        };
+        Ok(Self { path, text })
+    }
+
+    /// Where it is or would be.
+    #[must_use]
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// What it says.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// How the value of this name is written; dots separate the names of tables.
+    #[must_use]
+    pub fn written(&self, name: &str) -> Option<&str> {
+        let (_, value) = edit::find(&self.text, name)??;
+        self.text.get(value)
+    }
+
+    /// The value of this name, which is at the top of the file.
+    ///
+    /// # Errors
+    /// [`SettingsError::Broken`].
+    pub fn value<T: DeserializeOwned>(&self, name: &str) -> Result<Option<T>, SettingsError> {
+        let broken = |why: String| {
+            let path = self.path.clone();
+            SettingsError::Broken(path.unwrap_or_else(|| "config.toml".into()), why)
+        };
+        let file: toml::Table = toml::from_str(&self.text)
+            .map_err(|error| broken(error.message().trim().to_owned()))?;
+        let value = file.get(name).map(|value| value.clone().try_into());
+        value
+            .transpose()
+            .map_err(|error: toml::de::Error| broken(format!("{name}: {}", error.message())))
+    }
+
+    /// With this value for a name: `value` is how TOML writes it. `None` if that cannot be done.
+    #[must_use]
+    pub fn with(&self, name: &str, value: &str) -> Option<Self> {
+        Some(self.of(edit::with(&self.text, name, value)?))
+    }
+
+    /// With this table under a header of its own, at the end. `None` if that cannot be done.
+    #[must_use]
+    pub fn with_table(&self, name: &str, value: &impl Serialize) -> Option<Self> {
+        let table = toml::Table::try_from(value).ok()?;
+        Some(self.of(edit::with_table(&self.text, name, &table)?))
+    }
+
+    /// Without this name. `None` if that cannot be done.
+    #[must_use]
+    pub fn without(&self, name: &str) -> Option<Self> {
+        Some(self.of(edit::without(&self.text, name)?))
+    }
+
+    fn of(&self, text: String) -> Self {
+        let path = self.path.clone();
+        Self { path, text }
+    }
+
+    /// Takes what an edit has come to, and writes it.
+    ///
+    /// # Errors
+    /// [`SettingsError::Homeless`], [`SettingsError::NotEditable`] without an edit or where it comes to no TOML,
+    /// [`SettingsError::Unwritable`]; then the file is as it was.
+    pub fn change(&mut self, edited: Option<Self>) -> Result<(), SettingsError> {
+        let path = self.path.clone().ok_or(SettingsError::Homeless)?;
+        let edited = edited.filter(|edited| DeTable::parse(&edited.text).is_ok());
+        let edited = edited.ok_or_else(|| SettingsError::NotEditable(path.clone()))?;
+        replace(&path, &edited.text).map_err(|error| SettingsError::Unwritable(path, error))?;
+        *self = edited;
+        Ok(())
+    }
+}
+
+/// A text as TOML has it.
+#[must_use]
+pub fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+fn read(path: &Path) -> Result<String, SettingsError> {
+    let wrong = |why: String| SettingsError::Unreadable(path.to_owned(), why);
+    match fs::metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(String::new()),
+        Ok(about) if about.len() > LARGEST => {
+            return Err(wrong("it is too large for a settings file".to_owned()));
+        }
+        _ => {}
+    }
+    fs::read_to_string(path).map_err(|error| wrong(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(path: &Path) -> SettingsFile {
+        let text = read(path).expect("it can be read");
+        let path = Some(path.to_owned());
+        SettingsFile { path, text }
+    }
+
+    #[test]
+    fn what_is_changed_is_in_the_file_and_the_rest_is_as_it_was() {
+        let place = tempfile::tempdir().expect("a directory");
+        let path = place.path().join("deep").join("config.toml");
+        let mut settings = file(&path);
+        assert_eq!((settings.text(), settings.written("surface")), ("", None));
+        settings
+            .change(settings.with("surface", "-61.5"))
+            .expect("it is written");
+        settings
+            .change(settings.with("tool", &quoted("1,2,3")))
+            .expect("it is written");
+        let again = file(&path);
+        assert_eq!(again, settings);
+        assert_eq!(
+            again.value::<f64>("surface").expect("a number"),
+            Some(-61.5)
+        );
+        assert_eq!(again.written("tool"), Some("\"1,2,3\""));
+        settings
+            .change(settings.without("surface"))
+            .expect("it is written");
+        assert_eq!(
+            fs::read_to_string(&path).expect("it is there"),
+            "tool = \"1,2,3\"\n"
+        );
+    }
+
+    #[test]
+    fn an_edit_that_comes_to_no_toml_changes_nothing() {
+        let place = tempfile::tempdir().expect("a directory");
+        let path = place.path().join("config.toml");
+        fs::write(&path, "tool = \"pen\"\n").expect("it is written");
+        let mut settings = file(&path);
+        for edited in [None, settings.with("surface", "high")] {
+            let error = settings.change(edited).expect_err("it is refused");
+            assert!(matches!(error, SettingsError::NotEditable(_)), "{error}");
+        }
+        assert_eq!(file(&path), settings);
+        let error = settings.value::<f64>("tool").expect_err("no number");
+        assert!(error.to_string().contains("config.toml: tool: "), "{error}");
+        let error = SettingsFile::default().change(Some(settings));
+        assert!(matches!(error, Err(SettingsError::Homeless)));
+    }
+}
