@@ -6,7 +6,7 @@ import asyncio
 from math import hypot
 
 import pytest
-from magician import Arm, VirtualArm, aio, commands, errors
+from magician import Arm, VirtualArm, aio, commands, errors, words
 from magician.places import Belt
 
 BELT = """
@@ -118,6 +118,56 @@ def test_its_speed_is_given_back() -> None:
     assert arm.get(commands.PtpCommonParams) == commands.PtpCommonParams(70, 80)
 
 
+def test_a_handle_is_given_at_once() -> None:
+    cell = VirtualArm(BELT)
+    arm = ready(cell)
+    arm.conveyor(0, 20)
+    before = arm.move_to(200, 60, 30, wait=False)
+    motion = arm.pick_from_belt((220, -200, TOP), Belt(20, 90), wait=False)
+    after = arm.place((200, 0, -40), wait=False)
+    ran = motion.wait()
+    assert motion.done() and before.done()
+    assert cell.object("one").position.x == pytest.approx(220, abs=0.2) or after.done()
+    assert after.wait().first == (ran.last or 0) + 1
+    assert not cell.object("one").held and cell.object("one").position.x == pytest.approx(200, abs=0.5)
+
+
+def test_what_was_there_when_it_was_called_is_met_after_the_motions_before_it() -> None:
+    cell = VirtualArm(BELT)
+    arm = ready(cell)
+    arm.conveyor(0, 10)
+    arm.perform([words.wait(3)], wait=False)
+    arm.pick_from_belt((220, -200, TOP), Belt(10, 90), wait=False).wait()
+    assert cell.object("one").held and off_the_middle(cell, "one") < 0.2
+
+
+def test_its_errors_come_out_of_the_handle(virtual_arm: VirtualArm) -> None:
+    arm = virtual_arm.arm()
+    motion = arm.pick_from_belt((600, 0, TOP), Belt(30, 90), wait=False)
+    with pytest.raises(errors.UnreachableError, match="no place on its way"):
+        motion.wait()
+    arm.speed(70, 80)
+    late = arm.pick_from_belt((220, -200, TOP), Belt(1, 90), lead=10, speed=50, wait=False)
+    with pytest.raises(errors.ResponseTimeoutError, match="too late"):
+        late.wait()
+    assert arm.get(commands.PtpCommonParams) == commands.PtpCommonParams(70, 80)
+    with pytest.raises(errors.InvalidInputError, match="tool is"):
+        arm.pick_from_belt((220, 0, TOP), Belt(30), tool="hook", wait=False)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+
+
+def test_it_is_cancelled(slow: Arm) -> None:
+    slow.speed(40, 30)
+    motion = slow.pick_from_belt((220, -200, TOP), Belt(2, 90), speed=20, wait=False)
+    while slow.get(commands.PtpCommonParams).velocity_ratio != 20:
+        pass
+    motion.cancel()
+    with pytest.raises(errors.ClosedError, match="cancelled"):
+        motion.wait()
+    slow.wait_still()
+    assert slow.left_space() == 32
+    assert slow.get(commands.PtpCommonParams) == commands.PtpCommonParams(40, 30)
+
+
 def test_on_asyncio() -> None:
     async def main() -> None:
         cell = VirtualArm(BELT)
@@ -125,7 +175,8 @@ def test_on_asyncio() -> None:
             await arm.clear_alarms()
             await arm.tool("suction")
             await arm.conveyor(0, 30)
-            await arm.pick_from_belt((220, -200, TOP), Belt(30, 90))
+            motion = await arm.pick_from_belt((220, -200, TOP), Belt(30, 90), wait=False)
+            await motion
             assert cell.object("one").held
 
     asyncio.run(main())

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import inspect
 import itertools
+import re
 from collections.abc import Callable, Iterator
 from threading import Thread
 from typing import Any
@@ -29,6 +31,27 @@ MOVES: list[Callable[[Arm], Any]] = [
     lambda arm: arm.perform([words.wait(0.1)], wait=False),
     lambda arm: arm.run(Plan.path([(220, 0, 0)]), wait=False),
 ]
+
+UNSCALED = {
+    "path_to": "no command of the controller scales continuous paths",
+    "path_by": "no command of the controller scales continuous paths",
+    "home": "its speed is set in the controller",
+    "conveyor_by": "it takes mm per second",
+    "perform": "its commands say their own speeds",
+    "run": "its plan says its own speeds",
+}
+"""Motions without ``speed``, and why."""
+WAITS = {
+    "wait": "it waits, which is all that it does",
+    "wait_for_level": "it waits, which is all that it does",
+    "wait_below": "it waits, which is all that it does",
+    "wait_at_most": "it waits, which is all that it does",
+    "wait_at_least": "it waits, which is all that it does",
+    "wait_above": "it waits, which is all that it does",
+    "check_lost_steps": "nothing moves",
+    "stream": "the caller's thread runs the generator",
+}
+"""What puts commands into the queue and returns at their end, and why it has no handle."""
 
 LONG = [words.move_to(220, 60, 20, 0), words.wait(600)]
 
@@ -58,6 +81,18 @@ def test_every_motion_has_a_handle(arm: Arm, move: Callable[[Arm], Any]) -> None
     handle = move(arm)
     handle.wait(60)
     assert handle.done()
+
+
+@pytest.mark.parametrize("interface", [Arm, aio.Arm])
+def test_what_moves_the_arm_takes_wait_and_speed_or_says_why_not(interface: type) -> None:
+    source = inspect.getsource(interface)
+    bodies = re.findall(r"^    (?:async )?def ([a-z]\w+)\((.*?)(?=^    (?:async )?def |^    @|\Z)", source, re.M | re.S)
+    moves = {name for name, body in bodies if re.search(r"self\.(_go|_move|_turn|_arc|start|_told)\(", body)}
+    assert {"move_to", "pick", "pick_from_belt", "rail_by", "arc_to", "home", "run", "stream"} <= moves
+    parameters = {name: inspect.signature(getattr(interface, name)).parameters for name in moves}
+    assert {name for name in moves if "wait" not in parameters[name]} == set(WAITS)
+    assert {name for name in moves - set(WAITS) if parameters[name]["wait"].default is not True} == set()
+    assert {name for name in moves - set(WAITS) if "speed" not in parameters[name]} == set(UNSCALED)
 
 
 def test_a_motion_is_cancelled_and_those_behind_it(slow: Arm) -> None:
@@ -134,6 +169,22 @@ def test_speed_is_for_one_move(virtual_arm: VirtualArm) -> None:
     for wrong in (0, 101, float("nan")):
         with pytest.raises(errors.InvalidInputError, match="speed is"):
             arm.move_by(dz=1, speed=wrong)
+
+
+def test_an_arc_has_a_speed_of_its_own(virtual_arm: VirtualArm) -> None:
+    arm = virtual_arm.arm()
+    arm.set(commands.ArcCommonParams(80, 70))
+
+    def seconds(speed: float | None = None) -> float:
+        arm.move_to(200, 0, 20, 0)
+        before = virtual_arm.time
+        arm.arc_to((240, 40, 20, 0), (280, 0, 20, 0), speed=speed)
+        return virtual_arm.time - before
+
+    assert seconds(speed=10) > 3 * seconds()
+    arm.move_to(200, 0, 20, 0)
+    arm.circle((220, 20, 20, 0), (240, 0, 20, 0), speed=50)
+    assert arm.get(commands.ArcCommonParams) == commands.ArcCommonParams(80, 70)
 
 
 def test_speed_is_given_back_by_a_move_that_was_cut_short(slow: Arm) -> None:

@@ -13,11 +13,14 @@ from typing import Any
 from . import words
 from ._magician import Call, Core
 from ._targets import keeps_r, kept
-from .commands import Pose, PtpCommonParams, Queueable
-from .errors import ClosedError, Error
+from .commands import ArcCommonParams, DeviceTime, Pose, PtpCommonParams, Queueable
+from .errors import ClosedError, Error, ResponseTimeoutError
 from .readings import Ran
 
-__all__ = ["Ended", "Going", "Steps", "homing", "performing"]
+__all__ = ["Ended", "Going", "Steps", "catching", "doubt", "homing", "performing"]
+
+_READY = 0.3
+"""How long it takes to begin a motion, s: what is met on a belt is met later than that."""
 
 Steps = Generator[tuple[Call[Any], bool], Any, Any]
 """Calls, one after the other, and whether each of them moves the arm. It is sent what they come to."""
@@ -34,6 +37,7 @@ def performing(
     *,
     asks: bool = False,
     speed: float | None = None,
+    arc: bool = False,
     skip: Collection[str] = (),
     require_homed: bool = False,
     keep: bool = False,
@@ -43,6 +47,7 @@ def performing(
 
     :param asks: Whether they depend on where the arm is.
     :param speed: Share of the set speeds for them alone, percent.
+    :param arc: Whether that share is the one of arcs; else it is that of point-to-point moves and lines.
     """
     pose: Pose | None = None
     if asks:
@@ -55,9 +60,10 @@ def performing(
     how = list(skip), require_homed, keep, allow_laser
     if speed is None:
         return Ran(*(yield core.perform(program, *how), True))
-    before: PtpCommonParams = yield core.get(PtpCommonParams), False
+    ratio = ArcCommonParams if arc else PtpCommonParams
+    before: PtpCommonParams | ArcCommonParams = yield core.get(ratio), False
     try:
-        return Ran(*(yield core.perform([words.speed(speed), *program, before], *how), True))
+        return Ran(*(yield core.perform([ratio(speed, speed), *program, before], *how), True))
     except GeneratorExit:
         raise
     except BaseException as error:
@@ -67,6 +73,74 @@ def performing(
         with contextlib.suppress(Error):
             yield core.set(before, False, False), False
         raise
+
+
+def catching(
+    core: Core,
+    at: tuple[float, float, float],
+    r: float | None,
+    velocity: tuple[float, float, float],
+    since: float | None,
+    made: Callable[[tuple[float, float, float], float], tuple[list[Queueable], list[Queueable]]],
+    approach: float,
+    lead: float,
+    speed: float | None,
+) -> Steps:
+    """Picks something up that moves: goes above the place where it is met, waits there, and goes down.
+
+    :param made: The commands for a place and a rotation: until the tool is above, and from there on.
+    :param speed: Share of the set speeds that these have; it is restored.
+    """
+    pose: Pose = yield core.known_pose(Pose), False
+    turn = pose.r if r is None else r
+    before: PtpCommonParams | None = None if speed is None else (yield core.get(PtpCommonParams), False)
+    first, _ = made(at, turn)
+    arrives, place, down = yield core.meet((*at, turn), velocity, since, first[:-1], approach, _READY), False
+    first, then = made(place, turn)
+    if before is not None:
+        then.append(before)
+    yield core.estimate([*first, *then], []), False
+    feed, running = core.stream(len(first) + len(then) + 1, [], False)
+    try:
+        running.listen(lambda: None)
+        for command in first:
+            feed.push(command)
+        while feed.finished() < len(first) and not running.over():
+            yield feed.rest(), False
+        if not running.over():
+            clock: DeviceTime = yield core.get(DeviceTime), False
+            left = arrives - down - lead - clock.g_systick / 1000
+            if left < 0:
+                raise ResponseTimeoutError(f"the arm was above the belt {-left:.2f} s too late")
+            for command in (words.wait(left), *then):
+                feed.push(command)
+        feed.end()
+        return Ran(*(yield running, True))
+    except GeneratorExit:
+        running.cancel()
+        raise
+    except BaseException as error:
+        if not running.taken():
+            running.cancel()
+            try:
+                yield core.stop(), False
+            except Error as failure:
+                doubt(error, failure)
+        if before is not None:
+            # The command that would have given it back may have been dropped.
+            with contextlib.suppress(Error):
+                yield core.set(before, False, False), False
+        raise
+
+
+def doubt(interruption: BaseException, failure: Error) -> None:
+    """Tells with what ended a wait that the stop because of it failed."""
+    said = f"the arm was told to stop, but has not confirmed it: {failure}"
+    add_note: Callable[[str], None] | None = getattr(interruption, "add_note", None)
+    if add_note is not None:
+        add_note(said)
+    else:
+        interruption.args = (*interruption.args, said)
 
 
 class Ended:

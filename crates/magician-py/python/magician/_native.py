@@ -13,7 +13,7 @@ from typing import Any, Protocol, TypeVar, cast, overload
 from . import _magician
 from ._arguments import flags, not_a_file, seconds, whole
 from ._magician import Call, Core
-from ._motions import Ended, Going, Steps
+from ._motions import Ended, Going, Steps, doubt
 from .errors import Error, ResponseTimeoutError
 
 _LOOK = 0.1
@@ -133,6 +133,19 @@ def wait_done(call: Call[T], core: Core, listener: Listener | None = None) -> T:
         raise
 
 
+def wait_left(call: Call[T], left: Call[None], listener: Listener | None = None) -> T:
+    """Waits in this thread for something that ends in order: an interruption is raised once ``left`` is over."""
+    try:
+        return call.wait(listener)
+    except BaseException:
+        if not call.taken():
+            while not left.over():
+                # A second interrupt changes nothing.
+                with contextlib.suppress(KeyboardInterrupt):
+                    left.wait()
+        raise
+
+
 def wait_steps(steps: Steps, core: Core) -> Any:
     """Waits in this thread for calls, one after the other."""
     try:
@@ -188,7 +201,7 @@ def wait_stopped(core: Core, interruption: BaseException) -> None:
     try:
         core.stop().wait()
     except Error as failure:
-        _doubt(interruption, failure)
+        doubt(interruption, failure)
 
 
 async def until(call: Call[T], listener: Listener | None = None) -> T:
@@ -206,6 +219,19 @@ async def until_done(call: Call[T], core: Core, listener: Listener | None = None
     except BaseException as interruption:
         if not call.taken():
             await until_stopped(core, interruption)
+        raise
+
+
+async def until_left(call: Call[T], left: Call[None], listener: Listener | None = None) -> T:
+    """Waits in the running event loop for something that ends in order, as :func:`wait_left`."""
+    try:
+        return await _until(call, listener)
+    except GeneratorExit:
+        # Nobody runs this coroutine any more: it ends by itself.
+        raise
+    except BaseException:
+        if not call.taken():
+            await _until(left, None)
         raise
 
 
@@ -303,7 +329,7 @@ async def until_stopped(core: Core, interruption: BaseException) -> None:
     try:
         await _until(core.stop(), None)
     except Error as failure:
-        _doubt(interruption, failure)
+        doubt(interruption, failure)
 
 
 async def _until(call: Call[T], listener: Listener | None) -> T:
@@ -354,15 +380,6 @@ def _ended(going: Going | Ended, timeout: float | None) -> Any:
     if going.failure is not None:
         raise going.failure
     return going.value
-
-
-def _doubt(interruption: BaseException, failure: Error) -> None:
-    doubt = f"the arm was told to stop, but has not confirmed it: {failure}"
-    add_note: Callable[[str], None] | None = getattr(interruption, "add_note", None)
-    if add_note is not None:
-        add_note(doubt)
-    else:
-        interruption.args = (*interruption.args, doubt)
 
 
 _open: weakref.WeakSet[Core] = weakref.WeakSet()

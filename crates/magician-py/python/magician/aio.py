@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
 from time import monotonic
 from types import TracebackType
 from typing import Any, Generic, Literal, TypeVar, overload
@@ -24,7 +23,7 @@ from ._magician import Lesson as NativeLesson
 from ._magician import Program as NativeProgram
 from ._magician import Recording as NativeRecording
 from ._magician import StateWatch as NativeStateWatch
-from ._motions import Ended, Going, Steps, homing, performing
+from ._motions import Ended, Going, Steps, catching, homing, performing
 from ._naming import find
 from ._native import (
     Over,
@@ -102,9 +101,6 @@ def _hearing(progress: Callable[[Progress], object] | None) -> Callable[[Any], o
     hearing(progress)
     return None if progress is None else lambda parts: progress(Progress(*parts))
 
-
-_READY = 0.3
-"""How long it takes to begin a motion, s: what is met on a belt is met later than that."""
 
 _PROGRESS_WAITS = "progress is reported during a wait: leave out progress or wait=False"
 
@@ -917,7 +913,8 @@ class Arm(Bound):
         hold: float | None = None,
         speed: float | None = None,
         lead: float = 0.0,
-    ) -> Ran:
+        wait: bool = True,
+    ) -> Motion[Ran]:
         """Picks something up from a belt that runs: it goes above the place where the arm can meet it first, waits
         there, and goes down so that it arrives together with it. Suction is on from the beginning.
 
@@ -940,6 +937,7 @@ class Arm(Bound):
         :param speed: As for :meth:`move_to`.
         :param lead: By how much sooner the arm is to arrive, seconds, where it is seen to come too late: a line, or an
             arm, that is slower than it should be.
+        :param wait: As for :meth:`move_to`. Without ``since``, "now" is when it was called.
         :raises UnreachableError: The belt does not bring it within reach, or takes it out of reach before the arm can
             be there. Nothing has moved.
         :raises ResponseTimeoutError: The arm was above the place too late. It stands there.
@@ -949,37 +947,17 @@ class Arm(Bound):
         percent = number("speed", speed, above=0, most=100, unit="%")
         instant = number("since", since, least=0, unit="s")
         velocity = instance("belt", belt, Belt, "Belt(40, direction=90) is one").velocity
-        await self._settle()
-        turn = (await self._known_pose()).r if r is None else r
-        set_before = None if percent is None else await self.get(commands.PtpCommonParams)
-        first, _ = meeting((x, y, z), turn, tool, approach, retreat, hold, percent)
-        call = self._core.meet((x, y, z, turn), velocity, instant, first[:-1], approach, _READY)
-        arrives, place, down = await until(call)
-        first, then = meeting(place, turn, tool, approach, retreat, hold, percent)
-        if set_before is not None:
-            then.append(set_before)
-        await until(self._core.estimate([*first, *then], []))
-        feed, running = self._core.stream(len(first) + len(then) + 1, [], False)
+        if instant is None and not flag("wait", wait):
+            # It was there when this was called, however long the motions before it take.
+            instant = await self.clock()
 
-        async def moves() -> AsyncIterator[Queueable | None]:
-            for command in first:
-                yield command
-            while feed.finished() < len(first):
-                yield None
-            left = arrives - down - lead - await self.clock()
-            if left < 0:
-                raise ResponseTimeoutError(f"the arm was above the belt {-left:.2f} s too late")
-            yield words.wait(left)
-            for command in then:
-                yield command
+        def made(place: tuple[float, float, float], r: float) -> tuple[list[Queueable], list[Queueable]]:
+            return meeting(place, r, tool, approach, retreat, hold, percent)
 
-        try:
-            return await self._told(moves(), feed, running, KeepingR(turn))
-        except BaseException:
-            if set_before is not None:
-                with suppress(Error):
-                    await self.set(set_before)
-            raise
+        made((x, y, z), 0 if r is None else r)
+        return await self._go(
+            catching(self._core, (x, y, z), r, velocity, instant, made, approach, lead, percent), wait
+        )
 
     async def place(
         self,
@@ -1159,16 +1137,32 @@ class Arm(Bound):
         """Turns the joints by these angles, degrees, from their present ones."""
         return await self._move(words.move_joints_by(d1, d2, d3, d4), speed=speed, wait=wait)
 
-    async def arc_to(self, via: Four, to: Four, *, wait: bool = True) -> Motion[Ran]:
-        """Goes to ``to`` along the arc through ``via``; both are x, y, z, r (document 1.12.2, E33)."""
-        return await self._move(words.arc_to(via, to), wait=wait)
+    async def arc_to(self, via: Four, to: Four, *, speed: float | None = None, wait: bool = True) -> Motion[Ran]:
+        """Goes to ``to`` along the arc through ``via``; both are x, y, z, r (document 1.12.2, E33).
 
-    async def circle(self, via: Four, over: Four, turns: int = 1, *, wait: bool = True) -> Motion[Ran]:
-        """Goes round the circle through the present pose, ``via`` and ``over`` (x, y, z, r), back to that pose."""
-        return await self._move(words.circle(via, over, turns), wait=wait)
+        :param speed: Share of :meth:`arc_speed` for this arc alone, percent.
+        :param wait: As for :meth:`move_to`.
+        """
+        return await self._arc(words.arc_to(via, to), speed, wait)
+
+    async def circle(
+        self, via: Four, over: Four, turns: int = 1, *, speed: float | None = None, wait: bool = True
+    ) -> Motion[Ran]:
+        """Goes round the circle through the present pose, ``via`` and ``over`` (x, y, z, r), back to that pose.
+
+        :param speed: As for :meth:`arc_to`.
+        :param wait: As for :meth:`move_to`.
+        """
+        return await self._arc(words.circle(via, over, turns), speed, wait)
+
+    async def _arc(self, arc: Queueable, speed: float | None, wait: bool) -> Motion[Ran]:
+        percent = number("speed", speed, above=0, most=100, unit="%")
+        return await self._go(performing(self._core, [arc], speed=percent, arc=True), wait)
 
     async def path_to(self, x: float, y: float, z: float, *, wait: bool = True) -> Motion[Ran]:
-        """Goes to a point as a path of one segment, mm. Longer ones are programs of :func:`words.path_to`."""
+        """Goes to a point as a path of one segment, mm. Longer ones are programs of :func:`words.path_to`. It takes no
+        ``speed``, because the controller scales no paths (:meth:`path_speed` sets how fast they are).
+        """
         return await self._move(words.path_to(x, y, z), wait=wait)
 
     async def path_by(self, dx: float = 0, dy: float = 0, dz: float = 0, *, wait: bool = True) -> Motion[Ran]:
