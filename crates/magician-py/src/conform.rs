@@ -1,24 +1,24 @@
 //! The conformance suite on an arm, in a thread of its own.
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use magician::{Error, ErrorCode, LineOptions, RawLine, SimSpeed, Target};
 use magician_conform::{Case, LineTarget, Outcome, Runner, SimTarget, Suite, SuiteError};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyList, PyTuple};
+use pyo3::types::{PyBytes, PyTuple};
+use tokio::runtime::Runtime;
 use tokio::sync::oneshot;
 
-use crate::call::LOOK;
+use crate::apart::{self, Teller};
+use crate::call::Call;
 use crate::core::{seconds, target};
-use crate::{errors, runtime};
+use crate::errors;
 
 /// How long the restoration of an arm's parameters may take.
 const LEAVING: Duration = Duration::from_secs(20);
 
-type Results = Vec<(Case, Outcome)>;
+type Ended = (Case, Outcome);
 
 /// The selected cases, and the time for an answer.
 struct Asked {
@@ -35,47 +35,50 @@ fn broken(error: &SuiteError) -> Error {
 async fn run<T: magician_conform::Target>(
     arm: T,
     asked: &Asked,
+    to: &Teller<Ended>,
     stopped: oneshot::Receiver<()>,
-) -> Result<Results, Error> {
+) -> Result<(), Error> {
     let suite = Suite::built_in().map_err(|error| broken(&error))?;
     let mut runner = Runner::new(arm, asked.patience).map_err(|error| broken(&error))?;
     let work = async {
         runner.begin().await?;
-        let mut results = Vec::new();
         for case in suite.select(&asked.only, &asked.skip) {
-            results.push((case.clone(), runner.run(case).await?));
+            to.tell((case.clone(), runner.run(case).await?));
+            // Cases of a virtual arm do not wait for anything: without this a stop would not be heard among them.
+            tokio::task::yield_now().await;
         }
-        Ok(results)
+        Ok(())
     };
-    let outcome: Result<Results, Error> = tokio::select! {
+    let outcome: Result<(), Error> = tokio::select! {
         outcome = work => outcome,
-        _ = stopped => Ok(Vec::new()),
+        _ = stopped => Ok(()),
     };
     let left = tokio::time::timeout(LEAVING, runner.end()).await;
-    let results = outcome?;
+    outcome?;
     left.map_err(|_| {
         let message = "the arm's parameters were not restored in time";
         Error::new(ErrorCode::NoAnswer, message)
     })??;
-    Ok(results)
+    Ok(())
 }
 
 /// Runs them on the arm at a port; `None` is a virtual arm whose clock is stepped.
 async fn run_at(
     place: Option<&Target>,
     asked: &Asked,
+    to: &Teller<Ended>,
     stopped: oneshot::Receiver<()>,
-) -> Result<Results, Error> {
+) -> Result<(), Error> {
     let Some(place) = place else {
-        return run(SimTarget::default(), asked, stopped).await;
+        return run(SimTarget::default(), asked, to, stopped).await;
     };
     let line = RawLine::open_with(place, LineOptions::default()).await?;
-    run(LineTarget::new(line), asked, stopped).await
+    run(LineTarget::new(line), asked, to, stopped).await
 }
 
 /// A case and its result: id, chapter, title, source, confidence, tags; the outcome in a word, the reason of a skip, and the
 /// mismatch of a failure.
-fn told<'py>(py: Python<'py>, case: &Case, outcome: &Outcome) -> PyResult<Bound<'py, PyTuple>> {
+fn told(py: Python<'_>, (case, outcome): &Ended) -> PyResult<Py<PyAny>> {
     let (word, reason, failure) = match outcome {
         Outcome::Passed => ("passed", None, None),
         Outcome::Skipped(reason) => ("skipped", Some(reason), None),
@@ -99,10 +102,11 @@ fn told<'py>(py: Python<'py>, case: &Case, outcome: &Outcome) -> PyResult<Bound<
         case.confidence.to_string(),
         PyTuple::new(py, case.tags())?,
     );
-    (about, word, reason, failure).into_pyobject(py)
+    (about, word, reason, failure).into_py_any(py)
 }
 
-/// Runs the selected cases on the arm at a port; the result of each. Ctrl-C ends it once the arm's parameters are restored.
+/// Runs the selected cases on the arm at a port: the call, which reports results as they come, how many cases there are, and what is
+/// over when the arm's parameters are restored.
 #[pyfunction]
 pub(crate) fn conform(
     py: Python<'_>,
@@ -111,7 +115,7 @@ pub(crate) fn conform(
     skip: Vec<String>,
     patience: f64,
     allow_motion: bool,
-) -> PyResult<Py<PyAny>> {
+) -> PyResult<(Call, usize, Call)> {
     let raise = |error: Error| errors::raise(py, &error);
     let patience = seconds(py, "the timeout", patience)?;
     let suite = Suite::built_in().map_err(|error| raise(broken(&error)))?;
@@ -137,52 +141,15 @@ pub(crate) fn conform(
         );
         return Err(raise(Error::invalid(message)));
     }
+    let count = cases.len();
     let asked = Asked {
         only,
         skip,
         patience,
     };
-    let (tell, ended) = channel();
-    let (stop, stopped) = oneshot::channel();
-    runtime::apart("magician-conform", move |runtime| {
-        let results = runtime.block_on(run_at(place.as_ref(), &asked, stopped));
-        drop(tell.send(results));
-    })
-    .map_err(raise)?;
-    let results = PyList::empty(py);
-    for (case, outcome) in waited(py, ended, stop)? {
-        results.append(told(py, &case, &outcome)?)?;
-    }
-    results.into_py_any(py)
-}
-
-/// Waits for the results. An interrupt ends the run, and is raised once the arm's parameters are restored.
-fn waited(
-    py: Python<'_>,
-    ended: Receiver<Result<Results, Error>>,
-    stop: oneshot::Sender<()>,
-) -> PyResult<Results> {
-    let ended = Mutex::new(ended);
-    let (mut stop, mut interrupted) = (Some(stop), None);
-    loop {
-        let heard = py.detach(|| {
-            let ended = ended.lock().unwrap_or_else(PoisonError::into_inner);
-            ended.recv_timeout(LOOK)
-        });
-        match (heard, interrupted.take()) {
-            (Err(RecvTimeoutError::Timeout), before) => {
-                interrupted = py.check_signals().err().or(before);
-                if interrupted.is_some() {
-                    // Its end follows; a second interrupt changes nothing.
-                    let _ = stop.take().map(|stop| stop.send(()));
-                }
-            }
-            (_, Some(interrupt)) => return Err(interrupt),
-            (Ok(outcome), None) => return outcome.map_err(|error| errors::raise(py, &error)),
-            (Err(RecvTimeoutError::Disconnected), None) => {
-                let error = Error::new(ErrorCode::Closed, "it ended without a result");
-                return Err(errors::raise(py, &error));
-            }
-        }
-    }
+    let work = move |runtime: &Runtime, to: Teller<Ended>, stopped| {
+        runtime.block_on(run_at(place.as_ref(), &asked, &to, stopped))
+    };
+    let (call, left) = apart::calls(py, "magician-conform", work, told, |py, ()| Ok(py.None()))?;
+    Ok((call, count, left))
 }

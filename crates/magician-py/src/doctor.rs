@@ -1,20 +1,20 @@
 //! The examination of an arm and its line, in a thread of its own.
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use magician::measure::{Attendant, Diagnosis, Finding, Measured, NoArm, QueueTrial, try_queue};
 use magician::{Arm, Error, ErrorCode, ErrorKind, LineOptions, Options, RawLine, Target};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::PyDict;
+use tokio::runtime::Runtime;
 use tokio::sync::oneshot;
 use tokio::time::timeout;
 
-use crate::call::LOOK;
+use crate::apart::{self, Teller};
+use crate::call::Call;
 use crate::core::seconds;
-use crate::{errors, runtime, voice};
+use crate::{errors, voice};
 
 /// How long the trial of the queue may take to end once it is interrupted.
 const LEAVING: Duration = Duration::from_secs(3);
@@ -28,19 +28,11 @@ struct Asked {
 }
 
 /// Tells what is found.
-struct Teller(Sender<Told>);
-
-enum Told {
-    Finding(Box<Finding>),
-    End(Diagnosis, Result<(), NoArm>),
-}
-
-impl Attendant for Teller {
+impl Attendant for Teller<Finding> {
     type Failure = NoArm;
 
     fn found(&mut self, finding: &Finding) -> Result<(), NoArm> {
-        // Whoever does not listen has ended it.
-        let _ = self.0.send(Told::Finding(Box::new(finding.clone())));
+        self.tell(finding.clone());
         Ok(())
     }
 }
@@ -68,7 +60,7 @@ async fn trial(
 async fn examine(
     asked: &Asked,
     found: &mut Diagnosis,
-    to: &mut Teller,
+    to: &mut Teller<Finding>,
     stop: &mut oneshot::Receiver<()>,
 ) -> Result<(), NoArm> {
     let target = found.find(asked.given.as_deref(), to)?;
@@ -134,7 +126,7 @@ fn figure<'py>(py: Python<'py>, value: &Measured) -> PyResult<Bound<'py, PyAny>>
 }
 
 /// A finding: check, ok, value, unit, text, advice.
-fn told<'py>(py: Python<'py>, finding: &Finding) -> PyResult<Bound<'py, PyAny>> {
+fn told(py: Python<'_>, finding: &Finding) -> PyResult<Py<PyAny>> {
     let advice = finding.advice.as_ref();
     let advice = advice.map(|advice| advice.said(&voice::Python));
     let parts = (
@@ -145,7 +137,7 @@ fn told<'py>(py: Python<'py>, finding: &Finding) -> PyResult<Bound<'py, PyAny>> 
         finding.text.as_str(),
         advice,
     );
-    parts.into_bound_py_any(py)
+    parts.into_py_any(py)
 }
 
 fn error(none: NoArm) -> Error {
@@ -161,8 +153,8 @@ fn error(none: NoArm) -> Error {
     Error::new(code, message)
 }
 
-/// Examines the arm at a port: all findings, the port, the window, the turnaround in ms, and the exception that ended it early.
-/// `listener` hears each finding as it comes. Ctrl-C ends it.
+/// Examines the arm at a port: the call, which reports findings as they come and comes to port, window, turnaround in ms, and the
+/// exception that ended it early; and what is over when the port is closed.
 #[pyfunction]
 pub(crate) fn doctor(
     py: Python<'_>,
@@ -170,8 +162,7 @@ pub(crate) fn doctor(
     count: u64,
     patience: f64,
     try_queue: bool,
-    listener: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Py<PyAny>> {
+) -> PyResult<(Call, Call)> {
     let raise = |error: Error| errors::raise(py, &error);
     let environment = std::env::var("MAGICIAN_PORT").ok();
     let given = port.or(environment.filter(|port| !port.is_empty()));
@@ -184,68 +175,14 @@ pub(crate) fn doctor(
         patience: seconds(py, "the timeout", patience)?,
         try_queue,
     };
-    let (tell, heard) = channel();
-    let (stop, mut stopped) = oneshot::channel();
-    runtime::apart("magician-doctor", move |runtime| {
-        let mut found = Diagnosis::default();
-        let mut to = Teller(tell.clone());
-        let outcome = runtime.block_on(examine(&asked, &mut found, &mut to, &mut stopped));
-        let _ = tell.send(Told::End(found, outcome));
-    })
-    .map_err(raise)?;
-    hear(py, heard, stop, listener)
-}
-
-/// Hears the findings. An interrupt, or what the listener raises, ends the examination, and is raised once that has ended.
-fn hear(
-    py: Python<'_>,
-    heard: Receiver<Told>,
-    stop: oneshot::Sender<()>,
-    listener: Option<&Bound<'_, PyAny>>,
-) -> PyResult<Py<PyAny>> {
-    let heard = Mutex::new(heard);
-    let (mut stop, mut interrupt) = (Some(stop), None);
-    let findings = PyList::empty(py);
-    loop {
-        let told_now = py.detach(|| {
-            let heard = heard.lock().unwrap_or_else(PoisonError::into_inner);
-            heard.recv_timeout(LOOK)
-        });
-        let done = match told_now {
-            Err(RecvTimeoutError::Timeout) => py.check_signals(),
-            Err(RecvTimeoutError::Disconnected) => {
-                let error = Error::new(ErrorCode::Closed, "it ended without a result");
-                return Err(interrupt.unwrap_or_else(|| errors::raise(py, &error)));
-            }
-            Ok(Told::Finding(finding)) => {
-                let finding = told(py, &finding)?;
-                findings.append(&finding)?;
-                match listener {
-                    Some(listener) if interrupt.is_none() => {
-                        listener.call1((finding,)).and_then(|_| py.check_signals())
-                    }
-                    _ => Ok(()),
-                }
-            }
-            Ok(Told::End(found, outcome)) => {
-                if let Some(interrupt) = interrupt {
-                    return Err(interrupt);
-                }
-                let ended = outcome.err().map(|none| errors::raise(py, &error(none)));
-                let parts = (
-                    findings,
-                    found.port,
-                    found.window,
-                    found.turnaround_ms,
-                    ended.map(|error| error.into_value(py)),
-                );
-                return parts.into_py_any(py);
-            }
+    let work =
+        move |runtime: &Runtime, mut to: Teller<Finding>, mut stopped: oneshot::Receiver<()>| {
+            let mut found = Diagnosis::default();
+            let outcome = runtime.block_on(examine(&asked, &mut found, &mut to, &mut stopped));
+            Ok((found, outcome.err().map(error)))
         };
-        if let Err(error) = done {
-            // Its end follows; a second interrupt changes nothing.
-            interrupt.get_or_insert(error);
-            let _ = stop.take().map(|stop| stop.send(()));
-        }
-    }
+    apart::calls(py, "magician-doctor", work, told, |py, (found, ended)| {
+        let ended = ended.map(|error| errors::raise(py, &error).into_value(py));
+        (found.port, found.window, found.turnaround_ms, ended).into_py_any(py)
+    })
 }

@@ -16,11 +16,13 @@
 //! * [`simulation`] has virtual arms that are stepped, without a driver.
 //! * [`command`] is the `magician` command, linked in.
 //! * [`mod@conform`] runs the conformance suite on an arm, [`mod@doctor`] finds out what is wrong with it.
+//! * [`apart`] is how those two run: on a thread of their own, as calls.
 //! * [`kinematics`] computes poses and joint angles of whole arrays.
 //! * [`errors`] makes Python's exceptions of the driver's errors, by their kind alone; [`voice`] says in them what a
 //!   Python program does, not what the command line does.
 //! * [`runtime`] has the package's threads and [`logging`] what the driver says.
 
+mod apart;
 mod calibrate;
 mod call;
 mod cell;

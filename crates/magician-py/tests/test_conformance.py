@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import sys
@@ -8,8 +9,8 @@ import threading
 import magician
 import pytest
 from conftest import in_notebook
-from magician import errors
-from magician.conformance import CaseResult, Conformance, Mismatch
+from magician import aio, errors
+from magician.conformance import CaseProgress, CaseResult, Conformance, Mismatch
 
 
 def test_a_virtual_arm_conforms() -> None:
@@ -21,6 +22,53 @@ def test_a_virtual_arm_conforms() -> None:
     fewer = magician.conform("sim", only=["queue"], skip=["moves"])
     assert 0 < len(fewer.results) < len(found.results)
     assert all("moves" not in each.tags for each in fewer.results)
+
+
+def test_progress_is_told_after_each_case(capsys: pytest.CaptureFixture[str]) -> None:
+    heard: list[CaseProgress] = []
+    found = magician.conform("sim", only=["queue"], progress=heard.append)
+    assert [each.result for each in heard] == list(found.results)
+    assert [each.done for each in heard] == list(range(1, len(found.results) + 1))
+    assert {(each.cases, each.failed) for each in heard} == {(len(found.results), 0)}
+    assert heard[-1].share == 1 and str(heard[-1]).endswith("100 %")
+    assert str(CaseProgress(1, 4, 1, found.results[0])) == "case 1 of 4, 25 %, 1 failed"
+    assert magician.conform("sim", only=["framing"], progress=True).ok
+    assert "Conformance: 0 failed" in capsys.readouterr().err
+    with pytest.raises(TypeError, match="progress is 5"):
+        magician.conform("sim", progress=5)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+
+
+def test_what_the_listener_raises_ends_it() -> None:
+    heard: list[CaseProgress] = []
+
+    def refuses(progress: CaseProgress) -> None:
+        heard.append(progress)
+        raise ZeroDivisionError(progress.result.case)
+
+    with magician.sim(tcp="127.0.0.1:0", speed="max") as served:
+        with pytest.raises(ZeroDivisionError, match=r"queue\."):
+            magician.conform(served.tcp, only=["queue"], allow_motion=True, progress=refuses)
+        assert len(heard) == 1
+        # The port is free, and the arm as it was.
+        assert magician.conform(served.tcp, only=["framing"], skip=["moves"]).ok
+
+
+def test_on_asyncio() -> None:
+    async def main() -> None:
+        heard: list[CaseProgress] = []
+        found = await aio.conform("sim", only=["queue"], progress=heard.append)
+        assert found.ok and [each.result for each in heard] == list(found.results)
+        with magician.sim(tcp="127.0.0.1:0", speed=1) as served:
+            begun = asyncio.Event()
+            running = asyncio.ensure_future(aio.conform(served.tcp, allow_motion=True, progress=lambda _: begun.set()))
+            await begun.wait()
+            running.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await running
+            async with aio.Arm.connect(served.tcp) as arm:
+                assert await arm.left_space() == 32
+
+    asyncio.run(main())
 
 
 def test_an_arm_at_a_line_is_held_against_them_too() -> None:

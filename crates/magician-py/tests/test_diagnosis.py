@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import asyncio
 import os
 import signal
 import socket
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import magician
 import pytest
-from magician import errors
+from magician import aio, errors
 
 ANY = "127.0.0.1:0"
 
@@ -86,6 +87,28 @@ def test_what_is_no_question() -> None:
         magician.doctor("sim", count=0)
     with pytest.raises(TypeError, match="on_finding"):
         magician.doctor("sim", on_finding=5)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]
+
+
+def test_on_asyncio() -> None:
+    async def main() -> None:
+        heard: list[magician.Finding] = []
+        found = await aio.doctor("sim", count=5, on_finding=heard.append)
+        assert found.ok and heard == list(found.findings) and found.window == 8
+
+        def cancels(found: magician.Finding) -> None:
+            if found.check == "identity":
+                running.cancel()
+
+        cell = magician.VirtualArm()
+        with cell.serve(tcp=ANY) as served:
+            running = asyncio.ensure_future(aio.doctor(served.tcp, count=100_000, try_queue=True, on_finding=cancels))
+            with pytest.raises(asyncio.CancelledError):
+                await running
+            assert cell.waiting == 0
+        with pytest.raises(errors.InvalidInputError):
+            await aio.doctor("nonsense")
+
+    asyncio.run(main())
 
 
 def test_what_the_listener_raises_ends_it() -> None:

@@ -218,7 +218,7 @@ def test_a_line_is_written_over_on_a_terminal_and_told_at_the_end_elsewhere(monk
             written = out.getvalue().split("\r")
             assert written[-1].rstrip() == "[============            ] step 2 of 4, 50 %"
             assert len(written[-1]) == len(written[-2]), "nothing of the longer line is left"
-        line.end(PlanProgress(4, 4, 0.0))
+        line.end("4 of 4 steps done")
         assert out.getvalue().endswith("4 of 4 steps done in 0:03\n")
 
 

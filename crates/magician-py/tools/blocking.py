@@ -24,7 +24,9 @@ NAMES = {
     "StopAsyncIteration": "StopIteration",
     "AsyncIterator": "Iterator",
     '    "Connecting",\n': "",
+    '    "conform",\n': "",
     '    "discover",\n': "",
+    '    "doctor",\n': "",
     "Generator, ": "",
 }
 

@@ -288,27 +288,10 @@ def serve_proxy(
 ) -> Served: ...
 def conform(
     port: str | None, only: list[str], skip: list[str], patience: float, allow_motion: bool
-) -> list[
-    tuple[
-        tuple[str, str, str, str, Literal["M", "V", "VL", "T", "G"], tuple[str, ...]],
-        Literal["passed", "failed", "skipped"],
-        str | None,
-        tuple[int, str, bytes, str, str, bytes] | None,
-    ]
-]: ...
+) -> tuple[Call[None], int, Call[None]]: ...
 def doctor(
-    port: str | None,
-    count: int,
-    patience: float,
-    try_queue: bool,
-    listener: Callable[[tuple[str, bool | None, Any, str | None, str, str | None]], object] | None,
-) -> tuple[
-    list[tuple[str, bool | None, Any, str | None, str, str | None]],
-    str | None,
-    int | None,
-    float | None,
-    Error | None,
-]: ...
+    port: str | None, count: int, patience: float, try_queue: bool
+) -> tuple[Call[tuple[str | None, int | None, float | None, Error | None]], Call[None]]: ...
 def hex_bytes(text: str) -> bytes | None: ...
 def pieces(data: bytes, file: bool, sender: str | None) -> list[Decoded | Rejected]: ...
 def tools() -> list[tuple[str, tuple[float, float, float]]]: ...

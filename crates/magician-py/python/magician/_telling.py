@@ -6,7 +6,7 @@ import contextlib
 import os
 import sys
 import time
-from typing import Any, TextIO
+from typing import Any, Protocol, TextIO
 
 from ._reports import clock, report
 from .running import PlanProgress, RunResult, Watcher
@@ -42,7 +42,8 @@ class Telling:
     def ended(self, found: dict[str, Any]) -> RunResult:
         """The run has ended well."""
         if self._line is not None:
-            self._line.end(self._now)
+            done, steps = self._now.done, self._now.steps
+            self._line.end(f"{done} of {steps} steps done")
         return RunResult(
             steps=found["steps"],
             commands=found["commands"],
@@ -65,6 +66,15 @@ class Telling:
             _note(error, f"at least {done} of {steps} steps are done; first_step={done + 1} goes on")
 
 
+class Shared(Protocol):
+    """How far something is."""
+
+    @property
+    def share(self) -> float:
+        """Between 0 and 1."""
+        ...
+
+
 class Line:
     """A line on a terminal that is written over, or one every few seconds elsewhere."""
 
@@ -75,7 +85,7 @@ class Line:
         # How much of the line is written on. Blanks go over it: a console of Windows need not obey escape sequences.
         self._width = 0
 
-    def __call__(self, progress: PlanProgress) -> None:
+    def __call__(self, progress: Shared) -> None:
         now = time.monotonic()
         if now - self._last < (PATIENCE if self._over and not self._width else 0 if self._over else LINES):
             return
@@ -101,9 +111,9 @@ class Line:
             self._write("\r" + " " * self._width + "\r")
             self._width = 0
 
-    def end(self, progress: PlanProgress) -> None:
+    def end(self, done: str) -> None:
         self.clear()
-        self._write(f"{progress.done} of {progress.steps} steps done in {clock(time.monotonic() - self._begun)}\n")
+        self._write(f"{done} in {clock(time.monotonic() - self._begun)}\n")
 
     def _write(self, text: str) -> None:
         # Nobody who reads is no reason to stop an arm.

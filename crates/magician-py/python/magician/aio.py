@@ -69,7 +69,9 @@ __all__ = [
     "Recording",
     "Run",
     "StateWatch",
+    "conform",
     "discover",
+    "doctor",
     "record",
 ]
 
@@ -77,6 +79,8 @@ __all__ = [
 from collections.abc import AsyncIterable, AsyncIterator
 
 from ._ports import discover_async as discover
+from .conformance import conform_async as conform
+from .diagnosis import doctor_async as doctor
 
 # [both]
 _R = TypeVar("_R", bound=Readable)

@@ -7,10 +7,12 @@ from typing import Any
 
 from . import _magician
 from ._arguments import flag, seconds, text, whole
+from ._magician import Call
+from ._native import until_left, wait_left
 from ._values import Value
 from .errors import Error
 
-__all__ = ["Diagnosis", "Finding", "doctor"]
+__all__ = ["Diagnosis", "Finding", "doctor", "doctor_async"]
 
 
 class Finding(Value):
@@ -84,8 +86,8 @@ def doctor(
 
     It checks the port, its permissions and who holds it, tells an arm from other devices, sends reads back to back,
     times replies, and looks at alarms and queue. Nothing moves, and without ``try_queue`` it only reads. An arm that is
-    not there is a finding, and no exception. It takes some seconds: a program on asyncio gives it to
-    :func:`asyncio.to_thread`. No other program may have the port open, nor this one.
+    not there is a finding, and no exception. It takes some seconds; a program on asyncio has
+    :func:`magician.aio.doctor`. No other program may have the port open, nor this one.
 
     :param port: As for :class:`magician.Arm`, but a name.
     :param count: How many replies of each of two kinds are timed, 1 to 100,000.
@@ -95,19 +97,58 @@ def doctor(
     :param on_finding: Called with each finding as it comes. What it raises ends the examination.
     :raises InvalidInputError: The port makes no sense, or an argument is out of range.
     """
-    if on_finding is not None and not callable(on_finding):
-        raise TypeError(f"on_finding is {on_finding!r}; it takes a function")
-    findings, found, window, turnaround, error = _magician.doctor(
-        text("port", port),
-        whole("count", count, 1, 100_000),
-        seconds("timeout", timeout, above=0),
-        flag("try_queue", try_queue),
-        None if on_finding is None else lambda parts: on_finding(Finding(*parts)),
-    )
-    return Diagnosis(
-        tuple(Finding(*parts) for parts in findings),
-        found,
-        window,
-        None if turnaround is None else turnaround / 1000,
-        error,
-    )
+    examination = _Examination(port, count, timeout, try_queue, on_finding)
+    return examination.ended(*wait_left(examination.call, examination.left, examination.hear))
+
+
+async def doctor_async(
+    port: str | None = None,
+    *,
+    count: int = 200,
+    timeout: float = 3.0,
+    try_queue: bool = False,
+    on_finding: Callable[[Finding], object] | None = None,
+) -> Diagnosis:
+    """As :func:`magician.doctor`, for programs on asyncio. Cancelling it ends the examination; the port is closed
+    before :exc:`asyncio.CancelledError` is raised.
+    """
+    examination = _Examination(port, count, timeout, try_queue, on_finding)
+    return examination.ended(*await until_left(examination.call, examination.left, examination.hear))
+
+
+class _Examination:
+    """An examination, and what it has found so far."""
+
+    call: Call[tuple[str | None, int | None, float | None, Error | None]]
+    left: Call[None]
+
+    def __init__(
+        self,
+        port: str | None,
+        count: int,
+        timeout: float,
+        try_queue: bool,
+        on_finding: Callable[[Finding], object] | None,
+    ) -> None:
+        if on_finding is not None and not callable(on_finding):
+            raise TypeError(f"on_finding is {on_finding!r}; it takes a function")
+        self._tell = on_finding
+        self._findings: list[Finding] = []
+        self.call, self.left = _magician.doctor(
+            text("port", port),
+            whole("count", count, 1, 100_000),
+            seconds("timeout", timeout, above=0),
+            flag("try_queue", try_queue),
+        )
+
+    def hear(self, found: list[Any]) -> None:
+        """Hears what was found."""
+        for parts in found:
+            self._findings.append(Finding(*parts))
+            if self._tell is not None:
+                self._tell(self._findings[-1])
+
+    def ended(self, port: str | None, window: int | None, turnaround: float | None, error: Error | None) -> Diagnosis:
+        """It has come to its end."""
+        turnaround = None if turnaround is None else turnaround / 1000
+        return Diagnosis(tuple(self._findings), port, window, turnaround, error)
