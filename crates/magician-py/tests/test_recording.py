@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import asyncio
 import csv
+import itertools
 import json
 from pathlib import Path
 
@@ -50,6 +51,38 @@ def test_the_clock_of_a_virtual_arm_counts(tmp_path: Path) -> None:
     assert 100 <= recording.seconds < 101
     lines = [json.loads(line) for line in (tmp_path / "day.jsonl").read_text(encoding="utf-8").splitlines()]
     assert lines[0]["t"] < 1
+
+
+@pytest.mark.parametrize("port", ["sim", None])
+def test_a_leap_is_recorded_on_its_way(tmp_path: Path, port: str | None) -> None:
+    """At full speed the arm is there at once; the file has the curve that it went."""
+    path = tmp_path / "day.csv"
+    with magician.Arm(port or VirtualArm()) as arm, arm.record(path, rate=50) as recording:
+        before = arm.clock()
+        arm.move_to(220, 60, 20)
+        arm.line_to(220, -60, 20)
+        took = arm.clock() - before
+    found = rows(path)
+    assert took > 1
+    assert len(found) == recording.readings >= 50 * took - 4
+    assert recording.seconds == pytest.approx(took, abs=0.5)
+    for one, other in itertools.pairwise(found):
+        assert 0 <= float(other["t"]) - float(one["t"]) < 0.3
+        assert abs(float(other["y"]) - float(one["y"])) < 6
+    assert float(found[-1]["y"]) == pytest.approx(-60, abs=0.01)
+
+
+def test_a_hand_need_not_wait_for_the_recording(tmp_path: Path) -> None:
+    cell = VirtualArm()
+    with cell.arm() as arm:
+        with arm.record(tmp_path / "lead.plan.json", rate=200) as recording:
+            for j1 in (10, 20, 30):
+                cell.guide((j1, 30, 30, 0))
+                cell.advance(0.5)
+        assert recording.steps is not None and recording.steps >= 3
+        arm.move_to(220, 0, 60)
+        arm.run(magician.load(tmp_path / "lead.plan.json"))
+        assert arm.joints().j1 == pytest.approx(30, abs=0.5)
 
 
 @pytest.mark.parametrize("name", ["lead.plan.json", "lead.playback"])

@@ -85,6 +85,12 @@ impl Runner {
         self.observer = Some(Box::new(observer));
     }
 
+    /// Whether there is an observer.
+    #[must_use]
+    pub fn is_observed(&self) -> bool {
+        self.observer.is_some()
+    }
+
     /// Removes the observer.
     pub fn unobserve(&mut self) {
         self.observer = None;

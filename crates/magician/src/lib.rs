@@ -83,8 +83,8 @@ mod virtual_arm;
 
 pub use arm::{
     Arm, CommandSource, Event, Events, Feeder, Jog, JogOptions, Level, Lifted, Link, Options, Pin,
-    Progress, Ran, Run, RunOptions, SettingsBackup, StateOptions, StateWatch, Status, Stopper,
-    Streaming, sets_in_motion,
+    Progress, Ran, Run, RunOptions, Sample, Samples, SettingsBackup, StateOptions, StateWatch,
+    Status, Stopper, Streaming, sets_in_motion,
 };
 #[cfg(feature = "faults")]
 pub use magician_host::faults;

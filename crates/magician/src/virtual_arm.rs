@@ -12,6 +12,7 @@ use magician_sim::{
 use crate::SimSpeed;
 
 mod cell;
+mod sampling;
 
 pub(crate) use cell::Cell;
 
@@ -194,6 +195,7 @@ impl VirtualArm {
         cell.runner.handle_timeout(now);
         let outcome = act(cell.runner.controller_mut());
         cell.runner.handle_timeout(now);
+        cell.touched();
         cell.wake();
         outcome
     }

@@ -15,7 +15,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use magician::commands::{DeviceTime, EndEffectorParams, Pose};
 use magician::protocol::AlarmSet;
-use magician::{Arm, Event, Events, Link, StateWatch, Status};
+use magician::{Arm, Event, Events, Link, Sample, Samples, StateWatch, Status};
 use magician_program::Tool;
 use magician_record::Reading;
 use serde::Serialize;
@@ -54,7 +54,8 @@ pub struct Options {
 pub enum Clock {
     /// This computer's.
     Host,
-    /// The arm's, which costs one more read for each reading: for a virtual one that runs faster.
+    /// The arm's, which costs one more read for each reading: for a virtual one that runs faster. One whose clock leaps is sampled
+    /// on its way ([`Arm::samples`]).
     Arm,
 }
 
@@ -142,9 +143,12 @@ impl Recorder {
         let format = Format::of(path)?;
         let (_, places) = arm.stats().await?;
         let bias: EndEffectorParams = arm.get().await?;
-        let clock = match options.clock {
-            Clock::Arm => Some(arm.get::<DeviceTime>().await?.g_systick),
-            Clock::Host => None,
+        let (clock, samples) = match options.clock {
+            Clock::Arm => {
+                let clock = arm.get::<DeviceTime>().await?.g_systick;
+                (Some(clock), arm.samples(options.rate))
+            }
+            Clock::Host => (None, None),
         };
         let tool = Tool::from(&bias);
         let sink = format.open(
@@ -164,6 +168,7 @@ impl Recorder {
             events: arm.events(),
             arm: arm.clone(),
             clock,
+            samples,
             steps: options.steps,
             begun: Instant::now(),
             places,
@@ -235,6 +240,8 @@ struct Work {
     arm: Arm,
     /// What the arm's clock showed at the beginning, if it counts.
     clock: Option<u32>,
+    /// Of a virtual arm whose clock leaps: all readings are these.
+    samples: Option<Samples>,
     steps: Option<Arc<AtomicU64>>,
     begun: Instant,
     places: u32,
@@ -279,6 +286,10 @@ impl Work {
             tokio::select! {
                 biased;
                 told = &mut stopped => {
+                    if let Some(samples) = &self.samples {
+                        samples.take();
+                        return self.keep_samples(None);
+                    }
                     if told.is_ok() {
                         // An arm that says nothing any more has said all.
                         let _ = timeout(LAST_LOOK, self.look()).await;
@@ -286,6 +297,7 @@ impl Work {
                     return Ok(());
                 }
                 Some(event) = self.events.next() => self.note(&event)?,
+                Some(sample) = next(&mut self.samples) => self.keep_samples(Some(sample))?,
                 _ = flushes.tick() => self.sink.flush()?,
                 status = self.state.changed() => match status {
                     Ok(status) => self.see(&status).await?,
@@ -299,7 +311,11 @@ impl Work {
         if let Event::LinkLost { why } = event {
             self.broke = Some(why.clone());
         }
-        self.sink.note(self.begun.elapsed().as_secs_f64(), event)
+        let t = match &self.samples {
+            Some(_) => self.tally.borrow().seconds,
+            None => self.begun.elapsed().as_secs_f64(),
+        };
+        self.sink.note(t, event)
     }
 
     async fn see(&mut self, status: &Status) -> Result<(), RecordError> {
@@ -311,6 +327,11 @@ impl Work {
                 return Err(self.lost());
             }
             _ => return Err(self.lost()),
+        }
+        if let Some(samples) = &self.samples {
+            // However little happens, so many are taken in a second of the wall's clock.
+            samples.take();
+            return Ok(());
         }
         // A line that was found tells the reading before once more.
         if self.last.is_some_and(|(at, ..)| at == status.at) {
@@ -349,6 +370,25 @@ impl Work {
             }
             None => at.saturating_duration_since(self.begun).as_secs_f64(),
         };
+        self.write(at, t, &seen, tool)
+    }
+
+    /// Keeps this sample, and all that are there.
+    fn keep_samples(&mut self, first: Option<Sample>) -> Result<(), RecordError> {
+        let mut coming = first;
+        while let Some(sample) = coming.take().or_else(|| self.samples.as_mut()?.ready()) {
+            let seen = Seen {
+                pose: sample.pose,
+                index: sample.index,
+                left_space: sample.left_space,
+                alarms: sample.alarms,
+            };
+            self.write(Instant::now(), sample.t, &seen, Tool::from(&sample.bias))?;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, at: Instant, t: f64, seen: &Seen, tool: Tool) -> Result<(), RecordError> {
         let steps = self.steps.as_ref();
         let reading = Reading {
             t,
@@ -400,6 +440,14 @@ impl Work {
             readings,
             why: self.broke.clone(),
         }
+    }
+}
+
+/// The next sample of those that are taken, if any are.
+async fn next(samples: &mut Option<Samples>) -> Option<Sample> {
+    match samples {
+        Some(samples) => samples.next().await,
+        None => std::future::pending().await,
     }
 }
 

@@ -43,11 +43,18 @@ impl Arm {
     async fn go(way: transport::Route, breaks: bool, options: Options) -> Result<Self> {
         let way = Arc::new(way.fitted(&options)?);
         let line = way.open().await?;
+        #[cfg(feature = "sim")]
+        let virtual_arm = way.virtual_arm();
         let again: Opener = Box::new(move || {
             let way = Arc::clone(&way);
             Box::pin(async move { way.open().await })
         });
-        Self::greet(line, breaks.then_some(again), options).await
+        let arm = Self::greet(line, breaks.then_some(again), options).await?;
+        #[cfg(feature = "sim")]
+        if let Some(virtual_arm) = virtual_arm {
+            let _ = arm.inner.virtual_arm.set(virtual_arm);
+        }
+        Ok(arm)
     }
 
     /// Talks to an arm over any stream of bytes that keeps their order. When it breaks, it is gone;
@@ -156,6 +163,8 @@ impl Arm {
             flow: tokio::sync::Mutex::default(),
             timeout: AtomicU64::new(micros(options.timeout)),
             in_process,
+            #[cfg(feature = "sim")]
+            virtual_arm: std::sync::OnceLock::new(),
             held: super::fence::Held::new(options.fence),
             options,
             warned: AtomicBool::new(false),

@@ -17,6 +17,7 @@ mod queue;
 mod request;
 mod retract;
 mod run;
+mod samples;
 mod settings_backup;
 mod shared;
 mod state;
@@ -40,6 +41,7 @@ pub use link::Link;
 pub use options::Options;
 pub use retract::Lifted;
 pub use run::{CommandSource, Feeder, Ran, Run, RunOptions, Streaming};
+pub use samples::{Sample, Samples};
 pub use settings_backup::SettingsBackup;
 use shared::Shared;
 pub use state::{Level, Pin, StateOptions, StateWatch, Status};
@@ -96,6 +98,9 @@ struct Inner {
     held: fence::Held,
     /// The arm is a virtual one in this process.
     in_process: bool,
+    /// That arm.
+    #[cfg(feature = "sim")]
+    virtual_arm: std::sync::OnceLock<crate::VirtualArm>,
     /// [`Options::timeout`] as it is now, in microseconds.
     timeout: AtomicU64,
     /// The warning that the arm may not be homed was given.

@@ -70,6 +70,12 @@ impl Route {
         way
     }
 
+    /// The virtual arm that it leads to, once it was opened.
+    #[cfg(feature = "sim")]
+    pub(crate) fn virtual_arm(&self) -> Option<VirtualArm> {
+        lock(&self.arm).clone()
+    }
+
     /// With the faults and the trace that the options ask for.
     #[cfg_attr(
         not(any(feature = "faults", feature = "trace")),

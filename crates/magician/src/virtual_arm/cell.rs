@@ -13,6 +13,7 @@ use magician_protocol::MAX_FRAME;
 use magician_sim::{ArmInstant, HostInstant, LinkId, Runner, Speed};
 use tokio::time::Instant;
 
+use super::sampling::Samplers;
 use crate::transport::{Leap, LeapTo, STEP};
 
 /// Events in one leap, before others get at the arm.
@@ -35,6 +36,8 @@ pub(crate) struct Cell {
     servers: Vec<Waker>,
     /// The arm's speed while no connection leads it.
     free: Speed,
+    /// What looks at the arm, once something does.
+    samplers: Option<Samplers>,
 }
 
 /// The host's end of a line.
@@ -57,6 +60,7 @@ impl Cell {
             lines: BTreeMap::new(),
             servers: Vec::new(),
             free: runner.speed(),
+            samplers: None,
             runner,
         }
     }
@@ -87,6 +91,23 @@ impl Cell {
 
     pub(super) fn put_forward(&mut self, time: Duration) {
         self.ahead += time;
+    }
+
+    /// What looks at the arm; nothing can where the runner has an observer of its maker's.
+    pub(super) fn samplers(&mut self) -> Option<Samplers> {
+        if self.samplers.is_none() && !self.runner.is_observed() {
+            let samplers = Samplers::default();
+            self.runner.observe(samplers.clone());
+            self.samplers = Some(samplers);
+        }
+        self.samplers.clone()
+    }
+
+    /// The arm was touched from outside, or looked at.
+    pub(super) fn touched(&self) {
+        if let Some(samplers) = &self.samplers {
+            samplers.touched(self.runner.controller());
+        }
     }
 
     /// Has all connections look what is new.
