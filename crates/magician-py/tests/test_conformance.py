@@ -5,11 +5,14 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Callable
+from typing import Any
 
 import magician
 import pytest
 from conftest import in_notebook
 from magician import aio, errors
+from magician._native import until_left, wait_left
 from magician.conformance import CaseProgress, CaseResult, Conformance, Mismatch
 
 
@@ -110,6 +113,85 @@ def test_ctrl_c_ends_it() -> None:
         timer.join()
         with magician.Arm(served.tcp) as arm:
             assert arm.left_space() == 32
+
+
+class Leaving:
+    """What is left in order: over when it was waited for twice, interrupted the first time."""
+
+    waited = 0
+
+    def over(self) -> bool:
+        return self.waited == 2
+
+    def taken(self) -> bool:
+        return False
+
+    def report(self) -> None:
+        return None
+
+    def result(self) -> None:
+        return None
+
+    def cancel(self) -> None:
+        raise AssertionError
+
+    def wait(self, listener: object = None) -> None:
+        self.waited += 1
+        if self.waited == 1:
+            raise KeyboardInterrupt
+
+    def listen(self, tell: Callable[[], object]) -> None:
+        self.waited = 2
+        tell()
+
+
+class Breaking(Leaving):
+    """What a listener ends."""
+
+    def wait(self, listener: object = None) -> None:
+        raise ZeroDivisionError
+
+    def report(self) -> Any:
+        return [()]
+
+    def cancel(self) -> None:
+        pass
+
+
+class Telling(Leaving):
+    """A run of two cases, the first of which fails."""
+
+    def wait(self, listener: Any = None) -> None:
+        about = ("a.b", "a", "t", "model 1", "M", ())
+        listener([(about, "failed", None, (7, "get Pose", b"", "x=1", "x=2", b""))])
+        listener([(about, "passed", None, None)])
+
+
+def test_progress_counts_what_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    def begins(*_: object) -> object:
+        return Telling(), 2, Leaving()
+
+    monkeypatch.setattr("magician.conformance._magician.conform", begins)
+    heard: list[CaseProgress] = []
+    found = magician.conform("sim", progress=heard.append)
+    assert [(each.done, each.failed, each.result.outcome) for each in heard] == [(1, 1, "failed"), (2, 1, "passed")]
+    assert not found.ok and found.failed[0].failure is not None and found.failed[0].failure.line == 7
+
+
+def refuses(found: object) -> None:
+    raise ZeroDivisionError
+
+
+def test_what_ends_it_early_is_raised_when_the_arm_was_left_in_order() -> None:
+    call: Any = Breaking()
+    left: Any = Leaving()
+    with pytest.raises(ZeroDivisionError):
+        wait_left(call, left, refuses)
+    assert left.waited == 2
+    left = Leaving()
+    with pytest.raises(ZeroDivisionError):
+        asyncio.run(until_left(call, left, refuses))
+    assert left.waited == 2
 
 
 def test_a_failure_says_where() -> None:

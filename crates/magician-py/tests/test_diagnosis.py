@@ -24,7 +24,8 @@ def test_a_virtual_arm_is_looked_over() -> None:
     found = magician.doctor("sim", count=5, on_finding=heard.append)
     assert found.ok and found.error is None and not found.failed
     assert (found.port, found.window) == ("sim", 8)
-    assert found.turnaround is not None and found.turnaround < 1
+    assert found.turnaround is not None
+    assert found.turnaround * 1000 == pytest.approx(finding(found, "turnaround").value, abs=1e-3)
     assert heard == list(found.findings)
     assert finding(found, "answer").value == "3.6.14"
     identity = finding(found, "identity").value
@@ -78,6 +79,37 @@ def test_no_arm_is_a_finding() -> None:
     assert [each.check for each in found.failed] == ["answer"]
     assert found.failed[0].advice is not None
     assert str(found).count("no reply") == 1
+
+
+def test_what_ended_early_is_not_well() -> None:
+    error = errors.PortError("the line was lost")
+    found = magician.Diagnosis((), None, None, None, error)
+    assert not found.ok and not found.failed and str(found) == "✗ the line was lost"
+    bad = magician.Finding("line", False, None, None, "the line was lost", "look for the cable")
+    unknown = magician.Finding("left_space", None, None, None, "not looked at", None)
+    found = magician.Diagnosis((unknown, bad), "sim", 1, None, error)
+    assert str(found) == "- left space: not looked at\n✗ line: the line was lost\n  → look for the cable"
+    assert found.failed == (bad,)
+    assert not magician.Diagnosis((unknown, bad), "sim", 1, None, None).ok
+    assert magician.Diagnosis((unknown,), "sim", 1, None, None).ok
+
+
+def test_what_is_asked_for_is_examined(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[object] = []
+
+    class Taken(Exception):
+        pass
+
+    def takes(*what: object) -> None:
+        asked.append(what)
+        raise Taken
+
+    monkeypatch.setattr("magician.diagnosis._magician.doctor", takes)
+    with pytest.raises(Taken):
+        magician.doctor()
+    with pytest.raises(Taken):
+        magician.doctor("COM3", count=7, timeout=0.25, try_queue=True)
+    assert asked == [(None, 200, 3.0, False), ("COM3", 7, 0.25, True)]
 
 
 def test_what_is_no_question() -> None:

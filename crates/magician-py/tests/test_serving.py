@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from typing import Any
 
 import magician
 import pytest
@@ -138,6 +139,33 @@ def test_faults_on_the_line_that_is_shared() -> None:
         with pytest.raises(errors.InvalidInputError, match="is connected"):
             cell.restore(cell.snapshot())
     cell.restore(cell.snapshot())
+
+
+def test_what_is_asked_for_reaches_the_proxy(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[dict[str, object]] = []
+
+    class Taken(Exception):
+        pass
+
+    def takes(*places: object, **how: object) -> None:
+        asked.append(how)
+        raise Taken
+
+    monkeypatch.setattr("magician.serving._magician.serve_proxy", takes)
+    anything: Any = magician
+    for how in ({}, {"transparent": True}, {"keep_going": True}, {"fresh": 0.5}):
+        with pytest.raises(Taken):
+            anything.proxy("sim", tcp=ANY, **how)
+    usual = {"faults": "", "trace": None, "fresh": 0.02, "transparent": False, "keep_going": False}
+    assert asked == [usual, {**usual, "transparent": True}, {**usual, "keep_going": True}, {**usual, "fresh": 0.5}]
+
+
+def test_what_was_closed_is_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    forgotten: list[object] = []
+    monkeypatch.setattr("magician.serving.atexit.unregister", forgotten.append)
+    with magician.sim(tcp=ANY) as served:
+        assert forgotten == []
+    assert forgotten == [served.close]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
