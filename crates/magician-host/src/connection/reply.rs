@@ -306,6 +306,10 @@ impl Connection {
             let job = self.flight.remove(at);
             self.uncertain(job);
         }
+        if self.settings.ordered {
+            // What was answered before has come: the first index of the new count may be the last one of the old.
+            self.tracker.begin_anew();
+        }
         self.tracker.restart(current.unwrap_or(0));
         if current.is_some() {
             self.uptime.forget();
