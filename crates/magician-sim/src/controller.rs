@@ -343,6 +343,35 @@ impl Controller {
         self.inject(ExternalEvent::Guide(joints));
     }
 
+    /// Puts an object of the world somewhere, by hand: the middle of its underside at x, y, z, mm. It falls onto what is below,
+    /// and what stands on it comes along. `false` if there is no object of that name, or the place is no place.
+    ///
+    /// ```
+    /// use magician_sim::{Controller, Profile, Scenario, World};
+    ///
+    /// let scenario = Scenario::from_toml(
+    ///     "table = { height = -60 }\nobject = [{ name = 'cube', size = [20, 20, 20], at = [220, 0] }]",
+    /// )?;
+    /// let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
+    /// assert!(arm.place("cube", [200.0, 80.0, 0.0]));
+    /// let cube = arm.look().object("cube").unwrap().place();
+    /// assert_eq!((cube.x, cube.y, cube.z), (200.0, 80.0, -60.0));
+    /// assert!(!arm.place("ball", [200.0, 80.0, 0.0]));
+    /// # Ok::<(), magician_sim::ScenarioError>(())
+    /// ```
+    pub fn place(&mut self, name: &str, at: [f64; 3]) -> bool {
+        let placed = self.device.place(name, at);
+        self.device.run_until_idle();
+        placed
+    }
+
+    /// The arm after its power was switched off and on again, in another world: what its flash keeps is all it knows.
+    #[must_use]
+    pub fn switched_on_in(&self, world: World) -> Self {
+        let profile = self.device.firmware.profile.clone();
+        Self::with_flash(profile, world, self.flash().clone())
+    }
+
     /// Drives an input, address 1 to 20, high or low from now on; a TRIG that waits for it sees it at once. `false` if
     /// there is no such address.
     pub fn set_input(&mut self, address: u8, level: bool) -> bool {

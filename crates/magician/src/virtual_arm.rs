@@ -183,6 +183,27 @@ impl VirtualArm {
         Ok(())
     }
 
+    /// Switches the arm off, and on again in the world of a scenario: all that it keeps is its flash. Its clock begins anew, by
+    /// which a connection sees that the arm was reset when it asks for it ([`DeviceTime`](crate::commands::DeviceTime)).
+    ///
+    /// ```
+    /// use magician::{VirtualArm, sim::Scenario};
+    ///
+    /// let arm = VirtualArm::default();
+    /// arm.restart_in(&Scenario::from_toml(Scenario::PICK_AND_SORT)?);
+    /// assert!(arm.with(|arm| arm.look().objects().count()) > 0);
+    /// # Ok::<(), magician::sim::ScenarioError>(())
+    /// ```
+    pub fn restart_in(&self, scenario: &Scenario) {
+        let mut cell = self.lock();
+        let now = cell.now();
+        cell.runner.handle_timeout(now);
+        let world = World::from_scenario(scenario);
+        let arm = cell.runner.controller().switched_on_in(world);
+        cell.runner.replace(arm);
+        cell.wake();
+    }
+
     pub(crate) fn powered_up(speed: SimSpeed) -> Self {
         Self::new(Controller::new(Profile::default()), speed)
     }

@@ -97,6 +97,20 @@ impl Device {
         }
     }
 
+    /// A hand puts an object of the world somewhere; false if there is none of that name.
+    pub(crate) fn place(&mut self, name: &str, at: [f64; 3]) -> bool {
+        if at.iter().any(|part| !part.is_finite()) {
+            return false;
+        }
+        let pose = self.motion.true_pose(self.now);
+        // What is to come of a motion looks different where an object stands elsewhere.
+        self.motion.end_path(self.now, &mut self.world);
+        let placed = self.world.place(self.now, &pose, name, at);
+        self.motion.show_path(self.now, &mut self.world);
+        self.update_tools();
+        placed
+    }
+
     fn be_moved(&mut self, really: JointAngles) {
         let geometry = self.view().geometry();
         (self.motion).be_moved(self.now, &geometry, really, &mut self.world);

@@ -86,6 +86,18 @@ impl World {
             .override_input(Action::Analog { address, value })
     }
 
+    /// A hand puts an object somewhere; false if there is none of that name.
+    pub(crate) fn place(
+        &mut self,
+        now: ArmInstant,
+        joint_state: &JointState,
+        name: &str,
+        at: [f64; 3],
+    ) -> bool {
+        let state = self.state.as_mut();
+        state.is_some_and(|state| state.place(now, joint_state, name, at))
+    }
+
     /// The world at an instant at which the arm stands so.
     #[must_use]
     pub fn look(&self, now: ArmInstant, joint_state: &JointState) -> WorldView<'_> {

@@ -7,6 +7,9 @@ use crate::scenario::{Object, On, Scenario, footprint};
 /// Where objects end up that fall off everything: a floor far below, mm.
 pub(super) const FLOOR: f64 = -1000.0;
 
+/// An object that is put so little below a surface stands on it, mm.
+const TOUCHES: f64 = 1.0;
+
 /// What an object rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -159,6 +162,27 @@ impl Scene {
         let rest = self.fall(object, place, slack, scenario, frames);
         self.held = None;
         Some((object, rest))
+    }
+
+    /// A hand puts an object somewhere, out of the tool if it is there, what stands on it with it: it falls onto what is below.
+    pub(super) fn set_down(
+        &mut self,
+        object: u16,
+        at: [f64; 3],
+        scenario: &Scenario,
+        frames: &Frames,
+    ) -> Rest {
+        if self.held == Some(object) {
+            self.held = None;
+        }
+        let [x, y, z] = at;
+        let from = ObjectPose {
+            x,
+            y,
+            z,
+            ..self.place(object, frames)
+        };
+        self.fall(object, from, TOUCHES, scenario, frames)
     }
 
     /// An object falls straight down from a place, onto the highest body that is under its middle.

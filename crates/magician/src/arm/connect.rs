@@ -43,18 +43,11 @@ impl Arm {
     async fn go(way: transport::Route, breaks: bool, options: Options) -> Result<Self> {
         let way = Arc::new(way.fitted(&options)?);
         let line = way.open().await?;
-        #[cfg(feature = "sim")]
-        let virtual_arm = way.virtual_arm();
         let again: Opener = Box::new(move || {
             let way = Arc::clone(&way);
             Box::pin(async move { way.open().await })
         });
-        let arm = Self::greet(line, breaks.then_some(again), options).await?;
-        #[cfg(feature = "sim")]
-        if let Some(virtual_arm) = virtual_arm {
-            let _ = arm.inner.virtual_arm.set(virtual_arm);
-        }
-        Ok(arm)
+        Self::greet(line, breaks.then_some(again), options).await
     }
 
     /// Talks to an arm over any stream of bytes that keeps their order. When it breaks, it is gone;
@@ -127,6 +120,27 @@ impl Arm {
         .await
     }
 
+    /// The virtual arm of this process that this is a connection to, to look at it and its world from outside; `None` for one
+    /// that is elsewhere, and for a real arm.
+    ///
+    /// ```
+    /// use magician::Arm;
+    ///
+    /// # #[tokio::main(flavor = "current_thread")]
+    /// # async fn main() -> magician::Result<()> {
+    /// let arm = Arm::connect("sim").await?;
+    /// let outside = arm.virtual_arm().expect("it is one");
+    /// outside.with(|arm| arm.unlock(true));
+    /// assert!(outside.state().unlocked);
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[cfg(feature = "sim")]
+    #[must_use]
+    pub fn virtual_arm(&self) -> Option<&crate::VirtualArm> {
+        self.inner.virtual_arm.as_ref()
+    }
+
     pub(crate) async fn greet(
         mut line: Line,
         again: Option<Opener>,
@@ -147,6 +161,8 @@ impl Arm {
         let (events, _) = broadcast::channel(KEPT);
         let shared = Arc::new(Shared::new(&line, &events));
         let (tried, in_process) = (line.tried, line.in_process);
+        #[cfg(feature = "sim")]
+        let virtual_arm = line.arm.clone();
         let driver = Driver::new(
             line,
             options.window,
@@ -164,7 +180,7 @@ impl Arm {
             timeout: AtomicU64::new(micros(options.timeout)),
             in_process,
             #[cfg(feature = "sim")]
-            virtual_arm: std::sync::OnceLock::new(),
+            virtual_arm,
             held: super::fence::Held::new(options.fence),
             options,
             warned: AtomicBool::new(false),
@@ -294,6 +310,8 @@ impl Line {
             name: "the stream".to_owned(),
             tried: "a stream",
             in_process: false,
+            #[cfg(feature = "sim")]
+            arm: None,
             is_shared: true,
         }
     }

@@ -234,6 +234,12 @@ impl Arm {
         }
     }
 
+    /// The numbers by which its motions are planned: [`Options::model`](super::Options::model), or a virtual arm's own.
+    #[must_use]
+    pub fn model(&self) -> &magician_motion::ArmModel {
+        &self.inner.options.model
+    }
+
     /// What a frame does to the fence: refused, or with the right to send it now.
     pub(super) async fn hold_fence<'a>(
         &self,

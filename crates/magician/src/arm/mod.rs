@@ -100,7 +100,7 @@ struct Inner {
     in_process: bool,
     /// That arm.
     #[cfg(feature = "sim")]
-    virtual_arm: std::sync::OnceLock<crate::VirtualArm>,
+    virtual_arm: Option<crate::VirtualArm>,
     /// [`Options::timeout`] as it is now, in microseconds.
     timeout: AtomicU64,
     /// The warning that the arm may not be homed was given.

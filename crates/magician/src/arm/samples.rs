@@ -68,7 +68,7 @@ impl Arm {
     pub fn samples(&self, rate: f64) -> Option<Samples> {
         #[cfg(feature = "sim")]
         {
-            let arm = self.inner.virtual_arm.get()?;
+            let arm = self.inner.virtual_arm.as_ref()?;
             let (number, coming) = arm.samples(rate)?;
             let arm = arm.clone();
             Some(Samples {

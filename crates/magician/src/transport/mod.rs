@@ -99,6 +99,9 @@ pub(crate) struct Line {
     pub(crate) tried: &'static str,
     /// It leads to a virtual arm in this process: nothing burns there.
     pub(crate) in_process: bool,
+    /// That arm.
+    #[cfg(feature = "sim")]
+    pub(crate) arm: Option<crate::VirtualArm>,
     /// Others may speak to the arm as well while this line is open.
     pub(crate) is_shared: bool,
 }

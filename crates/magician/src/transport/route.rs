@@ -70,12 +70,6 @@ impl Route {
         way
     }
 
-    /// The virtual arm that it leads to, once it was opened.
-    #[cfg(feature = "sim")]
-    pub(crate) fn virtual_arm(&self) -> Option<VirtualArm> {
-        lock(&self.arm).clone()
-    }
-
     /// With the faults and the trace that the options ask for.
     #[cfg_attr(
         not(any(feature = "faults", feature = "trace")),
@@ -139,6 +133,8 @@ impl Route {
             name,
             tried,
             in_process: matches!(self.target, Target::Sim(_)),
+            #[cfg(feature = "sim")]
+            arm: lock(&self.arm).clone(),
             is_shared: self.is_shared(),
         })
     }

@@ -108,6 +108,26 @@ impl WorldState {
         self.events.push(now, WorldEventKind::Picked(object));
     }
 
+    /// A hand puts an object somewhere; false if there is none of that name.
+    pub(in crate::world) fn place(
+        &mut self,
+        now: ArmInstant,
+        joint_state: &JointState,
+        name: &str,
+        at: [f64; 3],
+    ) -> bool {
+        self.now = self.now.max(now);
+        let mut objects = self.scenario.objects().iter();
+        let object = objects.position(|object| object.name == name);
+        let Some(object) = object.and_then(|at| u16::try_from(at).ok()) else {
+            return false;
+        };
+        let frames = self.frames(now, joint_state);
+        self.scene.set_down(object, at, &self.scenario, &frames);
+        self.settle(now, &frames);
+        true
+    }
+
     fn release(&mut self, now: ArmInstant, frames: &Frames) {
         let slack = self.scenario.tool().give + 1.0;
         if let Some((object, rest)) = self.scene.drop_held(&self.scenario, frames, slack) {

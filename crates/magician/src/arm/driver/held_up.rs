@@ -91,6 +91,7 @@ async fn what_has_come_is_read_before_a_wish_is_taken_up() {
         name: "a tardy line".to_owned(),
         tried: "a tardy line",
         in_process: false,
+        arm: None,
         is_shared: true,
     };
     let options = Options::default().probe(false);
@@ -117,6 +118,7 @@ async fn deaf(settings: Settings) -> (Arm, Arc<AtomicBool>) {
         name: "a deaf line".to_owned(),
         tried: "a deaf line",
         in_process: false,
+        arm: None,
         is_shared: true,
     };
     let arm = Arm::greet(line, None, Options::default()).await.unwrap();
@@ -173,6 +175,7 @@ async fn a_line_that_is_silent_is_given_up_in_time() {
         name: "a silent line".to_owned(),
         tried: "a silent line",
         in_process: false,
+        arm: None,
         is_shared: true,
     };
     let arm = Arm::greet(line, None, Options::default().probe(false)).await;

@@ -74,6 +74,7 @@ async fn work(window: usize, segments: u16) -> Work {
         name: "a line that counts".to_owned(),
         tried: "a line that counts",
         in_process: true,
+        arm: None,
         is_shared: false,
     };
     let options = Options::default().window(window);
