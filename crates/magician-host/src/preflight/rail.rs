@@ -1,6 +1,6 @@
 //! The carriage on the rail, as far as a program tells (model section 12).
 
-use magician_motion::VelocityProfile;
+use magician_motion::{RAIL_LENGTH, VelocityProfile};
 use magician_protocol::PtpMode;
 
 use super::Preflight;
@@ -8,7 +8,7 @@ use super::path::microseconds;
 use crate::{Error, ErrorCode, Result};
 
 /// The rail's length, mm (model section 12).
-const LENGTH: f64 = 1000.0;
+const LENGTH: f64 = RAIL_LENGTH;
 /// A way shorter than this takes no time, mm (model section 7).
 const SHORTEST: f64 = 1e-4;
 
