@@ -58,6 +58,7 @@ const DEPENDENCIES: [(&str, &[&str]); 19] = [
             "magician",
             "magician-program",
             "magician-job",
+            "magician-record",
         ],
     ),
     (

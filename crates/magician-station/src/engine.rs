@@ -2,7 +2,9 @@
 
 mod acts;
 mod jobs;
+mod model;
 mod reads;
+mod world;
 
 use std::collections::VecDeque;
 use std::future::Future;
@@ -17,6 +19,7 @@ use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
 
+pub(crate) use self::jobs::beside;
 use self::jobs::{JobContext, Slot};
 use self::reads::Known;
 use crate::api::RpcError;
@@ -232,6 +235,7 @@ impl Work {
                     begins.abort();
                 }
             }
+            ArmOrder::World { request, act } => self.change_world(request, act),
             ArmOrder::CheckJob { request, source } => self.check_job(request, *source),
             ArmOrder::StartJob(start) => {
                 self.job = Some(Slot::new(start.job));

@@ -20,6 +20,7 @@ mod job;
 mod keeper;
 mod order;
 mod reading;
+mod recording;
 mod running;
 mod secret;
 mod station;
@@ -28,9 +29,12 @@ pub use api::Role;
 pub use engine::ArmEngine;
 pub use job::{FormatReader, JobStore, NoStore, ReadProgram, Reader, Source, SourceBytes};
 pub use order::{
-    ArmAct, ArmOrder, ArmRead, ArmReport, JobEnd, JobNews, JobOrder, JobStart, Outcome,
+    ArmAct, ArmOrder, ArmRead, ArmReport, JobEnd, JobNews, JobOrder, JobStart, Outcome, WorldAct,
 };
 pub use reading::{ArmReading, FIELDS, FRAME, FRAME_FIELDS, ToolReading};
+pub use recording::{
+    NoRecordings, RecordOrder, RecordReport, RecordingFile, RecordingStore, Sample,
+};
 pub use running::{Client, JournalSink, RunningStation};
 pub use station::{
     ArmEntry, CloseCode, Grant, JobsToKeep, JournalLine, Outgoing, Peer, SocketId, Station,

@@ -66,6 +66,13 @@ pub enum ArmOrder {
         /// Whether what is under way has to end: it was checked against the earlier one.
         stops: bool,
     },
+    /// Something happens in the world of a virtual arm, at once.
+    World {
+        /// The request that is answered when it has happened.
+        request: RequestId,
+        /// What.
+        act: WorldAct,
+    },
     /// A program is checked.
     CheckJob {
         /// The request that is answered with what was found.
@@ -146,6 +153,10 @@ pub struct JobStart {
 pub enum ArmRead {
     /// Its identity.
     Info,
+    /// Its links, limits and tool.
+    Model,
+    /// The world around a virtual arm.
+    World,
     /// Its alarms.
     Alarms,
     /// Its state.
@@ -207,6 +218,29 @@ pub enum ArmAct {
         /// Share of the set speeds, percent.
         percent: Option<f32>,
     },
+}
+
+/// Something that a hand does in the world of a virtual arm.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum WorldAct {
+    /// The key at the base is pressed; long, or not.
+    Press(bool),
+    /// The unlock key is held, or released.
+    Unlock(bool),
+    /// The cable is plugged in, or pulled.
+    Plug(bool),
+    /// The arm is bent to these joints, deg. The answer is the state that follows.
+    Guide([f64; 4]),
+    /// An object is put somewhere, mm.
+    Place {
+        /// The object.
+        name: String,
+        /// The middle of its underside.
+        at: [f64; 3],
+    },
+    /// The arm is switched off, and on again in the world of a scenario.
+    Scenario(String),
 }
 
 /// What a request comes to.

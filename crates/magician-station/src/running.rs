@@ -14,6 +14,7 @@ use crate::control::ArmId;
 use crate::engine::ArmEngine;
 use crate::keeper::Keeper;
 use crate::order::ArmReport;
+use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
     Grant, JournalLine, Outgoing, Peer, SOCKETS, SocketId, Station, StationConfig, StationSize,
 };
@@ -72,11 +73,13 @@ struct Shared {
     /// Something is due earlier than before.
     due: Notify,
     keeper: Arc<Keeper>,
+    recordings: Arc<dyn RecordingStore>,
 }
 
 struct Inner {
     station: Station,
     engines: Vec<ArmEngine>,
+    recorder: Recorder,
     sockets: BTreeMap<SocketId, Arc<Notify>>,
 }
 
@@ -103,8 +106,18 @@ impl RunningStation {
                     }
                 })
             };
+            let recorder = {
+                let (shared, store) = (Weak::clone(shared), Arc::clone(&config.recordings));
+                Recorder::start(store, move |arm, report| {
+                    if let Some(shared) = shared.upgrade() {
+                        shared.with(|inner, now| inner.station.recorded(now, arm, report));
+                    }
+                })
+            };
             Shared {
+                recordings: Arc::clone(&config.recordings),
                 inner: Mutex::new(Inner {
+                    recorder,
                     station: Station::new(config),
                     engines: arms.iter().enumerate().map(engine).collect(),
                     sockets: BTreeMap::new(),
@@ -183,6 +196,18 @@ impl RunningStation {
         self.shared.lock().station.tokens()
     }
 
+    /// Completes the files of recordings under way: for the end of the program.
+    pub async fn close_recordings(&self) {
+        let closed = self.shared.lock().recorder.close();
+        let _ = closed.await;
+    }
+
+    /// Where its recordings are.
+    #[must_use]
+    pub fn recordings(&self) -> Arc<dyn RecordingStore> {
+        Arc::clone(&self.shared.recordings)
+    }
+
     /// A token is good no more: its sessions end.
     pub fn revoke(&self, token: &str) {
         self.shared
@@ -209,6 +234,9 @@ impl Shared {
             if let Some(engine) = inner.engines.get(arm.0 as usize) {
                 engine.order(order);
             }
+        }
+        while let Some((arm, order)) = inner.station.poll_record() {
+            inner.recorder.order(arm, order);
         }
         while let Some(socket) = inner.station.poll_awake() {
             if let Some(awake) = inner.sockets.get(&socket) {

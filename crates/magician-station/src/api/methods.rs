@@ -77,7 +77,7 @@ pub static METHODS: &[Method] = &[
         Viewer,
         &[],
         "The station itself.",
-        "{version, api, uptime_s, arms}",
+        "{version, api, uptime_s, arms, recording}: whether an arm is being recorded",
     ),
     method(
         "arm.list",
@@ -294,6 +294,13 @@ pub static METHODS: &[Method] = &[
         ],
         "The fence of an arm: what crosses it is refused as `unreachable`. A change ends what is under way.",
         "{fence}: null without one",
+    ),
+    method(
+        "arm.model",
+        Viewer,
+        &[ARM],
+        "The arm as a chain of links, its limits and its tool, for pages that draw it.",
+        "{frame, links: [{name, parent, joint, axis, at, shape, size, turn, color}], limits, tool}",
     ),
     method(
         "events.since",
@@ -544,6 +551,110 @@ pub static METHODS: &[Method] = &[
         ],
         "A step of a program that leads to where the arm stands.",
         "{step}, as in plan files",
+    ),
+    method(
+        "world.look",
+        Viewer,
+        &[ARM],
+        "The world around a virtual arm. This and its kin are `unsupported` of other arms.",
+        "{objects: [{name, at, size, held}], drawing: SVG, unlocked, plugged}",
+    ),
+    method(
+        "world.press",
+        Student,
+        &[
+            ARM,
+            may("long", Kind::Switch, "whether the key is held: it homes the arm"),
+        ],
+        "Presses the key at the base: it runs the program that the arm keeps, or stops it.",
+        "null",
+    )
+    .leased(Setting),
+    method(
+        "world.unlock",
+        Student,
+        &[ARM, needed("held", Kind::Switch, "whether it is held")],
+        "Holds or releases the unlock key: while it is held the arm can be guided.",
+        "null",
+    )
+    .leased(Setting),
+    method(
+        "world.unplug",
+        Student,
+        &[ARM, needed("plugged", Kind::Switch, "whether the cable is in")],
+        "Pulls the cable, or plugs it in again.",
+        "null",
+    )
+    .leased(Setting),
+    method(
+        "world.guide",
+        Student,
+        &[
+            ARM,
+            needed(
+                "joints",
+                Kind::Numbers(4, 4),
+                "where the joints are bent to, deg, as far as they go",
+            ),
+        ],
+        "Moves the arm by hand, while the unlock key is held.",
+        "State",
+    )
+    .leased(Setting),
+    method(
+        "world.scenario",
+        Teacher,
+        &[ARM, needed("text", PROGRAM, "a scenario, TOML")],
+        "Switches the arm off, and on again in the world of a scenario.",
+        "{objects: [name]}",
+    )
+    .leased(Setting),
+    method(
+        "world.place",
+        Student,
+        &[
+            ARM,
+            needed("name", NAME, "the object"),
+            needed(
+                "at",
+                Kind::Numbers(3, 3),
+                "x, y, z of the middle of its underside, mm; it falls onto what is below",
+            ),
+        ],
+        "Puts an object somewhere, by hand.",
+        "null",
+    )
+    .leased(Setting),
+    method(
+        "record.start",
+        Student,
+        &[
+            ARM,
+            may(
+                "rate",
+                Kind::Integer(1, 50),
+                "readings a second; 20 unless given",
+            ),
+        ],
+        "Records an arm into a file, until `record.stop`.",
+        "{name}, for GET /api/v1/recordings/{name}",
+    ),
+    method(
+        "record.stop",
+        Student,
+        &[ARM],
+        "Ends the recording of an arm.",
+        "{name, seconds, bytes}",
+    ),
+    method(
+        "record.save_last",
+        Student,
+        &[
+            ARM,
+            needed("seconds", Kind::Number(1.0, 600.0), "how far back, s"),
+        ],
+        "Writes what was read of an arm lately into a file: as often as its subscribers or a recording had it read.",
+        "{name}",
     ),
     method(
         "motion.forward",

@@ -380,7 +380,7 @@ async fn read(arm: &Arm, reader: Arc<dyn Reader>, source: Source) -> Result<Read
 
 /// Computes beside the tasks of the runtime, where there are threads.
 #[cfg(not(target_family = "wasm"))]
-async fn beside<T: Send + 'static>(
+pub(crate) async fn beside<T: Send + 'static>(
     compute: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, RpcError> {
     let computed = tokio::task::spawn_blocking(compute).await;
@@ -388,7 +388,7 @@ async fn beside<T: Send + 'static>(
 }
 
 #[cfg(target_family = "wasm")]
-async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, RpcError> {
+pub(crate) async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, RpcError> {
     tokio::task::yield_now().await;
     Ok(compute())
 }

@@ -31,15 +31,6 @@ impl Known {
         let tools = ToolState::read(arm).await?;
         let bias = arm.get::<EndEffectorParams>().await?;
         let bias = [bias.x_bias, bias.y_bias, bias.z_bias];
-        let [x, y, z] = bias.map(f64::from);
-        let own = |named: &ToolBias| {
-            let apart = [named.x - x, named.y - y, named.z - z];
-            apart.iter().all(|apart| apart.abs() < 0.01)
-        };
-        let name = ToolBias::NAMED
-            .iter()
-            .find(|(_, named)| own(named))
-            .map(|(name, _)| *name);
         let on_rail = arm.get::<DeviceWithL>().await?.with_l.is_on();
         let rail = if on_rail {
             Some(arm.get::<PoseL>().await?.pose_l)
@@ -48,7 +39,7 @@ impl Known {
         };
         Ok(Self {
             tool: ToolReading {
-                name,
+                name: tool_name(bias),
                 bias: Some(bias),
                 suction: Some(tools.suction),
                 gripper: Some(match tools.gripper {
@@ -115,6 +106,17 @@ impl Known {
     }
 }
 
+/// The name of the tool whose tip that is.
+pub(super) fn tool_name(bias: [f32; 3]) -> Option<&'static str> {
+    let [x, y, z] = bias.map(f64::from);
+    let own = |named: &ToolBias| {
+        let apart = [named.x - x, named.y - y, named.z - z];
+        apart.iter().all(|apart| apart.abs() < 0.01)
+    };
+    let mut named = ToolBias::NAMED.iter();
+    named.find(|(_, named)| own(named)).map(|(name, _)| *name)
+}
+
 fn pin(level: &Level) -> (&'static str, u8, u16) {
     let kind = match level.pin {
         Pin::Input(_) => "input",
@@ -172,6 +174,8 @@ pub(super) async fn answer(
 async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError> {
     match read {
         ArmRead::Info => to_value(&ArmInfo::read(arm).await?),
+        ArmRead::Model => super::model::model(arm).await,
+        ArmRead::World => super::world::look(arm).await,
         ArmRead::Alarms => to_value(&AlarmReport::read(arm).await?),
         ArmRead::Stand => {
             arm.wait_still().await?;

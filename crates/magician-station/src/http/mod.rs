@@ -6,6 +6,7 @@
 mod jobs;
 mod journal;
 mod listen;
+mod recordings;
 mod routes;
 mod security;
 mod socket;
@@ -15,6 +16,7 @@ mod tokens;
 pub use jobs::JobFile;
 pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
+pub use recordings::RecordingFolder;
 pub use routes::{HttpOptions, ROUTES, Route, RouteNeeds, Tries};
 pub use security::{Admission, Ends};
 pub use tls::{Tls, TlsError};

@@ -15,8 +15,8 @@ use tokio::sync::watch;
 use tokio::time::Instant;
 
 use super::security::{Admission, Admitted, Ends, Refused};
-use super::socket;
 use super::tokens::{self, TokenStore, beside, secret};
+use super::{recordings, socket};
 use crate::Role;
 use crate::running::RunningStation;
 use crate::station::{Grant, Peer};
@@ -54,6 +54,17 @@ pub struct Route {
     pub about: &'static str,
 }
 
+impl Route {
+    /// Whether a path is of this route: `{name}` stands for one part without a slash.
+    fn leads(&self, path: &str) -> bool {
+        match self.path.strip_suffix("{name}") {
+            Some(before) => { path.strip_prefix(before) }
+                .is_some_and(|name| !name.is_empty() && !name.contains('/')),
+            None => self.path == path,
+        }
+    }
+}
+
 /// All routes.
 pub static ROUTES: &[Route] = &[
     Route {
@@ -85,6 +96,12 @@ pub static ROUTES: &[Route] = &[
         path: "/api/v1/pair",
         needs: RouteNeeds::Code,
         about: "a token for a code of six digits",
+    },
+    Route {
+        method: "GET",
+        path: "/api/v1/recordings/{name}",
+        needs: RouteNeeds::Role(Role::Viewer),
+        about: "a recording, MCAP",
     },
 ];
 
@@ -215,7 +232,7 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
         &Method::HEAD => "GET",
         method => method.as_str(),
     };
-    let of_path = ROUTES.iter().filter(|route| route.path == path);
+    let of_path = ROUTES.iter().filter(|route| route.leads(path));
     let of_path: Vec<_> = of_path.collect();
     let Some(route) = of_path.iter().find(|route| route.method == method) else {
         if of_path.is_empty() {
@@ -243,6 +260,7 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
         ("GET", "/api/v1/openrpc.json") => object(StatusCode::OK, &crate::api::openrpc()),
         ("GET", "/api/v1/ws") => upgrade(here, request, admitted).await,
         ("POST", "/api/v1/rpc") => rpc(here, request, admitted).await,
+        ("GET", "/api/v1/recordings/{name}") => recording(here, path, admitted).await,
         _ => pair(here, request).await,
     };
     if is_head {
@@ -250,6 +268,31 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
     } else {
         response
     }
+}
+
+/// A file of a recording.
+async fn recording(here: &Here, path: &str, admitted: &Admitted) -> Response {
+    if let Err(refused) = allowed(here, admitted, Role::Viewer).await {
+        return refusal(&refused);
+    }
+    let name = path.rsplit('/').next().unwrap_or_default().to_owned();
+    let store = here.station.recordings();
+    match crate::engine::beside(move || store.read(&name)).await {
+        Ok(Ok((file, length))) => recordings::answer(file, length),
+        _ => text(StatusCode::NOT_FOUND, "there is no such recording"),
+    }
+}
+
+/// Whether a route that needs a role may be used.
+async fn allowed(here: &Here, admitted: &Admitted, role: Role) -> Result<(), Refused> {
+    let why = "a token is needed from this address";
+    let grant = granted(here, admitted).await?;
+    let grant = grant.ok_or_else(|| Refused::new(StatusCode::UNAUTHORIZED, why))?;
+    if grant.role < role {
+        let why = format!("this needs the role {}", role.name());
+        return Err(Refused::new(StatusCode::FORBIDDEN, why));
+    }
+    Ok(())
 }
 
 /// What may be done without a hello: by the role of the token, or as this machine's people.

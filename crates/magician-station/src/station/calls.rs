@@ -6,7 +6,7 @@ use magician::words::{Axis, JogDirection};
 use magician::{Set, burns};
 use magician_program::Travel;
 use magician_protocol::Row;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
 use super::{Awaited, Station, tools};
@@ -34,6 +34,12 @@ impl Station {
         if name.starts_with("motion.") {
             return Self::motion_call(name, call.params).map(Handled::Now);
         }
+        if let Some(arm) = call.arm.filter(|_| name.starts_with("world.")) {
+            return self.world_call(method, call, arm);
+        }
+        if let Some(arm) = call.arm.filter(|_| name.starts_with("record.")) {
+            return self.record_call(name, call, arm);
+        }
         match (name, call.arm) {
             ("session.list", _) => Ok(Handled::Now(self.list_sessions())),
             ("server.info", _) => Ok(Handled::Now(self.server_info(call))),
@@ -52,6 +58,7 @@ impl Station {
             }
             ("arm.stop", arm) => Ok(self.stop(call, arm)),
             ("arm.info", Some(arm)) => Ok(self.read(call, arm, ArmRead::Info)),
+            ("arm.model", Some(arm)) => Ok(self.read(call, arm, ArmRead::Model)),
             ("arm.fence", Some(arm)) => self.fence(call, arm),
             ("arm.alarms", Some(arm)) => Ok(self.read(call, arm, ArmRead::Alarms)),
             ("arm.state", Some(arm)) => self.state(call, arm),
@@ -92,6 +99,7 @@ impl Station {
             "api": 1,
             "uptime_s": call.now.as_micros() as f64 / 1e6,
             "arms": arms,
+            "recording": self.is_recording(),
         })
     }
 
@@ -110,7 +118,7 @@ impl Station {
         json!({"arms": list.collect::<Vec<_>>()})
     }
 
-    fn read(&mut self, call: &Call<'_>, arm: ArmId, read: ArmRead) -> Handled {
+    pub(super) fn read(&mut self, call: &Call<'_>, arm: ArmId, read: ArmRead) -> Handled {
         let request = call.request;
         self.order(arm, ArmOrder::Read { request, read });
         Handled::Later(request, Awaited::Arm(arm))
@@ -121,16 +129,16 @@ impl Station {
             return Err(line_lost());
         }
         let fresh = self.is_fresh(call.now, arm);
-        if let Some(state) = self.whole_state(arm).filter(|_| fresh) {
+        if fresh && let Some(state) = self.whole_state(arm) {
             return Ok(Handled::Now(state));
         }
         Ok(self.read(call, arm, ArmRead::State))
     }
 
     /// The state of an arm by its last reading, if there is one since the line was found.
-    pub(super) fn whole_state(&self, arm: ArmId) -> Option<Value> {
-        let reading = self.arm(arm).reading.as_ref()?;
-        Some(Value::Object(reading.fields(&self.beside(arm))))
+    pub(super) fn whole_state(&mut self, arm: ArmId) -> Option<Value> {
+        let state = self.shared_state(arm)?;
+        Some(Value::Object(Map::clone(state.fields())))
     }
 
     /// Stops one arm, or all.

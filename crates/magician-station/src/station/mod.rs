@@ -9,13 +9,16 @@ mod jobs;
 mod journal;
 mod leases;
 mod motion;
+mod recordings;
 mod records;
 mod reports;
 mod sessions;
 mod size;
 mod socket;
+mod state;
 mod tools;
 mod watch;
+mod world;
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
@@ -27,6 +30,7 @@ use serde_json::Value;
 use self::events::EventLog;
 use self::jobs::Wants;
 pub use self::journal::JournalLine;
+use self::recordings::{ArmRecordings, Recorded};
 pub use self::records::JobsToKeep;
 use self::records::Records;
 #[cfg(feature = "http")]
@@ -36,11 +40,13 @@ use self::sessions::Session;
 pub use self::size::StationSize;
 pub use self::socket::{CloseCode, Outgoing, Peer};
 use self::socket::{HELLO, Next, Socket};
+use self::state::SharedState;
 use crate::api::{Message, MessageId, Role, RpcError, notification};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
 use crate::job::{FormatReader, JobStore, NoStore, Reader};
 use crate::order::{ArmOrder, ArmReport};
 use crate::reading::{ArmReading, StateContext};
+use crate::recording::{NoRecordings, RecordOrder, RecordingStore};
 
 /// A connection of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -88,6 +94,8 @@ pub struct StationConfig {
     pub reader: Arc<dyn Reader>,
     /// Keeps jobs.
     pub jobs: Arc<dyn JobStore>,
+    /// Keeps recordings.
+    pub recordings: Arc<dyn RecordingStore>,
 }
 
 impl ArmEntry {
@@ -118,6 +126,7 @@ impl StationConfig {
             student_laser: false,
             reader: Arc::new(FormatReader::default()),
             jobs: Arc::new(NoStore),
+            recordings: Arc::new(NoRecordings),
         }
     }
 }
@@ -142,6 +151,8 @@ enum Awaited {
     Jog(ArmId, JogId),
     /// What a job does.
     Job(ArmId, JobId, Wants),
+    /// What a file comes to.
+    Record(Recorded),
     /// Arms that come to a stand.
     Stops {
         left: BTreeSet<ArmId>,
@@ -165,6 +176,9 @@ struct Pending {
 struct ArmPlace {
     entry: ArmEntry,
     reading: Option<ArmReading>,
+    recordings: ArmRecordings,
+    /// What was made of that reading for subscribers.
+    state: Option<SharedState>,
     /// When that reading came.
     read_at: HostInstant,
     link: bool,
@@ -204,6 +218,7 @@ pub struct Station {
     sessions: BTreeMap<SessionId, Session>,
     pending: BTreeMap<RequestId, Pending>,
     orders: VecDeque<(ArmId, ArmOrder)>,
+    record_orders: VecDeque<(ArmId, RecordOrder)>,
     /// The arms of jogs, also of those that have ended.
     jogs: BTreeMap<JogId, ArmId>,
     records: Records,
@@ -229,6 +244,8 @@ impl Station {
         let place = |entry: &ArmEntry| ArmPlace {
             entry: entry.clone(),
             reading: None,
+            recordings: ArmRecordings::default(),
+            state: None,
             read_at: HostInstant::ZERO,
             link: true,
             found_at: HostInstant::ZERO,
@@ -244,6 +261,7 @@ impl Station {
             sessions: BTreeMap::new(),
             pending: BTreeMap::new(),
             orders: VecDeque::new(),
+            record_orders: VecDeque::new(),
             jogs: BTreeMap::new(),
             lines: VecDeque::new(),
             awake: BTreeSet::new(),

@@ -21,8 +21,9 @@ impl Station {
                     return;
                 }
                 place.read_at = read_at;
-                place.reading = Some(*reading);
+                (place.reading, place.state) = (Some(*reading), None);
                 self.has_read(now, arm);
+                self.record_reading(now, arm);
             }
             ArmReport::JogEnded { jog, why } => self.control.jog_ended(arm, jog, why),
             ArmReport::Job { job, news } => self.job_news(now, arm, job, news),
@@ -31,7 +32,7 @@ impl Station {
                 let place = self.arm_mut(arm);
                 let was = std::mem::replace(&mut place.link, up);
                 if was != up {
-                    place.reading = None;
+                    (place.reading, place.state) = (None, None);
                     place.found_at = now;
                 }
                 if was && !up {
@@ -101,7 +102,9 @@ impl Station {
                 let (job, wants) = (*job, *wants);
                 self.job_done(now, request, wants, job, outcome);
             }
-            Awaited::Arm(_) | Awaited::Lease { .. } => self.finish(now, request, outcome),
+            Awaited::Arm(_) | Awaited::Lease { .. } | Awaited::Record(_) => {
+                self.finish(now, request, outcome)
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! One connection of a client: its session, its limits, what it subscribes to, and what waits to be sent.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::Duration;
 
 use magician_protocol::HostInstant;
@@ -78,7 +79,7 @@ pub(super) struct Subscription {
     /// When the next state is due.
     pub(super) due: HostInstant,
     /// The state that was sent last, in JSON.
-    pub(super) sent: Map<String, Value>,
+    pub(super) sent: Arc<Map<String, Value>>,
     /// States that were due so far.
     pub(super) sequence: u32,
     /// Whether its line was told to be lost.

@@ -1,17 +1,19 @@
 //! Readings for subscribers: at the rate that each asks for, the newest one when several are due.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use magician::Pin;
 use magician_protocol::HostInstant;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 
 use super::socket::{SUBSCRIPTIONS, Subscription};
+use super::state::told;
 use super::{Outgoing, SocketId, Station};
 use crate::api::{Params, RpcError, notification};
 use crate::control::ArmId;
 use crate::order::ArmOrder;
-use crate::reading::{FIELDS, FRAME_FIELDS, beside_frames, changes};
+use crate::reading::{FIELDS, FRAME_FIELDS};
 
 /// Every so many states a whole one is sent.
 const WHOLE: u32 = 100;
@@ -45,7 +47,7 @@ impl Station {
             binary,
             pins,
             due: now,
-            sent: Map::new(),
+            sent: Arc::default(),
             sequence: 0,
             lost: false,
         });
@@ -95,7 +97,7 @@ impl Station {
                 .sockets
                 .values()
                 .flat_map(|socket| &socket.subscriptions);
-            let (mut rate, mut pins) = (None, Vec::new());
+            let (mut rate, mut pins) = (self.arm(arm).recordings.rate(), Vec::new());
             for subscription in all.filter(|subscription| subscription.arm == arm) {
                 let wanted = (1.0 / subscription.period.as_secs_f64()).round() as u32;
                 rate = rate.max(Some(wanted));
@@ -149,8 +151,9 @@ impl Station {
                     told.push((*socket, subscription.id));
                 }
                 // That it is up again is a change then.
-                if let Some(link) = subscription.sent.get_mut("link") {
-                    *link = json!("lost");
+                if subscription.sent.contains_key("link") {
+                    let sent = Arc::make_mut(&mut subscription.sent);
+                    sent.insert("link".to_owned(), json!("lost"));
                 }
             }
         }
@@ -198,37 +201,37 @@ impl Station {
     pub(super) fn state_for(&mut self, socket: SocketId, id: u16) -> Option<Outgoing> {
         let open = self.sockets.get(&socket)?;
         let subscription = open.subscriptions.iter().find(|one| one.id == id)?;
-        let arm = subscription.arm;
-        let beside = self.beside(arm);
-        let place = self.arm(arm);
-        let reading = place.reading.clone().filter(|_| place.link)?;
-        let fields = reading.fields(&beside);
+        let (arm, binary) = (subscription.arm, subscription.binary);
+        let sent = Arc::clone(&subscription.sent);
+        let number = subscription.sequence.wrapping_sub(1);
+        let shared = self.shared_state(arm)?;
+        let fields = Arc::clone(shared.fields());
+        let text = match (sent.is_empty(), binary) {
+            (true, _) => Some(shared.whole()),
+            (_, false) if number.is_multiple_of(WHOLE) => Some(shared.whole()),
+            (_, binary) => shared.change(&sent, binary),
+        };
+        let frame = if binary {
+            let reading = self.arm(arm).reading.as_ref()?;
+            Some(reading.frame(&self.beside(arm), id, number))
+        } else {
+            None
+        };
         let open = self.sockets.get_mut(&socket)?;
         let subscription = open.subscriptions.iter_mut().find(|one| one.id == id)?;
-        let number = subscription.sequence.wrapping_sub(1);
-        let whole = subscription.sent.is_empty();
-        if subscription.binary {
-            let rest = beside_frames(&fields);
-            let before = beside_frames(&subscription.sent);
-            let changed = changes(&before, &rest);
-            let frame = Outgoing::Frame(reading.frame(&beside, id, number));
-            // `t` is in every change; alone it is none.
-            if changed.len() > 1 || whole {
-                let state = if whole { fields.clone() } else { changed };
-                let text = notification("arm.state", &json!({"subscription": id, "state": state}));
-                subscription.sent = fields;
-                open.notice_next(text);
-            }
-            return Some(frame);
+        let text = text.map(|state| told(id, &state));
+        if text.is_some() {
+            subscription.sent = fields;
         }
-        let state = if whole || number.is_multiple_of(WHOLE) {
-            fields.clone()
-        } else {
-            changes(&subscription.sent, &fields)
-        };
-        subscription.sent = fields;
-        let state = json!({"subscription": id, "state": state});
-        Some(Outgoing::Text(notification("arm.state", &state)))
+        match (frame, text) {
+            (Some(frame), text) => {
+                if let Some(text) = text {
+                    open.notice_next(text);
+                }
+                Some(Outgoing::Frame(frame))
+            }
+            (None, text) => text.map(Outgoing::Text),
+        }
     }
 
     /// Whether an arm was read within the last 100 ms.

@@ -1,10 +1,13 @@
 //! A station that listens at a free port, and clients of HTTP and WebSocket that say what a test wants them to.
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 
 use futures_util::{SinkExt, StreamExt};
 use magician::{Arm, Options, SimSpeed, VirtualArm, sim::Controller};
-use magician_station::http::{Admission, HttpOptions, Listener, Tls, TokenStore, Tries};
+use magician_station::http::{
+    Admission, HttpOptions, Listener, RecordingFolder, Tls, TokenStore, Tries,
+};
 use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
 use serde_json::{Value, json};
 use tempfile::TempDir;
@@ -39,7 +42,10 @@ impl Bench {
             .unwrap();
         let folder = TempDir::new().unwrap();
         let tokens = TokenStore::at(folder.path().join("station/tokens.toml"));
-        let config = StationConfig::new(vec![ArmEntry::simulated("arm")], "0");
+        let config = StationConfig {
+            recordings: Arc::new(RecordingFolder::at(folder.path().join("recordings"))),
+            ..StationConfig::new(vec![ArmEntry::simulated("arm")], "0")
+        };
         let station = RunningStation::start(config, vec![driver], Box::new(|_| {}));
         let mut listener = Listener::bind(Some("127.0.0.1:0")).await.unwrap();
         if let Some(tls) = tls {

@@ -5,6 +5,7 @@ mod bench;
 mod calls;
 mod hostile;
 mod pairing;
+mod recordings;
 mod remote;
 mod routes;
 mod sockets;

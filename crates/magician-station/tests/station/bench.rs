@@ -9,8 +9,8 @@ use magician::{Arm, Options, SimSpeed, VirtualArm};
 use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    ArmEntry, Client, CloseCode, Grant, JobStore, JournalLine, Outgoing, Peer, Role,
-    RunningStation, StationConfig,
+    ArmEntry, Client, CloseCode, Grant, JobStore, JournalLine, NoRecordings, Outgoing, Peer,
+    RecordingStore, Role, RunningStation, StationConfig,
 };
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout};
@@ -21,6 +21,8 @@ const PATIENCE: Duration = Duration::from_secs(120);
 pub(crate) struct Bench {
     pub(crate) station: RunningStation,
     pub(crate) arms: Vec<VirtualArm>,
+    /// The station's connections to them.
+    pub(crate) drivers: Vec<Arm>,
     pub(crate) kept: Kept,
     pub(crate) lines: Arc<Mutex<Vec<JournalLine>>>,
     sockets: std::cell::Cell<u32>,
@@ -29,20 +31,30 @@ pub(crate) struct Bench {
 impl Bench {
     /// So many arms: `arm`, or `arm1`, `arm2`. They move in their own time, which is the test's.
     pub(crate) async fn new(arms: usize) -> Self {
-        Self::with(arms, true, Kept::default()).await
+        Self::with(arms, true, Kept::default(), Arc::new(NoRecordings)).await
     }
 
     /// As far as the laser goes they are real arms.
     pub(crate) async fn real(arms: usize) -> Self {
-        Self::with(arms, false, Kept::default()).await
+        Self::with(arms, false, Kept::default(), Arc::new(NoRecordings)).await
     }
 
     /// One arm, of a station that knows the jobs of an earlier one.
     pub(crate) async fn after(kept: Kept) -> Self {
-        Self::with(1, true, kept).await
+        Self::with(1, true, kept, Arc::new(NoRecordings)).await
     }
 
-    async fn with(count: usize, is_virtual: bool, store: Kept) -> Self {
+    /// One arm, of a station that keeps recordings.
+    pub(crate) async fn recording(recordings: impl RecordingStore + 'static) -> Self {
+        Self::with(1, true, Kept::default(), Arc::new(recordings)).await
+    }
+
+    async fn with(
+        count: usize,
+        is_virtual: bool,
+        store: Kept,
+        recordings: Arc<dyn RecordingStore>,
+    ) -> Self {
         let kept = store.clone();
         let mut arms = Vec::new();
         let mut virtual_arms = Vec::new();
@@ -70,9 +82,11 @@ impl Bench {
         let config = StationConfig {
             unix_zero: 1_000_000.0,
             jobs: Arc::new(store),
+            recordings,
             ..StationConfig::new(entries, epoch)
         };
         let journal = Arc::clone(&lines);
+        let drivers = arms.clone();
         let station = RunningStation::start(
             config,
             arms,
@@ -81,6 +95,7 @@ impl Bench {
         Self {
             station,
             arms: virtual_arms,
+            drivers,
             kept,
             lines,
             sockets: std::cell::Cell::new(0),

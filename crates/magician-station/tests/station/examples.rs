@@ -85,7 +85,7 @@ async fn each_example_succeeds_on_a_new_station() {
         while let Some(after) = calls.last().and_then(|last| example(last).after) {
             calls.push(after);
         }
-        let bench = Bench::new(1).await;
+        let bench = Bench::recording(crate::recordings::Tapes::default()).await;
         let (mut tester, hello) = hello(&bench).await;
         let mut results = BTreeMap::from([("session.hello".to_owned(), hello)]);
         for name in calls.iter().rev().filter(|name| *name != "session.hello") {
@@ -97,7 +97,7 @@ async fn each_example_succeeds_on_a_new_station() {
 
 #[tokio::test(start_paused = true)]
 async fn the_examples_succeed_one_after_the_other() {
-    let bench = Bench::new(1).await;
+    let bench = Bench::recording(crate::recordings::Tapes::default()).await;
     let (mut tester, hello) = hello(&bench).await;
     let mut results = BTreeMap::from([("session.hello".to_owned(), hello)]);
     for method in METHODS

@@ -10,6 +10,8 @@ mod leases;
 mod limits;
 mod messages;
 mod moves;
+mod recordings;
 mod stale;
 mod tools;
 mod watching;
+mod world;

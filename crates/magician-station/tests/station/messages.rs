@@ -144,7 +144,7 @@ async fn nothing_comes_before_hello_and_a_bad_hello_ends_the_socket() {
 /// Every method of the table is answered by what it is for: none has a name and does nothing.
 #[tokio::test(start_paused = true)]
 async fn every_method_does_something() {
-    let bench = Bench::new(1).await;
+    let bench = Bench::recording(crate::recordings::Tapes::default()).await;
     for method in METHODS {
         if method.name == "session.hello" || method.name == "jog.keep" {
             continue;
@@ -170,7 +170,10 @@ async fn every_method_does_something() {
                 "rate" | "seq" | "subscription" => json!(1),
                 "percent" | "by" => json!(5),
                 "lease" => lease.clone(),
-                "grant" => json!(true),
+                "grant" | "held" | "plugged" => json!(true),
+                "at" => json!([200, 0, 0]),
+                "text" => json!(""),
+                "seconds" => json!(10),
                 "joints" => json!([0, 45, 45, 0]),
                 "pose" => json!([220, 0, 50, 0]),
                 "z" => json!(0),
@@ -193,7 +196,7 @@ async fn every_method_does_something() {
         if let Err(error) = outcome {
             // What names something that is not there says so; nothing else fails.
             assert_eq!(error["code"], json!(-32602), "{}: {error}", method.name);
-            let named = ["subscription", "session", "jog"];
+            let named = ["subscription", "session", "jog", "name"];
             assert!(
                 named.contains(&error["data"]["param"].as_str().unwrap()),
                 "{}: {error}",

@@ -11,8 +11,8 @@ use clap::Args;
 use magician::{Arm, SimSpeed, Target, VirtualArm, sim::Controller};
 use magician_job::dirs;
 use magician_station::http::{
-    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, Tls, TlsError, TokenError,
-    TokenStore, Tries,
+    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, RecordingFolder, Tls,
+    TlsError, TokenError, TokenStore, Tries,
 };
 use magician_station::{ArmEntry, FormatReader, RunningStation, StationConfig};
 use serde_json::json;
@@ -240,6 +240,9 @@ impl Serve {
         if let Some(folder) = folder()? {
             config.jobs = Arc::new(JobFile::at(folder.join("jobs.json")));
         }
+        if let Some(state) = dirs::state() {
+            config.recordings = Arc::new(RecordingFolder::at(state.join("recordings")));
+        }
         let journal = folder()?.map(|folder| JournalFile::at(folder.join("journal.jsonl")));
         let sink = Box::new(move |line| {
             if let Some(journal) = &journal {
@@ -300,6 +303,7 @@ impl Serve {
             unanswered = stopping => unanswered,
             _ = signals.next() => return Err(Failure::interrupted()),
         };
+        let _ = timeout(Duration::from_millis(500), station.close_recordings()).await;
         if unanswered {
             tell(format_args!("an arm did not answer to the last stop"));
         }

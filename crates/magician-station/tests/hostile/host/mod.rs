@@ -206,6 +206,7 @@ impl Life {
                     | ArmOrder::StartJog { .. }
                     | ArmOrder::KeepJog(_)
                     | ArmOrder::StartJob(_)
+                    | ArmOrder::World { .. }
                     | ArmOrder::ResumeJob { .. }
             );
             if moves {
@@ -230,6 +231,7 @@ impl Life {
             self.orders.push((arm, order));
         }
         while self.station.poll_journal().is_some() {}
+        while self.station.poll_record().is_some() {}
         while self.station.poll_awake().is_some() {}
         self.spy();
     }
@@ -280,6 +282,7 @@ impl Life {
             | ArmOrder::CheckJob { request, .. }
             | ArmOrder::Act { request, .. }
             | ArmOrder::Fence { request, .. }
+            | ArmOrder::World { request, .. }
             | ArmOrder::StartJog { request, .. } => *request,
             ArmOrder::Stop { request } => request.expect("those without are not kept"),
             other => panic!("{other:?} is not kept"),

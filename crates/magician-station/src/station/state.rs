@@ -1,0 +1,138 @@
+//! The state of an arm as its subscribers get it: made once for each reading, whoever is sent it.
+
+use std::sync::Arc;
+
+use serde_json::{Map, Value};
+
+use super::Station;
+use crate::control::ArmId;
+use crate::reading::{StateContext, beside_frames, changes};
+
+/// A state with the texts that were made of it so far.
+#[derive(Debug)]
+pub(super) struct SharedState {
+    /// What it says beside the reading.
+    beside: StateContext,
+    fields: Arc<Map<String, Value>>,
+    whole: Option<Arc<str>>,
+    /// What has changed since an earlier state; the earlier one is kept, so that no other takes its address.
+    changes: Vec<Change>,
+}
+
+#[derive(Debug)]
+struct Change {
+    since: Arc<Map<String, Value>>,
+    beside_frames: bool,
+    text: Option<Arc<str>>,
+}
+
+impl SharedState {
+    pub(super) fn new(beside: StateContext, fields: Map<String, Value>) -> Self {
+        Self {
+            beside,
+            fields: Arc::new(fields),
+            whole: None,
+            changes: Vec::new(),
+        }
+    }
+
+    pub(super) fn fields(&self) -> &Arc<Map<String, Value>> {
+        &self.fields
+    }
+
+    /// All of it, as text.
+    pub(super) fn whole(&mut self) -> Arc<str> {
+        let fields = &self.fields;
+        Arc::clone(self.whole.get_or_insert_with(|| text(fields)))
+    }
+
+    /// What has changed since an earlier state, as text; without what frames of bytes carry, none where nothing of the rest has.
+    pub(super) fn change(
+        &mut self,
+        since: &Arc<Map<String, Value>>,
+        beside: bool,
+    ) -> Option<Arc<str>> {
+        let made = { self.changes.iter() }
+            .find(|one| one.beside_frames == beside && Arc::ptr_eq(&one.since, since));
+        if let Some(made) = made {
+            return made.text.clone();
+        }
+        let text = if beside {
+            let changed = changes(&beside_frames(since), &beside_frames(&self.fields));
+            // `t` is in every change; alone it is none.
+            (changed.len() > 1).then(|| text(&changed))
+        } else {
+            Some(text(&changes(since, &self.fields)))
+        };
+        self.changes.push(Change {
+            since: Arc::clone(since),
+            beside_frames: beside,
+            text: text.clone(),
+        });
+        text
+    }
+}
+
+fn text(fields: &Map<String, Value>) -> Arc<str> {
+    // Maps of text and numbers are text always.
+    serde_json::to_string(fields).unwrap_or_default().into()
+}
+
+/// The notification of a state.
+pub(super) fn told(subscription: u16, state: &str) -> String {
+    format!(
+        r#"{{"jsonrpc":"2.0","method":"arm.state","params":{{"subscription":{subscription},"state":{state}}}}}"#
+    )
+}
+
+impl Station {
+    /// The state of an arm by its last reading, if there is one since the line was found.
+    pub(super) fn shared_state(&mut self, arm: ArmId) -> Option<&mut SharedState> {
+        let beside = self.beside(arm);
+        let place = self.arm_mut(arm);
+        let reading = place.reading.as_ref().filter(|_| place.link)?;
+        let made = place.state.take().filter(|made| made.beside == beside);
+        let made = made.unwrap_or_else(|| {
+            let fields = reading.fields(&beside);
+            SharedState::new(beside, fields)
+        });
+        Some(place.state.insert(made))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    fn fields(x: f64, index: u64) -> Map<String, Value> {
+        let fields = json!({"t": x, "x": x, "current_index": index, "alarms": [index]});
+        match fields {
+            Value::Object(fields) => fields,
+            _ => Map::new(),
+        }
+    }
+
+    #[test]
+    fn every_text_is_made_once() {
+        let mut before = SharedState::new(StateContext::default(), fields(1.0, 1));
+        let mut now = SharedState::new(StateContext::default(), fields(2.0, 1));
+        assert!(Arc::ptr_eq(&before.whole(), &before.whole()));
+        let since = Arc::clone(before.fields());
+        let change = now.change(&since, false).unwrap();
+        assert_eq!(&*change, r#"{"t":2.0,"x":2.0}"#);
+        assert!(Arc::ptr_eq(&change, &now.change(&since, false).unwrap()));
+        // One of the same fields that is another state is looked at by itself.
+        let same = Arc::new(fields(1.0, 1));
+        assert!(!Arc::ptr_eq(&change, &now.change(&same, false).unwrap()));
+        assert_eq!(now.change(&since, true), None);
+        let mut later = SharedState::new(StateContext::default(), fields(2.0, 2));
+        let change = later.change(&since, true).unwrap();
+        assert_eq!(&*change, r#"{"t":2.0,"alarms":[2]}"#);
+        assert_eq!(
+            told(3, "{}"),
+            r#"{"jsonrpc":"2.0","method":"arm.state","params":{"subscription":3,"state":{}}}"#
+        );
+    }
+}

@@ -1,0 +1,247 @@
+//! Recordings of arms, and what was read lately.
+
+use std::collections::BTreeMap;
+use std::io::{self, Cursor, Read};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use magician_station::{RecordingFile, RecordingStore, Role, Sample};
+use serde_json::{Value, json};
+
+use crate::bench::Bench;
+
+/// Recordings in memory, on a disk that may become full.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tapes {
+    tapes: Arc<Mutex<BTreeMap<String, Tape>>>,
+    /// It takes nothing more.
+    full: Arc<Mutex<bool>>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Tape {
+    epoch: f64,
+    rate: u32,
+    samples: Vec<Sample>,
+    notes: Vec<String>,
+    flushed: usize,
+    whole: bool,
+}
+
+struct Writer {
+    tapes: Tapes,
+    name: String,
+}
+
+impl Tapes {
+    fn room(&self) -> io::Result<()> {
+        if *self.full.lock().unwrap() {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        Ok(())
+    }
+
+    fn tape(&self, name: &str) -> Tape {
+        self.tapes.lock().unwrap()[name].clone()
+    }
+
+    fn fill(&self, full: bool) {
+        *self.full.lock().unwrap() = full;
+    }
+}
+
+impl RecordingStore for Tapes {
+    fn begin(&self, name: &str, epoch: f64, rate: u32) -> io::Result<Box<dyn RecordingFile>> {
+        self.room()?;
+        let tape = Tape {
+            epoch,
+            rate,
+            ..Tape::default()
+        };
+        let before = self.tapes.lock().unwrap().insert(name.to_owned(), tape);
+        assert!(before.is_none(), "{name} is there already");
+        Ok(Box::new(Writer {
+            tapes: self.clone(),
+            name: name.to_owned(),
+        }))
+    }
+
+    fn read(&self, _: &str) -> io::Result<(Box<dyn Read + Send>, u64)> {
+        Ok((Box::new(Cursor::new(Vec::new())), 0))
+    }
+}
+
+impl Writer {
+    fn change(&self, change: impl FnOnce(&mut Tape)) -> io::Result<()> {
+        self.tapes.room()?;
+        let mut tapes = self.tapes.tapes.lock().unwrap();
+        change(tapes.get_mut(&self.name).unwrap());
+        Ok(())
+    }
+}
+
+impl RecordingFile for Writer {
+    fn write(&mut self, sample: &Sample) -> io::Result<()> {
+        self.change(|tape| tape.samples.push(*sample))
+    }
+
+    fn note(&mut self, _: f64, _: bool, words: &str) -> io::Result<()> {
+        self.change(|tape| tape.notes.push(words.to_owned()))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.change(|tape| tape.flushed = tape.samples.len())
+    }
+
+    fn finish(self: Box<Self>) -> io::Result<u64> {
+        self.change(|tape| tape.whole = true)?;
+        Ok(self.tapes.tape(&self.name).samples.len() as u64 * 100)
+    }
+}
+
+/// Frames that the station has sent to the arm so far.
+async fn asked(bench: &Bench) -> u64 {
+    bench.drivers[0].stats().await.unwrap().0.sent
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
+    let tapes = Tapes::default();
+    let bench = Bench::recording(tapes.clone()).await;
+    let mut anna = bench.join("Anna").await;
+    let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
+    assert_eq!(viewer.code("record.start", json!({})).await, -32001);
+    let name = anna.ok("record.start", json!({"rate": 10})).await["name"].clone();
+    assert_eq!(name, json!("arm-19700112-134640.mcap"));
+    let info = viewer.ok("server.info", json!({})).await;
+    assert_eq!(info["recording"], json!(true));
+    let refused = anna.call("record.start", json!({})).await.unwrap_err();
+    assert_eq!(
+        (&refused["code"], &refused["data"]["recording"]),
+        (&json!(-32003), &name)
+    );
+    anna.lease().await;
+    anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+    let name = name.as_str().unwrap().to_owned();
+    for _ in 0..2 {
+        anna.listen(Duration::from_secs(3)).await;
+        anna.ok("session.list", json!({})).await;
+    }
+    // What is on the disk is no older than a second or so.
+    let tape = tapes.tape(&name);
+    assert!(!tape.whole && tape.flushed > 50, "{}", tape.flushed);
+    viewer.ok("arm.stop", json!({})).await;
+    let over = anna.ok("record.stop", json!({})).await;
+    let tape = tapes.tape(&name);
+    let (first, last) = (tape.samples[0], tape.samples[tape.samples.len() - 1]);
+    let rate = (tape.samples.len() - 1) as f64 / (last.t - first.t);
+    assert!((9.0..=11.0).contains(&rate), "{rate}");
+    assert!(tape.whole && tape.rate == 10 && tape.epoch == 1_000_000.0);
+    assert!((last.pose.x - 220.0).abs() < 1e-3 && first.pose.x > 250.0);
+    assert!(
+        tape.notes.iter().any(|note| note.starts_with("stop by ")),
+        "{:?}",
+        tape.notes
+    );
+    let seconds = over["seconds"].as_f64().unwrap();
+    assert!(seconds >= 6.0 && seconds < 12.0, "{over}");
+    assert_eq!(over["bytes"], json!(tape.samples.len() * 100));
+    // It is over, and the arm is not asked any more.
+    let info = viewer.ok("server.info", json!({})).await;
+    assert_eq!(info["recording"], json!(false));
+    let refused = anna.call("record.stop", json!({})).await.unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("invalid-input"));
+    let before = asked(&bench).await;
+    anna.listen(Duration::from_secs(60)).await;
+    assert_eq!(asked(&bench).await, before);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_was_watched_in_the_last_ten_minutes_can_be_saved() {
+    let tapes = Tapes::default();
+    let bench = Bench::recording(tapes.clone()).await;
+    let mut anna = bench.join("Anna").await;
+    anna.listen(Duration::from_secs(1)).await;
+    // The ring asks for nothing itself.
+    let before = asked(&bench).await;
+    anna.listen(Duration::from_secs(60)).await;
+    assert_eq!(asked(&bench).await, before);
+    let last = json!({"seconds": 10});
+    let refused = anna.call("record.save_last", last.clone()).await;
+    assert_eq!(refused.unwrap_err()["data"]["kind"], json!("invalid-input"));
+    let watch = json!({"rate": 20});
+    let id = anna.ok("arm.subscribe", watch).await["subscription"].clone();
+    anna.listen(Duration::from_secs(700)).await;
+    let saved = async |anna: &mut crate::bench::Tester, seconds: u64| {
+        let saved = anna
+            .ok("record.save_last", json!({"seconds": seconds}))
+            .await;
+        let name = saved["name"].as_str().unwrap().to_owned();
+        (tapes.tape(&name), name)
+    };
+    let (tape, first) = saved(&mut anna, 10).await;
+    assert!(
+        (195..=205).contains(&tape.samples.len()),
+        "{}",
+        tape.samples.len()
+    );
+    assert!(tape.whole && tape.rate == 20, "{}", tape.rate);
+    let (tape, second) = saved(&mut anna, 600).await;
+    assert!(
+        (11_900..=12_100).contains(&tape.samples.len()),
+        "{}",
+        tape.samples.len()
+    );
+    assert_ne!(first, second);
+    // When nobody watches any more it gets older.
+    anna.ok("arm.unsubscribe", json!({"subscription": id}))
+        .await;
+    anna.listen(Duration::from_secs(30)).await;
+    assert_eq!(anna.code("record.save_last", last).await, -32000);
+    let (tape, _) = saved(&mut anna, 40).await;
+    assert!(
+        (150..=250).contains(&tape.samples.len()),
+        "{}",
+        tape.samples.len()
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_full_disk_costs_the_recording_and_never_the_arm() {
+    let tapes = Tapes::default();
+    let bench = Bench::recording(tapes.clone()).await;
+    let mut anna = bench.join("Anna").await;
+    tapes.fill(true);
+    let refused = anna.call("record.start", json!({})).await.unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("unexpected"), "{refused}");
+    tapes.fill(false);
+    let name = anna.ok("record.start", json!({})).await["name"].clone();
+    anna.ok("arm.subscribe", json!({"rate": 5})).await;
+    anna.lease().await;
+    tapes.fill(true);
+    anna.ok("arm.move", json!({"to": [220, 0, 50, 0]})).await;
+    anna.listen(Duration::from_secs(3)).await;
+    let events = anna.noticed("arm.event");
+    let lost = |event: &&&Value| event["event"] == json!("recording-lost");
+    let lost = events.iter().find(lost).expect("it is told");
+    assert_eq!(lost["name"], name);
+    anna.ok("arm.move", json!({"to": [220, 40, 50, 0]})).await;
+    assert!((bench.arms[0].state().pose.y - 40.0).abs() < 1e-3);
+    let info = anna.ok("server.info", json!({})).await;
+    assert_eq!(info["recording"], json!(false));
+    let refused = anna.call("record.stop", json!({})).await.unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("unexpected"), "{refused}");
+    // Another one begins where there is room again.
+    tapes.fill(false);
+    anna.ok("record.start", json!({})).await;
+    // What is under way when the station ends is completed.
+    let name = anna.call("record.start", json!({})).await.unwrap_err();
+    let name = name["data"]["recording"].as_str().unwrap().to_owned();
+    bench.station.close_recordings().await;
+    assert!(tapes.tape(&name).whole);
+    // A station without a place for them says so.
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let refused = anna.call("record.start", json!({})).await.unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("unsupported"));
+}
