@@ -16,12 +16,13 @@ pub(crate) enum Asks {
 }
 
 impl Context {
-    /// Whether the arm is a virtual one in this process: everything else counts as real.
+    /// Whether the arm is a virtual one, in this process or of a station: everything else counts as real.
     pub(crate) fn is_virtual(&mut self) -> Result<bool, Failure> {
         match self.connected() {
             Some(arm) => Ok(arm.is_virtual()),
-            // Which arm a station has is not known here.
-            None if self.global.station.is_some() => Ok(false),
+            None if self.global.station.is_some() => {
+                self.arm(StopPolicy::Look, async |arm, _| Ok(arm.is_virtual()))
+            }
             None => Ok(matches!(self.target(None)?, Target::Sim(_))),
         }
     }

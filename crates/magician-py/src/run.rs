@@ -285,7 +285,7 @@ impl Core {
             .passes_over(true)
             .saved(how.restore.then(SavedSettings::default));
         let started = runtime::within(|| {
-            if is_virtual {
+            if arm.is_in_process() {
                 magician_job::Job::start(&arm, spec, NoJournal)
             } else {
                 magician_job::Job::start(&arm, spec, FileJournal::new())

@@ -204,6 +204,7 @@ impl Context {
         // The station waits for the arm, and so do we.
         options.timeout = self.global.timeout.unwrap_or(Duration::from_secs(5));
         options.laser_pins = self.laser_pins()?;
+        options.virtual_arm = client.is_virtual(address.arm.as_deref()).await?;
         let arm = Arm::over(line, options).await?;
         Ok(Connected {
             arm,

@@ -39,7 +39,7 @@ impl Job {
     /// # Panics
     /// Outside of a tokio runtime.
     pub fn start(arm: &Arm, spec: JobSpec, journal: impl Journal + 'static) -> JobHandle {
-        let lasting = spec.lasting.unwrap_or_else(|| !arm.is_virtual());
+        let lasting = spec.lasting.unwrap_or_else(|| !arm.is_in_process());
         let burns = spec
             .program
             .plan()

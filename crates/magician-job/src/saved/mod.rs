@@ -259,7 +259,7 @@ fn remove(entry: Option<Entry>) {
 /// one without a serial number.
 #[cfg(feature = "files")]
 async fn of(arm: &Arm) -> Option<(Ledger, String)> {
-    if arm.is_virtual() {
+    if arm.is_in_process() {
         return None;
     }
     let ledger = Ledger::at(crate::dirs::state()?.join("debts"));
@@ -278,7 +278,7 @@ async fn of(arm: &Arm) -> Option<(Ledger, String)> {
 #[cfg(feature = "files")]
 async fn of_any(arm: &Arm) -> Option<(Ledger, String)> {
     let ledger = Ledger::at(crate::dirs::state()?.join("debts"));
-    if arm.is_virtual() || ledger.is_empty() {
+    if arm.is_in_process() || ledger.is_empty() {
         return None;
     }
     of(arm).await

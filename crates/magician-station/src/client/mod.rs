@@ -5,8 +5,9 @@ mod line;
 mod task;
 mod trust;
 
+use std::collections::BTreeMap;
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use serde_json::{Value, json};
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
@@ -110,6 +111,8 @@ pub struct StationClient {
     connection: watch::Receiver<Connection>,
     /// What the first hello was answered with.
     hello: Arc<Value>,
+    /// How many have each lease of the session.
+    leases: Arc<Mutex<BTreeMap<String, usize>>>,
 }
 
 impl StationClient {
@@ -158,6 +161,7 @@ impl StationClient {
             notices,
             connection,
             hello: Arc::new(hello),
+            leases: Arc::default(),
         })
     }
 
@@ -180,6 +184,50 @@ impl StationClient {
         };
         self.orders.send(order).map_err(|_| ClientError::Lost)?;
         answer.await.unwrap_or(Err(ClientError::Lost))
+    }
+
+    /// Gets a lease by `lease.acquire`, `lease.ask` or `lease.take`; the answer is theirs. All that have it in this session
+    /// share it, a [`StationLine`] among them: the last [`release`](Self::release) gives it back.
+    ///
+    /// # Errors
+    /// As [`call`](Self::call).
+    pub async fn lease(&self, method: &str, params: Value) -> Result<Value, ClientError> {
+        let granted = self.call(method, params).await?;
+        if let Some(lease) = granted["lease"].as_str() {
+            let mut leases = self.leases.lock().unwrap_or_else(PoisonError::into_inner);
+            *leases.entry(lease.to_owned()).or_default() += 1;
+        }
+        Ok(granted)
+    }
+
+    /// Gives a lease back, as far as this one of its holders goes.
+    ///
+    /// # Errors
+    /// As [`call`](Self::call).
+    pub async fn release(&self, lease: &str) -> Result<(), ClientError> {
+        let last = {
+            let mut leases = self.leases.lock().unwrap_or_else(PoisonError::into_inner);
+            let left = leases.remove(lease).unwrap_or_default().saturating_sub(1);
+            if left > 0 {
+                leases.insert(lease.to_owned(), left);
+            }
+            left == 0
+        };
+        if last {
+            self.call("lease.release", json!({"lease": lease})).await?;
+        }
+        Ok(())
+    }
+
+    /// Whether an arm, or the only one, is a virtual arm of the station's own, as the station says.
+    ///
+    /// # Errors
+    /// As [`call`](Self::call).
+    pub async fn is_virtual(&self, arm: Option<&str>) -> Result<bool, ClientError> {
+        let list = self.call("arm.list", json!({})).await?;
+        let mut arms = list["arms"].as_array().into_iter().flatten();
+        let named = arms.find(|entry| arm.is_none_or(|arm| entry["name"] == arm));
+        Ok(named.is_some_and(|entry| entry["virtual"] == true))
     }
 
     /// Sends a notification: `jog.keep`, or a stop that waits for nothing. Without a connection it is dropped.

@@ -27,18 +27,23 @@ impl Arm {
         }
     }
 
-    /// Whether it is a virtual arm in this process, where nothing burns. One in another process counts as real: it is
-    /// impossible to
-    /// tell them apart.
+    /// Whether it is a virtual arm, where nothing burns: one in this process, or by the word of
+    /// [`Options::virtual_arm`](super::Options::virtual_arm). Any other counts as real: it is impossible to tell them apart.
     #[must_use]
     pub fn is_virtual(&self) -> bool {
+        self.inner.in_process || self.inner.options.virtual_arm
+    }
+
+    /// Whether it is a virtual arm in this process, which ends with it.
+    #[must_use]
+    pub fn is_in_process(&self) -> bool {
         self.inner.in_process
     }
 
     /// Whether calls of this handle may light the laser, or there is none.
     #[must_use]
     pub fn may_burn(&self) -> bool {
-        self.allows_laser || self.inner.in_process
+        self.allows_laser || self.is_virtual()
     }
 
     /// Whether this command may light the laser of this arm: [`burns`](fn@crate::burns) for the pins of

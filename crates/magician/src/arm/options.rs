@@ -36,6 +36,9 @@ pub struct Options {
     /// [`Arm::allowing_laser`](crate::Arm::allowing_laser) allows it for single calls. A virtual arm in this process burns
     /// nothing and is never refused.
     pub allow_laser: bool,
+    /// Whether the arm at the far end is a virtual one, as the program says that has it: a station. Nothing of it burns, and it
+    /// stands where it believes. Without that word an arm in another process counts as real.
+    pub virtual_arm: bool,
     /// Whether a laser may be wired to the arm's pins EIO 2 and 4: `false` for an arm that has none, so that these pins may
     /// drive something else. On at first.
     pub laser_pins: bool,
@@ -69,6 +72,7 @@ impl Default for Options {
             reconnect: true,
             echo: Duration::from_millis(100),
             allow_laser: false,
+            virtual_arm: false,
             laser_pins: true,
             model: ArmModel::MAGICIAN,
             fence: None,
@@ -120,6 +124,13 @@ impl Options {
     #[must_use]
     pub fn allow_laser(mut self, allow: bool) -> Self {
         self.allow_laser = allow;
+        self
+    }
+
+    /// Sets [`virtual_arm`](Self::virtual_arm).
+    #[must_use]
+    pub fn virtual_arm(mut self, is_virtual: bool) -> Self {
+        self.virtual_arm = is_virtual;
         self
     }
 
