@@ -33,5 +33,6 @@ mod serve;
 mod sim;
 mod suspend;
 mod terminal;
+mod through;
 mod trace;
 mod unattended;

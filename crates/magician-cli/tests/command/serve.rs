@@ -220,61 +220,6 @@ fn a_code_is_printed_for_who_starts_it() {
     );
 }
 
-/// What a verb prints and how it exits is the same at a port and through a station; each pair of arms is new.
-#[test]
-fn verbs_do_the_same_through_a_station() {
-    const SAME: [&[&str]; 19] = [
-        &["pose"],
-        &["home"],
-        &["move", "220", "40", "30"],
-        &["move", "600", "0", "0"],
-        &["alarms"],
-        &["alarms", "--clear"],
-        &["queue", "status"],
-        &["get", "PTPCommonParams"],
-        &["get", "Nonsense"],
-        &[
-            "set",
-            "PTPCommonParams",
-            "velocity_ratio=80",
-            "acceleration_ratio=60",
-        ],
-        &["enqueue", "WAITCmd", "timeout=10", "--start"],
-        &["suction", "on"],
-        &["gripper", "close"],
-        &["io", "out", "2", "1"],
-        &["sensor", "color", "GP1"],
-        &["rail", "status"],
-        &["stop"],
-        &["laser", "off"],
-        &["jog", "x+", "--for", "0.3"],
-    ];
-    for words in SAME {
-        let folder = tempfile::tempdir().unwrap();
-        let port = folder.path().join("arm").to_str().unwrap().to_owned();
-        let _arm = Served::start(&["--pty", &port, "--speed", "20"], 1);
-        let at_port = run(&[&["--port", &port, "--json"], words].concat());
-        let station = Station::start(&["--port", "sim:20"]);
-        let url = format!("http://{}", station.address);
-        let through = run(&[&["--station", &url, "--json"], words].concat());
-        assert_eq!(
-            through.status, at_port.status,
-            "{words:?} {through:?} {at_port:?}"
-        );
-        if words[0] != "jog" {
-            assert_eq!(
-                through.out, at_port.out,
-                "{words:?} {through:?} {at_port:?}"
-            );
-        }
-        let told = |run: &crate::magician::Run| -> Value {
-            serde_json::from_str(&run.err)
-                .map_or(Value::Null, |error: Value| error["error"]["kind"].clone())
-        };
-        assert_eq!(told(&through), told(&at_port), "{words:?}");
-    }
-}
-
 #[test]
 fn a_file_is_drawn_through_a_station() {
     let folder = tempfile::tempdir().unwrap();
@@ -303,19 +248,9 @@ fn a_file_is_drawn_through_a_station() {
 }
 
 #[test]
-fn what_needs_a_port_of_its_own_says_so() {
+fn what_a_station_does_not_do_says_so() {
     let station = Station::start(&["--port", "sim"]);
     let url = format!("http://{}", station.address);
-    for words in [
-        &["bench"][..],
-        &["conform"],
-        &["proxy", "--tcp", "127.0.0.1:0"],
-        &["serve"],
-    ] {
-        let refused = run(&[&["--station", &url], words].concat());
-        assert_eq!(refused.status, 2, "{words:?} {refused:?}");
-        assert!(refused.err.contains("--station"), "{refused:?}");
-    }
     let traced = run(&["--station", &url, "--trace", "/tmp/t.pcapng", "pose"]);
     assert_eq!(traced.status, 2, "{traced:?}");
     let gone = run(&["--station", "http://127.0.0.1:1", "pose"]);

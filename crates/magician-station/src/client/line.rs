@@ -44,6 +44,7 @@ impl StationLine {
             yes,
             lease: None,
             jog: None,
+            stopped: false,
         };
         let why = Arc::clone(&broken);
         let task = tokio::spawn(async move {
@@ -108,6 +109,8 @@ struct Bridge {
     lease: Option<String>,
     /// The station's jog under way.
     jog: Option<String>,
+    /// Whether it has stopped the arm, and set nothing since.
+    stopped: bool,
 }
 
 impl Bridge {
@@ -115,11 +118,8 @@ impl Bridge {
         let carried = self.exchange(far).await;
         // What the driver has set going and not stopped is meant to go on: it is not when a lease just ends.
         if let Some(lease) = self.lease.take() {
-            let released = self
-                .client
-                .call("lease.release", json!({"lease": lease}))
-                .await;
-            return carried.and(released.map(drop));
+            let released = self.client.release(&lease).await;
+            return carried.and(released);
         }
         carried
     }
@@ -214,6 +214,7 @@ impl Bridge {
             // A stop is everybody's, and overtakes what waits at the station.
             Set::QueuedCmdForceStopExec(_) => {
                 self.jog = None;
+                self.stopped = true;
                 return self.call("arm.stop", json!({})).await.map(drop);
             }
             Set::JogCmd(jog) if jog.cmd == JogCommand::Stop => {
@@ -233,10 +234,17 @@ impl Bridge {
                     return Ok(());
                 }
             }
-            // Behind a stop of somebody who has no lease: the station has done it.
-            Set::QueuedCmdClear(_) if self.lease.is_none() => return Ok(()),
+            // Behind a stop without the lease: the station has done it.
+            Set::QueuedCmdClear(_) if self.lease.is_none() && self.stopped => return Ok(()),
             Set::SetEndEffectorLaser(laser) if self.lease.is_none() && !laser.on.is_on() => {
-                return Ok(());
+                if self.stopped {
+                    return Ok(());
+                }
+                // A stop may follow, which everybody may send: it puts the laser out as well.
+                match self.lease().await {
+                    Err(error) if is_anothers(&error) => return Ok(()),
+                    leased => leased?,
+                }
             }
             _ => {}
         }
@@ -254,9 +262,14 @@ impl Bridge {
 
     async fn lease(&mut self) -> Result<(), ClientError> {
         if self.lease.is_none() {
-            let granted = self.call("lease.acquire", json!({})).await?;
+            let params = match &self.arm {
+                Some(arm) => json!({"arm": arm}),
+                None => json!({}),
+            };
+            let granted = self.client.lease("lease.acquire", params).await?;
             self.lease = granted["lease"].as_str().map(str::to_owned);
         }
+        self.stopped = false;
         Ok(())
     }
 
@@ -267,6 +280,11 @@ impl Bridge {
         }
         self.client.call(method, params).await
     }
+}
+
+/// Whether another session has the arm.
+fn is_anothers(error: &ClientError) -> bool {
+    matches!(error.kind(), Some("lease" | "forbidden" | "busy"))
 }
 
 /// What an arm of one's own would not have answered is not answered here; anything else ends the line.

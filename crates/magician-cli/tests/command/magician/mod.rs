@@ -57,26 +57,30 @@ pub(crate) fn run(arguments: &[&str]) -> Run {
 
 /// Runs the command with these arguments and bytes on stdin.
 pub(crate) fn run_with(arguments: &[&str], stdin: &[u8]) -> Run {
-    let mut child = command()
-        .args(arguments)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("the command starts");
-    let mut pipe = child.stdin.take().expect("stdin");
-    let bytes = stdin.to_vec();
-    let writer = std::thread::spawn(move || pipe.write_all(&bytes));
-    let output = child.wait_with_output().expect("the command ends");
-    let _ = writer.join();
-    Run {
-        status: output.status.code().expect("not killed"),
-        out: String::from_utf8(output.stdout).expect("UTF-8"),
-        err: String::from_utf8(output.stderr).expect("UTF-8"),
-    }
+    Run::of(command().args(arguments), stdin)
 }
 
 impl Run {
+    /// Runs a command to its end, with bytes on stdin.
+    pub(crate) fn of(command: &mut Command, stdin: &[u8]) -> Self {
+        let mut child = command
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the command starts");
+        let mut pipe = child.stdin.take().expect("stdin");
+        let bytes = stdin.to_vec();
+        let writer = std::thread::spawn(move || pipe.write_all(&bytes));
+        let output = child.wait_with_output().expect("the command ends");
+        let _ = writer.join();
+        Run {
+            status: output.status.code().expect("not killed"),
+            out: String::from_utf8(output.stdout).expect("UTF-8"),
+            err: String::from_utf8(output.stderr).expect("UTF-8"),
+        }
+    }
+
     /// The objects on stdout, one a line.
     pub(crate) fn objects(&self) -> Vec<Value> {
         let lines = self.out.lines();

@@ -1,0 +1,526 @@
+//! Every verb through a station: the same output and exit status as at a port, or a word why not.
+#![cfg(target_os = "linux")]
+
+use serde_json::Value;
+
+use crate::magician::served::Served;
+use crate::magician::terminal::Terminal;
+use crate::magician::{Run, command, run, run_with};
+
+/// How a verb goes through a station.
+enum Through {
+    /// These lines, one after the other on one arm, do the same. A line of `<<` has its input after that.
+    Same(&'static [&'static [&'static str]]),
+    /// At a terminal: the line, keys with what they come to, and keys that end it.
+    Pad(
+        &'static [&'static str],
+        &'static [(&'static str, &'static str)],
+        &'static str,
+    ),
+    /// It has lines or arms of its own, and says so.
+    Refuses(&'static [&'static str]),
+    /// It does something of its own, and well.
+    Own(&'static [&'static str]),
+    /// It needs no arm, and does what it does without one.
+    NoArm(&'static [&'static str]),
+}
+
+use Through::{NoArm, Own, Pad, Refuses, Same};
+
+/// Each verb of the command.
+const VERBS: &[(&str, &[Through])] = &[
+    ("ports", &[NoArm(&["ports", "--json"])]),
+    ("info", &[Same(&[&["info", "--json"], &["info"]])]),
+    ("pose", &[Same(&[&["pose", "--json"], &["pose"]])]),
+    ("watch", &[Pad(&["watch"], &[("", "x 259.10")], "q")]),
+    (
+        "alarms",
+        &[Same(&[
+            &["alarms", "--json"],
+            &["alarms"],
+            &["alarms", "--clear", "--json"],
+            &["alarms"],
+        ])],
+    ),
+    ("doctor", &[Own(&["doctor", "--json"])]),
+    (
+        "sensor",
+        &[Same(&[
+            &["sensor", "color", "gp1", "--json"],
+            &["sensor", "infrared", "gp4"],
+            &["sensor", "infrared", "gp4", "--off", "--json"],
+        ])],
+    ),
+    (
+        "record",
+        &[Same(&[
+            &["record", "arm.csv", "--for", "0.3", "--json"],
+            &["record", "arm.nonsense", "--for", "0.1"],
+        ])],
+    ),
+    ("home", &[Same(&[&["home", "--json"], &["pose", "--json"]])]),
+    (
+        "move",
+        &[Same(&[
+            &["move", "220", "40", "30", "--json"],
+            &["move", "220", "0", "30", "--linear"],
+            &["move", "600", "0", "0", "--json"],
+            &["move", "220", "-40", "30", "--no-wait", "--json"],
+        ])],
+    ),
+    (
+        "jog",
+        &[
+            Same(&[
+                &["jog", "x", "-10", "--json"],
+                &["jog", "j1", "5"],
+                &["jog", "x", "500", "--json"],
+            ]),
+            Pad(
+                &["jog"],
+                &[("\u{1b}[A", "x 264.10"), ("?", "stop all motion")],
+                "xq",
+            ),
+        ],
+    ),
+    (
+        "stop",
+        &[Same(&[
+            &["stop", "--json"],
+            &["stop"],
+            &["stop", "--gentle"],
+        ])],
+    ),
+    (
+        "suction",
+        &[Same(&[&["suction", "on", "--json"], &["suction", "off"]])],
+    ),
+    (
+        "gripper",
+        &[Same(&[
+            &["gripper", "close", "--json"],
+            &["gripper", "open"],
+            &["gripper", "off", "--json"],
+        ])],
+    ),
+    (
+        "laser",
+        &[Same(&[
+            &["laser", "on", "--for", "0.1"],
+            &["laser", "on", "--for", "0.1", "--yes", "--json"],
+            &["laser", "on", "--keep-on", "--yes"],
+            &["get", "EndEffectorLaser", "--json"],
+            &["laser", "off", "--json"],
+            &["get", "EndEffectorLaser", "--json"],
+        ])],
+    ),
+    (
+        "io",
+        &[Same(&[
+            &["io", "list", "--json"],
+            &["io", "mux", "10", "digital-output"],
+            &["io", "set", "10", "1", "--json"],
+            &["io", "get", "10", "--json"],
+            &["io", "adc", "99"],
+        ])],
+    ),
+    (
+        "rail",
+        &[Same(&[
+            &["rail", "--json"],
+            &["rail", "to", "100"],
+            &["rail", "on", "--json"],
+            &["rail", "to", "100", "--json"],
+            &["rail", "by", "-20"],
+            &["rail", "off"],
+        ])],
+    ),
+    (
+        "conveyor",
+        &[Same(&[
+            &["conveyor", "run", "50", "--json"],
+            &["conveyor", "by", "-20", "--speed", "40"],
+            &["conveyor", "stop", "--json"],
+        ])],
+    ),
+    (
+        "draw",
+        &[Same(&[
+            &["draw", "line.svg", "--surface", "-50", "--check", "--json"],
+            &["draw", "line.svg", "--surface", "-50"],
+            &["home"],
+            &["draw", "line.svg", "--surface", "-50", "--json"],
+            &["draw", "line.svg", "--surface", "-50", "--scale", "20"],
+        ])],
+    ),
+    (
+        "engrave",
+        &[Same(&[
+            &["home"],
+            &["engrave", "line.svg", "--surface", "-50"],
+            &["engrave", "line.svg", "--surface", "-50", "--yes", "--json"],
+        ])],
+    ),
+    (
+        "run",
+        &[Same(&[
+            &["run", "moves.plan.json", "--json"],
+            &["run", "moves.plan.json", "--loops", "2"],
+            &["run", "moves.plan.json", "--resume"],
+            &["run", "far.plan.json", "--json"],
+            &["run", "nowhere.plan.json"],
+        ])],
+    ),
+    (
+        "convert",
+        &[NoArm(&["convert", "moves.plan.json", "moves.csv"])],
+    ),
+    (
+        "calibrate",
+        &[
+            NoArm(&["calibrate", "show", "--json"]),
+            Pad(
+                &["calibrate", "surface", "--tool", "pen"],
+                &[("?", "stop all motion")],
+                "xq",
+            ),
+        ],
+    ),
+    ("demo", &[Refuses(&["demo"])]),
+    (
+        "teach",
+        &[Pad(
+            &["teach", "shown.plan.json"],
+            &[
+                ("\r", "P1 stored"),
+                ("\u{1b}[A", "x 264.10"),
+                ("", "stands"),
+                ("\r", "2 rows"),
+            ],
+            "qn",
+        )],
+    ),
+    (
+        "play",
+        &[Same(&[
+            &["play", "moves.plan.json", "--json"],
+            &["play", "-", "--format", "plan", "<<", PLAN],
+        ])],
+    ),
+    ("serve", &[Refuses(&["serve"])]),
+    (
+        "station",
+        &[NoArm(&["station", "token", "--list", "--json"])],
+    ),
+    ("sim", &[Refuses(&["sim"])]),
+    ("proxy", &[Refuses(&["proxy", "--tcp", "127.0.0.1:0"])]),
+    (
+        "shell",
+        &[Same(&[
+            &[
+                "shell",
+                "--json",
+                "<<",
+                "pose\nmove 220 40 30\nsuction on\nget PTPCommonParams\nqueue status\n",
+            ],
+            &[
+                "shell",
+                "--keep-going",
+                "<<",
+                "move 600 0 0\npose\nlaser on\n",
+            ],
+        ])],
+    ),
+    (
+        "get",
+        &[Same(&[
+            &["get", "PTPCommonParams", "--json"],
+            &["get", "Pose"],
+            &["get", "IODI", "address=3", "--json"],
+            &["get", "Nonsense", "--json"],
+        ])],
+    ),
+    (
+        "set",
+        &[Same(&[
+            &[
+                "set",
+                "PTPCommonParams",
+                "velocity_ratio=80",
+                "acceleration_ratio=60",
+                "--json",
+            ],
+            &["get", "PTPCommonParams"],
+            &["set", "PTPCommonParams", "velocity_ratio=nan"],
+            &["set", "EndEffectorLaser", "enable_ctrl=1", "on=1"],
+            &["set", "DeviceSN", "device_sn=1"],
+        ])],
+    ),
+    (
+        "enqueue",
+        &[Same(&[&[
+            "enqueue",
+            "WAITCmd",
+            "timeout=10",
+            "--start",
+            "--json",
+        ]])],
+    ),
+    (
+        "queue",
+        &[Same(&[
+            &["queue", "status", "--json"],
+            &["queue", "stop"],
+            &["enqueue", "WAITCmd", "timeout=10"],
+            &["queue", "status"],
+            &["queue", "clear", "--json"],
+            &["queue", "start", "--json"],
+        ])],
+    ),
+    ("commands", &[NoArm(&["commands", "PTPCmd", "--json"])]),
+    ("decode", &[NoArm(&["decode", "aa aa 02 0a 00 f6"])]),
+    ("replay", &[Refuses(&["replay", "moves.plan.json"])]),
+    ("conform", &[Refuses(&["conform"])]),
+    ("bench", &[Refuses(&["bench"])]),
+    (
+        "forward",
+        &[NoArm(&["forward", "0", "45", "45", "0", "--json"])],
+    ),
+    (
+        "inverse",
+        &[NoArm(&["inverse", "220", "0", "30", "0", "--json"])],
+    ),
+    ("config", &[NoArm(&["config", "--json"])]),
+    ("completions", &[NoArm(&["completions", "bash"])]),
+    ("man", &[NoArm(&["man"])]),
+    ("help", &[NoArm(&["help", "pose"])]),
+];
+
+const PLAN: &str = r#"{"format":"magician-plan","version":1,"title":"moves","steps":[
+{"move":[220,20,50,0],"by":"line"},
+{"move":[220,-20,50,0],"by":"line"}
+]}
+"#;
+const SVG: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='20mm' height='20mm' viewBox='0 0 20 20'>\
+    <path d='M2 5 L18 5 L2 15' fill='none' stroke='black'/></svg>";
+
+/// An arm behind a port, perhaps a station that has it, and the files of the lines.
+struct Place {
+    dir: tempfile::TempDir,
+    /// `--port` or `--station`, and where.
+    way: [String; 2],
+    _served: Vec<Served>,
+}
+
+impl Place {
+    fn new(by_station: bool) -> Self {
+        let dir = tempfile::tempdir().expect("directory");
+        for (name, text) in [
+            ("line.svg", SVG.to_owned()),
+            ("moves.plan.json", PLAN.to_owned()),
+            ("far.plan.json", PLAN.replace("220", "620")),
+        ] {
+            std::fs::write(dir.path().join(name), text).expect("written");
+        }
+        let port = dir.path().join("arm").to_str().expect("UTF-8").to_owned();
+        let mut served = vec![Served::start(&["--pty", &port, "--speed", "20"], 1)];
+        let mut way = ["--port".to_owned(), port.clone()];
+        if by_station {
+            let listen = ["--port", &port, "--listen", "127.0.0.1:0"];
+            let station = Served::verb("serve", &listen, 1);
+            let url = station.door("http").trim_end_matches('/').to_owned();
+            way = ["--station".to_owned(), url];
+            served.push(station);
+        }
+        Self {
+            dir,
+            way,
+            _served: served,
+        }
+    }
+
+    fn command(&self, words: &[&str]) -> std::process::Command {
+        let mut command = command();
+        command.args(&self.way).args(words);
+        command.current_dir(self.dir.path());
+        command.env("XDG_STATE_HOME", self.dir.path().join("state"));
+        command
+    }
+
+    fn run(&self, words: &[&str]) -> Run {
+        let (words, input) = match words.iter().position(|word| *word == "<<") {
+            Some(at) => (&words[..at], words[at + 1]),
+            None => (words, ""),
+        };
+        let run = Run::of(&mut self.command(words), input.as_bytes());
+        let dir = self.dir.path().to_str().expect("UTF-8");
+        Run {
+            status: run.status,
+            out: run.out.replace(dir, "DIR"),
+            err: run.err.replace(dir, "DIR").replace(&self.way[1], "PLACE"),
+        }
+    }
+
+    fn pad(&self, words: &[&str], keys: &[(&str, &str)], end: &str) -> (i32, Value) {
+        let mut terminal = Terminal::running(self.command(words));
+        terminal.until("\x1b[?1049h");
+        terminal.until_drawn("link up");
+        for (keys, shown) in keys {
+            terminal.types(keys);
+            terminal.until_drawn(shown);
+        }
+        terminal.types(end);
+        terminal.until("\x1b[?1049l");
+        let ended = terminal.child.wait().expect("it ends");
+        let pose = self.run(&["pose", "--json"]).object();
+        (ended.code().expect("not killed"), pose)
+    }
+}
+
+/// What differs from run to run is left out: times, and how the arm is called.
+fn told(run: &Run) -> (i32, Vec<Value>, String, Value) {
+    let mut objects = Vec::new();
+    let mut text = String::new();
+    for line in run.out.lines() {
+        match serde_json::from_str::<Value>(line) {
+            // How often it is told depends on the clock.
+            Ok(Value::Object(object))
+                if object.get("event").is_some_and(|event| event == "progress") => {}
+            Ok(Value::Object(mut object)) => {
+                for name in ["uptime_ms", "seconds", "readings", "port"] {
+                    object.remove(name);
+                }
+                objects.push(Value::Object(object));
+            }
+            _ if ["port ", "switched on"]
+                .iter()
+                .any(|name| line.starts_with(name)) => {}
+            // "done in 0:04: 2 steps": how long it took is the clock's.
+            _ => match line.split_once(": ") {
+                Some((head, rest)) if head.starts_with("done in") => text += rest,
+                _ => text += &format!("{line}\n"),
+            },
+        }
+    }
+    let error: Value = serde_json::from_str(&run.err).unwrap_or_default();
+    (run.status, objects, text, error["error"]["kind"].clone())
+}
+
+/// The verbs that the command itself lists.
+fn verbs() -> Vec<String> {
+    let help = run(&["help"]).out;
+    let lines = help.lines().take_while(|line| *line != "Options:");
+    let verb = |line: &str| {
+        let name = line.strip_prefix("  ")?.split(' ').next()?;
+        (!name.is_empty()).then(|| name.to_owned())
+    };
+    lines.filter_map(verb).collect()
+}
+
+#[test]
+fn every_verb_has_its_way() {
+    let mut listed: Vec<_> = VERBS.iter().map(|(verb, _)| (*verb).to_owned()).collect();
+    let mut all = verbs();
+    listed.sort();
+    all.sort();
+    assert_eq!(listed, all);
+}
+
+fn of_kind<T>(
+    wanted: impl Fn(&'static Through) -> Option<T>,
+) -> impl Iterator<Item = (&'static str, T)> {
+    VERBS.iter().flat_map(move |(verb, ways)| {
+        let found: Vec<_> = ways.iter().filter_map(&wanted).collect();
+        found.into_iter().map(|found| (*verb, found))
+    })
+}
+
+#[test]
+fn lines_do_the_same_through_a_station() {
+    let mut differ = Vec::new();
+    for (verb, lines) in of_kind(|way| match way {
+        Same(lines) => Some(*lines),
+        _ => None,
+    }) {
+        let (at_port, through) = (Place::new(false), Place::new(true));
+        for words in lines {
+            let (here, there) = (at_port.run(words), through.run(words));
+            if told(&here) != told(&there) {
+                differ.push(format!(
+                    "{verb}: {words:?}\nat the port {here:#?}\nthrough a station {there:#?}"
+                ));
+            }
+        }
+    }
+    assert!(differ.is_empty(), "{}", differ.join("\n\n"));
+}
+
+#[test]
+fn pads_do_the_same_through_a_station() {
+    for (verb, (words, keys, end)) in of_kind(|way| match way {
+        Pad(words, keys, end) => Some((*words, *keys, *end)),
+        _ => None,
+    }) {
+        let (at_port, through) = (Place::new(false), Place::new(true));
+        assert_eq!(
+            at_port.pad(words, keys, end),
+            through.pad(words, keys, end),
+            "{verb}"
+        );
+    }
+}
+
+#[test]
+fn what_has_lines_of_its_own_says_so() {
+    let place = Place::new(true);
+    for (verb, words) in of_kind(|way| match way {
+        Refuses(words) => Some(*words),
+        _ => None,
+    }) {
+        let refused = place.run(words);
+        assert_eq!(refused.status, 2, "{verb} {refused:?}");
+        assert!(refused.err.contains("--station"), "{verb} {refused:?}");
+    }
+}
+
+#[test]
+fn what_is_otherwise_through_a_station_succeeds() {
+    let place = Place::new(true);
+    for (verb, words) in of_kind(|way| match way {
+        Own(words) => Some(*words),
+        _ => None,
+    }) {
+        let done = place.run(words);
+        assert_eq!(done.status, 0, "{verb} {done:?}");
+    }
+}
+
+#[test]
+fn what_needs_no_arm_asks_no_station() {
+    let place = Place::new(false);
+    for (verb, words) in of_kind(|way| match way {
+        NoArm(words) => Some(*words),
+        _ => None,
+    }) {
+        let nowhere = [&["--station", "http://127.0.0.1:1"][..], words].concat();
+        let mut command = command();
+        command.args(&nowhere).current_dir(place.dir.path());
+        let there = Run::of(&mut command, b"");
+        assert_eq!(there.status, 0, "{verb} {there:?}");
+    }
+}
+
+#[test]
+fn a_virtual_arm_of_a_station_is_one() {
+    let station = Served::verb("serve", &["--port", "sim:20", "--listen", "127.0.0.1:0"], 1);
+    let url = station.door("http").trim_end_matches('/').to_owned();
+    for words in [
+        &["laser", "on", "--for", "0.1", "--json"][..],
+        &["set", "EndEffectorLaser", "enable_ctrl=1", "on=0", "--json"],
+    ] {
+        let here = run(&[&["--port", "sim"], words].concat());
+        let there = run_with(&[&["--station", &url], words].concat(), b"");
+        assert_eq!(told(&here), told(&there), "{words:?}");
+        assert_eq!(there.status, 0, "{there:?}");
+    }
+}
