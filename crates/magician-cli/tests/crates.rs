@@ -89,6 +89,7 @@ const DEPENDENCIES: [(&str, &[&str]); 19] = [
             "magician-program",
             "magician-job",
             "magician-record",
+            "magician-station",
             "magician-conform",
             // The command comes along as it is: one function.
             "magician-cli",

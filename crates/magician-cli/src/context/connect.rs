@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use magician::sim::Controller;
 use magician::{Arm, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
-use magician_station::client::{ClientError, StationAddress, StationClient, StationLine};
+use magician_station::client::{ClientError, LineEnd, StationAddress, StationClient, StationLine};
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
 
@@ -31,6 +31,8 @@ pub(super) struct Connected {
     place: Option<String>,
     /// Its line's end, where that is a station's.
     ends: Option<JoinHandle<()>>,
+    /// Why that one broke, once it has.
+    line: LineEnd,
     /// Whether it waits for a line that breaks.
     reconnects: bool,
     /// What was set going over it that it cannot know of.
@@ -38,6 +40,14 @@ pub(super) struct Connected {
 }
 
 impl Connected {
+    /// What a failure is about, where the line broke because the station refused something.
+    pub(super) fn meant(&self, failure: Failure) -> Failure {
+        match self.line.why() {
+            Some(error @ ClientError::Refused { .. }) if failure.kind == PORT => error.into(),
+            _ => failure,
+        }
+    }
+
     /// Ends it, and waits until a station has heard of it.
     pub(super) async fn close(self) {
         self.arm.close().await;
@@ -46,6 +56,8 @@ impl Connected {
         }
     }
 }
+
+const PORT: Kind = Kind::Driver(magician::ErrorKind::Port);
 
 /// A virtual arm of a verb's own making.
 pub(super) struct Stage {
@@ -167,6 +179,7 @@ impl Context {
             arm,
             place,
             ends: None,
+            line: LineEnd::default(),
             reconnects,
             under_way: UnderWay::default(),
         })
@@ -200,6 +213,7 @@ impl Context {
             return Err(Failure::invalid(message).hint("name one: --station http://HOST:PORT/ARM"));
         }
         let (line, ends) = StationLine::open(&client, address.arm.as_deref(), self.global.yes);
+        let end = line.end();
         let mut options = Options::default();
         // The station waits for the arm, and so do we.
         options.timeout = self.global.timeout.unwrap_or(Duration::from_secs(5));
@@ -210,6 +224,7 @@ impl Context {
             arm,
             place: Some(url.to_owned()),
             ends: Some(ends),
+            line: end,
             reconnects: true,
             under_way: UnderWay::default(),
         })

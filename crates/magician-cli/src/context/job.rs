@@ -59,7 +59,10 @@ impl Context {
                     self.ends(rules.end);
                     Ok(done)
                 }
-                Err(Ended::Failed(failure)) => Err(failure),
+                Err(Ended::Failed(failure)) => Err(match &self.connected {
+                    Some(connected) => connected.meant(failure),
+                    None => failure,
+                }),
                 Err(Ended::Interrupted { failure, stands }) => {
                     self.ends(End::Stands);
                     self.interrupted(stands).await;

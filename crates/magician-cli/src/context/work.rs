@@ -190,6 +190,7 @@ impl Context {
         let Some(connected) = &self.connected else {
             return failure;
         };
+        let failure = connected.meant(failure);
         tokio::select! {
             () = self.saved.restore_after_failure(&connected.arm) => failure,
             _ = signals.next() => {

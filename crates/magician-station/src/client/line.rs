@@ -2,7 +2,7 @@
 
 use std::io;
 use std::pin::Pin;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -27,8 +27,23 @@ const KEEP: Duration = Duration::from_millis(60);
 #[derive(Debug)]
 pub struct StationLine {
     stream: DuplexStream,
-    /// Why it broke.
-    broken: Arc<Mutex<Option<String>>>,
+    broken: LineEnd,
+}
+
+/// Why a line broke: the station's refusal, or that it is gone. It outlives the line.
+#[derive(Clone, Debug, Default)]
+pub struct LineEnd(Arc<Mutex<Option<ClientError>>>);
+
+impl LineEnd {
+    /// What ended the line, once that has happened.
+    #[must_use]
+    pub fn why(&self) -> Option<ClientError> {
+        self.why_mut().clone()
+    }
+
+    fn why_mut(&self) -> MutexGuard<'_, Option<ClientError>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 impl StationLine {
@@ -37,7 +52,7 @@ impl StationLine {
     #[must_use]
     pub fn open(client: &StationClient, arm: Option<&str>, yes: bool) -> (Self, JoinHandle<()>) {
         let (stream, far) = tokio::io::duplex(ROOM);
-        let broken = Arc::new(Mutex::new(None));
+        let broken = LineEnd::default();
         let bridge = Bridge {
             client: client.clone(),
             arm: arm.map(str::to_owned),
@@ -46,18 +61,23 @@ impl StationLine {
             jog: None,
             stopped: false,
         };
-        let why = Arc::clone(&broken);
+        let end = broken.clone();
         let task = tokio::spawn(async move {
             if let Err(error) = bridge.carry(far).await {
-                *why.lock().unwrap_or_else(PoisonError::into_inner) = Some(error.to_string());
+                *end.why_mut() = Some(error);
             }
         });
         (Self { stream, broken }, task)
     }
 
+    /// Why it breaks, if it does.
+    #[must_use]
+    pub fn end(&self) -> LineEnd {
+        self.broken.clone()
+    }
+
     fn failure(&self) -> Option<io::Error> {
-        let why = self.broken.lock().unwrap_or_else(PoisonError::into_inner);
-        why.clone().map(io::Error::other)
+        self.broken.why().map(io::Error::other)
     }
 }
 

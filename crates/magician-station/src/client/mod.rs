@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 
 pub use self::address::StationAddress;
-pub use self::line::StationLine;
+pub use self::line::{LineEnd, StationLine};
 use self::task::{Order, Task};
 pub use self::trust::Trust;
 

@@ -101,6 +101,28 @@ async fn who_has_no_lease_is_told_whose_it_is_and_may_stop() {
 }
 
 #[tokio::test]
+async fn a_lease_is_given_back_by_the_last_that_has_it() {
+    let bench = Bench::new().await;
+    let anna = client(&bench, "Anna").await;
+    let granted = anna.lease("lease.acquire", json!({})).await.unwrap();
+    let lease = granted["lease"].as_str().unwrap().to_owned();
+    let (line, ended) = StationLine::open(&anna, None, false);
+    let over = Arm::over(line, Options::default()).await.unwrap();
+    let slower = PtpCommonParams {
+        velocity_ratio: 20.0,
+        acceleration_ratio: 20.0,
+    };
+    over.set(&slower).await.unwrap();
+    over.close().await;
+    ended.await.unwrap();
+    let renew = json!({"lease": lease});
+    anna.call("lease.renew", renew.clone()).await.unwrap();
+    anna.release(&lease).await.unwrap();
+    let ended = anna.call("lease.renew", renew).await.unwrap_err();
+    assert_eq!(ended.kind(), Some("lease"));
+}
+
+#[tokio::test]
 async fn a_client_is_refused_for_what_is_wrong() {
     let bench = Bench::new().await;
     let address = format!("http://{}", bench.address);
