@@ -14,6 +14,7 @@
 //! * [`program::PyPlan`] is a plan, [`run`] has an arm do it, [`cell::Cell`] is a virtual arm seen from outside,
 //!   [`picture::Picture`] what either shows of itself.
 //! * [`simulation`] has virtual arms that are stepped, without a driver.
+//! * [`station`] is a session at a station, and an arm through it.
 //! * [`command`] is the `magician` command, linked in.
 //! * [`mod@conform`] runs the conformance suite on an arm, [`mod@doctor`] finds out what is wrong with it.
 //! * [`apart`] is how those two run: on a thread of their own, as calls.
@@ -41,6 +42,7 @@ mod run;
 mod runtime;
 mod serving;
 mod simulation;
+mod station;
 mod teaching;
 mod traffic;
 mod values;
@@ -91,6 +93,8 @@ mod _magician {
     use crate::serving::{Served, serve_proxy, serve_sim};
     #[pymodule_export]
     use crate::simulation::{Saved, Sims};
+    #[pymodule_export]
+    use crate::station::{Notices, Station};
     #[pymodule_export]
     use crate::teaching::Lesson;
     #[pymodule_export]

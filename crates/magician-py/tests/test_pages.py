@@ -14,9 +14,11 @@ import re
 import shutil
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from stationed import Server
 
 ROOT = Path(__file__).parents[3]
 PAGES = [
@@ -24,7 +26,12 @@ PAGES = [
     ROOT / "docs" / "PYTHON.md",
     ROOT / "docs" / "PYTHON-TASKS.md",
     ROOT / "docs" / "PYTHON-LEARNING.md",
+    ROOT / "docs" / "STATION-SESSION.md",
+    *(ROOT / "docs" / "recipes" / f"{name}.md" for name in ("share", "class", "queue")),
 ]
+# Where the programs of a page find a station, and the arms that it has.
+STATION = "http://127.0.0.1:8910"
+ARMS = {"class.md": ("--arm", "left=sim:20", "--arm", "right=sim:20")}
 BLOCK = re.compile(
     r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n|\n!\[[^\]]*\]\((\S+)\)\n)?", re.DOTALL | re.MULTILINE
 )
@@ -71,18 +78,29 @@ def test_block(name: str, program: str, said: str | None, picture: Path | None, 
         program, last = program.rstrip().rsplit("\n", 1)
         program += f"\nopen({str(shown)!r}, 'w', encoding='utf-8').write({last}._repr_svg_())\n"
     script = tmp_path / ("test_block.py" if "def test_" in program else "block.py")
-    script.write_text(program, encoding="utf-8")
-    how: list[str] = []
-    if "def test_" in program:
-        how = ["-m", "pytest", "-q"]
-    elif OTHERS.search(program):
-        how = ["-m", "magician.compat"]
-    environment = {**os.environ, "MAGICIAN_PORT": "sim"}
-    command = [sys.executable, "-B", *how, str(script)]
-    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=300)
+    with ExitStack() as stack:
+        if STATION in program:
+            arms = ARMS.get(name.partition(":")[0], ("--port", "sim:20"))
+            server = stack.enter_context(Server(tmp_path / "state", "--listen", "127.0.0.1:0", *arms))
+            program = program.replace(STATION, server.url)
+        script.write_text(program, encoding="utf-8")
+        done = run(script, program, tmp_path)
     assert done.returncode == 0, f"{name}\n{done.stdout}\n{done.stderr}"
     if said is not None:
         pattern = ".*".join(re.escape(part) for part in said.split("…"))
         assert re.fullmatch(pattern, done.stdout), f"{name} prints\n{done.stdout}"
     if picture is not None:
         assert shown.read_text(encoding="utf-8") == picture.read_text(encoding="utf-8"), f"{name} shows another picture"
+
+
+def run(script: Path, program: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Runs a program as its page says, beside its files."""
+    how: list[str] = []
+    if "def test_" in program:
+        how = ["-m", "pytest", "-q"]
+    elif OTHERS.search(program):
+        how = ["-m", "magician.compat"]
+    state = str(folder / "state")
+    environment = {**os.environ, "MAGICIAN_PORT": "sim", "XDG_STATE_HOME": state, "MAGICIAN_CONFIG": os.devnull}
+    command = [sys.executable, "-B", *how, str(script)]
+    return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)

@@ -40,6 +40,8 @@ MODULES = {
     "errors": ("magician.errors", "Errors"),
     "virtual": ("magician", "Virtual arms"),
     "serving": ("magician", "Arms for other programs"),
+    "station": ("magician.station", "Stations"),
+    "_stations": ("magician.station", "What a station says"),
     "simulation": ("magician.simulation", "Simulations"),
     "_ports": ("magician", "Ports"),
     "replaying": ("magician.replaying", "Replayed sessions"),

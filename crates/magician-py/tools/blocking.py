@@ -11,11 +11,12 @@ import sys
 from pathlib import Path
 
 PACKAGE = Path(__file__).parent.parent / "python" / "magician"
-SOURCE = PACKAGE / "aio.py"
-RESULT = PACKAGE / "_blocking.py"
-
-HEAD = '''"""The arm for programs without asyncio: made of ``aio.py`` by ``tools/blocking.py``; change that."""
-'''
+# What is made of what, and how that is introduced.
+MADE = {
+    "aio.py": ("_blocking.py", "The arm for programs without asyncio"),
+    "_aio_station.py": ("station.py", "Stations: many programs share an arm"),
+}
+HEAD = '"""{about}: made of ``{source}`` by ``tools/blocking.py``; change that."""\n'
 NAMES = {
     "__aenter__": "__enter__",
     "__aexit__": "__exit__",
@@ -27,6 +28,7 @@ NAMES = {
     '    "conform",\n': "",
     '    "discover",\n': "",
     '    "doctor",\n': "",
+    '    "StateWatch",\n    "Station",\n': '    "StateWatch",\n',
     "Generator, ": "",
 }
 
@@ -45,7 +47,7 @@ def sections(text: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def blocking(text: str) -> str:
+def blocking(text: str, head: str) -> str:
     """The same program without an event loop."""
     text = sections(text)
     text = re.sub(r"\bawait until(\w*)\(", r"wait\1(", text)
@@ -54,18 +56,21 @@ def blocking(text: str) -> str:
     text = re.sub(r"\basync (def|with|for)\b", r"\1", text)
     for aio, plain in NAMES.items():
         text = text.replace(aio, plain)
-    return HEAD + text[text.index('"""', 3) + 4 :]
+    return head + text[text.index('"""', 3) + 4 :]
 
 
 def main() -> int:
-    made = blocking(SOURCE.read_text(encoding="utf-8"))
-    if "--check" in sys.argv:
-        if RESULT.read_text(encoding="utf-8") != made:
-            print(f"{RESULT.name} is not what tools/blocking.py makes of {SOURCE.name}", file=sys.stderr)
-            return 1
-        return 0
-    RESULT.write_text(made, encoding="utf-8")
-    return 0
+    status = 0
+    for source, (result, about) in MADE.items():
+        text = (PACKAGE / source).read_text(encoding="utf-8")
+        made = blocking(text, HEAD.format(about=about, source=source))
+        path = PACKAGE / result
+        if "--check" not in sys.argv:
+            path.write_text(made, encoding="utf-8")
+        elif not path.exists() or path.read_text(encoding="utf-8") != made:
+            print(f"{result} is not what tools/blocking.py makes of {source}", file=sys.stderr)
+            status = 1
+    return status
 
 
 if __name__ == "__main__":

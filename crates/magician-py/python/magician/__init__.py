@@ -18,6 +18,7 @@
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`; :mod:`magician.simulation`
   steps many of them, for learning.
 * :func:`sim` serves a virtual arm to other programs, :func:`proxy` shares an arm between them.
+* :class:`Station` is a session at ``magician serve``: one arm, many programs.
 * :func:`doctor` finds out what is wrong with an arm and its line, and what to do.
 * :func:`conform` runs the conformance suite on an arm.
 * :func:`decode` decodes the bytes of a line and reads traces; :func:`replay` replays a trace on a virtual arm.
@@ -46,11 +47,12 @@ from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats,
 from .running import PlanProgress, RunResult
 
 if TYPE_CHECKING:
-    from . import aio, calibrate, conformance, diagnosis, replaying, serving, traffic
+    from . import aio, calibrate, conformance, diagnosis, replaying, serving, station, traffic
     from .conformance import conform
     from .diagnosis import Diagnosis, Finding, doctor
     from .replaying import Replay, replay
     from .serving import Served, proxy, sim
+    from .station import Station
     from .traffic import decode
     from .virtual import Place, VirtualArm, WorldObject
 
@@ -99,6 +101,7 @@ __all__ = [
     "Served",
     "Sheet",
     "StateWatch",
+    "Station",
     "Stats",
     "Status",
     "Step",
@@ -134,6 +137,7 @@ __all__ = [
     "replaying",
     "serving",
     "sim",
+    "station",
     "traffic",
     "words",
 ]
@@ -161,6 +165,8 @@ _LATER = {
     "proxy": "serving",
     "serving": "serving",
     "sim": "serving",
+    "Station": "station",
+    "station": "station",
 }
 
 

@@ -140,8 +140,8 @@ class Arm(Bound):
 
         :param port: ``"sim"`` for a virtual arm in this process (``"sim:1"`` at the speed of a real one), a serial
             port (``"/dev/ttyUSB0"``, ``"COM3"``), ``"usb:10c4:ea60"``, ``"arm:SERIAL"``, ``"udp:HOST[:PORT]"``,
-            ``"tcp:HOST:PORT"``, or a virtual arm of your making. Without it ``MAGICIAN_PORT`` of the environment, or
-            the one arm that is plugged in.
+            ``"tcp:HOST:PORT"``, ``"http://HOST:PORT/ARM"`` for an arm of a station, or a virtual arm of your making.
+            Without it ``MAGICIAN_PORT`` of the environment, or the one arm that is plugged in.
         :param timeout: seconds after which every single call to the arm ends. Waiting for a motion has deadlines of
             its own.
         :param window: maximum number of requests in flight, 1 to 8. Use more than 1 only for an arm that is known to
@@ -2284,3 +2284,5 @@ class Run(Bound):
         if ran is not None:
             self._ran = Ran(*ran)
         return self._ran
+
+

@@ -28,6 +28,7 @@ __all__ = [
     "Job",
     "Jog",
     "Lesson",
+    "Notices",
     "Picture",
     "Plan",
     "Program",
@@ -37,6 +38,7 @@ __all__ = [
     "Sims",
     "Start",
     "StateWatch",
+    "Station",
     "__version__",
     "command",
     "command_id",
@@ -456,3 +458,32 @@ def draw_arm(
     alarms: Sequence[int],
     facts: Sequence[str],
 ) -> Picture: ...
+
+@final
+class Station:
+    @staticmethod
+    def connect(url: str, name: str, token: str | None) -> Call[Station]: ...
+    def hello(self) -> str: ...
+    def connection(self) -> Literal["up", "lost", "closed"]: ...
+    def call(self, method: str, params: str) -> Call[str]: ...
+    def lease(self, method: str, params: str) -> Call[str]: ...
+    def release(self, lease: str) -> Call[str]: ...
+    def notify(self, method: str, params: str) -> None: ...
+    def notices(self) -> Notices: ...
+    def open(
+        self,
+        arm: str | None,
+        *,
+        timeout: float,
+        window: int,
+        probe: bool,
+        reconnect: bool,
+        echo: float,
+        fence: str | None = None,
+    ) -> Call[Core]: ...
+    def close(self) -> Call[None]: ...
+    def is_here(self) -> bool: ...
+
+@final
+class Notices:
+    def next(self) -> Call[tuple[str, str] | None]: ...

@@ -382,10 +382,23 @@ def _ended(going: Going | Ended, timeout: float | None) -> Any:
     return going.value
 
 
-_open: weakref.WeakSet[Core] = weakref.WeakSet()
+class Closeable(Protocol):
+    """A connection: an arm's, or a session at a station."""
+
+    def close(self) -> Call[None]:
+        """Begins to close it."""
+        ...
+
+    def is_here(self) -> bool:
+        """Whether it was made in this process."""
+        ...
 
 
-def opened(core: Core) -> Core:
+_C = TypeVar("_C", bound=Closeable)
+_open: weakref.WeakSet[Any] = weakref.WeakSet()
+
+
+def opened(core: _C) -> _C:
     """Remembers a connection: the end of the interpreter closes it."""
     _open.add(core)
     return core

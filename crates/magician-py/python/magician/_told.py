@@ -9,12 +9,20 @@ from typing import TYPE_CHECKING, Any, Literal
 from .alarms import Alarm
 from .errors import (
     AlarmError,
+    BusyError,
+    CheckFailedError,
     ClosedError,
+    DangerousError,
     Error,
+    ForbiddenError,
     InvalidInputError,
+    LeaseError,
     PortError,
     QueueFullError,
     ResponseTimeoutError,
+    StationError,
+    StoppedError,
+    TooManyError,
     UncertainError,
     UnexpectedError,
     UnreachableError,
@@ -82,6 +90,55 @@ def error(
         from_index=from_index,
         to_index=to_index,
         alarms=alarms,
+    )
+
+
+_REFUSALS: dict[str, type[StationError]] = {
+    each.kind: each
+    for each in (
+        LeaseError,
+        ForbiddenError,
+        BusyError,
+        CheckFailedError,
+        DangerousError,
+        TooManyError,
+        StoppedError,
+    )
+}
+
+
+def refused(code: int, message: str, data: str | None) -> Error:
+    """The exception of a station's error; of a connection that broke or was never there, with code 0."""
+    import json
+
+    if code == 0:
+        return PortError(message)
+    if code == -32602:
+        return InvalidInputError(message)
+    if code == -32601:
+        return UnsupportedError(message)
+    about: dict[str, Any] = (json.loads(data) if data else None) or {}
+    return failure(message, about)
+
+
+def failure(message: str, about: dict[str, Any]) -> Error:
+    """The exception of an error of a station, by what it is about."""
+    kind = about.get("kind", "unexpected")
+    if kind in _REFUSALS:
+        return _REFUSALS[kind](message, data=about)
+    steps = about.get("step")
+    return error(
+        kind,
+        message,
+        code=about.get("code"),
+        step=None if steps is None else steps - 1,
+        command=about.get("command"),
+        value=about.get("value"),
+        limit=about.get("limit"),
+        unit=about.get("unit"),
+        from_index=about.get("from"),
+        to_index=about.get("to"),
+        alarms=about.get("alarms"),
     )
 
 

@@ -69,6 +69,7 @@ __all__ = [
     "Recording",
     "Run",
     "StateWatch",
+    "Station",
     "conform",
     "discover",
     "doctor",
@@ -77,10 +78,14 @@ __all__ = [
 
 # [aio]
 from collections.abc import AsyncIterable, AsyncIterator
+from typing import TYPE_CHECKING
 
 from ._ports import discover_async as discover
 from .conformance import conform_async as conform
 from .diagnosis import doctor_async as doctor
+
+if TYPE_CHECKING:
+    from ._aio_station import Station
 
 # [both]
 _R = TypeVar("_R", bound=Readable)
@@ -195,8 +200,8 @@ class Arm(Bound):
 
         :param port: ``"sim"`` for a virtual arm in this process (``"sim:1"`` at the speed of a real one), a serial port
             (``"/dev/ttyUSB0"``, ``"COM3"``), ``"usb:10c4:ea60"``, ``"arm:SERIAL"``, ``"udp:HOST[:PORT]"``,
-            ``"tcp:HOST:PORT"``, or a virtual arm of your making. Without it ``MAGICIAN_PORT`` of the environment, or
-            the one arm that is plugged in.
+            ``"tcp:HOST:PORT"``, ``"http://HOST:PORT/ARM"`` for an arm of a station, or a virtual arm of your making.
+            Without it ``MAGICIAN_PORT`` of the environment, or the one arm that is plugged in.
         :param timeout: seconds after which every single call to the arm ends. Waiting for a motion has deadlines of its
             own.
         :param window: maximum number of requests in flight, 1 to 8. Use more than 1 only for an arm that is known to
@@ -235,8 +240,8 @@ class Arm(Bound):
     #
     #     :param port: ``"sim"`` for a virtual arm in this process (``"sim:1"`` at the speed of a real one), a serial
     #         port (``"/dev/ttyUSB0"``, ``"COM3"``), ``"usb:10c4:ea60"``, ``"arm:SERIAL"``, ``"udp:HOST[:PORT]"``,
-    #         ``"tcp:HOST:PORT"``, or a virtual arm of your making. Without it ``MAGICIAN_PORT`` of the environment, or
-    #         the one arm that is plugged in.
+    #         ``"tcp:HOST:PORT"``, ``"http://HOST:PORT/ARM"`` for an arm of a station, or a virtual arm of your making.
+    #         Without it ``MAGICIAN_PORT`` of the environment, or the one arm that is plugged in.
     #     :param timeout: seconds after which every single call to the arm ends. Waiting for a motion has deadlines of
     #         its own.
     #     :param window: maximum number of requests in flight, 1 to 8. Use more than 1 only for an arm that is known to
@@ -2404,3 +2409,13 @@ class Run(Bound):
         if ran is not None:
             self._ran = Ran(*ran)
         return self._ran
+
+
+# [aio]
+def __getattr__(name: str) -> Any:
+    if name != "Station":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from ._aio_station import Station
+
+    globals()[name] = Station
+    return Station

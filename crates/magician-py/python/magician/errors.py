@@ -8,19 +8,27 @@ as well: an :class:`UnreachableError` is a ``ValueError``, a :class:`ResponseTim
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .alarms import Alarm
 
 __all__ = [
     "AlarmError",
+    "BusyError",
+    "CheckFailedError",
     "ClosedError",
+    "DangerousError",
     "Error",
+    "ForbiddenError",
     "InvalidInputError",
+    "LeaseError",
     "PortError",
     "QueueFullError",
     "ResponseTimeoutError",
+    "StationError",
+    "StoppedError",
+    "TooManyError",
     "UncertainError",
     "UnexpectedError",
     "UnreachableError",
@@ -150,3 +158,56 @@ class ClosedError(Error):
     """The connection has been closed, or a stop came first."""
 
     kind = "closed"
+
+
+class StationError(Error):
+    """A station refuses a request: :class:`magician.Station`."""
+
+    kind = "station"
+
+    def __init__(self, message: str, *, data: Mapping[str, Any] | None = None, **parts: Any) -> None:
+        super().__init__(message, **parts)
+        self.data = dict(data or {})
+        """What the station says about it, by name."""
+
+
+class LeaseError(StationError):
+    """Moving the arm needs its lease: another session has it (``data["holder"]``), or it has ended."""
+
+    kind = "lease"
+
+
+class ForbiddenError(StationError):
+    """The role of the session does not allow it."""
+
+    kind = "forbidden"
+
+
+class BusyError(StationError):
+    """A job or a jog has the arm."""
+
+    kind = "busy"
+
+
+class CheckFailedError(StationError):
+    """The arm cannot do all of a program, and nothing was sent: ``data["report"]``."""
+
+    kind = "check-failed"
+
+
+class DangerousError(StationError):
+    """It is dangerous or may burn on a real arm, and ``yes=True`` was not given."""
+
+    kind = "dangerous"
+
+
+class TooManyError(StationError):
+    """More than a session may ask for."""
+
+    kind = "too-many"
+
+
+class StoppedError(StationError):
+    """A stop came first."""
+
+    kind = "stopped"

@@ -11,6 +11,7 @@ mod watches;
 use std::future::Future;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use magician::{Arm, Error, Link, Options, Target, Tracer};
@@ -18,10 +19,11 @@ use magician_job::files;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
+use tokio::task::JoinHandle;
 
 use crate::call::Call;
-use crate::errors;
 use crate::runtime::{self, Local};
+use crate::{errors, station};
 
 pub(crate) use feed::Feed;
 pub(crate) use found::{discover, ports};
@@ -37,7 +39,12 @@ const FAREWELL: Duration = Duration::from_secs(1);
 #[pyclass(frozen, weakref, module = "magician._magician")]
 pub(crate) struct Core {
     arm: Local<Arm>,
+    /// The lines to it that went through a station.
+    ends: Ends,
 }
+
+/// Lines that end a little after their connection.
+pub(crate) type Ends = Arc<Mutex<Vec<JoinHandle<()>>>>;
 
 /// Seconds that Python gave.
 ///
@@ -119,10 +126,21 @@ impl Core {
     where
         F: Future<Output = magician::Result<Arm>> + Send + 'static,
     {
+        Self::connecting_by(py, connecting, Ends::default())
+    }
+
+    /// As [`connecting`](Self::connecting), by lines that are waited for at the end.
+    ///
+    /// # Errors
+    /// As [`connecting`](Self::connecting).
+    pub(crate) fn connecting_by<F>(py: Python<'_>, connecting: F, ends: Ends) -> PyResult<Call>
+    where
+        F: Future<Output = magician::Result<Arm>> + Send + 'static,
+    {
         runtime::ready(py)?;
         Ok(Call::start(connecting, |py, arm| {
             let arm = Local::new(arm);
-            Ok(Py::new(py, Core { arm })?.into_any())
+            Ok(Py::new(py, Core { arm, ends })?.into_any())
         }))
     }
 
@@ -166,6 +184,10 @@ impl Core {
         trace: Option<PathBuf>,
     ) -> PyResult<Call> {
         let options = options(py, timeout, window, probe, reconnect, echo)?;
+        if let Some(url) = station::named(port) {
+            let options = with_trace(with_fence(py, options, fence)?, trace)?;
+            return station::arm_at(py, url, options);
+        }
         let target = py.detach(|| target(port));
         let target = target.map_err(|error| errors::raise(py, &error))?;
         let known = py.detach(magician::arms::load);
@@ -178,8 +200,15 @@ impl Core {
     /// Ends the connection.
     fn close(&self, py: Python<'_>) -> PyResult<Call> {
         let arm = self.arm(py)?;
+        let ends = std::mem::take(&mut *self.ends.lock().unwrap_or_else(PoisonError::into_inner));
         Ok(Call::lasting(async move {
-            let _ = tokio::time::timeout(FAREWELL, arm.close()).await;
+            let closing = async {
+                arm.close().await;
+                for end in ends {
+                    let _ = end.await;
+                }
+            };
+            let _ = tokio::time::timeout(FAREWELL, closing).await;
             Ok(())
         }))
     }

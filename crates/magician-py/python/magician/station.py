@@ -1,0 +1,420 @@
+"""Stations: many programs share an arm: made of ``_aio_station.py`` by ``tools/blocking.py``; change that."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from . import _told
+from ._arguments import flag, hearing, seconds, text, whole
+from ._bound import Bound
+from ._magician import Notices as NativeNotices
+from ._magician import Station as NativeStation
+from ._native import opened, wait
+from ._stations import (
+    ArmAt,
+    ArmEntry,
+    ArmState,
+    Holder,
+    JobState,
+    Notice,
+    StationEvent,
+    ToolState,
+    connecting,
+    ended,
+    event,
+    made,
+    read,
+    source,
+    written,
+)
+from .errors import Error, PortError
+from .programs import Plan
+
+__all__ = [
+    "ArmEntry",
+    "ArmState",
+    "Holder",
+    "JobState",
+    "Jobs",
+    "Lease",
+    "Notice",
+    "Station",
+    "StationEvent",
+    "StationJob",
+    "ToolState",
+]
+
+from collections.abc import Iterator
+
+if TYPE_CHECKING:
+    from ._blocking import Arm
+
+
+class Station(Bound):
+    """A session at a station, ``magician serve``: many programs look at its arms, one moves each, anybody stops.
+
+    A connection that breaks is made again, after 0.2 s at first and every 5 s at last. Within 5 s the session comes
+    back with its leases; watches go on by themselves. A request whose answer was lost raises
+    :class:`~magician.errors.PortError` and is not sent again.
+
+    Refusals of the station are :class:`~magician.errors.StationError`, errors of the arm the others of
+    :mod:`magician.errors`. The end of a ``with`` block ends the session, and gives its leases back.
+    """
+
+    def __init__(
+        self, url: str = "http://127.0.0.1:8910", *, name: str = "python", token: str | None = None
+    ) -> None:
+        """Begins a session.
+
+        :param url: ``http://HOST:PORT``.
+        :param name: what other sessions see.
+        :param token: a token of ``magician station token``, where one is needed; without it ``MAGICIAN_TOKEN`` of the
+            environment.
+
+        Raises :class:`~magician.errors.PortError` when there is no station,
+        :class:`~magician.errors.ForbiddenError` when the token is not good.
+        """
+        self._core = opened(wait(connecting(url, name, token)))
+        self._hello: dict[str, Any] = read(self._core.hello())
+
+    def __enter__(self) -> Station:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        if not hasattr(self, "_core"):
+            return "<Station, not connected>"
+        return f"<Station, session {self.session}, {self._core.connection()}>"
+
+    def close(self) -> None:
+        """Ends the session; its leases are given back. Closing it again does nothing."""
+        if self._core.is_here():
+            wait(self._core.close())
+
+    @property
+    def session(self) -> str:
+        """The id of the session."""
+        return str(self._hello["session"])
+
+    @property
+    def role(self) -> str:
+        """``"viewer"``, ``"student"`` or ``"teacher"``."""
+        return str(self._hello["role"])
+
+    @property
+    def version(self) -> str:
+        """The version of the station."""
+        return str(self._hello["version"])
+
+    @property
+    def connected(self) -> bool:
+        """Whether it is connected now."""
+        return self._core.connection() == "up"
+
+    @property
+    def jobs(self) -> Jobs:
+        """Programs that the station runs."""
+        return Jobs(self)
+
+    def call(self, method: str, **params: Any) -> Any:
+        """Calls any method of the station's API by its name, and returns its result.
+
+        ``station.call("arm.move", to=[220, 0, 50, 0])``. Parameters that are ``None`` are left out;
+        ``from_`` is ``from``.
+        """
+        return read(wait(self._core.call(text("method", method), written(params))))
+
+    def arms(self) -> list[ArmEntry]:
+        """The arms of the station."""
+        found = self.call("arm.list")
+        return [made(ArmEntry, each) for each in found["arms"]]
+
+    def state(self, arm: str | None = None) -> ArmState:
+        """The state of an arm, or of the only one."""
+        return made(ArmState, self.call("arm.state", arm=arm))
+
+    def stop(self, arm: str | None = None) -> dict[str, Mapping[str, float]]:
+        """Stops an arm, or all of them, whoever moves them: where each of them stands."""
+        stopped = self.call("arm.stop", arm=arm)
+        return {each["arm"]: each["pose"] for each in stopped["arms"]}
+
+    def arm(
+        self,
+        name: str | None = None,
+        *,
+        timeout: float = 5.0,
+        reconnect: bool = True,
+        fence: Mapping[str, object] | None = None,
+    ) -> Arm:
+        """An arm of the station, as :class:`magician.Arm`: ``with station.arm("left") as arm``.
+
+        All of the package works with it as with an arm at a port. The first call that moves or sets takes the lease,
+        which is given back when the arm is closed; :meth:`lease` gets it before, and waits for it.
+
+        :param name: its name; it may be left out while the station has one arm.
+        :param timeout: seconds after which every single call to the arm ends.
+        :param reconnect: whether to go on when the connection to the station broke and is back.
+        :param fence: limits for everything sent to it, beside those of the station.
+        """
+        from ._blocking import Arm
+
+        return Arm(ArmAt(self._core, name), timeout=timeout, reconnect=reconnect, fence=fence)
+
+    def lease(
+        self, arm: str | None = None, *, wait: float = 0.0, ask: str | None = None, take: bool = False
+    ) -> Lease:
+        """Gets the lease of an arm, the right to move it: ``with station.lease(wait=60)``.
+
+        :param arm: its name; it may be left out while the station has one arm.
+        :param wait: how many seconds to wait in the queue for it.
+        :param ask: a sentence for its holder, who gives it or not; without an answer in 20 s it passes.
+        :param take: whether to take it away from its holder, for teachers.
+
+        Raises :class:`~magician.errors.LeaseError` when another session has it.
+        """
+        return self._lease(arm, wait, ask, take)
+
+    def _lease(self, arm: str | None, patience: float, ask: str | None, take: bool) -> Lease:
+        params: dict[str, Any] = {"arm": arm}
+        if flag("take", take):
+            method = "lease.take"
+        elif ask is not None:
+            method, params["message"] = "lease.ask", text("ask", ask)
+        else:
+            method, params["wait_s"] = "lease.acquire", seconds("wait", patience, most=3600)
+        answer = read(wait(self._core.lease(method, written(params))))
+        if answer.get("granted") is False:
+            raise _told.failure("the holder keeps the lease", {"kind": "lease"})
+        return Lease(self._core, arm, answer["lease"])
+
+    def answer(self, session: str, grant: bool, *, arm: str | None = None) -> None:
+        """Answers a session that asks for the lease: the notice ``"lease.asked"`` names it."""
+        self.call("lease.answer", session=session, grant=flag("grant", grant), arm=arm)
+
+    def notices(self) -> Iterator[Notice]:
+        """What the station tells all sessions, and this one, from now on; it ends with the session."""
+        return self._notices(self._core.notices())
+
+    def _notices(self, heard: NativeNotices) -> Iterator[Notice]:
+        while (news := wait(heard.next())) is not None:
+            method, told = news
+            yield Notice(method, read(told))
+
+    def watch(self, arm: str | None = None, *, rate: int = 20) -> Iterator[ArmState]:
+        """The states of an arm, again and again: the newest one each time.
+
+        :param arm: its name; it may be left out while the station has one arm.
+        :param rate: states a second, 1 to 50.
+
+        It goes on when the connection was made again, and raises :class:`~magician.errors.PortError` when the session
+        has ended.
+        """
+        state: dict[str, Any] = {}
+        rate = whole("rate", rate, 1, 50)
+        heard = self._core.notices()
+        subscription = (self.call("arm.subscribe", arm=arm, rate=rate))["subscription"]
+        try:
+            while (news := wait(heard.next())) is not None:
+                method, told = news
+                if method == "connection" and told == '"up"':
+                    state.clear()
+                    with suppress(PortError):
+                        subscription = (self.call("arm.subscribe", arm=arm, rate=rate))["subscription"]
+                elif method == "arm.state" and (params := read(told))["subscription"] == subscription:
+                    state.update(params["state"])
+                    if "arm" in state:
+                        yield made(ArmState, state)
+        finally:
+            with suppress(Error):
+                self.call("arm.unsubscribe", subscription=subscription)
+        raise PortError("the session at the station has ended")
+
+    def events(self, arm: str | None = None, *, since: int | None = None) -> Iterator[StationEvent]:
+        """What happens at an arm: alarms, finished commands, stops, leases, jobs.
+
+        :param arm: its name; it may be left out while the station has one arm.
+        :param since: the number of the last event that is known: the later ones come first. Without it those from
+            now on.
+
+        What happened while the connection was broken comes once it is back.
+        """
+        heard = self._core.notices()
+        subscription = (self.call("arm.subscribe", arm=arm, rate=1))["subscription"]
+        past = self.call("events.since", arm=arm, seq=0 if since is None else since)
+        last: int = past["seq"] if since is None else since
+        waiting: list[Any] = [] if since is None else past["events"]
+        arm = (self.call("arm.state", arm=arm))["arm"]
+        try:
+            while True:
+                for each in waiting:
+                    if each["seq"] > last:
+                        last = each["seq"]
+                        yield event(each)
+                if (news := wait(heard.next())) is None:
+                    break
+                method, told = news
+                waiting = []
+                if method == "arm.event" and (params := read(told))["arm"] == arm:
+                    waiting = [params]
+                elif method == "connection" and told == '"up"':
+                    with suppress(PortError):
+                        subscription = (self.call("arm.subscribe", arm=arm, rate=1))["subscription"]
+                        waiting = (self.call("events.since", arm=arm, seq=last))["events"]
+        finally:
+            with suppress(Error):
+                self.call("arm.unsubscribe", subscription=subscription)
+        raise PortError("the session at the station has ended")
+
+
+class Lease(Bound):
+    """The right to move an arm, until :meth:`release` or the end of its ``with`` block."""
+
+    def __init__(self, core: NativeStation, arm: str | None, lease: str) -> None:
+        self._core = core
+        self._held = True
+        self.arm = arm
+        """The arm's name, if one was given."""
+        self.lease = lease
+        """Its id."""
+
+    def __repr__(self) -> str:
+        return f"<Lease {self.lease}{'' if self._held else ', given back'}>"
+
+    def __enter__(self) -> Lease:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with suppress(Error):
+            self.release()
+
+    def release(self) -> None:
+        """Gives it back: what the arm has queued goes on. An arm of the session that still needs it keeps it."""
+        if self._held:
+            self._held = False
+            wait(self._core.release(self.lease))
+
+
+class Jobs(Bound):
+    """Programs that a station runs: it checks them, counts their steps, and pauses, resumes and stops them."""
+
+    def __init__(self, station: Station) -> None:
+        self._station = station
+
+    def __repr__(self) -> str:
+        return f"<Jobs of {self._station!r}>"
+
+    def check(
+        self, program: Plan | str | os.PathLike[str] | bytes | None, *, arm: str | None = None, **options: Any
+    ) -> dict[str, Any]:
+        """Checks a program from where the arm stands; nothing moves.
+
+        It returns what ``magician run --check --json`` prints. As for :meth:`start`.
+        """
+        found: dict[str, Any] = self._station.call("job.check", arm=arm, **source(program, options))
+        return found
+
+    def start(
+        self, program: Plan | str | os.PathLike[str] | bytes | None, *, arm: str | None = None, **options: Any
+    ) -> StationJob:
+        """Checks a program and runs it, and returns as soon as it runs. It needs the lease of the arm.
+
+        :param program: a :class:`magician.Plan`, the path of a file, or a file's bytes.
+        :param arm: its name; it may be left out while the station has one arm.
+        :param options: further parameters of ``job.start``: ``loops``, ``from_``, ``unhomed``, ``yes``, ``on_lost``, ..
+
+        Raises :class:`~magician.errors.CheckFailedError` when the arm cannot do all of it: nothing was sent then.
+        """
+        started = self._station.call("job.start", arm=arm, **source(program, options))
+        return StationJob(self._station, started["job"])
+
+    def list(self, arm: str | None = None) -> list[JobState]:
+        """The last 50 jobs of an arm, the newest last."""
+        found = self._station.call("job.list", arm=arm)
+        return [made(JobState, each) for each in found["jobs"]]
+
+    def get(self, job: str) -> StationJob:
+        """The job of an id."""
+        return StationJob(self._station, text("job", job))
+
+
+class StationJob(Bound):
+    """A program that a station runs. The end of this program does not end it, but the end of its lease pauses it."""
+
+    def __init__(self, station: Station, job: str) -> None:
+        self._station = station
+        self.job = job
+        """Its id."""
+
+    def __repr__(self) -> str:
+        return f"<StationJob {self.job}>"
+
+    def _call(self, method: str, **params: Any) -> JobState:
+        return made(JobState, self._station.call(method, job=self.job, **params))
+
+    def state(self) -> JobState:
+        """How far it is."""
+        return self._call("job.get")
+
+    def pause(self) -> JobState:
+        """Pauses it: the pen is up, the laser off, and the arm may be moved."""
+        return self._call("job.pause")
+
+    def resume(self, *, approach: bool = True, yes: bool = False) -> JobState:
+        """Goes on with it, also when it was stopped, has failed, or the station died.
+
+        :param approach: whether the arm may have been moved since.
+        :param yes: that what burns on a real arm is meant.
+        """
+        return self._call("job.resume", approach=flag("approach", approach), yes=flag("yes", yes) or None)
+
+    def stop(self) -> JobState:
+        """Stops it and lifts its pen; it needs no lease."""
+        return self._call("job.stop")
+
+    def changes(self) -> Iterator[JobState]:
+        """How far it is now, and each change of that, ten a second at most, until it is over.
+
+        Raises :class:`~magician.errors.PortError` when the session has ended.
+        """
+        heard = self._station._core.notices()  # pyright: ignore[reportPrivateUsage]
+        state = self.state()
+        yield state
+        while not state.over:
+            if (news := wait(heard.next())) is None:
+                raise PortError("the session at the station has ended")
+            method, told = news
+            new: JobState | None = None
+            if method == "job.changed" and (job := read(told)["job"])["job"] == self.job:
+                new = made(JobState, job)
+            elif method in ("connection", "missed") and told != '"lost"':
+                with suppress(PortError):
+                    new = self.state()
+            if new is not None and new != state:
+                state = new
+                yield state
+
+    def wait(self, progress: Callable[[JobState], object] | None = None) -> JobState:
+        """Waits until it is done.
+
+        :param progress: called with each change, ten times a second at most.
+
+        Raises the error of a job that has failed, :class:`~magician.errors.StoppedError` when it was stopped, and
+        :class:`~magician.errors.PortError` when it was interrupted, or the session has ended. Leaving the wait leaves
+        the job as it is.
+        """
+        hearing(progress)
+        last: JobState | None = None
+        for last in self.changes():
+            if progress is not None:
+                progress(last)
+        return ended(last)

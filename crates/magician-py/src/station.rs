@@ -1,0 +1,337 @@
+//! A session at a station, and arms through it.
+
+use std::io;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use magician::{Arm, Error, ErrorCode, Options};
+use magician_station::client::{
+    ClientError, Connection, Notice, StationAddress, StationClient, StationLine,
+};
+use pyo3::IntoPyObjectExt;
+use pyo3::prelude::*;
+use serde_json::Value;
+use tokio::sync::{Mutex as Turn, broadcast, watch};
+
+use crate::call::Call;
+use crate::core::{Core, Ends, options, with_fence};
+use crate::errors;
+use crate::runtime::{self, Local};
+
+/// How long the end of a session may take.
+const FAREWELL: Duration = Duration::from_secs(1);
+
+/// A session at a station.
+#[pyclass(frozen, weakref, module = "magician._magician")]
+pub(crate) struct Station {
+    client: Local<Mutex<Option<StationClient>>>,
+    /// Its leases, but for those of its arms.
+    leases: Arc<Mutex<Vec<String>>>,
+    hello: String,
+}
+
+/// The notifications of a station, and whether it is connected.
+#[pyclass(frozen, module = "magician._magician")]
+pub(crate) struct Notices {
+    inner: Local<Arc<Turn<Heard>>>,
+}
+
+struct Heard {
+    notices: broadcast::Receiver<Notice>,
+    connection: watch::Receiver<Connection>,
+}
+
+/// What is heard next: a notification's method and parameters, or news of the connection.
+type News = Option<(String, String)>;
+
+impl Heard {
+    async fn next(&mut self) -> News {
+        use broadcast::error::RecvError;
+        tokio::select! {
+            biased;
+            notice = self.notices.recv() => match notice {
+                Ok(notice) => Some((notice.method, notice.params.to_string())),
+                Err(RecvError::Lagged(count)) => Some(("missed".to_owned(), count.to_string())),
+                Err(RecvError::Closed) => None,
+            },
+            changed = self.connection.changed() => {
+                changed.ok()?;
+                let state = name(*self.connection.borrow_and_update());
+                Some(("connection".to_owned(), format!("\"{state}\"")))
+            }
+        }
+    }
+}
+
+fn name(connection: Connection) -> &'static str {
+    match connection {
+        Connection::Up => "up",
+        Connection::Lost => "lost",
+        _ => "closed",
+    }
+}
+
+/// The exception of a request without a result.
+fn raised(py: Python<'_>, error: &ClientError) -> PyErr {
+    let made = || -> PyResult<PyErr> {
+        let refused = py.import("magician._told")?.getattr("refused")?;
+        let (code, data) = match error {
+            ClientError::Address(_) => (-32602, None),
+            ClientError::Refused { code, data, .. } => (*code, Some(data.to_string())),
+            _ => (0, None),
+        };
+        let exception = refused.call1((code, error.to_string(), data))?;
+        Ok(PyErr::from_value(exception))
+    };
+    made().unwrap_or_else(|failed| failed)
+}
+
+/// As an error of the driver.
+fn failed(error: &ClientError) -> Error {
+    match error {
+        ClientError::Address(why) => Error::invalid(why.clone()),
+        error => Error::new(ErrorCode::PortFailed, error.to_string()),
+    }
+}
+
+fn held<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The text of a result.
+fn told(py: Python<'_>, outcome: Result<Value, ClientError>) -> PyResult<Py<PyAny>> {
+    match outcome {
+        Ok(value) => value.to_string().into_py_any(py),
+        Err(error) => Err(raised(py, &error)),
+    }
+}
+
+/// A call of a station, which has begun.
+fn asking<F>(task: F) -> Call
+where
+    F: Future<Output = Result<Value, ClientError>> + Send + 'static,
+{
+    Call::start(async move { Ok::<_, Error>(task.await) }, told)
+}
+
+/// Parameters in JSON.
+fn parameters(py: Python<'_>, text: &str) -> PyResult<Value> {
+    let invalid = |error: serde_json::Error| errors::raise(py, &Error::invalid(error.to_string()));
+    serde_json::from_str(text).map_err(invalid)
+}
+
+/// The station that a port names, or the environment's `MAGICIAN_PORT`.
+pub(crate) fn named(port: Option<&str>) -> Option<String> {
+    let environment = std::env::var("MAGICIAN_PORT").ok();
+    let port = port.or(environment.as_deref())?;
+    let schemes = ["http://", "https://", "ws://", "wss://"];
+    { schemes.iter() }
+        .any(|scheme| port.starts_with(scheme))
+        .then(|| port.to_owned())
+}
+
+/// An arm at `http://HOST:PORT/ARM`, by a session of its own.
+pub(crate) fn arm_at(py: Python<'_>, url: String, options: Options) -> PyResult<Call> {
+    let ends = Ends::default();
+    let lines = Arc::clone(&ends);
+    let opening = async move {
+        let address: StationAddress = url.parse().map_err(Error::invalid)?;
+        let token = std::env::var("MAGICIAN_TOKEN").ok();
+        let token = token.as_deref().filter(|token| !token.is_empty());
+        let client = StationClient::connect(&url, "magician", token).await;
+        let client = client.map_err(|error| failed(&error))?;
+        open(client, address.arm, options, lines).await
+    };
+    Core::connecting_by(py, opening, ends)
+}
+
+/// An arm of a session. A connection that breaks is waited for, as a line is.
+async fn open(
+    client: StationClient,
+    arm: Option<String>,
+    options: Options,
+    ends: Ends,
+) -> magician::Result<Arm> {
+    let arms = client.hello()["arms"]
+        .as_array()
+        .cloned()
+        .unwrap_or_default();
+    let known = |arm: &String| arms.iter().any(|name| name == arm);
+    if !arm.as_ref().map_or(arms.len() == 1, known) {
+        let names: Vec<_> = arms.iter().filter_map(Value::as_str).collect();
+        let message = format!("the station has the arms {}: name one", names.join(", "));
+        return Err(Error::invalid(message));
+    }
+    let is_virtual = client.is_virtual(arm.as_deref()).await;
+    let options = options.virtual_arm(is_virtual.map_err(|error| failed(&error))?);
+    let opener = move || {
+        let (client, arm, ends) = (client.clone(), arm.clone(), Arc::clone(&ends));
+        async move {
+            if *client.connection().borrow() != Connection::Up {
+                return Err(io::Error::other("there is no connection to the station"));
+            }
+            // What burns or is dangerous is decided by this side's own rules, and by the role.
+            let (line, end) = StationLine::open(&client, arm.as_deref(), true);
+            let mut ends = held(&ends);
+            ends.retain(|end| !end.is_finished());
+            ends.push(end);
+            Ok(line)
+        }
+    };
+    Arm::over_with(opener, options).await
+}
+
+impl Station {
+    fn held(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Option<StationClient>>> {
+        Ok(held(self.client.get(py)?))
+    }
+
+    fn client(&self, py: Python<'_>) -> PyResult<StationClient> {
+        self.held(py)?.clone().ok_or_else(|| {
+            let message = "the session has been closed";
+            errors::raise(py, &Error::new(ErrorCode::Closed, message))
+        })
+    }
+}
+
+#[pymethods]
+impl Station {
+    /// Begins a session.
+    #[staticmethod]
+    fn connect(py: Python<'_>, url: String, name: String, token: Option<String>) -> PyResult<Call> {
+        runtime::ready(py)?;
+        let connecting = async move {
+            Ok::<_, Error>(StationClient::connect(&url, &name, token.as_deref()).await)
+        };
+        Ok(Call::start(connecting, |py, client| {
+            let client = client.map_err(|error| raised(py, &error))?;
+            let hello = client.hello().to_string();
+            let client = Local::new(Mutex::new(Some(client)));
+            let leases = Arc::default();
+            Self {
+                client,
+                leases,
+                hello,
+            }
+            .into_py_any(py)
+        }))
+    }
+
+    /// What the station said at first, in JSON.
+    fn hello(&self) -> &str {
+        &self.hello
+    }
+
+    /// `up`, `lost` or `closed`.
+    fn connection(&self, py: Python<'_>) -> PyResult<&'static str> {
+        let client = self.held(py)?;
+        Ok({ client.as_ref() }.map_or("closed", |client| name(*client.connection().borrow())))
+    }
+
+    /// Calls a method with parameters in JSON; the result is in JSON.
+    fn call(&self, py: Python<'_>, method: String, params: &str) -> PyResult<Call> {
+        let (client, params) = (self.client(py)?, parameters(py, params)?);
+        Ok(asking(async move { client.call(&method, params).await }))
+    }
+
+    /// As `call`, for the methods that get a lease.
+    fn lease(&self, py: Python<'_>, method: String, params: &str) -> PyResult<Call> {
+        let (client, params) = (self.client(py)?, parameters(py, params)?);
+        let leases = Arc::clone(&self.leases);
+        Ok(asking(async move {
+            let granted = client.lease(&method, params).await?;
+            let lease = granted["lease"].as_str().map(str::to_owned);
+            held(&leases).extend(lease);
+            Ok(granted)
+        }))
+    }
+
+    /// Gives a lease back.
+    fn release(&self, py: Python<'_>, lease: String) -> PyResult<Call> {
+        let client = self.client(py)?;
+        let mut leases = held(&self.leases);
+        if let Some(at) = leases.iter().position(|held| *held == lease) {
+            leases.swap_remove(at);
+        }
+        drop(leases);
+        let releasing = async move { client.release(&lease).await.map(|()| Value::Null) };
+        Ok(asking(releasing))
+    }
+
+    /// Sends a notification, which is not answered.
+    fn notify(&self, py: Python<'_>, method: &str, params: &str) -> PyResult<()> {
+        let params = parameters(py, params)?;
+        self.client(py)?.notify(method, params);
+        Ok(())
+    }
+
+    /// What the station says from now on.
+    fn notices(&self, py: Python<'_>) -> PyResult<Notices> {
+        let client = self.client(py)?;
+        let heard = Heard {
+            notices: client.notices(),
+            connection: client.connection(),
+        };
+        let inner = Local::new(Arc::new(Turn::new(heard)));
+        Ok(Notices { inner })
+    }
+
+    /// An arm of the session.
+    #[pyo3(signature = (arm, *, timeout, window, probe, reconnect, echo, fence = None))]
+    // A call of Python's has as many keywords as it has.
+    #[allow(clippy::too_many_arguments)]
+    fn open(
+        &self,
+        py: Python<'_>,
+        arm: Option<String>,
+        timeout: f64,
+        window: usize,
+        probe: bool,
+        reconnect: bool,
+        echo: f64,
+        fence: Option<&str>,
+    ) -> PyResult<Call> {
+        let options = options(py, timeout, window, probe, reconnect, echo)?;
+        let options = with_fence(py, options, fence)?;
+        let (client, ends) = (self.client(py)?, Ends::default());
+        let lines = Arc::clone(&ends);
+        Core::connecting_by(py, open(client, arm, options, lines), ends)
+    }
+
+    /// Gives its leases back and ends the session, unless an arm of it is still open: with that one then.
+    fn close(&self, py: Python<'_>) -> PyResult<Call> {
+        let client = self.held(py)?.take();
+        let leases = std::mem::take(&mut *held(&self.leases));
+        Ok(Call::lasting(async move {
+            if let Some(client) = client {
+                let giving_back = async {
+                    for lease in &leases {
+                        // One that has ended, and a station that is gone, are no matter here.
+                        let _ = client.release(lease).await;
+                    }
+                };
+                let _ = tokio::time::timeout(FAREWELL, giving_back).await;
+                let mut connection = client.connection();
+                drop(client);
+                let over = async { while connection.changed().await.is_ok() {} };
+                let _ = tokio::time::timeout(FAREWELL, over).await;
+            }
+            Ok(())
+        }))
+    }
+
+    /// Whether it was made in this process.
+    fn is_here(&self) -> bool {
+        self.client.here().is_some()
+    }
+}
+
+#[pymethods]
+impl Notices {
+    /// Waits for the next one: its method and its parameters in JSON; `None` when the session has ended.
+    fn next(&self, py: Python<'_>) -> PyResult<Call> {
+        let inner = Arc::clone(self.inner.get(py)?);
+        let next = async move { Ok::<_, Error>(inner.lock().await.next().await) };
+        Ok(Call::start(next, |py, news: News| news.into_py_any(py)))
+    }
+}
