@@ -158,7 +158,7 @@ def test_an_arm_of_a_station_is_an_arm(station: Station, other: Station) -> None
         holder = other.state("left").holder
         assert holder is not None and holder.name == "test"
         assert round(arm.pose().y) == 40
-        with other.arm("left") as another, pytest.raises(errors.Error, match="test has the lease"):
+        with other.arm("left") as another, pytest.raises(errors.Error, match="refused: test has the lease"):
             another.move_to(220, 0, 30)
         assert arm.run(plan()).steps > 1
         arm.suction(True)

@@ -390,12 +390,15 @@ impl Error {
         Self::new(ErrorCode::NotSent, "the connection is stuck")
     }
 
-    /// The line failed while in use.
+    /// The line failed while in use, or the program at its other end refused what was asked for: `PermissionDenied`.
     pub fn gone(name: &str, source: io::Error) -> Self {
-        let message = format!(
-            "the connection to {name} broke off: {source}; look at the cable and at the arm's power, \
-             then connect again"
-        );
+        let message = match source.kind() {
+            io::ErrorKind::PermissionDenied => format!("refused: {source}"),
+            _ => format!(
+                "the connection to {name} broke off: {source}; look at the cable and at the arm's power, \
+                 then connect again"
+            ),
+        };
         Self::new(ErrorCode::LineLost, message).with_source(source)
     }
 }

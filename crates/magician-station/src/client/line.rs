@@ -77,7 +77,12 @@ impl StationLine {
     }
 
     fn failure(&self) -> Option<io::Error> {
-        self.broken.why().map(io::Error::other)
+        let why = self.broken.why()?;
+        let kind = match why {
+            ClientError::Refused { .. } => io::ErrorKind::PermissionDenied,
+            _ => io::ErrorKind::Other,
+        };
+        Some(io::Error::new(kind, why))
     }
 }
 

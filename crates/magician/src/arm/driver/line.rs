@@ -217,7 +217,8 @@ impl Driver {
             return Error::new(ErrorCode::AnotherArm, stranger);
         }
         let source = lost.error.error();
-        if self.line.opener.is_none() {
+        let refused = source.kind() == io::ErrorKind::PermissionDenied;
+        if self.line.opener.is_none() || refused {
             return Error::gone(&self.shared.name, source);
         }
         let message = format!(
