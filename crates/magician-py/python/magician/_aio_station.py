@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from . import _told
 from ._arguments import flag, hearing, seconds, text, whole
@@ -56,16 +56,15 @@ __all__ = [
 from collections.abc import AsyncIterator, Coroutine, Generator
 from typing import Generic, TypeVar
 
-if TYPE_CHECKING:
-    from .aio import Connecting as ConnectingArm
+from .aio import Arm
+from .aio import Connecting as ConnectingArm
 
 _T = TypeVar("_T")
 
 # [blocking]
 # from collections.abc import Iterator
 #
-# if TYPE_CHECKING:
-#     from ._blocking import Arm
+# from ._blocking import Arm
 # [both]
 
 
@@ -230,8 +229,6 @@ class Station(Bound):
         :param reconnect: whether to go on when the connection to the station broke and is back.
         :param fence: limits for everything sent to it, beside those of the station.
         """
-        from .aio import Arm
-
         return Arm.connect(ArmAt(self._core, name), timeout=timeout, reconnect=reconnect, fence=fence)
 
     def lease(
@@ -271,8 +268,6 @@ class Station(Bound):
     #     :param reconnect: whether to go on when the connection to the station broke and is back.
     #     :param fence: limits for everything sent to it, beside those of the station.
     #     """
-    #     from ._blocking import Arm
-    #
     #     return Arm(ArmAt(self._core, name), timeout=timeout, reconnect=reconnect, fence=fence)
     #
     # def lease(

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from types import TracebackType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from . import _told
 from ._arguments import flag, hearing, seconds, text, whole
@@ -50,8 +50,7 @@ __all__ = [
 
 from collections.abc import Iterator
 
-if TYPE_CHECKING:
-    from ._blocking import Arm
+from ._blocking import Arm
 
 
 class Station(Bound):
@@ -164,8 +163,6 @@ class Station(Bound):
         :param reconnect: whether to go on when the connection to the station broke and is back.
         :param fence: limits for everything sent to it, beside those of the station.
         """
-        from ._blocking import Arm
-
         return Arm(ArmAt(self._core, name), timeout=timeout, reconnect=reconnect, fence=fence)
 
     def lease(
