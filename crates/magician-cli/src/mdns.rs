@@ -1,6 +1,6 @@
 //! Stations on the local network by multicast DNS: one that announces itself, and those that are found.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::time::{Duration, Instant};
 
@@ -68,14 +68,17 @@ pub(crate) fn find(patience: Duration) -> Result<Vec<FoundStation>, mdns_sd::Err
     let until = Instant::now() + patience;
     let daemon = ServiceDaemon::new()?;
     let events = daemon.browse(KIND)?;
-    let mut found = BTreeSet::new();
+    let mut found = BTreeMap::new();
     while let Ok(event) = events.recv_deadline(until) {
-        if let ServiceEvent::ServiceResolved(service) = event {
-            found.extend(station(&service));
+        // One of many addresses is told of more than once; the last time of most.
+        if let ServiceEvent::ServiceResolved(service) = event
+            && let Some(station) = station(&service)
+        {
+            found.insert(service.get_fullname().to_owned(), station);
         }
     }
     let _ = daemon.shutdown();
-    Ok(found.into_iter().collect())
+    Ok(found.into_values().collect())
 }
 
 /// What a service is told to be.
@@ -118,6 +121,8 @@ fn found(
     arms: &str,
 ) -> Option<FoundStation> {
     let usable = |address: &IpAddr| match address {
+        // That of the other computer, not of this one.
+        address if address.is_loopback() => false,
         IpAddr::V4(_) => true,
         // It would need the name of an interface, which no URL has.
         IpAddr::V6(address) => !address.is_unicast_link_local(),
@@ -171,6 +176,7 @@ mod tests {
             "https://[fd00::5]:8910"
         );
         assert_eq!(at(&["fe80::1"], "0", "arm"), None);
+        assert_eq!(at(&["127.0.0.1", "::1"], "0", "arm"), None);
         assert_eq!(at(&[], "0", "arm"), None);
     }
 

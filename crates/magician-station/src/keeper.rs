@@ -55,8 +55,14 @@ impl Keeper {
         waiting.lines.extend(lines.into_iter().take(room));
         waiting.jobs = jobs.or(waiting.jobs.take());
         if !std::mem::replace(&mut waiting.busy, true) {
+            drop(waiting);
             let keeper = Arc::clone(self);
-            self.runtime.spawn_blocking(move || keeper.write());
+            // A page has no other thread, and no disk.
+            if cfg!(target_family = "wasm") {
+                keeper.write();
+            } else {
+                self.runtime.spawn_blocking(move || keeper.write());
+            }
         }
     }
 

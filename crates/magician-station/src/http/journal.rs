@@ -151,7 +151,22 @@ mod tests {
                 .collect::<Vec<_>>()
         );
         let newest = fs::read_to_string(folder.path().join("station/journal.jsonl")).unwrap();
-        let last: Value = serde_json::from_str(newest.lines().last().unwrap()).unwrap();
-        assert_eq!(last["params"]["number"], json!(79));
+        let number = |name: &str| {
+            let text = fs::read_to_string(folder.path().join("station").join(name)).unwrap();
+            let last: Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+            last["params"]["number"].as_u64().unwrap()
+        };
+        assert!(newest.len() < 11 * 1024 * 1024);
+        // The newest has no number, then 1 is the newest of the older ones.
+        let names = (1..=5).map(|number| format!("journal.{number}.jsonl"));
+        let numbers: Vec<_> = [number("journal.jsonl")]
+            .into_iter()
+            .chain(names.map(|name| number(&name)))
+            .collect();
+        assert_eq!(numbers[0], 79);
+        assert!(
+            numbers.windows(2).all(|pair| pair[0] > pair[1]),
+            "{numbers:?}"
+        );
     }
 }
