@@ -68,6 +68,11 @@ impl Source {
         })
     }
 
+    /// What is in it.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
     /// Understands it.
     pub(crate) fn read(
         &self,

@@ -47,6 +47,7 @@ mod ending;
 #[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
 mod font;
 pub mod formats;
+mod options;
 mod origin;
 mod pace;
 mod plan;
@@ -68,6 +69,10 @@ pub use check::{RefusedStep, Report, check, would_do_at, would_fit, would_fit_tu
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;
 pub use formats::{Content, Fills, Format, Parsed, ReadOptions, White, read};
+pub use options::{
+    Begun, FileRead, Grid, LaidFile, ModeOption, OptionError, Reading, SetupDefaults, SetupOptions,
+    UnknownStart, WorkOption,
+};
 pub use origin::{Lines, Origin};
 pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
 pub use power::Power;

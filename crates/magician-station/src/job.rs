@@ -2,21 +2,23 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use magician::Fence;
 use magician::Voice;
 use magician::report::FenceReport;
 use magician::words::Preflight;
 use magician_job::report::{CheckReport, Note, WayOut, warnings};
 use magician_job::{Journal, NoJournal};
 use magician_program::{
-    AppliedPlacement, Diagnostic, Ending, Format, Missing, Plan, Program, ReadOptions,
-    RemainingProgram, Report, Setup, Surface, WouldFit,
+    AppliedPlacement, Diagnostic, DiagnosticCode, Ending, Format, Origin, Program, Reading,
+    RemainingProgram, Report, Setup, SetupDefaults, SetupOptions, Surface, WouldFit,
 };
+use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Map, Value};
 
 use crate::api::RpcError;
 
-/// A program as a client sends it.
+/// A program as a client names it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -28,7 +30,7 @@ pub enum SourceBytes {
 }
 
 /// A program as a client sends it, and what it says of it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Source {
     /// The file.
@@ -36,6 +38,9 @@ pub struct Source {
     pub bytes: SourceBytes,
     /// Its format, if it was said.
     pub format: Option<String>,
+    /// How it is to be drawn or engraved; without it is run as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub setup: Option<Box<SetupOptions>>,
 }
 
 impl Source {
@@ -53,18 +58,53 @@ impl Source {
     }
 }
 
+/// Reads the options of a program; what is wrong is an error of the parameter `setup.KEY`.
+pub(crate) fn setup_options(fields: &Map<String, Value>) -> Result<SetupOptions, RpcError> {
+    SetupOptions::from_fields(fields).map_err(|error| {
+        let message = format!("`setup`: {}", visible(&error.message));
+        RpcError::param(&format!("setup.{}", visible(&error.key)), message)
+    })
+}
+
+/// The arm that a program is read for.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct ReadingArm {
+    /// Whether it is a virtual one.
+    pub is_virtual: bool,
+    /// Its fence.
+    pub fence: Option<Fence>,
+    /// Where the program began when it was read before, mm.
+    pub begun: Option<[f64; 3]>,
+    /// How the arm stands, where the program depends on that.
+    pub stands: Option<Preflight>,
+}
+
+/// What came of reading a program.
+#[derive(Clone, Debug)]
+pub enum ProgramReading {
+    /// It was read.
+    Done(Box<ReadProgram>),
+    /// It depends on where the arm stands: it is to be read again with that.
+    NeedsStart,
+}
+
 /// A program that has been read and laid before an arm.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct ReadProgram {
     /// What it does, once.
-    pub plan: Plan,
+    pub program: Program,
     /// What it was read as.
     pub format: Format,
     /// How it was laid.
     pub setup: Setup,
     /// What becomes of the pen.
     pub ending: Ending,
+    /// Whether a real arm has to be homed for it.
+    pub needs_homed_arm: bool,
+    /// Where the tool was, if the program depends on it and it was not given, mm.
+    pub start: Option<[f64; 3]>,
     /// What of it was taken in a certain way.
     pub notes: Vec<Diagnostic>,
     /// How it lies, if it was placed.
@@ -77,24 +117,29 @@ pub struct ReadProgram {
 
 /// Makes a program of what a client sends. It may take its time: it is asked beside what the arm does.
 pub trait Reader: Send + Sync {
-    /// Reads one, for an arm that is a virtual one or not.
+    /// Reads one for an arm.
     ///
     /// # Errors
     /// What is wrong with it, as it is answered.
-    fn read(&self, source: &Source, is_virtual: bool) -> Result<ReadProgram, RpcError>;
+    fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError>;
 }
 
 /// Reads the formats that are built into `magician-program`: plans always.
 #[derive(Clone, Debug, Default)]
 pub struct FormatReader {
-    /// What is said of every program.
-    pub setup: Setup,
-    /// What becomes of pen and arm at the end of each.
-    pub ending: Ending,
+    defaults: SetupDefaults,
+}
+
+impl FormatReader {
+    /// With these settings where a program brings none.
+    #[must_use]
+    pub const fn new(defaults: SetupDefaults) -> Self {
+        Self { defaults }
+    }
 }
 
 impl Reader for FormatReader {
-    fn read(&self, source: &Source, is_virtual: bool) -> Result<ReadProgram, RpcError> {
+    fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
         let bytes = source.bytes()?;
         let format = match &source.format {
             Some(format) => format
@@ -105,46 +150,72 @@ impl Reader for FormatReader {
                 RpcError::param("format", why)
             })?,
         };
-        let mut setup = self.setup.clone();
-        if is_virtual {
-            setup.default_surface = setup.default_surface.or(Some(Surface::VIRTUAL));
+        let mut options = match &source.setup {
+            Some(options) => (**options).clone(),
+            None => SetupOptions::by_file(),
+        };
+        options.start = options.start.or(arm.begun);
+        let mut defaults = self.defaults.clone();
+        if arm.is_virtual {
+            defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
         }
-        let mut options = ReadOptions::default();
-        setup.prepare(&mut options.gcode, setup.known_surface());
+        let mut setup = options.setup(&defaults);
+        setup.fence = arm.fence;
         let wrong = |problem: Diagnostic| RpcError::from(magician::Error::from(problem));
-        let read = magician_program::read(format, &bytes, &options).map_err(wrong)?;
-        let lacks_start = |note: &Diagnostic| note.missing == Some(Missing::Start);
-        if read.notes.iter().any(lacks_start) {
-            let why = "the program depends on where the tool is when it begins";
-            return Err(RpcError::arm(magician::ErrorKind::InvalidInput, why));
-        }
-        let made = setup.plan(format, read.content).map_err(wrong)?;
-        if made.plan.steps.is_empty() {
+        let reading = options.read(format, &bytes, "", &setup).map_err(wrong)?;
+        let mut file = match (reading, &arm.stands) {
+            (Reading::Done(file), _) => file,
+            (Reading::UnknownStart(unknown), Some(stands)) => {
+                unknown.from(&bytes, &setup, stands).map_err(wrong)?
+            }
+            (Reading::UnknownStart(_), None) => return Ok(ProgramReading::NeedsStart),
+        };
+        let start = { file.begun.as_ref() }
+            .filter(|begun| !begun.said)
+            .map(|begun| begun.at);
+        let mut notes: Vec<_> = start.map(begins_at).into_iter().collect();
+        notes.append(&mut file.notes);
+        let mut laid = options.lay(&setup, file).map_err(wrong)?;
+        notes.append(&mut laid.notes);
+        let (placed, would_fit) = (laid.placed, laid.would_fit);
+        let misfit = laid.misfit.take();
+        let needs_homed_arm = options.needs_homed_arm(&setup, format);
+        let ending = options.ending(&defaults, needs_homed_arm);
+        let program = laid.program(&options, &ending, 0, Some(1)).map_err(wrong)?;
+        if program.plan().steps.is_empty() {
             let why = "nothing to do in this program";
             return Err(RpcError::arm(magician::ErrorKind::InvalidInput, why));
         }
-        let ending = Ending {
-            drawing: format.needs_homed_arm(),
-            ..self.ending
-        };
-        Ok(ReadProgram {
-            plan: made.plan,
+        Ok(ProgramReading::Done(Box::new(ReadProgram {
+            program,
             format,
-            ending,
-            notes: read.notes.into_iter().chain(made.notes).collect(),
-            placed: made.placed,
-            misfit: made.misfit,
-            would_fit: made.would_fit,
             setup,
-        })
+            ending,
+            needs_homed_arm,
+            start,
+            notes,
+            placed,
+            misfit,
+            would_fit,
+        })))
     }
+}
+
+/// That a program begins where the arm stands.
+fn begins_at([x, y, z]: [f64; 3]) -> Diagnostic {
+    let what = format!("it begins at the tool's position, {x:.3},{y:.3},{z:.3}");
+    Diagnostic::new(Origin::NONE, what)
+        .coded(DiagnosticCode::Assumed)
+        .help(format!(
+            "start: [{x:.3}, {y:.3}, {z:.3}] begins there again from any position"
+        ))
 }
 
 impl ReadProgram {
     /// The program, repeated so often; without end if `None`.
     #[must_use]
     pub fn program(&self, loops: Option<u64>) -> Program {
-        Program::new(self.plan.clone(), loops)
+        self.program.clone().repeated(loops)
     }
 
     /// Checks it from where an arm stands: the object of a check.
@@ -166,7 +237,7 @@ impl ReadProgram {
             (Some(_), _) => Err(WayOut::scaled(self.would_fit)),
             (None, false) => Err(WayOut::of(rest, &self.setup, self.format)),
         };
-        let steps = self.plan.steps.len() as u64;
+        let steps = self.program.plan().steps.len() as u64;
         let mut found = CheckReport::new(report, Some(steps), ok);
         found.fence = self.setup.fence.as_ref().map(FenceReport::from);
         found.placed = self.placed;

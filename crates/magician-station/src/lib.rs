@@ -27,7 +27,10 @@ mod station;
 
 pub use api::Role;
 pub use engine::ArmEngine;
-pub use job::{FormatReader, JobStore, NoStore, ReadProgram, Reader, Source, SourceBytes};
+pub use job::{
+    FormatReader, JobStore, NoStore, ProgramReading, ReadProgram, Reader, ReadingArm, Source,
+    SourceBytes,
+};
 pub use order::{
     ArmAct, ArmOrder, ArmRead, ArmReport, JobEnd, JobNews, JobOrder, JobStart, Outcome, WorldAct,
 };

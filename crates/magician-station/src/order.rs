@@ -114,7 +114,7 @@ pub enum ArmOrder {
 }
 
 /// What a job is to do.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct JobOrder {
     /// The program.
@@ -129,6 +129,9 @@ pub struct JobOrder {
     pub require_homed: bool,
     /// Whether an arm that was not homed may draw.
     pub unhomed: bool,
+    /// Where it began, if it depends on that, mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<[f64; 3]>,
 }
 
 /// A job that begins.
@@ -300,6 +303,8 @@ pub enum JobNews {
         title: String,
         /// Steps of one loop.
         steps: u64,
+        /// Where it begins, if it depends on that and it was not given, mm.
+        start: Option<[f64; 3]>,
     },
     /// It begins behind so many steps, over all loops.
     Starts(u64),

@@ -6,13 +6,12 @@ use std::path::{Path, PathBuf};
 use clap::{Args, ValueHint};
 use magician_job::report::Note;
 use magician_program::formats::playback::Playback;
-use magician_program::raster::Engrave;
 use magician_program::rehearse::{RehearseOptions, rehearse};
-use magician_program::{Action, Diagnostic, DiagnosticCode, Plan, Travel, Work};
+use magician_program::{Action, Diagnostic, DiagnosticCode, Plan, Travel, WorkOption};
 use magician_sim::world::PictureOptions;
 use serde::Serialize;
 
-use super::job::options::{File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags};
+use super::job::options::{File, Pen, PlacementOptions, PreviewFlags, RunFlags};
 use super::job::{Job, notes};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -69,22 +68,13 @@ impl Convert {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let kind = kind(&self.to)?;
         let work = match self.laser {
-            true => Work::Engrave(Engrave::default()),
-            false => Work::Default,
+            true => WorkOption::Engrave,
+            false => WorkOption::ByFile,
         };
-        let size = self.pen.size();
-        let job = Job {
-            file: self.file,
-            look: PreviewFlags::default(),
-            place: self.place,
-            way: RunFlags::default(),
-            beam: LaserFlags::default(),
-            pen: self.pen,
-            work,
-            size,
-            pause: 0,
-            runs: false,
-        };
+        let (look, way) = (PreviewFlags::default(), RunFlags::default());
+        let mut job = Job::new(work, self.file, look, &self.place, way);
+        self.pen.say(&mut job.options);
+        job.runs = false;
         let (source, plan, read) = job.plan(context)?;
         let lost = write(kind, &plan, &self.to, &source)?;
         notes(&source, &lost, context);

@@ -1,10 +1,10 @@
 //! `draw`: a drawing with the pen.
 
 use clap::Args;
-use magician_program::Work;
+use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags};
+use super::job::options::{File, Pen, PlacementOptions, PreviewFlags, RunFlags};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -33,19 +33,14 @@ pub(crate) struct Draw {
 
 impl Draw {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let (trace, size) = (self.pen.trace(), self.pen.size());
-        let job = Job {
-            file: self.file,
-            look: self.look,
-            place: self.place,
-            way: self.way,
-            beam: LaserFlags::default(),
-            pen: self.pen,
-            work: Work::Draw(trace),
-            size,
-            pause: 0,
-            runs: true,
-        };
-        job.run(context)
+        self.job().run(context)
+    }
+
+    /// What its flags say.
+    pub(super) fn job(self) -> Job {
+        let draw = WorkOption::Draw;
+        let mut job = Job::new(draw, self.file, self.look, &self.place, self.way);
+        self.pen.say(&mut job.options);
+        job
     }
 }

@@ -1,13 +1,10 @@
 //! `engrave`: an image or a drawing with the laser.
 
 use clap::{Args, ValueEnum};
-use magician_program::Work;
-use magician_program::raster::{Engrave, Size, Tone};
+use magician_program::{ModeOption, SetupOptions, WorkOption};
 
 use super::job::Job;
-use super::job::options::{
-    File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, positive,
-};
+use super::job::options::{File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -82,42 +79,34 @@ enum Mode {
 }
 
 impl Laser {
-    fn engrave(&self) -> Engrave {
-        let mut engrave = Engrave::default();
-        engrave.tone = match self.mode {
-            Mode::Grey => Tone::Grey,
-            Mode::Threshold => Tone::Threshold(self.threshold),
-            Mode::Dither => Tone::Dither,
-        };
-        engrave.invert = self.invert;
-        engrave.both_directions = !self.one_way;
-        engrave.spacing = self.spacing.unwrap_or(engrave.spacing);
-        engrave.overscan = self.overscan.or(engrave.overscan);
-        engrave.gamma = self.gamma.unwrap_or(engrave.gamma);
-        engrave
+    fn say(&self, options: &mut SetupOptions) {
+        options.mode = Some(match self.mode {
+            Mode::Grey => ModeOption::Grey,
+            Mode::Threshold => ModeOption::Threshold,
+            Mode::Dither => ModeOption::Dither,
+        });
+        options.threshold = Some(self.threshold);
+        options.invert = self.invert;
+        options.width = self.width;
+        options.height = self.height;
+        options.spacing = self.spacing;
+        options.one_way = self.one_way;
+        options.overscan = self.overscan;
+        options.gamma = self.gamma;
     }
 }
 
 impl Verb {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let laser = self.laser.engrave();
-        let size = match (self.laser.width, self.laser.height) {
-            (Some(width), _) => Size::Width(width),
-            (None, Some(height)) => Size::Height(height),
-            (None, None) => Size::Natural,
-        };
-        let job = Job {
-            file: self.file,
-            look: self.look,
-            place: self.place,
-            way: self.way,
-            beam: self.beam,
-            pen: Pen::default(),
-            work: Work::Engrave(laser),
-            size,
-            pause: 0,
-            runs: true,
-        };
-        job.run(context)
+        self.job().run(context)
+    }
+
+    /// What its flags say.
+    pub(super) fn job(self) -> Job {
+        let engrave = WorkOption::Engrave;
+        let mut job = Job::new(engrave, self.file, self.look, &self.place, self.way);
+        self.beam.say(&mut job.options);
+        self.laser.say(&mut job.options);
+        job
     }
 }

@@ -3,13 +3,10 @@
 use std::time::Duration;
 
 use clap::Args;
-use magician_program::Work;
-use magician_program::raster::Size;
+use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{
-    File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, positive,
-};
+use super::job::options::{File, PlacementOptions, PreviewFlags, RunFlags, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::options::seconds;
@@ -42,18 +39,10 @@ pub(crate) struct Play {
 impl Play {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let pause = self.pause.unwrap_or_default().as_millis();
-        let job = Job {
-            file: self.file,
-            look: self.look,
-            place: self.place,
-            way: self.way,
-            beam: LaserFlags::default(),
-            pen: Pen::lifted(self.lift),
-            work: Work::Default,
-            size: Size::Natural,
-            pause: u32::try_from(pause).unwrap_or(u32::MAX),
-            runs: true,
-        };
+        let by_file = WorkOption::ByFile;
+        let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
+        job.options.lift = self.lift;
+        job.pause = u32::try_from(pause).unwrap_or(u32::MAX);
         job.run(context)
     }
 }

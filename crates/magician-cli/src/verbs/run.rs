@@ -1,13 +1,10 @@
 //! `run`: a file of any kind, checked and done.
 
 use clap::Args;
-use magician_program::Work;
-use magician_program::raster::Size;
+use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{
-    File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, positive,
-};
+use super::job::options::{File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -42,18 +39,10 @@ pub(crate) struct Run {
 
 impl Run {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let job = Job {
-            file: self.file,
-            look: self.look,
-            place: self.place,
-            way: self.way,
-            beam: self.beam,
-            pen: Pen::lifted(self.lift),
-            work: Work::Default,
-            size: Size::Natural,
-            pause: 0,
-            runs: true,
-        };
+        let by_file = WorkOption::ByFile;
+        let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
+        self.beam.say(&mut job.options);
+        job.options.lift = self.lift;
         job.run(context)
     }
 }

@@ -1,3 +1,6 @@
+use std::fmt;
+use std::str::FromStr;
+
 use crate::Surface;
 
 /// What draws, as far as a program leaves it open.
@@ -17,6 +20,30 @@ pub enum Dialect {
     /// A pen that a servo lifts (M3 or M280 with angles, M300): the angle in force while X or Y feeds is down, any other up.
     /// Z words do not count.
     Servo,
+}
+
+impl FromStr for Dialect {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "pen" => Ok(Self::Pen),
+            "laser" => Ok(Self::Laser),
+            "servo" => Ok(Self::Servo),
+            _ => Err("expected pen, laser or servo".to_owned()),
+        }
+    }
+}
+
+impl fmt::Display for Dialect {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Detect => "detect",
+            Self::Pen => "pen",
+            Self::Laser => "laser",
+            Self::Servo => "servo",
+        })
+    }
 }
 
 /// How arcs (G2, G3) of a pen are done. A laser's are lines always: the arm has no power on an arc.

@@ -33,6 +33,7 @@ use magician_host::{Remedy, Setting};
 
 use crate::raster::Raster;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Plan};
+use std::fmt;
 use std::str::FromStr;
 
 /// What a file is.
@@ -110,6 +111,15 @@ impl FromStr for White {
             "draw" => Ok(Self::Draw),
             other => Err(format!("white is 'skip' or 'draw', not '{other}'")),
         }
+    }
+}
+
+impl fmt::Display for White {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Skip => "skip",
+            Self::Draw => "draw",
+        })
     }
 }
 

@@ -11,6 +11,7 @@ mod layers;
 mod legend;
 mod locator;
 mod markers;
+mod outline;
 mod panel;
 #[cfg(feature = "picture")]
 mod png;
@@ -30,6 +31,7 @@ use magician_motion::Fence;
 
 use legend::Legend;
 use magician_sim::svg::Svg;
+pub use outline::Outline;
 use panel::{Panel, TICKS};
 #[cfg(feature = "picture")]
 pub(crate) use png::options as svg_options;

@@ -6,6 +6,7 @@ use magician_motion::Pose;
 use magician_protocol::{CpMode, PtpMode};
 
 use super::markers::{Marker, MarkerKind};
+use super::outline::Outlines;
 use super::purpose::PlanPurpose;
 use super::strokes::DrawnLine;
 use super::toolpath::{Layer, MOST_REFUSED, StrokeKind, Toolpath};
@@ -52,6 +53,8 @@ pub(super) struct PathTracer {
     nth: usize,
     /// What is left, step by step, if that is wanted.
     strokes: Option<Vec<DrawnLine>>,
+    /// What is left, line by line, if that is wanted.
+    outlines: Option<Outlines>,
 }
 
 impl PathTracer {
@@ -90,6 +93,7 @@ impl PathTracer {
             begun: false,
             nth: 0,
             strokes: None,
+            outlines: None,
         };
         if let Some(arm) = start.arm() {
             tracer.stand(arm);
@@ -102,6 +106,15 @@ impl PathTracer {
         self.strokes = Some(Vec::new());
         self.through(plan);
         self.strokes.unwrap_or_default()
+    }
+
+    /// The lines that are left, and where the arm does not come.
+    pub(super) fn outlines(mut self, plan: &Plan) -> Outlines {
+        self.outlines = Some(Outlines::default());
+        self.through(plan);
+        let mut outlines = self.outlines.unwrap_or_default();
+        outlines.settle();
+        outlines
     }
 
     /// Takes all steps.
@@ -345,6 +358,9 @@ impl PathTracer {
             StrokeKind::Ink | StrokeKind::Burn(_) => {
                 if let Some(strokes) = &mut self.strokes {
                     DrawnLine::add(strokes, self.nth, flat(from), flat(to));
+                }
+                if let Some(outlines) = &mut self.outlines {
+                    outlines.draw(shown != StrokeKind::Unreachable, flat(from), flat(to));
                 }
                 toolpath.drawn += squares.sqrt();
                 for [x, y] in [flat(from), flat(to)] {

@@ -68,6 +68,13 @@ impl Program {
         }
     }
 
+    /// The same, so many times; without a number for ever.
+    #[must_use]
+    pub fn repeated(mut self, iterations: Option<u64>) -> Self {
+        self.iterations = iterations;
+        self
+    }
+
     /// Has the arm told this before the first step, besides what the plan says: settings, which take no time.
     #[must_use]
     pub fn with_settings(mut self, settings: Vec<Set>) -> Self {

@@ -32,6 +32,11 @@ const FORMAT: Param = may(
     Kind::Text(20),
     "its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan",
 );
+const SETUP: Param = may(
+    "setup",
+    Kind::Object,
+    "how it is drawn or engraved: the flags of `magician draw` and `magician engrave` in snake_case, and `work` (draw, engrave); without it the program is run as it is",
+);
 const JOB: Param = needed("job", ID, "the job");
 const JOGS: &[&str] = &[
     "x+", "x-", "y+", "y-", "z+", "z-", "r+", "r-", "j1+", "j1-", "j2+", "j2-", "j3+", "j3-",
@@ -439,7 +444,7 @@ pub static METHODS: &[Method] = &[
     method(
         "job.check",
         Viewer,
-        &[ARM, TEXT, DATA, FORMAT],
+        &[ARM, TEXT, DATA, FORMAT, SETUP],
         "Checks a program from where the arm stands; nothing moves.",
         "as `run --check --json`",
     ),
@@ -451,6 +456,7 @@ pub static METHODS: &[Method] = &[
             TEXT,
             DATA,
             FORMAT,
+            SETUP,
             may(
                 "from",
                 Kind::Integer(1, i64::MAX),

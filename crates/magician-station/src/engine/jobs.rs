@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::{TaskResult, Waiting, Work};
 use crate::api::RpcError;
 use crate::control::{JobId, RequestId};
-use crate::job::{ReadProgram, Reader, Source};
+use crate::job::{ProgramReading, ReadProgram, Reader, ReadingArm, Source};
 use crate::order::{ArmAct, ArmReport, JobEnd, JobNews, JobStart, Outcome};
 use crate::reading::{self, to_value};
 
@@ -59,7 +59,7 @@ impl Work {
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         self.side.spawn(async move {
             let found = async {
-                let program = read(&arm, reader, source).await?;
+                let program = read(&arm, reader, source, None).await?;
                 let kinds = program.program(Some(1)).kinds();
                 let start = arm.preflight_for(&kinds).await?;
                 let report = beside(move || {
@@ -77,12 +77,12 @@ impl Work {
     pub(super) fn read_job(&mut self, start: JobStart) {
         let job = start.job;
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
-        let source = start.order.source.clone();
+        let (source, begun) = (start.order.source.clone(), start.order.start);
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
             slot.start = Some(Box::new(start));
         }
         self.side.spawn(async move {
-            let program = read(&arm, reader, source).await;
+            let program = read(&arm, reader, source, begun).await;
             TaskResult::Program(job, program.map(Box::new))
         });
     }
@@ -105,8 +105,9 @@ impl Work {
         (self.report)(ArmReport::Job {
             job,
             news: JobNews::Read {
-                title: program.plan.title.clone(),
-                steps: program.plan.steps.len() as u64,
+                title: program.program.plan().title.clone(),
+                steps: program.program.plan().steps.len() as u64,
+                start: program.start,
             },
         });
         let spec = match self.spec(&start, &program) {
@@ -171,6 +172,13 @@ impl Work {
         {
             return Err((**refused).clone());
         }
+        let goes_on =
+            whole.depends_on_start(order.from) || start.resumes && whole.depends_throughout();
+        if program.start.is_some() && goes_on {
+            let why = "the program depends on where the tool was when it began, and the tool has \
+                moved since: give `setup.start`";
+            return Err(refused(why));
+        }
         if let Some(misfit) = &program.misfit {
             let problem = RpcError::from(magician::Error::from(misfit.clone()));
             return Err(RpcError::new(RpcError::CHECK_FAILED, problem.message));
@@ -185,7 +193,7 @@ impl Work {
             })
             .keep(order.keep)
             .require_homed(order.require_homed)
-            .refuse_unhomed(real && program.format.needs_homed_arm() && !order.unhomed))
+            .refuse_unhomed(real && program.needs_homed_arm && !order.unhomed))
     }
 
     fn never_began(&mut self, job: JobId, state: &'static str, error: Option<RpcError>) {
@@ -372,10 +380,31 @@ async fn stands_there(arm: &Arm, expected: Option<Pose>) -> Result<(), RpcError>
         .with("pose", json!(reading::pose(&pose))))
 }
 
-/// Reads a program beside what the arm does.
-async fn read(arm: &Arm, reader: Arc<dyn Reader>, source: Source) -> Result<ReadProgram, RpcError> {
-    let is_virtual = arm.is_virtual();
-    beside(move || reader.read(&source, is_virtual)).await?
+/// Reads a program beside what the arm does; one that depends on where the arm stands begins there, or where it began before.
+async fn read(
+    arm: &Arm,
+    reader: Arc<dyn Reader>,
+    source: Source,
+    begun: Option<[f64; 3]>,
+) -> Result<ReadProgram, RpcError> {
+    let mut here = ReadingArm {
+        is_virtual: arm.is_virtual(),
+        fence: arm.fence().copied(),
+        begun,
+        stands: None,
+    };
+    loop {
+        let (with, source, arm_here) = (Arc::clone(&reader), source.clone(), here.clone());
+        match beside(move || with.read(&source, &arm_here)).await?? {
+            ProgramReading::Done(program) => return Ok(*program),
+            ProgramReading::NeedsStart if here.stands.is_none() => {
+                here.stands = Some(arm.preflight_for(&[]).await?);
+            }
+            ProgramReading::NeedsStart => {
+                return Err(refused("it is not known where the arm stands"));
+            }
+        }
+    }
 }
 
 /// Computes beside the tasks of the runtime, where there are threads.

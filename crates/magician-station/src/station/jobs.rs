@@ -9,7 +9,7 @@ use super::records::JobRecord;
 use super::{Awaited, Station};
 use crate::api::{Role, RpcError};
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
-use crate::job::{Source, SourceBytes};
+use crate::job::{Source, SourceBytes, setup_options};
 use crate::order::{ArmOrder, JobNews, JobOrder, JobStart};
 
 /// Between two notifications of how far a job is, ms.
@@ -63,6 +63,7 @@ impl Station {
             keep: params.is_on("keep"),
             require_homed: params.is_on("require_homed"),
             unhomed: params.is_on("unhomed"),
+            start: None,
         };
         let on_lost = match params.text("on_lost") {
             Some("stop") => OnLost::Stop,
@@ -284,8 +285,16 @@ impl Station {
             return;
         };
         match news {
-            JobNews::Read { title, steps } => {
+            JobNews::Read {
+                title,
+                steps,
+                start,
+            } => {
                 (record.title, record.steps) = (Some(title), Some(steps));
+                if let Some(order) = &mut record.order {
+                    // It goes on from there, wherever the arm is by then.
+                    order.start = order.start.or(start);
+                }
                 record.first_step = record.order.as_ref().map(|order| order.from + 1);
             }
             JobNews::Starts(steps) => {
@@ -471,6 +480,10 @@ fn source(call: &Call<'_>) -> Result<Source, RpcError> {
     let source = Source {
         bytes,
         format: params.text("format").map(str::to_owned),
+        setup: match params.object("setup") {
+            Some(fields) => Some(Box::new(setup_options(fields)?)),
+            None => None,
+        },
     };
     source.bytes()?;
     Ok(source)

@@ -7,6 +7,8 @@ pub(crate) mod options;
 mod reading;
 mod report;
 mod setting;
+#[cfg(test)]
+mod setup_keys;
 mod show;
 mod suspend;
 mod tell;
@@ -23,16 +25,15 @@ use magician::sim::world::PictureOptions;
 use magician::words::Preflight;
 use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, burns};
 use magician_job::report::advised;
-use magician_program::raster::Size;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    Action, AppliedPlacement, Content, Diagnostic, Ending, Format, Plan, Program, Setup, Work,
+    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, WorkOption,
     WouldFit,
 };
 use magician_protocol::visible_lines;
 
 use self::drive::{Done, Drive};
-use self::options::{File, LaserFlags, Pen, PlacementOptions, PreviewFlags, RunFlags};
+use self::options::{File, PlacementOptions, PreviewFlags, RunFlags};
 use self::reading::Read;
 use crate::context::{Context, JobPolicy, StopPolicy};
 use crate::diagnostics::Severity;
@@ -44,6 +45,7 @@ use crate::terminal;
 use crate::verbs::sim::picture::Picture;
 use crate::voice::Command;
 
+pub(crate) use setting::defaults;
 #[cfg(test)]
 pub(super) use tui::examples;
 
@@ -55,14 +57,9 @@ const NOTES: usize = 10;
 pub(crate) struct Job {
     pub(crate) file: File,
     pub(crate) look: PreviewFlags,
-    pub(crate) place: PlacementOptions,
     pub(crate) way: RunFlags,
-    pub(crate) beam: LaserFlags,
-    pub(crate) pen: Pen,
-    /// What is made of drawings and images.
-    pub(crate) work: Work,
-    /// How large an image becomes.
-    pub(crate) size: Size,
+    /// How it is to be done: what its flags say.
+    pub(crate) options: SetupOptions,
     /// Rest at the end of each loop, ms.
     pub(crate) pause: u32,
     /// Whether it is run or looked at, and not made another file of.
@@ -102,6 +99,29 @@ enum Where {
 }
 
 impl Job {
+    /// A file that is run, with what these flags say of it.
+    pub(crate) fn new(
+        work: WorkOption,
+        file: File,
+        look: PreviewFlags,
+        place: &PlacementOptions,
+        way: RunFlags,
+    ) -> Self {
+        let mut options = SetupOptions::default();
+        options.work = Some(work);
+        file.say(&mut options);
+        place.say(&mut options);
+        way.say(&mut options);
+        Self {
+            file,
+            look,
+            way,
+            options,
+            pause: 0,
+            runs: true,
+        }
+    }
+
     /// Does it.
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let looks = self.look.is_wanted();
@@ -169,11 +189,11 @@ impl Job {
 
     /// What it is called on the whole terminal.
     fn verb(&self, made: &Made) -> &'static str {
-        match self.work {
-            Work::Draw(_) => "draw",
-            Work::Engrave(_) => "engrave",
-            Work::Default if made.format == Format::Playback => "play",
-            Work::Default => "run",
+        match self.options.work {
+            Some(WorkOption::Draw) => "draw",
+            Some(WorkOption::Engrave) => "engrave",
+            _ if made.format == Format::Playback => "play",
+            _ => "run",
         }
     }
 
@@ -247,18 +267,28 @@ impl Job {
         self.tell(&done, made, context)
     }
 
+    /// What flags and settings say of how the file is to be done.
+    fn setup(&self, place: &Where, context: &mut Context) -> Result<Setup, Failure> {
+        let config = context.config()?;
+        let defaults = place.defaults(&config, self.runs)?;
+        Ok(self.options.setup(&defaults))
+    }
+
     /// Makes a program of what was in the file.
     fn made(&self, read: Read, place: &Where, context: &mut Context) -> Result<Made, Failure> {
         let Read {
             source,
-            format,
-            content,
-            begun,
-            notes: mut told,
+            mut file,
+            standing,
         } = read;
-        let taught = matches!(content, Content::Plan(_));
+        let format = file.format;
+        let mut told = std::mem::take(&mut file.notes);
+        let start = (file.begun.as_ref())
+            .filter(|begun| !begun.said)
+            .map(|begun| begun.at);
         let config = context.config()?;
-        let mut setup = self.setup(place, &config)?;
+        let defaults = place.defaults(&config, self.runs)?;
+        let mut setup = self.options.setup(&defaults);
         setup.fence = context.fence();
         // A drawing that does not fit is a finding of the check; an unknown surface is an error.
         let fails = self.look.checks() && setup.known_surface().is_some();
@@ -269,50 +299,34 @@ impl Job {
             }
             failure
         };
-        let anywhere = begun.as_ref().and_then(|begun| begun.anywhere.clone());
-        let anywhere = anywhere.map(|plan| setup.plan(format, Content::Plan(plan)));
-        let made = setup.plan(format, content).map_err(refused)?;
-        notes(&source, &made.notes, context);
-        told.extend(made.notes);
-        let (placed, would_fit) = (made.placed, made.would_fit);
+        let mut laid = self.options.lay(&setup, file).map_err(refused)?;
+        notes(&source, &laid.notes, context);
+        told.append(&mut laid.notes);
+        let (placed, would_fit) = (laid.placed, laid.would_fit);
+        let misfit = laid.misfit.take();
         let misfit = match self.look.is_wanted() {
-            true => made.misfit,
-            false => made
-                .misfit
-                .map_or(Ok(None), |misfit| Err(refused(misfit)))?,
+            true => misfit,
+            false => misfit.map_or(Ok(None), |misfit| Err(refused(misfit)))?,
         };
-        let mut plan = self.on_grid(made.plan).map_err(refused)?;
-        if self.pause > 0 {
-            plan.push(Action::Wait(self.pause), magician_program::Origin::NONE);
-        }
-        let leading = begun.as_ref().map_or(0, |_| match anywhere {
-            Some(Ok(anywhere)) => plan.leading_from(&anywhere.plan),
-            _ => plan.steps.len(),
-        });
-        let settings = self.settings(&mut plan, taught);
-        let loops = self.way.loops.unwrap_or(1);
-        if plan.steps.is_empty() {
+        let needs_homed_arm = self.options.needs_homed_arm(&setup, format);
+        let ending = self.options.ending(&defaults, needs_homed_arm);
+        let loops = Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0);
+        let program = laid.program(&self.options, &ending, self.pause, loops);
+        let program = program.map_err(refused)?;
+        if program.plan().steps.is_empty() {
             return Err(Failure::invalid(format!(
                 "{}: nothing to do in this file",
                 source.name
             )));
         }
-        let program = Program::new(plan, Some(loops).filter(|loops| *loops > 0));
-        let needs_homed_arm = self.work != Work::Default || format.needs_homed_arm();
-        let ending = self.ending(&config, needs_homed_arm);
-        let stays = ending.stay && ending.draws(program.plan());
-        let program = program.pen_stays_down(stays);
         Ok(Made {
             ending,
             needs_homed_arm,
             source,
             setup,
-            program: program.with_settings(settings).with_leading(leading),
-            start: begun
-                .as_ref()
-                .filter(|begun| !begun.said)
-                .map(|begun| begun.at),
-            standing: begun.and_then(|begun| begun.standing),
+            program,
+            start,
+            standing,
             notes: told,
             placed,
             misfit,

@@ -1,12 +1,10 @@
 //! The flags that verbs which run a file share.
 
 use std::path::PathBuf;
-use std::str::FromStr;
 
 use clap::{Args, ValueHint};
 use magician_program::formats::Dialect;
-use magician_program::raster::{Size, Trace};
-use magician_program::{Format, Power, Tool, White};
+use magician_program::{Format, Grid, Power, SetupOptions, Tool, White};
 
 use crate::options::number;
 
@@ -21,11 +19,11 @@ pub(crate) struct File {
     pub(super) format: Option<Format>,
     /// Machine of a G-code file: pen, laser, or servo (M3, M280 or M300 lifts the pen by an angle); default: laser if the
     /// file switches a spindle or sets a power and has nothing of a mill's
-    #[arg(long, value_name = "pen|laser|servo", value_parser = dialect)]
-    pub(super) dialect: Option<Dialect>,
+    #[arg(long, value_name = "pen|laser|servo", value_parser = str::parse::<Dialect>)]
+    dialect: Option<Dialect>,
     /// S of full laser power in a G-code file ($30 of its controller); default: as the file says, else 1000
     #[arg(long, value_name = "N", value_parser = positive)]
-    pub(super) s_max: Option<f64>,
+    s_max: Option<f64>,
     /// White lines and shapes of an SVG: `skip` leaves them out, except on darker shapes and where nothing else would be
     /// drawn; `draw` draws them all
     #[arg(
@@ -34,10 +32,10 @@ pub(crate) struct File {
         default_value = "skip",
         hide_default_value = true
     )]
-    pub(super) white: White,
+    white: White,
     /// Drop points of a recording that are closer than this to the line, mm; the others keep their times
     #[arg(long, value_name = "MM", value_parser = positive)]
-    pub(super) resample: Option<f64>,
+    resample: Option<f64>,
 }
 
 /// How strong what burns is.
@@ -46,7 +44,7 @@ pub(crate) struct File {
 pub(crate) struct LaserFlags {
     /// Scale the laser so that full power is P percent; LEAST..MOST maps all power above 0 to that range
     #[arg(long, value_name = "P|LEAST..MOST", value_parser = power)]
-    pub(super) power: Option<Power>,
+    power: Option<Power>,
 }
 
 /// Looks at what would come, without a move.
@@ -73,47 +71,47 @@ pub(crate) struct PreviewFlags {
 pub(crate) struct PlacementOptions {
     /// Tool on the arm: none, suction, gripper, pen, laser, or its bias X,Y,Z in mm; it stays set on the arm
     #[arg(long, value_name = "NAME|X,Y,Z", allow_hyphen_values = true)]
-    pub(super) tool: Option<Tool>,
+    tool: Option<Tool>,
     /// Height of the work surface, mm: the z of `magician pose` when the tool touches it
     #[arg(long, value_name = "Z", allow_hyphen_values = true, value_parser = number::<f64>)]
-    pub(super) surface: Option<f64>,
+    surface: Option<f64>,
     /// Where a G-code program begins, mm; default: where the tool is
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
-    pub(super) start: Option<[f64; 3]>,
+    start: Option<[f64; 3]>,
     /// Place G-code, a plan, a playback file or points like a drawing, its centre at --at, else on the sheet, else where
     /// there is room; implied by --at, --fit, --surface, `draw` and `engrave`
     #[arg(long)]
-    pub(super) place: bool,
+    place: bool,
     /// Take the file's coordinates as the arm's, unchanged
     #[arg(long, conflicts_with_all = ["place", "at", "fit", "surface"])]
-    pub(super) raw: bool,
+    raw: bool,
     /// Z at which the pen of placed G-code touches the surface, mm; default: the lowest Z at which it draws
     #[arg(long, value_name = "Z", allow_hyphen_values = true, conflicts_with = "raw", value_parser = number::<f64>)]
-    pub(super) pen_z: Option<f64>,
+    pen_z: Option<f64>,
     /// Put its centre at this x and y, mm
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, value_parser = numbers::<2>)]
-    pub(super) at: Option<[f64; 2]>,
+    at: Option<[f64; 2]>,
     /// Scale by FACTOR
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
-    pub(super) scale: Option<f64>,
+    scale: Option<f64>,
     /// Rotate counter-clockwise by DEGREES
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number::<f64>)]
-    pub(super) rotate: Option<f64>,
+    rotate: Option<f64>,
     /// Shrink it until the arm reaches all of it; rotate it by 90 degrees where that allows a larger size
     #[arg(long)]
-    pub(super) fit: bool,
+    fit: bool,
     /// With --fit: do not rotate it
     #[arg(long, requires = "fit")]
-    pub(super) no_turn: bool,
+    no_turn: bool,
     /// Clip a drawing at its page
     #[arg(long)]
-    pub(super) clip_page: bool,
+    clip_page: bool,
     /// Mirror left to right
     #[arg(long)]
-    pub(super) mirror: bool,
+    mirror: bool,
     /// Move by DX,DY,DZ, mm
     #[arg(long = "move", value_name = "DX,DY,DZ", allow_hyphen_values = true, value_parser = numbers::<3>)]
-    pub(super) by: Option<[f64; 3]>,
+    by: Option<[f64; 3]>,
     /// Repeat it at each position of a grid, such as 2x3:40x30
     #[arg(
         long,
@@ -121,7 +119,7 @@ pub(crate) struct PlacementOptions {
         value_name = "ROWSxCOLUMNS:DXxDY",
         allow_hyphen_values = true
     )]
-    pub(super) grid: Option<Grid>,
+    grid: Option<Grid>,
 }
 
 /// How it runs.
@@ -130,10 +128,10 @@ pub(crate) struct PlacementOptions {
 pub(crate) struct RunFlags {
     /// Speed along the lines that are drawn or burnt, mm/s
     #[arg(long, value_name = "MM/S", value_parser = positive)]
-    pub(super) speed: Option<f64>,
+    speed: Option<f64>,
     /// Speed ratio of point-to-point moves, percent
     #[arg(long, value_name = "PERCENT", value_parser = percent)]
-    pub(super) speed_ratio: Option<f64>,
+    speed_ratio: Option<f64>,
     /// Repeat N times (0: until Ctrl-C)
     #[arg(long, value_name = "N")]
     pub(super) loops: Option<u64>,
@@ -167,10 +165,10 @@ pub(crate) struct RunFlags {
     pub(super) tui: bool,
     /// Leave the pen down at the end and after a stop
     #[arg(long, conflicts_with = "park")]
-    pub(super) stay: bool,
+    stay: bool,
     /// At the end, lift the tool and park its tip at this position, mm
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
-    pub(super) park: Option<[f64; 3]>,
+    park: Option<[f64; 3]>,
 }
 
 /// How lines are drawn with a pen.
@@ -179,73 +177,78 @@ pub(crate) struct RunFlags {
 pub(crate) struct Pen {
     /// Pen lift between lines, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
-    pub(super) lift: Option<f64>,
+    lift: Option<f64>,
     /// Speed between lines, mm/s
     #[arg(long, value_name = "MM/S", value_parser = positive)]
-    pub(super) travel_speed: Option<f64>,
+    travel_speed: Option<f64>,
     /// Draw the lines in the order of the file
     #[arg(long)]
-    pub(super) no_order: bool,
+    no_order: bool,
     /// Largest distance of a line from its curve, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
-    pub(super) tolerance: Option<f64>,
+    tolerance: Option<f64>,
     /// For an image: outline what is darker than this, 1 to 255
     #[arg(long, value_name = "GREY", value_parser = clap::value_parser!(u8).range(1..))]
-    pub(super) threshold: Option<u8>,
+    threshold: Option<u8>,
     /// Width of an image, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
-    pub(super) width: Option<f64>,
+    width: Option<f64>,
+}
+
+impl File {
+    pub(super) fn say(&self, options: &mut SetupOptions) {
+        options.dialect = self.dialect;
+        options.s_max = self.s_max;
+        options.white = Some(self.white);
+        options.resample = self.resample;
+    }
+}
+
+impl LaserFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.power = self.power;
+    }
+}
+
+impl PlacementOptions {
+    pub(super) fn say(&self, options: &mut SetupOptions) {
+        options.tool = self.tool;
+        options.surface = self.surface;
+        options.start = self.start;
+        options.place = self.place;
+        options.raw = self.raw;
+        options.pen_z = self.pen_z;
+        options.at = self.at;
+        options.scale = self.scale;
+        options.rotate = self.rotate;
+        options.fit = self.fit;
+        options.turn = self.no_turn.then_some(false);
+        options.clip_page = self.clip_page;
+        options.mirror = self.mirror;
+        options.by = self.by;
+        options.grid = self.grid;
+    }
+}
+
+impl RunFlags {
+    pub(super) fn say(&self, options: &mut SetupOptions) {
+        options.speed = self.speed;
+        options.speed_ratio = self.speed_ratio;
+        options.stay = self.stay;
+        options.park = self.park;
+    }
 }
 
 impl Pen {
-    /// The usual pen, lifted so far.
-    pub(crate) fn lifted(lift: Option<f64>) -> Self {
-        Self {
-            lift,
-            ..Self::default()
-        }
-    }
-
-    /// How the outlines of an image are found.
-    pub(crate) fn trace(&self) -> Trace {
-        let mut trace = Trace::default();
-        trace.level = self.threshold.unwrap_or(trace.level);
-        trace.tolerance = self.tolerance.unwrap_or(trace.tolerance);
-        trace
-    }
-
-    /// How large an image becomes.
-    pub(crate) fn size(&self) -> Size {
-        self.width.map_or(Size::Natural, Size::Width)
-    }
-}
-
-/// Places in rows and columns.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Grid {
-    pub(super) rows: usize,
-    pub(super) columns: usize,
-    /// From one column to the next in x, from one row to the next in y, mm.
-    pub(super) pitch: [f64; 2],
-}
-
-impl FromStr for Grid {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parsed = (|| {
-            let (counts, pitch) = text.split_once(':')?;
-            let (rows, columns) = counts.split_once('x')?;
-            let (dx, dy) = pitch.split_once('x')?;
-            let grid = Self {
-                rows: rows.trim().parse().ok().filter(|count| *count > 0)?,
-                columns: columns.trim().parse().ok().filter(|count| *count > 0)?,
-                pitch: [dx.trim().parse().ok()?, dy.trim().parse().ok()?],
-            };
-            let finite = grid.pitch.iter().all(|pitch: &f64| pitch.is_finite());
-            finite.then_some(grid)
-        })();
-        parsed.ok_or_else(|| "expected ROWSxCOLUMNS:DXxDY, such as 2x3:40x30".to_owned())
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.lift = self.lift;
+        options.travel_speed = self.travel_speed;
+        options.order = self.no_order.then_some(false);
+        options.tolerance = self.tolerance;
+        options.threshold = self.threshold;
+        options.width = self.width;
     }
 }
 
@@ -258,16 +261,6 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     parsed
         .and_then(|all| all.try_into().ok())
         .ok_or_else(|| format!("expected {N} numbers with commas between them"))
-}
-
-/// The machine for which G-code was written.
-fn dialect(text: &str) -> Result<Dialect, String> {
-    match text {
-        "pen" => Ok(Dialect::Pen),
-        "laser" => Ok(Dialect::Laser),
-        "servo" => Ok(Dialect::Servo),
-        _ => Err("expected pen, laser or servo".to_owned()),
-    }
 }
 
 /// Power of what is to burn: above 0.
@@ -301,16 +294,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn grids_and_numbers() {
-        let grid = Grid {
-            rows: 2,
-            columns: 3,
-            pitch: [40.0, -30.5],
-        };
-        assert_eq!("2x3:40x-30.5".parse(), Ok(grid));
-        for wrong in ["", "2x3", "0x3:1x1", "2x3:1", "axb:1x1", "2x3:nanx1"] {
-            assert!(wrong.parse::<Grid>().is_err(), "{wrong}");
-        }
+    fn numbers_have_commas_between_them() {
         assert_eq!(numbers::<3>("1,-2, 3.5"), Ok([1.0, -2.0, 3.5]));
         for wrong in ["", "1,2", "1,2,3,4", "1,2,inf", "a,b,c"] {
             assert!(numbers::<3>(wrong).is_err(), "{wrong}");

@@ -4,8 +4,7 @@ use magician::JointAngles;
 use magician::words::Preflight;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::{
-    Content, Diagnostic, DiagnosticCode, Format, Missing, Origin, Parsed, Plan, ReadOptions, Setup,
-    Tool, tip,
+    Diagnostic, DiagnosticCode, FileRead, Format, Origin, Plan, Reading, Setup, UnknownStart,
 };
 
 use super::{Job, Where, notes};
@@ -17,30 +16,15 @@ use crate::source::Source;
 pub(super) struct Opened {
     source: Source,
     format: Format,
-    reading: Option<Parsed>,
+    reading: Option<FileRead>,
 }
 
 /// What was in a file.
 pub(super) struct Read {
     pub(super) source: Source,
-    pub(super) format: Format,
-    pub(super) content: Content,
-    /// What of it was taken in a certain way.
-    pub(super) notes: Vec<Diagnostic>,
-    /// For what depends on where the tool stood when it began.
-    pub(super) begun: Option<Begun>,
-}
-
-/// A program that depends on where the tool stands when it begins, read for such a place.
-pub(super) struct Begun {
-    /// The place.
-    pub(super) at: [f64; 3],
-    /// Whether it was given.
-    pub(super) said: bool,
-    /// How a virtual arm stands there, if it is one's.
+    pub(super) file: FileRead,
+    /// How a virtual arm stands where it begins, if it depends on that.
     pub(super) standing: Option<JointAngles>,
-    /// The same program read without a place, if it can be: where both go on alike, the place counts no more.
-    pub(super) anywhere: Option<Plan>,
 }
 
 impl Job {
@@ -50,13 +34,28 @@ impl Job {
         let format = source.format(self.file.format)?;
         let reading = match format {
             Format::Gcode => None,
-            _ => Some(source.read(format, self.options())?),
+            _ => match self.first_reading(&source, format, &Setup::default())? {
+                Reading::Done(read) => Some(read),
+                Reading::UnknownStart(_) => None,
+            },
         };
         Ok(Opened {
             source,
             format,
             reading,
         })
+    }
+
+    fn first_reading(
+        &self,
+        source: &Source,
+        format: Format,
+        setup: &Setup,
+    ) -> Result<Reading, Failure> {
+        let read = self
+            .options
+            .read(format, source.bytes(), &source.title, setup);
+        read.map_err(|problem| source.failure(&problem))
     }
 
     /// Reads it for a place, and tells what of it was taken in a certain way.
@@ -71,69 +70,34 @@ impl Job {
             format,
             reading,
         } = opened;
-        let (reading, begun) = match reading {
+        let (file, standing) = match reading {
             Some(reading) => (reading, None),
-            None => self.gcode(&source, self.options(), place, context)?,
+            None => {
+                let setup = self.setup(place, context)?;
+                match self.first_reading(&source, format, &setup)? {
+                    Reading::Done(read) => (read, None),
+                    Reading::UnknownStart(unknown) => {
+                        Self::from_there(&source, unknown, &setup, place, context)?
+                    }
+                }
+            }
         };
-        notes(&source, &reading.notes, context);
+        notes(&source, &file.notes, context);
         Ok(Read {
             source,
-            format,
-            content: reading.content,
-            begun,
-            notes: reading.notes,
+            file,
+            standing,
         })
     }
 
-    fn options(&self) -> ReadOptions {
-        let mut options = ReadOptions::default();
-        options.tolerance = self.pen.tolerance.unwrap_or(options.tolerance);
-        options.white = self.file.white;
-        options.clip_page = self.place.clip_page;
-        options.resample = self.file.resample;
-        options
-    }
-
     /// Some G-code depends on where the tool stands when it begins: that place comes with it.
-    fn gcode(
-        &self,
+    fn from_there(
         source: &Source,
-        mut options: ReadOptions,
+        unknown: UnknownStart,
+        setup: &Setup,
         place: &Where,
         context: &mut Context,
-    ) -> Result<(Parsed, Option<Begun>), Failure> {
-        let config = context.config()?;
-        let setup = self.setup(place, &config)?;
-        setup.prepare(&mut options.gcode, setup.known_surface());
-        options.gcode.dialect = self.file.dialect.unwrap_or_default();
-        options.gcode.s_max = self.file.s_max;
-        options.gcode.laser_speed = setup.laser_speed.unwrap_or(options.gcode.laser_speed);
-        if options.gcode.placed {
-            return Ok((source.read(Format::Gcode, options)?, None));
-        }
-        let anywhere = source.read(Format::Gcode, options.clone());
-        let lacks_start = |problem: &Diagnostic| problem.missing == Some(Missing::Start);
-        if (anywhere.as_ref()).is_ok_and(|read| !read.notes.iter().any(lacks_start)) {
-            return anywhere.map(|reading| (reading, None));
-        }
-        let tool = setup.tool.or(setup.default_tool);
-        let anywhere = match anywhere {
-            Ok(Parsed {
-                content: Content::Plan(plan),
-                ..
-            }) => Some(plan),
-            _ => None,
-        };
-        if let Some(at) = self.place.start {
-            options.gcode.start = Some(before(at, anywhere.is_some(), &setup));
-            let begun = Begun {
-                at,
-                said: true,
-                standing: None,
-                anywhere,
-            };
-            return Ok((source.read(Format::Gcode, options)?, Some(begun)));
-        }
+    ) -> Result<(FileRead, Option<JointAngles>), Failure> {
         let (begins, virtually) = match place {
             Where::Arm => {
                 let begins = context.arm(StopPolicy::Look, async |arm, _| {
@@ -141,51 +105,29 @@ impl Job {
                 })?;
                 (begins, false)
             }
-            _ => (virtual_start(anywhere.as_ref(), &setup, tool)?, true),
+            _ => (virtual_start(unknown.anywhere(), setup)?, true),
         };
         let standing = begins.arm().filter(|_| virtually).map(|arm| arm.joints);
-        // As it can be said again.
-        let at = tip(&begins, tool).map(|at| at.map(|at| (at * 1000.0).round() / 1000.0));
-        let Some(at @ [x, y, z]) = at else {
-            return Ok((source.read(Format::Gcode, options)?, None));
+        let read = unknown.from(source.bytes(), setup, &begins);
+        let mut read = read.map_err(|problem| source.failure(&problem))?;
+        let Some([x, y, z]) = read.begun.as_ref().map(|begun| begun.at) else {
+            return Ok((read, None));
         };
-        options.gcode.start = Some(before(at, anywhere.is_some(), &setup));
-        let mut from_there = source.read(Format::Gcode, options)?;
         let what = format!("it begins at the tool's position, {x:.3},{y:.3},{z:.3}");
         let note = Diagnostic::new(Origin::NONE, what)
             .coded(DiagnosticCode::Assumed)
             .help(format!(
                 "--start {x:.3},{y:.3},{z:.3} begins there again from any position"
             ));
-        from_there.notes.insert(0, note);
-        let begun = Begun {
-            at,
-            said: false,
-            standing,
-            anywhere,
-        };
-        Ok((from_there, Some(begun)))
-    }
-}
-
-/// Where the arm stands in the coordinates of a program with places of its own, before it is moved: what it does where the arm
-/// stands is done there. What only counts from there is moved along.
-fn before(at: [f64; 3], has_places: bool, setup: &Setup) -> [f64; 3] {
-    let [x, y, z] = at;
-    match has_places {
-        true => [x - setup.placement.by[0], y - setup.placement.by[1], z],
-        false => at,
+        read.notes.insert(0, note);
+        Ok((read, standing))
     }
 }
 
 /// How the virtual arm stands that a plan is run on.
-fn virtual_start(
-    anywhere: Option<&Plan>,
-    setup: &Setup,
-    tool: Option<Tool>,
-) -> Result<Preflight, Failure> {
+fn virtual_start(anywhere: Option<&Plan>, setup: &Setup) -> Result<Preflight, Failure> {
     let mut options = RehearseOptions::default();
-    options.tool = tool;
+    options.tool = setup.tool.or(setup.default_tool);
     let mut plan = anywhere.cloned().unwrap_or_default();
     plan.surface = plan.surface.or(setup.surface);
     Ok(start_of(&stage(&plan, &options)?))

@@ -27,7 +27,7 @@ use crate::interrupt::Signals;
 use crate::mdns::Announcement;
 use crate::paint::tell;
 use crate::serving::say_ready;
-use crate::verbs::job::Job;
+use crate::verbs::job;
 use crate::verbs::station::tokens;
 pub(crate) use holder::{Holder, stations, url_of};
 
@@ -139,8 +139,7 @@ impl Serve {
             };
             arms.push((entry, target, options));
         }
-        let (setup, ending) = Job::without_flags(&config)?;
-        let reader = FormatReader { setup, ending };
+        let reader = FormatReader::new(job::defaults(&config)?);
         let rules = (store, reader, student_laser);
         let json = context.global.json;
         context.let_go()?;

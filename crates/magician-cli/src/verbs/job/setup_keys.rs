@@ -1,0 +1,188 @@
+//! Flags of `draw` and `engrave`, and keys of `setup`: the same options, with the same meaning.
+
+use std::collections::BTreeSet;
+
+use clap::{Args, Command, FromArgMatches};
+use magician_program::SetupOptions;
+use serde_json::{Value, json};
+
+use crate::verbs::draw::Draw;
+use crate::verbs::engrave::Verb as Engrave;
+
+/// Flags that change nothing of what is made: how it is looked at, and how the job goes.
+const NOT_OF_A_SETUP: [&str; 15] = [
+    "format",
+    "check",
+    "estimate",
+    "preview",
+    "dry-run",
+    "loops",
+    "from",
+    "resume",
+    "record",
+    "picture",
+    "whole",
+    "keep",
+    "require-homed",
+    "unhomed",
+    "tui",
+];
+
+fn draw() -> Command {
+    Draw::augment_args(Command::new("draw"))
+}
+
+fn engrave() -> Command {
+    Engrave::augment_args(Command::new("engrave"))
+}
+
+fn flags(command: &Command) -> BTreeSet<String> {
+    let flags = command.get_arguments().filter_map(clap::Arg::get_long);
+    flags.map(str::to_owned).collect()
+}
+
+/// The key of a flag: `--no-X` is X.
+fn key(flag: &str) -> String {
+    flag.strip_prefix("no-").unwrap_or(flag).replace('-', "_")
+}
+
+/// A value for each key, and what it needs beside it.
+fn examples() -> Vec<(Value, Value)> {
+    [
+        (json!({"dialect": "servo"}), json!({})),
+        (json!({"s_max": 255.0}), json!({})),
+        (json!({"white": "draw"}), json!({})),
+        (json!({"resample": 0.5}), json!({})),
+        (json!({"power": 80.0}), json!({})),
+        (json!({"power": "5..80"}), json!({})),
+        (json!({"tool": "pen"}), json!({})),
+        (json!({"tool": [10.0, 0.5, -5.5]}), json!({})),
+        (json!({"surface": -58.5}), json!({})),
+        (json!({"start": [200.0, 0.0, 50.0]}), json!({})),
+        (json!({"place": true}), json!({})),
+        (json!({"raw": true}), json!({})),
+        (json!({"pen_z": -1.5}), json!({})),
+        (json!({"at": [230.0, -10.0]}), json!({})),
+        (json!({"scale": 0.5}), json!({})),
+        (json!({"rotate": -30.0}), json!({})),
+        (json!({"fit": true}), json!({})),
+        (json!({"turn": false}), json!({"fit": true})),
+        (json!({"clip_page": true}), json!({})),
+        (json!({"mirror": true}), json!({})),
+        (json!({"move": [1.0, -2.0, 3.0]}), json!({})),
+        (json!({"grid": "2x3:40x-30.5"}), json!({})),
+        (json!({"speed": 20.0}), json!({})),
+        (json!({"speed_ratio": 80.0}), json!({})),
+        (json!({"stay": true}), json!({})),
+        (json!({"park": [150.0, 0.0, 40.0]}), json!({})),
+        (json!({"lift": 4.0}), json!({})),
+        (json!({"travel_speed": 90.0}), json!({})),
+        (json!({"order": false}), json!({})),
+        (json!({"tolerance": 0.2}), json!({})),
+        (json!({"threshold": 100}), json!({})),
+        (json!({"width": 60.0}), json!({})),
+        (json!({"height": 40.0}), json!({})),
+        (json!({"mode": "dither"}), json!({})),
+        (json!({"invert": true}), json!({})),
+        (json!({"spacing": 0.25}), json!({})),
+        (json!({"one_way": true}), json!({})),
+        (json!({"overscan": 3.0}), json!({})),
+        (json!({"gamma": 1.5}), json!({})),
+    ]
+    .into()
+}
+
+/// Members as flags.
+fn arguments(members: &Value) -> Vec<String> {
+    let members = members.as_object().unwrap();
+    let flag = |(key, value): (&String, &Value)| {
+        let flag = key.replace('_', "-");
+        match value {
+            Value::Bool(true) => format!("--{flag}"),
+            Value::Bool(false) => format!("--no-{flag}"),
+            Value::String(text) => format!("--{flag}={text}"),
+            Value::Array(items) => {
+                let items: Vec<_> = items.iter().map(ToString::to_string).collect();
+                format!("--{flag}={}", items.join(","))
+            }
+            number => format!("--{flag}={number}"),
+        }
+    };
+    members.iter().map(flag).collect()
+}
+
+fn said_to_draw(arguments: &[String]) -> SetupOptions {
+    let line = ["draw", "file"].map(str::to_owned);
+    let matches = draw().get_matches_from([&line, arguments].concat());
+    Draw::from_arg_matches(&matches).unwrap().job().options
+}
+
+fn said_to_engrave(arguments: &[String]) -> SetupOptions {
+    let line = ["engrave", "file"].map(str::to_owned);
+    let matches = engrave().get_matches_from([&line, arguments].concat());
+    Engrave::from_arg_matches(&matches).unwrap().job().options
+}
+
+#[test]
+fn every_flag_that_changes_what_is_made_is_a_key_and_every_key_a_flag() {
+    let flags = &flags(&draw()) | &flags(&engrave());
+    for flag in NOT_OF_A_SETUP {
+        assert!(flags.contains(flag), "--{flag} is no flag any more");
+    }
+    let of_flags = flags
+        .iter()
+        .filter(|flag| !NOT_OF_A_SETUP.contains(&flag.as_str()));
+    let of_flags: BTreeSet<_> = of_flags.map(|flag| key(flag)).collect();
+    let mut keys: BTreeSet<_> = SetupOptions::keys().into_iter().collect();
+    // Which verb it is.
+    assert!(keys.remove("work"));
+    assert_eq!(of_flags, keys);
+    let examples = examples();
+    let tried = examples
+        .iter()
+        .filter_map(|(members, _)| members.as_object()?.keys().next().cloned());
+    let tried: BTreeSet<_> = tried.collect();
+    assert_eq!(tried, keys, "each is tried below");
+}
+
+#[test]
+fn a_flag_and_a_key_say_the_same() {
+    let (draws, engraves) = (flags(&draw()), flags(&engrave()));
+    for (members, beside) in examples() {
+        let mut members = members;
+        for (name, value) in beside.as_object().unwrap() {
+            members[name] = value.clone();
+        }
+        let arguments = arguments(&members);
+        let has = |flags: &BTreeSet<String>| {
+            let known = |argument: &String| {
+                let flag = argument.trim_start_matches("--");
+                flags.contains(flag.split('=').next().unwrap())
+            };
+            arguments.iter().all(known)
+        };
+        let mut tried = 0;
+        for (known, said) in [
+            (&draws, said_to_draw as fn(&[String]) -> SetupOptions),
+            (&engraves, said_to_engrave),
+        ] {
+            if !has(known) {
+                continue;
+            }
+            tried += 1;
+            let mut expected = serde_json::to_value(said(&[])).unwrap();
+            for (name, value) in members.as_object().unwrap() {
+                expected[name] = value.clone();
+            }
+            let given = said(&arguments);
+            assert_eq!(serde_json::to_value(&given).unwrap(), expected);
+            let of_keys = SetupOptions::from_fields(members.as_object().unwrap()).unwrap();
+            for name in members.as_object().unwrap().keys() {
+                let (given, of_keys) =
+                    (serde_json::to_value(&given), serde_json::to_value(&of_keys));
+                assert_eq!(given.unwrap()[name], of_keys.unwrap()[name], "{name}");
+            }
+        }
+        assert!(tried > 0, "{members}");
+    }
+}

@@ -1,0 +1,350 @@
+//! Options as members of an object: each is read by itself, so that what is wrong has the name of its member.
+
+use std::fmt;
+
+use serde_json::{Map, Value};
+
+use super::{SetupOptions, WorkOption};
+
+/// Why an option is not taken.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct OptionError {
+    /// The name of the option.
+    pub key: String,
+    /// What is wrong, in a sentence that names the option.
+    pub message: String,
+}
+
+impl OptionError {
+    fn new(key: &str, message: impl Into<String>) -> Self {
+        Self {
+            key: key.to_owned(),
+            message: message.into(),
+        }
+    }
+}
+
+impl fmt::Display for OptionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for OptionError {}
+
+impl SetupOptions {
+    /// The names of all options, as members of an object.
+    #[must_use]
+    pub fn keys() -> Vec<String> {
+        let all = serde_json::to_value(Self::default());
+        let Ok(Value::Object(all)) = all else {
+            return Vec::new();
+        };
+        all.into_iter().map(|(key, _)| key).collect()
+    }
+
+    /// Reads the members of an object.
+    ///
+    /// # Errors
+    /// The first that is no option, has no such value, or contradicts another.
+    pub fn from_fields(fields: &Map<String, Value>) -> Result<Self, OptionError> {
+        for (key, value) in fields {
+            let shown: String = key.chars().take(40).collect();
+            if value.is_null() {
+                return Err(OptionError::new(&shown, format!("{shown} has no value")));
+            }
+            let alone = Map::from_iter([(key.clone(), value.clone())]);
+            serde_json::from_value::<Self>(Value::Object(alone)).map_err(|error| {
+                let message = match Self::keys().contains(key) {
+                    true => format!("{shown}: {error}"),
+                    false => format!(
+                        "unknown option {shown}; known are {}",
+                        Self::keys().join(", ")
+                    ),
+                };
+                OptionError::new(&shown, message)
+            })?;
+        }
+        let whole = serde_json::from_value::<Self>(Value::Object(fields.clone()));
+        let options = whole.map_err(|error| OptionError::new("", error.to_string()))?;
+        options.check()?;
+        Ok(options)
+    }
+
+    /// Checks values, and that none contradicts another.
+    ///
+    /// # Errors
+    /// The first that is out of its range, or contradicts another.
+    pub fn check(&self) -> Result<(), OptionError> {
+        let above_0 = [
+            ("s_max", self.s_max),
+            ("resample", self.resample),
+            ("scale", self.scale),
+            ("speed", self.speed),
+            ("lift", self.lift),
+            ("travel_speed", self.travel_speed),
+            ("tolerance", self.tolerance),
+            ("width", self.width),
+            ("height", self.height),
+            ("spacing", self.spacing),
+            ("overscan", self.overscan),
+            ("gamma", self.gamma),
+        ];
+        for (key, value) in above_0 {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                let message = format!("{key} is a number above 0, not {value}");
+                return Err(OptionError::new(key, message));
+            }
+        }
+        let finite: [(&str, &[f64]); 7] = [
+            ("surface", self.surface.as_slice()),
+            ("pen_z", self.pen_z.as_slice()),
+            ("rotate", self.rotate.as_slice()),
+            ("at", self.at.as_ref().map_or(&[], |at| at)),
+            ("start", self.start.as_ref().map_or(&[], |at| at)),
+            ("move", self.by.as_ref().map_or(&[], |by| by)),
+            ("park", self.park.as_ref().map_or(&[], |at| at)),
+        ];
+        for (key, values) in finite {
+            if values.iter().any(|value| !value.is_finite()) {
+                return Err(OptionError::new(key, format!("{key} is of finite numbers")));
+            }
+        }
+        if let Some(ratio) = self
+            .speed_ratio
+            .filter(|ratio| !(1.0..=100.0).contains(ratio))
+        {
+            let message = format!("speed_ratio is 1 to 100 percent, not {ratio}");
+            return Err(OptionError::new("speed_ratio", message));
+        }
+        if self.threshold == Some(0) {
+            let message = "threshold is a grey from 1 to 255, not 0";
+            return Err(OptionError::new("threshold", message));
+        }
+        if self.power.is_some_and(|power| power.range()[1] <= 0.0) {
+            let message = "power is percent above 0, such as 80 or 5..80";
+            return Err(OptionError::new("power", message));
+        }
+        self.contradictions()
+    }
+
+    fn contradictions(&self) -> Result<(), OptionError> {
+        let both = [
+            ("raw", self.raw, "place", self.place),
+            ("raw", self.raw, "at", self.at.is_some()),
+            ("raw", self.raw, "fit", self.fit),
+            ("raw", self.raw, "surface", self.surface.is_some()),
+            ("raw", self.raw, "pen_z", self.pen_z.is_some()),
+            (
+                "height",
+                self.height.is_some(),
+                "width",
+                self.width.is_some(),
+            ),
+            ("stay", self.stay, "park", self.park.is_some()),
+        ];
+        for (key, given, other, too) in both {
+            if given && too {
+                let message = format!("{key} and {other} contradict each other");
+                return Err(OptionError::new(key, message));
+            }
+        }
+        if self.turn == Some(false) && !self.fit {
+            return Err(OptionError::new("turn", "turn counts with fit alone"));
+        }
+        let engraving = [
+            ("mode", self.mode.is_some()),
+            ("invert", self.invert),
+            ("spacing", self.spacing.is_some()),
+            ("one_way", self.one_way),
+            ("overscan", self.overscan.is_some()),
+            ("gamma", self.gamma.is_some()),
+        ];
+        for (key, given) in engraving {
+            if given && self.work == Some(WorkOption::Draw) {
+                let message = format!("{key} counts where the laser engraves: work is draw");
+                return Err(OptionError::new(key, message));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What is text, such as a word of a few.
+pub(super) mod text {
+    use std::fmt::Display;
+    use std::str::FromStr;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+    #[expect(clippy::ref_option, reason = "serde gives a reference to the field")]
+    pub(crate) fn serialize<T: Display, S: Serializer>(
+        value: &Option<T>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let text = value.as_ref().map(ToString::to_string);
+        text.serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, T: FromStr<Err = String>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<T>, D::Error> {
+        let text = Option::<String>::deserialize(deserializer)?;
+        text.map(|text| text.parse().map_err(de::Error::custom))
+            .transpose()
+    }
+}
+
+/// Full power as a number, or a range as text.
+pub(super) mod power {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+    use crate::Power;
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(untagged, expecting = "expected percent, such as 80 or \"5..80\"")]
+    enum Said {
+        Most(f64),
+        Range(String),
+    }
+
+    #[expect(clippy::ref_option, reason = "serde gives a reference to the field")]
+    pub(crate) fn serialize<S: Serializer>(
+        value: &Option<Power>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let said = value.map(|power| match power.range() {
+            [0.0, most] => Said::Most(most),
+            _ => Said::Range(power.to_string()),
+        });
+        said.serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<Power>, D::Error> {
+        let said = Option::<Said>::deserialize(deserializer)?;
+        let power = said.map(|said| match said {
+            Said::Most(most) => Power::new(0.0, most),
+            Said::Range(text) => text.parse(),
+        });
+        power.transpose().map_err(de::Error::custom)
+    }
+}
+
+/// A tool by its name, or its bias as three numbers.
+pub(super) mod tool {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+    use crate::Tool;
+
+    #[derive(Serialize, Deserialize)]
+    #[serde(
+        untagged,
+        expecting = "expected none, suction, gripper, pen, laser, or three numbers in mm"
+    )]
+    enum Said {
+        Bias([f32; 3]),
+        Name(String),
+    }
+
+    #[expect(clippy::ref_option, reason = "serde gives a reference to the field")]
+    pub(crate) fn serialize<S: Serializer>(
+        value: &Option<Tool>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        let said = value.map(|tool| match tool {
+            Tool::Bias(bias) => Said::Bias(bias),
+            named => Said::Name(named.to_string()),
+        });
+        said.serialize(serializer)
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<Option<Tool>, D::Error> {
+        let said = Option::<Said>::deserialize(deserializer)?;
+        let tool = said.map(|said| match said {
+            Said::Bias(bias) if bias.iter().all(|part| part.is_finite()) => Ok(Tool::Bias(bias)),
+            Said::Bias(_) => Err("expected three finite numbers in mm".to_owned()),
+            Said::Name(name) => name.parse(),
+        });
+        tool.transpose().map_err(de::Error::custom)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    fn read(fields: Value) -> Result<SetupOptions, OptionError> {
+        let Value::Object(fields) = fields else {
+            panic!("{fields}");
+        };
+        SetupOptions::from_fields(&fields)
+    }
+
+    #[test]
+    fn what_is_wrong_has_the_name_of_its_option() {
+        for (fields, key) in [
+            (json!({"colour": "red"}), "colour"),
+            (json!({"by_file": true}), "by_file"),
+            (json!({"work": "by_file"}), "work"),
+            (json!({"scale": 0}), "scale"),
+            (json!({"scale": "2"}), "scale"),
+            (json!({"scale": null}), "scale"),
+            (json!({"at": [1, 2, 3]}), "at"),
+            (json!({"at": "1,2"}), "at"),
+            (json!({"fit": 1}), "fit"),
+            (json!({"speed_ratio": 0.5}), "speed_ratio"),
+            (json!({"speed_ratio": 101}), "speed_ratio"),
+            (json!({"threshold": 0}), "threshold"),
+            (json!({"threshold": 256}), "threshold"),
+            (json!({"power": 0}), "power"),
+            (json!({"power": "80..5"}), "power"),
+            (json!({"tool": "spoon"}), "tool"),
+            (json!({"tool": [1, 2]}), "tool"),
+            (json!({"grid": "0x1:1x1"}), "grid"),
+            (json!({"white": "grey"}), "white"),
+            (json!({"dialect": "mill"}), "dialect"),
+            (json!({"mode": "shiny"}), "mode"),
+            (json!({"raw": true, "at": [1, 2]}), "raw"),
+            (json!({"turn": false}), "turn"),
+            (json!({"stay": true, "park": [1, 2, 3]}), "stay"),
+            (json!({"width": 1, "height": 1}), "height"),
+            (json!({"work": "draw", "gamma": 2}), "gamma"),
+        ] {
+            let error = read(fields.clone()).expect_err(&fields.to_string());
+            assert_eq!(error.key, key, "{fields}: {error}");
+            assert!(error.message.contains(key), "{error}");
+        }
+    }
+
+    #[test]
+    fn options_are_written_and_read_back() {
+        let fields = json!({
+            "work": "engrave", "tool": [10, 0, -5.5], "power": "5..80", "white": "draw",
+            "dialect": "servo", "grid": "2x3:40x30", "move": [1, 2, 3], "order": false,
+            "mode": "threshold", "threshold": 100, "fit": true, "turn": false,
+        });
+        let options = read(fields.clone()).unwrap();
+        let Ok(Value::Object(mut written)) = serde_json::to_value(&options) else {
+            panic!("no object");
+        };
+        assert_eq!(
+            serde_json::from_value::<SetupOptions>(Value::Object(written.clone())).unwrap(),
+            options
+        );
+        written.retain(|_, value| !value.is_null() && *value != json!(false));
+        let mut expected = fields.as_object().unwrap().clone();
+        expected.insert("tool".to_owned(), json!([10.0, 0.0, -5.5]));
+        expected.insert("move".to_owned(), json!([1.0, 2.0, 3.0]));
+        expected.retain(|_, value| *value != json!(false));
+        written.retain(|key, _| expected.contains_key(key));
+        assert_eq!(Value::Object(written), Value::Object(expected));
+        assert!(SetupOptions::keys().contains(&"move".to_owned()));
+    }
+}

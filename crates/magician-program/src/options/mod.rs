@@ -1,0 +1,330 @@
+//! What a person may say of how a file is drawn, engraved or run, as plain data: flags of the command, keywords of Python,
+//! `setup` of a station. One option, one name, one meaning.
+
+mod fields;
+mod grid;
+mod program;
+
+use magician_host::{Set, words};
+use serde::{Deserialize, Serialize};
+
+pub use fields::OptionError;
+pub use grid::Grid;
+pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
+
+use crate::artwork::{Marking, Sheet};
+use crate::formats::Dialect;
+use crate::raster::{Engrave, Size, Tone, Trace};
+use crate::{
+    Action, Ending, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, Tool, White, Work,
+};
+
+/// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
+const ACCELERATION: f32 = 100.0;
+
+/// What is made of drawings and images, as far as that was said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum WorkOption {
+    /// All is drawn with a pen.
+    Draw,
+    /// All is burnt.
+    Engrave,
+    /// Drawings are drawn, images engraved, all else is done where its file says.
+    #[serde(skip)]
+    ByFile,
+}
+
+/// How grey levels become power.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum ModeOption {
+    /// More power where it is darker.
+    Grey,
+    /// Full power for dark pixels, none for the rest.
+    Threshold,
+    /// Dots of full power, denser where it is darker.
+    Dither,
+}
+
+/// The options of drawing and engraving. What is not given is as the settings or the file say. Lengths are mm, angles degrees,
+/// speeds mm/s.
+///
+/// As JSON each is a member of its own name: numbers as numbers, points as arrays, switches as booleans.
+///
+/// ```
+/// use magician_program::{Setup, SetupDefaults, SetupOptions};
+/// use serde_json::json;
+///
+/// let fields = json!({"at": [230, 0], "scale": 0.5, "order": false});
+/// let options = SetupOptions::from_fields(fields.as_object().unwrap())?;
+/// let setup: Setup = options.setup(&SetupDefaults::default());
+/// assert_eq!((setup.placement.at, setup.order), (Some([230.0, 0.0]), false));
+/// let wrong = json!({"scale": -1});
+/// assert_eq!(SetupOptions::from_fields(wrong.as_object().unwrap()).unwrap_err().key, "scale");
+/// # Ok::<(), magician_program::OptionError>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct SetupOptions {
+    /// What is made of drawings and images; by the tool if not given: the laser engraves, every other tool draws.
+    pub work: Option<WorkOption>,
+    /// Machine of a G-code file.
+    #[serde(with = "fields::text")]
+    pub dialect: Option<Dialect>,
+    /// S of full laser power in a G-code file.
+    pub s_max: Option<f64>,
+    /// What becomes of white lines and shapes.
+    #[serde(with = "fields::text")]
+    pub white: Option<White>,
+    /// Points of a recording that are closer than this to the line are left out.
+    pub resample: Option<f64>,
+    /// Full power, percent, or the range of all power above 0.
+    #[serde(with = "fields::power")]
+    pub power: Option<Power>,
+    /// Tool on the arm.
+    #[serde(with = "fields::tool")]
+    pub tool: Option<Tool>,
+    /// Height of the work surface.
+    pub surface: Option<f64>,
+    /// Where a G-code program begins.
+    pub start: Option<[f64; 3]>,
+    /// A file of coordinates is placed like a drawing.
+    pub place: bool,
+    /// The file's coordinates are the arm's.
+    pub raw: bool,
+    /// Z at which the pen of placed G-code touches.
+    pub pen_z: Option<f64>,
+    /// Where its centre goes.
+    pub at: Option<[f64; 2]>,
+    /// Its size, 1 being the true one.
+    pub scale: Option<f64>,
+    /// Turned counter-clockwise.
+    pub rotate: Option<f64>,
+    /// Made smaller until it can be reached.
+    pub fit: bool,
+    /// Whether what is made to fit may be turned by 90 degrees; it may unless given.
+    pub turn: Option<bool>,
+    /// A drawing is cut at its page.
+    pub clip_page: bool,
+    /// Mirrored left to right.
+    pub mirror: bool,
+    /// Moved on from where it lies.
+    #[serde(rename = "move")]
+    pub by: Option<[f64; 3]>,
+    /// Repeated at each position of a grid.
+    #[serde(with = "fields::text")]
+    pub grid: Option<Grid>,
+    /// Speed along the lines that are drawn or burnt.
+    pub speed: Option<f64>,
+    /// Speed ratio of point-to-point moves, percent.
+    pub speed_ratio: Option<f64>,
+    /// The pen stays down at the end and after a stop.
+    pub stay: bool,
+    /// Where the tip of the tool is parked at the end.
+    pub park: Option<[f64; 3]>,
+    /// Pen lift between lines.
+    pub lift: Option<f64>,
+    /// Speed between lines.
+    pub travel_speed: Option<f64>,
+    /// Whether lines are drawn in the order that travels least; they are unless given.
+    pub order: Option<bool>,
+    /// Largest distance of a line from its curve.
+    pub tolerance: Option<f64>,
+    /// What is darker than this is dark, 1 to 255.
+    pub threshold: Option<u8>,
+    /// Width of an image.
+    pub width: Option<f64>,
+    /// Height of an image.
+    pub height: Option<f64>,
+    /// How grey levels become power.
+    pub mode: Option<ModeOption>,
+    /// White burns, black does not.
+    pub invert: bool,
+    /// Distance between the lines of an image.
+    pub spacing: Option<f64>,
+    /// All lines of an image are burnt in the same direction.
+    pub one_way: bool,
+    /// Run-up and run-out of the tool at the ends of a line.
+    pub overscan: Option<f64>,
+    /// Exponent of the darkness.
+    pub gamma: Option<f64>,
+}
+
+/// What settings say where an option is left open.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct SetupDefaults {
+    /// The tool that is on the arm as a rule.
+    pub tool: Option<Tool>,
+    /// The sheet that drawings lie on.
+    pub sheet: Option<Sheet>,
+    /// The surface that drawings and images lie on.
+    pub surface: Option<Surface>,
+    /// Speed of the pen.
+    pub draw_speed: Option<f64>,
+    /// Speed of the pen between lines.
+    pub draw_travel_speed: Option<f64>,
+    /// Pen lift between lines.
+    pub draw_lift: Option<f64>,
+    /// Speed of the laser on drawings and images.
+    pub engrave_speed: Option<f64>,
+    /// Full power.
+    pub engrave_power: Option<Power>,
+    /// Where the tip of the tool is parked at the end.
+    pub park: Option<[f64; 3]>,
+}
+
+impl SetupOptions {
+    /// Those of a file that is run as it is: nothing but the settings counts.
+    #[must_use]
+    pub fn by_file() -> Self {
+        Self {
+            work: Some(WorkOption::ByFile),
+            ..Self::default()
+        }
+    }
+
+    /// How the file is to be done.
+    #[must_use]
+    pub fn setup(&self, defaults: &SetupDefaults) -> Setup {
+        let usual = Marking::pen();
+        let placement = Placement {
+            frame: match (self.place, self.raw) {
+                (_, true) => Frame::Arm,
+                (true, _) => Frame::Own,
+                _ => Frame::Default,
+            },
+            pen_z: self.pen_z,
+            at: self.at,
+            scale: self.scale.unwrap_or(1.0),
+            rotate: self.rotate.unwrap_or(0.0),
+            fit: self.fit,
+            turn: self.turn.unwrap_or(true),
+            mirror: self.mirror,
+            by: self.by.unwrap_or_default(),
+        };
+        let speed = |said: Option<f64>, usual| said.map_or(usual, |speed| speed as f32);
+        Setup {
+            tool: self.tool,
+            default_tool: defaults.tool,
+            surface: self.surface.map(Surface::level),
+            default_surface: defaults.surface,
+            sheet: defaults.sheet,
+            placement,
+            pen: Marking {
+                lift: self.lift_over(defaults),
+                speed: speed(defaults.draw_speed, usual.speed),
+                travel: speed(
+                    self.travel_speed.or(defaults.draw_travel_speed),
+                    usual.travel,
+                ),
+                ..usual
+            },
+            order: self.order.unwrap_or(true),
+            work: self.work(defaults),
+            size: self.size(),
+            speed: self.speed.map(|speed| speed as f32),
+            laser_speed: defaults.engrave_speed,
+            power: self.power,
+            default_power: defaults.engrave_power,
+            fence: None,
+        }
+    }
+
+    /// How the file is read, to be done so.
+    #[must_use]
+    pub fn reading(&self, setup: &Setup) -> ReadOptions {
+        let mut options = ReadOptions::default();
+        options.tolerance = self.tolerance.unwrap_or(options.tolerance);
+        options.white = self.white.unwrap_or_default();
+        options.clip_page = self.clip_page;
+        options.resample = self.resample;
+        setup.prepare(&mut options.gcode, setup.known_surface());
+        options.gcode.dialect = self.dialect.unwrap_or_default();
+        options.gcode.s_max = self.s_max;
+        options.gcode.laser_speed = setup.laser_speed.unwrap_or(options.gcode.laser_speed);
+        options
+    }
+
+    /// What becomes of the pen and the arm at the end; `drawing` as in [`Ending::drawing`].
+    #[must_use]
+    pub fn ending(&self, defaults: &SetupDefaults, drawing: bool) -> Ending {
+        Ending {
+            lift: self.lift_over(defaults),
+            stay: self.stay,
+            drawing,
+            park: self.park.or(defaults.park).filter(|_| !self.stay),
+        }
+    }
+
+    /// Which work it is.
+    fn choice(&self, defaults: &SetupDefaults) -> WorkOption {
+        self.work
+            .unwrap_or_else(|| match self.tool.or(defaults.tool) {
+                Some(Tool::Laser) => WorkOption::Engrave,
+                _ => WorkOption::Draw,
+            })
+    }
+
+    fn work(&self, defaults: &SetupDefaults) -> Work {
+        match self.choice(defaults) {
+            WorkOption::ByFile => Work::Default,
+            WorkOption::Draw => {
+                let mut trace = Trace::default();
+                trace.level = self.threshold.unwrap_or(trace.level);
+                trace.tolerance = self.tolerance.unwrap_or(trace.tolerance);
+                Work::Draw(trace)
+            }
+            WorkOption::Engrave => Work::Engrave(self.engrave()),
+        }
+    }
+
+    fn engrave(&self) -> Engrave {
+        let usual = Engrave::default();
+        Engrave {
+            tone: match self.mode {
+                None | Some(ModeOption::Grey) => Tone::Grey,
+                Some(ModeOption::Threshold) => Tone::Threshold(self.threshold.unwrap_or(128)),
+                Some(ModeOption::Dither) => Tone::Dither,
+            },
+            invert: self.invert,
+            both_directions: !self.one_way,
+            spacing: self.spacing.unwrap_or(usual.spacing),
+            overscan: self.overscan.or(usual.overscan),
+            gamma: self.gamma.unwrap_or(usual.gamma),
+            ..usual
+        }
+    }
+
+    fn size(&self) -> Size {
+        match (self.width, self.height) {
+            (Some(width), _) => Size::Width(width),
+            (None, Some(height)) => Size::Height(height),
+            (None, None) => Size::Natural,
+        }
+    }
+
+    fn lift_over(&self, defaults: &SetupDefaults) -> f64 {
+        let lift = self.lift.or(defaults.draw_lift);
+        lift.unwrap_or(Marking::pen().lift)
+    }
+
+    /// What the arm is told first, besides what the plan says; `taught` is one in the arm's coordinates.
+    fn settings(&self, plan: &mut Plan, taught: bool) -> Vec<Set> {
+        let mut settings = Vec::new();
+        if let Some(ratio) = self.speed_ratio {
+            settings.push(plan.moves_at(ratio as f32));
+        }
+        let path = |action: &Action| matches!(action, Action::Path { .. } | Action::Burn { .. });
+        if let Some(speed) = self.speed.filter(|_| taught)
+            && plan.steps.iter().any(|step| path(&step.action))
+        {
+            settings.push(words::path_speed(speed as f32, ACCELERATION));
+        }
+        settings
+    }
+}
