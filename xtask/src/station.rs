@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
+use magician_program::SetupOptions;
 use magician_station::api::{Example, METHODS, Method, Needs};
 use magician_station::http::{ROUTES, RouteNeeds};
 use serde_json::json;
@@ -47,6 +48,13 @@ A socket is closed with 4400 (no good hello), 4401 (no or wrong token), 4403 (to
 ## Methods
 ";
 
+const OPTIONS: &str = "
+## Options of a program
+
+The members of `setup`: `work` (`draw` or `engrave`), and the flags of `magician draw` and `magician engrave`, whose help says what each means.
+
+";
+
 /// Writes `docs/STATION-API.md`.
 pub(crate) fn write(docs: &Path) -> Result<(), Box<dyn Error>> {
     fs::write(docs.join("STATION-API.md"), page())?;
@@ -70,6 +78,11 @@ fn page() -> String {
     for method in METHODS {
         page += &section(method);
     }
+    let keys: Vec<_> = { SetupOptions::keys().iter() }
+        .map(|key| format!("`{key}`"))
+        .collect();
+    page += OPTIONS;
+    let _ = writeln!(page, "{}", keys.join(" "));
     page
 }
 

@@ -6,21 +6,35 @@ use std::path::PathBuf;
 /// The directory for state: journals of jobs, saved settings, histories. `None` where the system names none.
 #[must_use]
 pub fn state() -> Option<PathBuf> {
-    state_of(|name| std::env::var_os(name))
+    place_of("XDG_STATE_HOME", ".local/state", |name| {
+        std::env::var_os(name)
+    })
 }
 
-fn state_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+/// The directory for data of people: programs. `None` where the system names none.
+#[must_use]
+pub fn data() -> Option<PathBuf> {
+    place_of("XDG_DATA_HOME", ".local/share", |name| {
+        std::env::var_os(name)
+    })
+}
+
+fn place_of(
+    named: &str,
+    usual: &str,
+    variable: impl Fn(&str) -> Option<OsString>,
+) -> Option<PathBuf> {
     let set = |name| variable(name).filter(|value| !value.is_empty());
-    let state = set("XDG_STATE_HOME").map(PathBuf::from);
-    let state = state.filter(|path| path.is_absolute());
+    let place = set(named).map(PathBuf::from);
+    let place = place.filter(|path| path.is_absolute());
     let local = || {
         if cfg!(windows) {
             set("LOCALAPPDATA").map(PathBuf::from)
         } else {
-            set("HOME").map(|home| PathBuf::from(home).join(".local/state"))
+            set("HOME").map(|home| PathBuf::from(home).join(usual))
         }
     };
-    Some(state.or_else(local)?.join("magician"))
+    Some(place.or_else(local)?.join("magician"))
 }
 
 #[cfg(test)]
@@ -31,7 +45,9 @@ mod tests {
     #[test]
     fn state_has_its_place_or_none() {
         let with = |name: &'static str, value: &'static str| {
-            state_of(move |asked| (asked == name).then(|| value.into()))
+            place_of("XDG_STATE_HOME", ".local/state", move |asked| {
+                (asked == name).then(|| value.into())
+            })
         };
         let home = Some("/home/me/.local/state/magician".into());
         assert_eq!(

@@ -276,6 +276,43 @@ pub struct Note {
     pub remedies: Vec<Remedy>,
 }
 
+/// What came of converting a program to another format.
+#[derive(Debug, Serialize)]
+#[non_exhaustive]
+pub struct ConversionReport {
+    /// The name of the program.
+    pub from: String,
+    /// The name of the new file.
+    pub to: String,
+    /// How many steps it has.
+    pub steps: usize,
+    /// What the new file cannot say.
+    pub lost: Vec<String>,
+    /// What of the program was taken in a certain way, and what the new file cannot say.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
+}
+
+impl ConversionReport {
+    /// Of a program of so many steps, with the notes of reading it and what the new file cannot say.
+    #[must_use]
+    pub fn new(
+        voice: &impl Voice,
+        [from, to]: [String; 2],
+        steps: usize,
+        read: &[Diagnostic],
+        lost: &[Diagnostic],
+    ) -> Self {
+        Self {
+            from,
+            to,
+            steps,
+            lost: lost.iter().map(ToString::to_string).collect(),
+            notes: Note::all(voice, read.iter().chain(lost)),
+        }
+    }
+}
+
 impl Note {
     /// All of them, each with what to do about it in these words.
     pub fn all<'p>(

@@ -42,6 +42,7 @@ mod calibrate;
 mod check;
 #[cfg(feature = "picture")]
 pub mod compare;
+mod convert;
 mod diagnostic;
 mod ending;
 #[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
@@ -66,6 +67,7 @@ mod surface;
 pub use artwork::{Artwork, Stroke, WouldFit};
 pub use calibrate::{Tip, rounded_height};
 pub use check::{RefusedStep, Report, check, would_do_at, would_fit, would_fit_turned};
+pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;
 pub use formats::{Content, Fills, Format, Parsed, ReadOptions, White, read};

@@ -12,7 +12,7 @@ use futures_util::{SinkExt, StreamExt};
 use magician::commands::Pose;
 use magician::sim::Controller;
 use magician::{Arm, Options, SimSpeed, Tracer, VirtualArm};
-use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries};
+use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries, Uploads};
 use magician_station::{ArmEntry, RunningStation, StationConfig};
 use serde_json::{Value, json};
 use tokio::net::TcpStream;
@@ -143,6 +143,7 @@ async fn main() {
         tokens: TokenStore::at("/nonexistent/tokens.toml"),
         version: "0".into(),
         tries: Tries::default(),
+        uploads: Uploads::default(),
     };
     tokio::spawn(listener.serve(station, options, ends));
 

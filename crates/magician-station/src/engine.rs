@@ -236,7 +236,11 @@ impl Work {
                 }
             }
             ArmOrder::World { request, act } => self.change_world(request, act),
-            ArmOrder::CheckJob { request, source } => self.check_job(request, *source),
+            ArmOrder::CheckJob {
+                request,
+                source,
+                preview,
+            } => self.check_job(request, *source, preview),
             ArmOrder::StartJob(start) => {
                 self.job = Some(Slot::new(start.job));
                 self.waiting.push_back(Waiting::Job(start));

@@ -1,22 +1,31 @@
 //! Programs for jobs: how they come, who reads them, and what is kept of jobs.
 
+use std::fmt;
+use std::sync::Arc;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use magician::Fence;
-use magician::Voice;
 use magician::report::FenceReport;
 use magician::words::Preflight;
-use magician_job::report::{CheckReport, Note, WayOut, warnings};
+use magician::{Fence, Voice};
+use magician_job::report::{CheckReport, ConversionReport, Note, WayOut, warnings};
 use magician_job::{Journal, NoJournal};
+use magician_program::preview::Outline;
 use magician_program::{
-    AppliedPlacement, Diagnostic, DiagnosticCode, Ending, Format, Origin, Program, Reading,
-    RemainingProgram, Report, Setup, SetupDefaults, SetupOptions, Surface, WouldFit,
+    AppliedPlacement, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending, Format,
+    Origin, Program, Reading, RemainingProgram, Report, Setup, SetupDefaults, SetupOptions,
+    Surface, WouldFit,
 };
 use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
 
 use crate::api::RpcError;
+use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
+use crate::reading::to_value;
+
+/// Points of a preview, at most.
+const PREVIEWED: usize = 20_000;
 
 /// A program as a client names it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -27,6 +36,8 @@ pub enum SourceBytes {
     Text(String),
     /// Bytes in base64.
     Data(String),
+    /// A program of the library, by its name.
+    Program(String),
 }
 
 /// A program as a client sends it, and what it says of it.
@@ -44,16 +55,33 @@ pub struct Source {
 }
 
 impl Source {
-    /// The bytes of the file.
+    /// The bytes of the file; one of the library comes from there.
     ///
     /// # Errors
-    /// An error of the parameter `data` for what is no base64.
-    pub fn bytes(&self) -> Result<Vec<u8>, RpcError> {
+    /// An error of the parameter `data` for what is no base64, of `program` for a name of no program.
+    pub fn bytes(&self, library: &dyn ProgramStore) -> Result<Vec<u8>, RpcError> {
         match &self.bytes {
             SourceBytes::Text(text) => Ok(text.clone().into_bytes()),
             SourceBytes::Data(data) => STANDARD
                 .decode(data)
                 .map_err(|_| RpcError::param("data", "`data` must be bytes in base64")),
+            SourceBytes::Program(name) => {
+                let name = ProgramName::new(name).ok_or_else(library::unknown_program)?;
+                library::bytes_of(library, &name).map_err(|error| match error {
+                    LibraryError::Unknown => library::unknown_program(),
+                    other => library::wrong(other),
+                })
+            }
+        }
+    }
+}
+
+impl SourceBytes {
+    /// Its name, if it has one.
+    fn name(&self) -> &str {
+        match self {
+            Self::Program(name) => name,
+            Self::Text(_) | Self::Data(_) => "",
         }
     }
 }
@@ -122,30 +150,70 @@ pub trait Reader: Send + Sync {
     /// # Errors
     /// What is wrong with it, as it is answered.
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError>;
+
+    /// Makes a file of this name of one: its bytes, and what is answered.
+    ///
+    /// # Errors
+    /// What is wrong with it, and a name that says no format.
+    fn convert(&self, source: &Source, to: &str) -> Result<(Vec<u8>, Value), RpcError> {
+        let _ = (source, to);
+        let why = "this station converts no programs";
+        Err(RpcError::arm(magician::ErrorKind::Unsupported, why))
+    }
 }
 
 /// Reads the formats that are built into `magician-program`: plans always.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone)]
 pub struct FormatReader {
     defaults: SetupDefaults,
+    library: Arc<dyn ProgramStore>,
+}
+
+impl Default for FormatReader {
+    fn default() -> Self {
+        Self::new(SetupDefaults::default())
+    }
+}
+
+impl fmt::Debug for FormatReader {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("FormatReader")
+            .field("defaults", &self.defaults)
+            .finish_non_exhaustive()
+    }
 }
 
 impl FormatReader {
     /// With these settings where a program brings none.
     #[must_use]
-    pub const fn new(defaults: SetupDefaults) -> Self {
-        Self { defaults }
+    pub fn new(defaults: SetupDefaults) -> Self {
+        Self {
+            defaults,
+            library: Arc::new(NoPrograms),
+        }
     }
-}
 
-impl Reader for FormatReader {
-    fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
-        let bytes = source.bytes()?;
+    /// With the programs of this library.
+    #[must_use]
+    pub fn with_library(mut self, library: Arc<dyn ProgramStore>) -> Self {
+        self.library = library;
+        self
+    }
+
+    /// Reads one for an arm, or for an arm that is not there: one that was just homed.
+    fn read_with(
+        &self,
+        source: &Source,
+        arm: &ReadingArm,
+        defaults: &SetupDefaults,
+        nowhere: bool,
+    ) -> Result<ProgramReading, RpcError> {
+        let bytes = source.bytes(&*self.library)?;
         let format = match &source.format {
             Some(format) => format
                 .parse()
                 .map_err(|error: String| RpcError::param("format", error))?,
-            None => Format::of("", &bytes).ok_or_else(|| {
+            None => Format::of(source.bytes.name(), &bytes).ok_or_else(|| {
                 let why = "the type of the program is not recognised: name it";
                 RpcError::param("format", why)
             })?,
@@ -155,18 +223,22 @@ impl Reader for FormatReader {
             None => SetupOptions::by_file(),
         };
         options.start = options.start.or(arm.begun);
-        let mut defaults = self.defaults.clone();
-        if arm.is_virtual {
-            defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
-        }
-        let mut setup = options.setup(&defaults);
+        let mut setup = options.setup(defaults);
         setup.fence = arm.fence;
+        let title = match source.bytes.name() {
+            "" => "",
+            name => Format::title(name),
+        };
         let wrong = |problem: Diagnostic| RpcError::from(magician::Error::from(problem));
-        let reading = options.read(format, &bytes, "", &setup).map_err(wrong)?;
+        let reading = options.read(format, &bytes, title, &setup).map_err(wrong)?;
         let mut file = match (reading, &arm.stands) {
             (Reading::Done(file), _) => file,
             (Reading::UnknownStart(unknown), Some(stands)) => {
                 unknown.from(&bytes, &setup, stands).map_err(wrong)?
+            }
+            (Reading::UnknownStart(unknown), None) if nowhere => {
+                let stands = unknown.on_stage(&setup)?;
+                unknown.from(&bytes, &setup, &stands).map_err(wrong)?
             }
             (Reading::UnknownStart(_), None) => return Ok(ProgramReading::NeedsStart),
         };
@@ -180,7 +252,7 @@ impl Reader for FormatReader {
         let (placed, would_fit) = (laid.placed, laid.would_fit);
         let misfit = laid.misfit.take();
         let needs_homed_arm = options.needs_homed_arm(&setup, format);
-        let ending = options.ending(&defaults, needs_homed_arm);
+        let ending = options.ending(defaults, needs_homed_arm);
         let program = laid.program(&options, &ending, 0, Some(1)).map_err(wrong)?;
         if program.plan().steps.is_empty() {
             let why = "nothing to do in this program";
@@ -201,6 +273,46 @@ impl Reader for FormatReader {
     }
 }
 
+impl Reader for FormatReader {
+    fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError> {
+        let mut defaults = self.defaults.clone();
+        if arm.is_virtual {
+            defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
+        }
+        self.read_with(source, arm, &defaults, false)
+    }
+
+    fn convert(&self, source: &Source, to: &str) -> Result<(Vec<u8>, Value), RpcError> {
+        let conversion = Conversion::of(to).ok_or_else(|| {
+            let why = "`to` must end with .plan.json, .playback, .svg, .png or .csv";
+            RpcError::param("to", why)
+        })?;
+        let mut defaults = self.defaults.clone();
+        defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
+        // What is converted is not burnt yet: a run of it has this then.
+        defaults.engrave_power = None;
+        let read = self.read_with(source, &ReadingArm::default(), &defaults, true)?;
+        let invalid = |why: &str| RpcError::arm(magician::ErrorKind::InvalidInput, why);
+        let ProgramReading::Done(read) = read else {
+            return Err(invalid("it is not known where the program begins"));
+        };
+        if let Some(misfit) = read.misfit {
+            return Err(RpcError::from(magician::Error::from(misfit)));
+        }
+        let plan = read.program.plan();
+        let (bytes, lost) = conversion.file(plan).map_err(|error| match error {
+            ConversionError::Refused(problem) => RpcError::from(magician::Error::from(problem)),
+            ConversionError::Rehearsal(error) => RpcError::from(error),
+            ConversionError::OutOfReach => invalid("none of its lines is within reach"),
+            _ => invalid("it draws and burns nothing"),
+        })?;
+        let names = [source.bytes.name().to_owned(), to.to_owned()];
+        let steps = plan.steps.len();
+        let report = ConversionReport::new(&Words, names, steps, &read.notes, &lost);
+        Ok((bytes, to_value(&report)?))
+    }
+}
+
 /// That a program begins where the arm stands.
 fn begins_at([x, y, z]: [f64; 3]) -> Diagnostic {
     let what = format!("it begins at the tool's position, {x:.3},{y:.3},{z:.3}");
@@ -216,6 +328,20 @@ impl ReadProgram {
     #[must_use]
     pub fn program(&self, loops: Option<u64>) -> Program {
         self.program.clone().repeated(loops)
+    }
+
+    /// What it leaves when an arm stands there before it: lines of no more than 20,000 points.
+    #[must_use]
+    pub fn preview(&self, start: &Preflight) -> Value {
+        let lines = Outline::of(self.program.plan(), start, PREVIEWED);
+        let strokes = lines.into_iter().map(|line| {
+            let rounded = |value: f64| (value * 100.0).round() / 100.0;
+            let points: Vec<_> = { line.points.iter() }
+                .map(|point| point.map(rounded))
+                .collect();
+            json!({"points": points, "part": null, "reachable": line.reachable})
+        });
+        json!({"strokes": strokes.collect::<Vec<_>>()})
     }
 
     /// Checks it from where an arm stands: the object of a check.

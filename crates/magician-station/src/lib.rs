@@ -18,6 +18,7 @@ mod fence;
 pub mod http;
 mod job;
 mod keeper;
+mod library;
 mod order;
 mod reading;
 mod recording;
@@ -30,6 +31,10 @@ pub use engine::ArmEngine;
 pub use job::{
     FormatReader, JobStore, NoStore, ProgramReading, ReadProgram, Reader, ReadingArm, Source,
     SourceBytes,
+};
+pub use library::{
+    LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, NoPrograms, ProgramEntry, ProgramName,
+    ProgramStore, Upload,
 };
 pub use order::{
     ArmAct, ArmOrder, ArmRead, ArmReport, JobEnd, JobNews, JobOrder, JobStart, Outcome, WorldAct,

@@ -79,6 +79,8 @@ pub enum ArmOrder {
         request: RequestId,
         /// The program.
         source: Box<Source>,
+        /// Whether what it leaves is told as well.
+        preview: bool,
     },
     /// A job begins, behind what the arm is at.
     StartJob(Box<JobStart>),

@@ -11,8 +11,10 @@ use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep_until};
 
 use crate::control::ArmId;
-use crate::engine::ArmEngine;
+use crate::engine::{ArmEngine, beside};
+use crate::job::Reader;
 use crate::keeper::Keeper;
+use crate::library::{LibraryOrder, ProgramStore};
 use crate::order::ArmReport;
 use crate::recording::{Recorder, RecordingStore};
 use crate::station::{
@@ -74,6 +76,10 @@ struct Shared {
     due: Notify,
     keeper: Arc<Keeper>,
     recordings: Arc<dyn RecordingStore>,
+    library: Arc<dyn ProgramStore>,
+    reader: Arc<dyn Reader>,
+    read_only: bool,
+    this: Weak<Shared>,
 }
 
 struct Inner {
@@ -116,6 +122,9 @@ impl RunningStation {
             };
             Shared {
                 recordings: Arc::clone(&config.recordings),
+                library: Arc::clone(&config.programs),
+                read_only: config.read_only,
+                this: Weak::clone(shared),
                 inner: Mutex::new(Inner {
                     recorder,
                     station: Station::new(config),
@@ -125,6 +134,7 @@ impl RunningStation {
                 begun: Instant::now(),
                 due: Notify::new(),
                 keeper: Keeper::new(journal, store),
+                reader: Arc::clone(&reader),
             }
         });
         let timer = tokio::spawn(Shared::keep_time(Arc::downgrade(&shared)));
@@ -174,6 +184,18 @@ impl RunningStation {
                 Outgoing::Close(_) => return None,
             }
         }
+    }
+
+    /// Its library of programs.
+    #[cfg(feature = "http")]
+    pub(crate) fn programs(&self) -> Arc<dyn ProgramStore> {
+        Arc::clone(&self.shared.library)
+    }
+
+    /// Whether nobody is more than a viewer.
+    #[cfg(feature = "http")]
+    pub(crate) fn is_read_only(&self) -> bool {
+        self.shared.read_only
     }
 
     /// What it holds at present, and how many orders its arms have not carried out.
@@ -243,6 +265,9 @@ impl Shared {
                 awake.notify_one();
             }
         }
+        while let Some(order) = inner.station.poll_library() {
+            self.look_into(order);
+        }
         let mut lines = Vec::new();
         while let Some(line) = inner.station.poll_journal() {
             lines.push(line);
@@ -253,6 +278,20 @@ impl Shared {
         // In the order in which it happened: nobody comes between.
         self.keeper.keep(lines, inner.station.poll_jobs());
         outcome
+    }
+
+    /// Does something with the library, beside the station.
+    fn look_into(&self, order: LibraryOrder) {
+        let (shared, library) = (Weak::clone(&self.this), Arc::clone(&self.library));
+        let reader = Arc::clone(&self.reader);
+        let LibraryOrder { request, act } = order;
+        tokio::spawn(async move {
+            let done = beside(move || act.carry_out(&*library, &*reader)).await;
+            let outcome = done.and_then(|outcome| outcome);
+            if let Some(shared) = shared.upgrade() {
+                shared.with(|inner, now| inner.station.library_done(now, request, outcome));
+            }
+        });
     }
 
     fn report(&self, arm: ArmId, report: ArmReport) {

@@ -342,3 +342,79 @@ fn a_job_lies_where_the_settings_say() {
         "{report}"
     );
 }
+
+#[test]
+fn programs_are_kept_in_a_folder_and_run_by_their_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let programs = folder.path().join("programs");
+    let named = ["--port", "sim", "--programs", programs.to_str().unwrap()];
+    let station = Station::start(&named);
+    let info = station.call("server.info", &json!({}));
+    assert_eq!(info["result"]["programs"], json!(programs));
+    let square = "G21 G90\nG0 X200 Y0 Z20\nG1 Z0 F3000\nG1 X230\nG1 Y30\nG0 Z20\n";
+    let at = "/api/v1/programs/square.gcode";
+    assert_eq!(station.request("PUT", at, "", square).0, 201);
+    assert_eq!(
+        std::fs::read_to_string(programs.join("square.gcode")).unwrap(),
+        square
+    );
+    let setup = json!({"at": [220, 0], "lift": 8});
+    let checked = json!({"program": "square.gcode", "setup": setup});
+    let checked = station.call("job.check", &checked);
+    assert_eq!(checked["result"]["ok"], json!(true), "{checked}");
+    // The same as the command says of the same flags.
+    let file = programs.join("square.gcode");
+    let file = file.to_str().unwrap();
+    let flags = ["--at", "220,0", "--lift", "8", "--check", "--json"];
+    let said = run(&[&["draw", file][..], &flags].concat());
+    let said = said.objects().pop().expect("a report");
+    for member in ["bounds", "drawn_mm", "steps", "placed", "travel_mm"] {
+        assert_eq!(checked["result"][member], said[member], "{member}");
+    }
+    let convert = json!({"name": "square.gcode", "to": "square.csv"});
+    let made = station.call("program.convert", &convert)["result"].clone();
+    let to = folder.path().join("square.csv");
+    let said = run(&["convert", file, to.to_str().unwrap(), "--json"]);
+    let said = said.objects().pop().expect("a report");
+    assert_eq!(
+        (&made["steps"], &made["lost"]),
+        (&said["steps"], &said["lost"])
+    );
+    assert_eq!(
+        std::fs::read(programs.join("square.csv")).unwrap(),
+        std::fs::read(to).unwrap()
+    );
+    // What is no folder is told before an arm is looked for.
+    let wrong = run(&["serve", "--port", "sim", "--programs", file]);
+    assert_eq!(wrong.status, 3, "{wrong:?}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_the_program_that_was_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let programs = folder.path().join("programs");
+    // No file of this process may grow beyond a few MiB: a write fails as on a full disk.
+    let ours = command();
+    let mut limited = std::process::Command::new("sh");
+    let script = "ulimit -f 4096; trap '' 25; exec \"$0\" \"$@\"";
+    limited.args(["-c", script]).arg(ours.get_program());
+    for (name, value) in ours.get_envs() {
+        if let Some(value) = value {
+            limited.env(name, value);
+        }
+    }
+    let named = ["--port", "sim", "--programs", programs.to_str().unwrap()];
+    let station = Station::of(limited, &named);
+    let at = "/api/v1/programs/a.gcode";
+    assert_eq!(station.request("PUT", at, "", "G0 X1 Y1 Z1").0, 201);
+    let large = "x".repeat(16 << 20);
+    let (status, why) = station.request("PUT", at, "", &large);
+    assert_eq!(status, 507, "{why}");
+    assert_eq!(station.request("GET", at, "", "").1, "G0 X1 Y1 Z1");
+    let files = std::fs::read_dir(&programs).unwrap().count();
+    assert_eq!(files, 1, "nothing half-written");
+    // The arm does not notice.
+    let moved = station.call("arm.move", &json!({"to": [220, 30, 50, 0]}));
+    assert_eq!(moved["result"]["y"], json!(30.0));
+}

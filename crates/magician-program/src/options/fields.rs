@@ -77,6 +77,15 @@ impl SetupOptions {
     /// # Errors
     /// The first that is out of its range, or contradicts another.
     pub fn check(&self) -> Result<(), OptionError> {
+        self.check_values()?;
+        self.contradictions()
+    }
+
+    /// Checks values alone.
+    ///
+    /// # Errors
+    /// The first that is out of its range.
+    pub fn check_values(&self) -> Result<(), OptionError> {
         let above_0 = [
             ("s_max", self.s_max),
             ("resample", self.resample),
@@ -126,7 +135,7 @@ impl SetupOptions {
             let message = "power is percent above 0, such as 80 or 5..80";
             return Err(OptionError::new("power", message));
         }
-        self.contradictions()
+        Ok(())
     }
 
     fn contradictions(&self) -> Result<(), OptionError> {

@@ -1,9 +1,10 @@
 //! From the bytes of a file to a program, as options and settings say.
 
-use magician_host::Set;
 use magician_host::words::Preflight;
+use magician_host::{Error, Set};
 
 use super::SetupOptions;
+use crate::rehearse::{RehearseOptions, stage, start_of};
 use crate::{
     AppliedPlacement, Content, Diagnostic, Ending, Format, Missing, Origin, Parsed, Plan, Prepared,
     Program, ReadOptions, Setup, Work, WouldFit, tip,
@@ -128,10 +129,16 @@ impl SetupOptions {
 }
 
 impl UnknownStart {
-    /// The program without a place, if it can be read so.
-    #[must_use]
-    pub fn anywhere(&self) -> Option<&Plan> {
-        self.anywhere.as_ref()
+    /// How a virtual arm of its own stands before it.
+    ///
+    /// # Errors
+    /// As [`stage`].
+    pub fn on_stage(&self, setup: &Setup) -> Result<Preflight, Error> {
+        let mut options = RehearseOptions::default();
+        options.tool = setup.tool.or(setup.default_tool);
+        let mut plan = self.anywhere.clone().unwrap_or_default();
+        plan.surface = plan.surface.or(setup.surface);
+        Ok(start_of(&stage(&plan, &options)?))
     }
 
     /// Reads it to begin where an arm stands.

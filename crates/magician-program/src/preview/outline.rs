@@ -155,7 +155,7 @@ mod tests {
         for most in [20_000, 5_000, 700, 3] {
             let outlines = Outline::of(&plan, &start(), most);
             let points: usize = outlines.iter().map(|line| line.points.len()).sum();
-            assert!(points <= most && points > most / 4, "{points} of {most}");
+            assert!(points <= most && points > most / 10, "{points} of {most}");
             assert!(outlines.iter().all(|line| line.points.len() > 1));
         }
         let all = Outline::of(&plan, &start(), 20_000);

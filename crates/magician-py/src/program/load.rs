@@ -2,11 +2,9 @@
 
 use magician::Error;
 use magician_program::artwork::Sheet;
-use magician_program::formats::Dialect;
-use magician_program::raster::{Engrave, Size, Tone, Trace};
 use magician_program::{
-    Content, Diagnostic, Format, Frame, Parsed, Placement, Plan, Power, Prepared, ReadOptions,
-    Setup, Surface, Work, read,
+    Content, Diagnostic, Format, ModeOption, Parsed, Plan, Power, Prepared, ReadOptions, Setup,
+    SetupDefaults, SetupOptions, Surface, WorkOption, read,
 };
 use pyo3::prelude::*;
 
@@ -63,9 +61,67 @@ struct Wanted {
 impl Wanted {
     /// # Errors
     /// What cannot be meant, in a sentence.
-    fn setup(&self, format: Format) -> Result<Setup, String> {
-        let mut setup = Setup::default();
-        setup.tool = self.tool.as_deref().map(str::parse).transpose()?;
+    fn options(&self, format: Format) -> Result<SetupOptions, String> {
+        if self.place && self.raw {
+            return Err("give place or raw, not both".to_owned());
+        }
+        if self.width.is_some() && self.height.is_some() {
+            return Err("give width or height: the other follows".to_owned());
+        }
+        let mut options = SetupOptions::default();
+        options.work = Some(match (self.work.as_deref(), format) {
+            (None, Format::Image) | (Some("engrave"), _) => WorkOption::Engrave,
+            (None, _) => WorkOption::ByFile,
+            (Some("draw"), _) => WorkOption::Draw,
+            (Some(other), _) => {
+                return Err(format!("work is \"draw\" or \"engrave\", not \"{other}\""));
+            }
+        });
+        options.mode = match self.tone.as_deref() {
+            _ if options.work != Some(WorkOption::Engrave) => None,
+            None | Some("grey") => None,
+            Some("threshold") => Some(ModeOption::Threshold),
+            Some("dither") => Some(ModeOption::Dither),
+            Some(other) => {
+                return Err(format!(
+                    "tone is \"grey\", \"threshold\" or \"dither\", not \"{other}\""
+                ));
+            }
+        };
+        options.dialect = match self.dialect.as_deref() {
+            Some(dialect) => Some(dialect.parse().map_err(|_| {
+                format!("dialect is \"pen\", \"laser\" or \"servo\", not \"{dialect}\"")
+            })?),
+            None => None,
+        };
+        options.tool = self.tool.as_deref().map(str::parse).transpose()?;
+        options.white = self.white.as_deref().map(str::parse).transpose()?;
+        if let Some([least, most]) = self.power {
+            options.power = Some(Power::new(least, most)?);
+        }
+        (options.s_max, options.resample) = (self.s_max, self.resample);
+        (options.place, options.raw) = (self.place, self.raw);
+        (options.pen_z, options.start) = (self.pen_z, self.start);
+        (options.at, options.by) = (self.at, Some(self.by));
+        (options.scale, options.rotate) = (Some(self.scale), Some(self.rotate));
+        (options.fit, options.turn) = (self.fit, Some(self.turn));
+        (options.mirror, options.clip_page) = (self.mirror, self.clip_page);
+        (options.speed, options.travel_speed) = (self.speed, self.travel_speed);
+        (options.lift, options.order) = (self.lift, Some(self.order));
+        (options.tolerance, options.threshold) = (self.tolerance, self.threshold);
+        (options.width, options.height) = (self.width, self.height);
+        (options.invert, options.one_way) = (self.invert, !self.both_directions);
+        (options.spacing, options.overscan) = (self.spacing, self.overscan);
+        options.gamma = self.gamma;
+        options.check_values().map_err(|error| error.message)?;
+        Ok(options)
+    }
+
+    /// How it is to be done: with a surface on a slope and a sheet, which have no flags.
+    fn setup(&self, options: &SetupOptions) -> Setup {
+        let mut defaults = SetupDefaults::default();
+        defaults.surface = Some(Surface::VIRTUAL);
+        let mut setup = options.setup(&defaults);
         setup.surface = surface(self.surface);
         setup.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {
             corner: [x, y],
@@ -73,106 +129,15 @@ impl Wanted {
             surface: setup.surface.unwrap_or(Surface::VIRTUAL),
             size,
         });
-        setup.default_surface = Some(Surface::VIRTUAL);
-        let mut placement = Placement::default();
-        placement.frame = match (self.place, self.raw) {
-            (true, true) => return Err("give place or raw, not both".to_owned()),
-            (true, false) => Frame::Own,
-            (false, true) => Frame::Arm,
-            (false, false) => Frame::Default,
-        };
-        placement.pen_z = self.pen_z;
-        (placement.at, placement.by) = (self.at, self.by);
-        (placement.scale, placement.rotate) = (above_zero("scale", self.scale)?, self.rotate);
-        (placement.fit, placement.turn) = (self.fit, self.turn);
-        placement.mirror = self.mirror;
-        setup.placement = placement;
-        let positive =
-            |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
-        setup.pen.lift = positive("lift", self.lift)?.unwrap_or(setup.pen.lift);
-        let travel = positive("travel_speed", self.travel_speed)?;
-        setup.pen.travel = travel.map_or(setup.pen.travel, |speed| speed as f32);
-        setup.speed = positive("speed", self.speed)?.map(|speed| speed as f32);
-        if let Some([least, most]) = self.power {
-            setup.power = Some(Power::new(least, most)?);
-        }
-        setup.order = self.order;
-        setup.size = match (self.width, self.height) {
-            (None, None) => Size::Natural,
-            (Some(width), None) => Size::Width(above_zero("width", width)?),
-            (None, Some(height)) => Size::Height(above_zero("height", height)?),
-            (Some(_), Some(_)) => return Err("give width or height: the other follows".to_owned()),
-        };
-        setup.work = match (self.work.as_deref(), format) {
-            (None, Format::Image) | (Some("engrave"), _) => Work::Engrave(self.engrave()?),
-            (None, _) => Work::Default,
-            (Some("draw"), _) => {
-                let mut trace = Trace::default();
-                trace.level = self.threshold.unwrap_or(trace.level);
-                trace.tolerance = self.tolerance.unwrap_or(trace.tolerance);
-                Work::Draw(trace)
-            }
-            (Some(other), _) => {
-                return Err(format!("work is \"draw\" or \"engrave\", not \"{other}\""));
-            }
-        };
-        Ok(setup)
+        setup
     }
 
-    fn engrave(&self) -> Result<Engrave, String> {
-        let mut engrave = Engrave::default();
-        engrave.tone = match self.tone.as_deref() {
-            None | Some("grey") => Tone::Grey,
-            Some("threshold") => Tone::Threshold(self.threshold.unwrap_or(128)),
-            Some("dither") => Tone::Dither,
-            Some(other) => {
-                return Err(format!(
-                    "tone is \"grey\", \"threshold\" or \"dither\", not \"{other}\""
-                ));
-            }
-        };
-        (engrave.invert, engrave.both_directions) = (self.invert, self.both_directions);
-        let positive =
-            |name, value: Option<f64>| value.map(|value| above_zero(name, value)).transpose();
-        engrave.spacing = positive("spacing", self.spacing)?.unwrap_or(engrave.spacing);
-        engrave.overscan = positive("overscan", self.overscan)?.or(engrave.overscan);
-        engrave.gamma = positive("gamma", self.gamma)?.unwrap_or(engrave.gamma);
-        Ok(engrave)
-    }
-
-    fn options(&self, title: String, setup: &Setup) -> Result<ReadOptions, String> {
-        let mut options = ReadOptions::default();
-        options.title = title;
-        if let Some(tolerance) = self.tolerance {
-            options.tolerance = above_zero("tolerance", tolerance)?;
-        }
-        setup.prepare(&mut options.gcode, surface(self.surface));
-        options.gcode.start = self.start;
-        options.gcode.dialect = match self.dialect.as_deref() {
-            None => Dialect::Detect,
-            Some("pen") => Dialect::Pen,
-            Some("laser") => Dialect::Laser,
-            Some("servo") => Dialect::Servo,
-            Some(other) => {
-                return Err(format!(
-                    "dialect is \"pen\", \"laser\" or \"servo\", not \"{other}\""
-                ));
-            }
-        };
-        options.gcode.s_max = self.s_max;
-        options.clip_page = self.clip_page;
-        options.resample = self.resample;
-        if let Some(white) = &self.white {
-            options.white = white.parse()?;
-        }
-        Ok(options)
-    }
-}
-
-fn above_zero(name: &str, value: f64) -> Result<f64, String> {
-    match value > 0.0 && value.is_finite() {
-        true => Ok(value),
-        false => Err(format!("{name} is a number above 0, not {value}")),
+    fn reading(&self, options: &SetupOptions, title: String, setup: &Setup) -> ReadOptions {
+        let mut reading = options.reading(setup);
+        reading.title = title;
+        setup.prepare(&mut reading.gcode, surface(self.surface));
+        reading.gcode.start = self.start;
+        reading
     }
 }
 
@@ -196,12 +161,13 @@ impl PyPlan {
         // A tool that is none is told of by its argument.
         tool(py, wanted.tool.as_deref())?;
         let format = format_of(name, bytes, wanted.format.as_deref()).map_err(refused)?;
-        let setup = wanted.setup(format).map_err(refused)?;
+        let said = wanted.options(format).map_err(refused)?;
+        let setup = wanted.setup(&said);
         let title = wanted
             .title
             .clone()
             .unwrap_or_else(|| Format::title(name).to_owned());
-        let options = wanted.options(title, &setup).map_err(refused)?;
+        let options = wanted.reading(&said, title, &setup);
         let placed = format == Format::Gcode && setup.places();
         let made = py.detach(|| made(format, bytes, &options, &setup));
         let (made, taught) = made.map_err(|problem| super::raise(py, Some(name), &problem))?;

@@ -25,6 +25,12 @@ const OF_TOOL: Param = may(
 const PERCENT: Kind = Kind::Number(1.0, 100.0);
 /// Most characters of a program: as long as a message.
 const PROGRAM: Kind = Kind::Text(1024 * 1024);
+const PROGRAM_NAME: Param = may(
+    "program",
+    NAME,
+    "a program of the library; or `text`, or `data`",
+);
+const NAMED: Param = needed("name", NAME, "the program");
 const TEXT: Param = may("text", PROGRAM, "the program as text; or `data`");
 const DATA: Param = may("data", PROGRAM, "the program's bytes in base64; or `text`");
 const FORMAT: Param = may(
@@ -82,7 +88,7 @@ pub static METHODS: &[Method] = &[
         Viewer,
         &[],
         "The station itself.",
-        "{version, api, uptime_s, arms, recording}: whether an arm is being recorded",
+        "{version, api, uptime_s, arms, programs, recording}: `recording` whether an arm is being recorded",
     ),
     method(
         "arm.list",
@@ -444,7 +450,19 @@ pub static METHODS: &[Method] = &[
     method(
         "job.check",
         Viewer,
-        &[ARM, TEXT, DATA, FORMAT, SETUP],
+        &[
+            ARM,
+            PROGRAM_NAME,
+            TEXT,
+            DATA,
+            FORMAT,
+            SETUP,
+            may(
+                "preview",
+                Kind::Switch,
+                "whether `preview` has what it leaves: `{strokes: [{points, part, reachable}]}`, of no more than 20,000 points",
+            ),
+        ],
         "Checks a program from where the arm stands; nothing moves.",
         "as `run --check --json`",
     ),
@@ -453,6 +471,7 @@ pub static METHODS: &[Method] = &[
         Student,
         &[
             ARM,
+            PROGRAM_NAME,
             TEXT,
             DATA,
             FORMAT,
@@ -544,6 +563,49 @@ pub static METHODS: &[Method] = &[
         "Job, when it is over",
     )
     .always(),
+    method(
+        "program.put",
+        Student,
+        &[NAMED, TEXT, DATA],
+        "Keeps a program in the library; one of this name is replaced.",
+        "{name, bytes}",
+    ),
+    method(
+        "program.list",
+        Viewer,
+        &[],
+        "The programs of the library.",
+        "{programs: [{name, bytes, modified, format}]}",
+    ),
+    method(
+        "program.get",
+        Viewer,
+        &[NAMED],
+        "A program of the library; one above 700 KiB comes by GET alone.",
+        "{name, format, data}: base64",
+    ),
+    method(
+        "program.convert",
+        Student,
+        &[
+            NAMED,
+            needed(
+                "to",
+                NAME,
+                "the name of the new program, whose ending says what it becomes: .plan.json, .playback, .svg, .png, .csv",
+            ),
+            SETUP,
+        ],
+        "Makes another file of a program.",
+        "as `convert --json`",
+    ),
+    method(
+        "program.delete",
+        Student,
+        &[NAMED],
+        "Removes a program from the library.",
+        "null",
+    ),
     method(
         "teach.capture",
         Student,

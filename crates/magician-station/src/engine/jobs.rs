@@ -55,7 +55,7 @@ impl Slot {
 
 impl Work {
     /// Reads a program and checks it from where the arm stands.
-    pub(super) fn check_job(&mut self, request: RequestId, source: Source) {
+    pub(super) fn check_job(&mut self, request: RequestId, source: Source, preview: bool) {
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         self.side.spawn(async move {
             let found = async {
@@ -63,8 +63,13 @@ impl Work {
                 let kinds = program.program(Some(1)).kinds();
                 let start = arm.preflight_for(&kinds).await?;
                 let report = beside(move || {
+                    let shown = preview.then(|| program.preview(&start));
                     let report = program.check(start)?;
-                    to_value(&report)
+                    let mut report = to_value(&report)?;
+                    if let Some(shown) = shown {
+                        report["preview"] = shown;
+                    }
+                    Ok(report)
                 });
                 report.await?
             };
@@ -389,7 +394,7 @@ async fn read(
 ) -> Result<ReadProgram, RpcError> {
     let mut here = ReadingArm {
         is_virtual: arm.is_virtual(),
-        fence: arm.fence().copied(),
+        fence: arm.fence(),
         begun,
         stands: None,
     };

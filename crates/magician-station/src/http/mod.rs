@@ -3,9 +3,11 @@
 //! [`Listener`] accepts on this machine's own addresses unless it is told otherwise, and serves a
 //! [`RunningStation`](crate::RunningStation).
 
+mod folder;
 mod jobs;
 mod journal;
 mod listen;
+mod programs;
 mod recordings;
 mod routes;
 mod security;
@@ -13,9 +15,11 @@ mod socket;
 mod tls;
 mod tokens;
 
+pub use folder::ProgramFolder;
 pub use jobs::JobFile;
 pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
+pub use programs::Uploads;
 pub use recordings::RecordingFolder;
 pub use routes::{HttpOptions, ROUTES, Route, RouteNeeds, Tries};
 pub use security::{Admission, Ends};

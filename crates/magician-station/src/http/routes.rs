@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
+use super::programs::{self, Uploads};
 use super::security::{Admission, Admitted, Ends, Refused};
 use super::tokens::{self, TokenStore, beside, secret};
 use super::{recordings, socket};
@@ -54,17 +55,6 @@ pub struct Route {
     pub about: &'static str,
 }
 
-impl Route {
-    /// Whether a path is of this route: `{name}` stands for one part without a slash.
-    fn leads(&self, path: &str) -> bool {
-        match self.path.strip_suffix("{name}") {
-            Some(before) => { path.strip_prefix(before) }
-                .is_some_and(|name| !name.is_empty() && !name.contains('/')),
-            None => self.path == path,
-        }
-    }
-}
-
 /// All routes.
 pub static ROUTES: &[Route] = &[
     Route {
@@ -103,7 +93,37 @@ pub static ROUTES: &[Route] = &[
         needs: RouteNeeds::Role(Role::Viewer),
         about: "a recording, MCAP",
     },
+    Route {
+        method: "PUT",
+        path: "/api/v1/programs/{name}",
+        needs: RouteNeeds::Role(Role::Student),
+        about: "keeps a program, of 64 MiB at most: 201 a new one, 200 in place of one",
+    },
+    Route {
+        method: "GET",
+        path: "/api/v1/programs/{name}",
+        needs: RouteNeeds::Role(Role::Viewer),
+        about: "the bytes of a program",
+    },
+    Route {
+        method: "DELETE",
+        path: "/api/v1/programs/{name}",
+        needs: RouteNeeds::Role(Role::Student),
+        about: "removes a program",
+    },
 ];
+
+impl Route {
+    /// Whether a path is one of this route: `{name}` is any last part.
+    fn is_of(&self, path: &str) -> bool {
+        match self.path.strip_suffix("{name}") {
+            Some(folder) => path
+                .strip_prefix(folder)
+                .is_some_and(|name| !name.contains('/')),
+            None => self.path == path,
+        }
+    }
+}
 
 /// How a station is on the network.
 #[derive(Clone, Debug)]
@@ -116,6 +136,8 @@ pub struct HttpOptions {
     pub version: String,
     /// When somebody tried to pair.
     pub tries: Tries,
+    /// Programs on their way to the library.
+    pub uploads: Uploads,
 }
 
 /// The tries to pair of the last minute.
@@ -232,7 +254,7 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
         &Method::HEAD => "GET",
         method => method.as_str(),
     };
-    let of_path = ROUTES.iter().filter(|route| route.leads(path));
+    let of_path = ROUTES.iter().filter(|route| route.is_of(path));
     let of_path: Vec<_> = of_path.collect();
     let Some(route) = of_path.iter().find(|route| route.method == method) else {
         if of_path.is_empty() {
@@ -260,7 +282,8 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
         ("GET", "/api/v1/openrpc.json") => object(StatusCode::OK, &crate::api::openrpc()),
         ("GET", "/api/v1/ws") => upgrade(here, request, admitted).await,
         ("POST", "/api/v1/rpc") => rpc(here, request, admitted).await,
-        ("GET", "/api/v1/recordings/{name}") => recording(here, path, admitted).await,
+        ("GET", "/api/v1/recordings/{name}") => recording(here, path, admitted, route).await,
+        (_, "/api/v1/programs/{name}") => program(here, request, admitted, route).await,
         _ => pair(here, request).await,
     };
     if is_head {
@@ -271,8 +294,8 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
 }
 
 /// A file of a recording.
-async fn recording(here: &Here, path: &str, admitted: &Admitted) -> Response {
-    if let Err(refused) = allowed(here, admitted, Role::Viewer).await {
+async fn recording(here: &Here, path: &str, admitted: &Admitted, route: &Route) -> Response {
+    if let Err(refused) = entitled(here, admitted, route).await {
         return refusal(&refused);
     }
     let name = path.rsplit('/').next().unwrap_or_default().to_owned();
@@ -283,13 +306,39 @@ async fn recording(here: &Here, path: &str, admitted: &Admitted) -> Response {
     }
 }
 
-/// Whether a route that needs a role may be used.
-async fn allowed(here: &Here, admitted: &Admitted, role: Role) -> Result<(), Refused> {
-    let why = "a token is needed from this address";
-    let grant = granted(here, admitted).await?;
-    let grant = grant.ok_or_else(|| Refused::new(StatusCode::UNAUTHORIZED, why))?;
-    if grant.role < role {
-        let why = format!("this needs the role {}", role.name());
+/// What a route is for, for a program of the library.
+async fn program(here: &Here, request: Request, admitted: &Admitted, route: &Route) -> Response {
+    if let Err(refused) = entitled(here, admitted, route).await {
+        return refusal(&refused);
+    }
+    let Some(name) = programs::name_in(request.uri().path()) else {
+        let why = "a program has a name of 1 to 80 letters, digits, points, blanks, _ and -, with \
+            no point first and no blank first or last";
+        return text(StatusCode::BAD_REQUEST, why);
+    };
+    let store = here.station.programs();
+    match route.method {
+        "PUT" => programs::put(store, &here.options.uploads, name, request).await,
+        "DELETE" => programs::delete(store, name).await,
+        _ => programs::get(store, name).await,
+    }
+}
+
+/// Whether a request has the role that its route needs.
+async fn entitled(here: &Here, admitted: &Admitted, route: &Route) -> Result<(), Refused> {
+    let RouteNeeds::Role(needs) = route.needs else {
+        return Ok(());
+    };
+    let grant = granted(here, admitted).await?.ok_or_else(|| {
+        let why = "a token is needed from this address";
+        Refused::new(StatusCode::UNAUTHORIZED, why)
+    })?;
+    let role = match here.station.is_read_only() {
+        true => Role::Viewer,
+        false => grant.role,
+    };
+    if role < needs {
+        let why = format!("this is for the role {}, not {}", needs.name(), role.name());
         return Err(Refused::new(StatusCode::FORBIDDEN, why));
     }
     Ok(())
@@ -453,7 +502,7 @@ fn refusal(refused: &Refused) -> Response {
     response
 }
 
-fn text(status: StatusCode, why: &str) -> Response {
+pub(super) fn text(status: StatusCode, why: &str) -> Response {
     let why = format!("{}\n", magician_protocol::visible(why));
     (status, [(CONTENT_TYPE, "text/plain; charset=utf-8")], why).into_response()
 }

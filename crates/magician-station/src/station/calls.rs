@@ -12,6 +12,7 @@ use super::dispatch::{Call, Handled, forbidden};
 use super::{Awaited, Station, tools};
 use crate::api::{Method, Needs, Params, Role, RpcError, encode};
 use crate::control::{ArmId, JogId, WorkKind};
+use crate::library::folder_of;
 use crate::order::{ArmAct, ArmOrder, ArmRead};
 
 /// Jogs that are known by their ids after their end.
@@ -30,6 +31,9 @@ impl Station {
         }
         if name.starts_with("job.") {
             return self.job_call(name, call);
+        }
+        if name.starts_with("program.") {
+            return self.library_call(name, call);
         }
         if name.starts_with("motion.") {
             return Self::motion_call(name, call.params).map(Handled::Now);
@@ -99,6 +103,7 @@ impl Station {
             "api": 1,
             "uptime_s": call.now.as_micros() as f64 / 1e6,
             "arms": arms,
+            "programs": folder_of(&*self.config.programs),
             "recording": self.is_recording(),
         })
     }
@@ -158,6 +163,8 @@ impl Station {
                 let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
                 self.finish(call.now, ended, Err(error));
             }
+            let error = self.ended(*arm, crate::control::WorkEnd::Stop(by));
+            self.stop_before_found(call.now, *arm, &error);
             let by = self.by(by);
             self.event(call.now, *arm, "stop", vec![("by", by)]);
         }

@@ -1,11 +1,15 @@
 //! The methods of jobs, and what becomes of jobs.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
 use magician_job::{JobState, PauseReason};
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled, forbidden};
+use super::library::program;
 use super::records::JobRecord;
+use super::turns::Lengthy;
 use super::{Awaited, Station};
 use crate::api::{Role, RpcError};
 use crate::control::{ArmId, JobId, JobPhase, OnLost, RequestId, WorkEnd, WorkKind};
@@ -32,12 +36,14 @@ impl Station {
     pub(super) fn job_call(&mut self, name: &str, call: &Call<'_>) -> Result<Handled, RpcError> {
         match (name, call.arm) {
             ("job.check", Some(arm)) => {
-                let request = call.request;
-                let source = Box::new(source(call)?);
-                self.order(arm, ArmOrder::CheckJob { request, source });
-                Ok(Handled::Later(request, Awaited::Arm(arm)))
+                let order = ArmOrder::CheckJob {
+                    request: call.request,
+                    source: Box::new(source(call)?),
+                    preview: call.params.is_on("preview"),
+                };
+                self.in_turn(call, Lengthy::Check(arm, order))
             }
-            ("job.start", Some(arm)) => self.start_job(call, arm),
+            ("job.start", Some(arm)) => self.start_job(call, arm, false),
             ("job.list", Some(arm)) => {
                 let name = &self.arm(arm).entry.name;
                 Ok(Handled::Now(json!({"jobs": self.records.of(name)})))
@@ -50,14 +56,26 @@ impl Station {
         }
     }
 
-    fn start_job(&mut self, call: &Call<'_>, arm: ArmId) -> Result<Handled, RpcError> {
+    /// Starts a job; `found` is whether it is known that its program is there.
+    pub(super) fn start_job(
+        &mut self,
+        call: &Call<'_>,
+        arm: ArmId,
+        found: bool,
+    ) -> Result<Handled, RpcError> {
         let params = call.params;
         if params.is_on("require_homed") && params.is_on("unhomed") {
             let why = "`require_homed` and `unhomed` contradict each other";
             return Err(RpcError::param("unhomed", why));
         }
+        let source = source(call)?;
+        if let SourceBytes::Program(_) = source.bytes
+            && !found
+        {
+            return self.find_first(call, arm, program(call, "program")?);
+        }
         let order = JobOrder {
-            source: source(call)?,
+            source,
             loops: Some(params.integer("loops").unwrap_or(1)).filter(|loops| *loops > 0),
             from: params.integer("from").map_or(0, |step| step - 1),
             keep: params.is_on("keep"),
@@ -469,22 +487,29 @@ fn job_danger(call: &Call<'_>) -> Result<(), Box<RpcError>> {
 /// The program that a request brings: one.
 fn source(call: &Call<'_>) -> Result<Source, RpcError> {
     let params = call.params;
-    let bytes = match (params.text("text"), params.text("data")) {
-        (Some(text), None) => SourceBytes::Text(text.to_owned()),
-        (None, Some(data)) => SourceBytes::Data(data.to_owned()),
+    let given = ["program", "text", "data"].map(|name| params.text(name));
+    let bytes = match given {
+        [Some(_), None, None] => {
+            SourceBytes::Program(program(call, "program")?.as_str().to_owned())
+        }
+        [None, Some(text), None] => SourceBytes::Text(text.to_owned()),
+        [None, None, Some(data)] => {
+            // What is no base64 is told at once.
+            let wrong = |_| RpcError::param("data", "`data` must be bytes in base64");
+            STANDARD.decode(data).map_err(wrong)?;
+            SourceBytes::Data(data.to_owned())
+        }
         _ => {
-            let why = "one of `text` and `data` has to be given";
+            let why = "one of `program`, `text` and `data` has to be given";
             return Err(RpcError::param("text", why));
         }
     };
-    let source = Source {
+    Ok(Source {
         bytes,
         format: params.text("format").map(str::to_owned),
         setup: match params.object("setup") {
             Some(fields) => Some(Box::new(setup_options(fields)?)),
             None => None,
         },
-    };
-    source.bytes()?;
-    Ok(source)
+    })
 }

@@ -8,6 +8,7 @@ mod fence;
 mod jobs;
 mod journal;
 mod leases;
+mod library;
 mod motion;
 mod recordings;
 mod records;
@@ -17,6 +18,7 @@ mod size;
 mod socket;
 mod state;
 mod tools;
+mod turns;
 mod watch;
 mod world;
 
@@ -41,9 +43,11 @@ pub use self::size::StationSize;
 pub use self::socket::{CloseCode, Outgoing, Peer};
 use self::socket::{HELLO, Next, Socket};
 use self::state::SharedState;
-use crate::api::{Message, MessageId, Role, RpcError, notification};
+use self::turns::Turns;
+use crate::api::{Message, MessageId, Params, Role, RpcError, notification};
 use crate::control::{ArmId, Control, JobId, JogId, LeaseId, RequestId, SessionId};
 use crate::job::{FormatReader, JobStore, NoStore, Reader};
+use crate::library::{LibraryOrder, NoPrograms, ProgramStore};
 use crate::order::{ArmOrder, ArmReport};
 use crate::reading::{ArmReading, StateContext};
 use crate::recording::{NoRecordings, RecordOrder, RecordingStore};
@@ -96,6 +100,8 @@ pub struct StationConfig {
     pub jobs: Arc<dyn JobStore>,
     /// Keeps recordings.
     pub recordings: Arc<dyn RecordingStore>,
+    /// Keeps programs.
+    pub programs: Arc<dyn ProgramStore>,
 }
 
 impl ArmEntry {
@@ -127,6 +133,7 @@ impl StationConfig {
             reader: Arc::new(FormatReader::default()),
             jobs: Arc::new(NoStore),
             recordings: Arc::new(NoRecordings),
+            programs: Arc::new(NoPrograms),
         }
     }
 }
@@ -145,6 +152,10 @@ impl fmt::Debug for StationConfig {
 enum Awaited {
     /// The outcome of an order.
     Arm(ArmId),
+    /// What the library has done.
+    Library,
+    /// Whether there is the program of a job, which begins then with these parameters.
+    Program(ArmId, Box<Params>),
     /// The lease.
     Lease { asked: bool },
     /// A jog that begins.
@@ -219,6 +230,8 @@ pub struct Station {
     pending: BTreeMap<RequestId, Pending>,
     orders: VecDeque<(ArmId, ArmOrder)>,
     record_orders: VecDeque<(ArmId, RecordOrder)>,
+    library: VecDeque<LibraryOrder>,
+    turns: Turns,
     /// The arms of jogs, also of those that have ended.
     jogs: BTreeMap<JogId, ArmId>,
     records: Records,
@@ -262,6 +275,8 @@ impl Station {
             pending: BTreeMap::new(),
             orders: VecDeque::new(),
             record_orders: VecDeque::new(),
+            library: VecDeque::new(),
+            turns: Turns::default(),
             jogs: BTreeMap::new(),
             lines: VecDeque::new(),
             awake: BTreeSet::new(),
@@ -340,6 +355,7 @@ impl Station {
                 _ => self.left(now, session),
             }
         }
+        self.forget_turns();
         self.watch_anew();
         self.settle(now);
     }
@@ -377,6 +393,26 @@ impl Station {
     /// An order for an arm.
     pub fn poll_order(&mut self) -> Option<(ArmId, ArmOrder)> {
         self.orders.pop_front()
+    }
+
+    /// Something to do with the library of programs.
+    pub fn poll_library(&mut self) -> Option<LibraryOrder> {
+        self.library.pop_front()
+    }
+
+    /// What came of it.
+    pub fn library_done(
+        &mut self,
+        now: HostInstant,
+        request: RequestId,
+        outcome: Result<Value, RpcError>,
+    ) {
+        self.turn_is_over(request);
+        match outcome {
+            Ok(_) if self.waits_for_program(request) => self.start_found(now, request),
+            outcome => self.finish(now, request, outcome),
+        }
+        self.settle(now);
     }
 
     /// A line for the journal.

@@ -56,6 +56,7 @@ impl Station {
         request: RequestId,
         outcome: Result<Outcome, RpcError>,
     ) {
+        self.turn_is_over(request);
         let outcome = outcome.and_then(|outcome| match outcome {
             Outcome::Value(value) => Ok(value),
             // The line broke behind the reading: it is not the state any more.
@@ -102,9 +103,11 @@ impl Station {
                 let (job, wants) = (*job, *wants);
                 self.job_done(now, request, wants, job, outcome);
             }
-            Awaited::Arm(_) | Awaited::Lease { .. } | Awaited::Record(_) => {
-                self.finish(now, request, outcome)
-            }
+            Awaited::Arm(_)
+            | Awaited::Library
+            | Awaited::Program(..)
+            | Awaited::Lease { .. }
+            | Awaited::Record(_) => self.finish(now, request, outcome),
         }
     }
 }

@@ -21,7 +21,7 @@ pub struct StationSize {
     pub unsent: usize,
     /// Events that are kept of all arms.
     pub events: usize,
-    /// Orders that the arms have not been given.
+    /// Orders that the arms have not been given, and what waits for its turn beside them.
     pub orders: usize,
 }
 
@@ -41,7 +41,7 @@ impl Station {
                 .sum(),
             unsent: sockets.map(|socket| socket.unsent()).sum(),
             events: self.arms.iter().map(|arm| arm.events.len()).sum(),
-            orders: self.orders.len(),
+            orders: self.orders.len() + self.library.len() + self.turns.len(),
         }
     }
 }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use futures_util::{SinkExt, StreamExt};
 use magician::{Arm, Options, SimSpeed, VirtualArm, sim::Controller};
 use magician_station::http::{
-    Admission, HttpOptions, Listener, RecordingFolder, Tls, TokenStore, Tries,
+    Admission, HttpOptions, Listener, ProgramFolder, RecordingFolder, Tls, TokenStore, Tries,
+    Uploads,
 };
 use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
 use serde_json::{Value, json};
@@ -23,7 +24,7 @@ pub(crate) struct Bench {
     pub(crate) arm: VirtualArm,
     pub(crate) station: RunningStation,
     pub(crate) over: watch::Sender<bool>,
-    _folder: TempDir,
+    pub(crate) folder: TempDir,
 }
 
 impl Bench {
@@ -35,7 +36,16 @@ impl Bench {
         Self::made(admission, None).await
     }
 
+    /// One in which nobody is more than a viewer.
+    pub(crate) async fn read_only() -> Self {
+        Self::of(Admission::default(), None, true).await
+    }
+
     pub(crate) async fn made(admission: Admission, tls: Option<Tls>) -> Self {
+        Self::of(admission, tls, false).await
+    }
+
+    async fn of(admission: Admission, tls: Option<Tls>, read_only: bool) -> Self {
         let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(20.0));
         let driver = Arm::simulated(arm.clone(), Options::default())
             .await
@@ -44,6 +54,8 @@ impl Bench {
         let tokens = TokenStore::at(folder.path().join("station/tokens.toml"));
         let config = StationConfig {
             recordings: Arc::new(RecordingFolder::at(folder.path().join("recordings"))),
+            programs: Arc::new(ProgramFolder::at(folder.path().join("programs"))),
+            read_only,
             ..StationConfig::new(vec![ArmEntry::simulated("arm")], "0")
         };
         let station = RunningStation::start(config, vec![driver], Box::new(|_| {}));
@@ -58,6 +70,7 @@ impl Bench {
             tokens: tokens.clone(),
             version: "0.0.0".to_owned(),
             tries: Tries::default(),
+            uploads: Uploads::default(),
         };
         tokio::spawn(listener.serve(station.clone(), options, ends));
         Self {
@@ -66,7 +79,7 @@ impl Bench {
             arm,
             station,
             over,
-            _folder: folder,
+            folder,
         }
     }
 

@@ -5,6 +5,7 @@ mod bench;
 mod calls;
 mod hostile;
 mod pairing;
+mod programs;
 mod recordings;
 mod remote;
 mod routes;

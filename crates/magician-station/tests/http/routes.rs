@@ -10,16 +10,19 @@ use crate::bench::Bench;
 async fn every_route_is_there_and_has_the_headers_of_safety() {
     let bench = Bench::new().await;
     for route in ROUTES {
-        let (path, method) = (route.path, route.method);
+        let method = route.method;
+        let path = &route.path.replace("{name}", "house.svg");
         let answer = bench
             .raw(&format!(
                 "{method} {path} HTTP/1.1\nhost: {{host}}\nconnection: close\ncontent-length: 0\n\n"
             ))
             .await;
-        let expected = match (path, method) {
+        let expected = match (route.path, method) {
             ("/api/v1/ws", _) => 426,
             (_, "POST") => 415,
             ("/api/v1/recordings/{name}", _) => 404,
+            (_, "PUT") => 201,
+            (_, "DELETE") => 204,
             _ => 200,
         };
         assert_eq!(answer.status, expected, "{method} {path}");

@@ -9,11 +9,13 @@ use magician::{Arm, Options, SimSpeed, VirtualArm};
 use magician_job::{Journal, JournalError, JournalKey};
 use magician_program::resume::Checkpoint;
 use magician_station::{
-    ArmEntry, Client, CloseCode, Grant, JobStore, JournalLine, NoRecordings, Outgoing, Peer,
-    RecordingStore, Role, RunningStation, StationConfig,
+    ArmEntry, Client, CloseCode, FormatReader, Grant, JobStore, JournalLine, NoRecordings,
+    Outgoing, Peer, RecordingStore, Role, RunningStation, StationConfig,
 };
 use serde_json::{Value, json};
 use tokio::time::{Instant, timeout};
+
+use crate::shelf::{Gate, Gated, Shelf};
 
 /// No answer takes longer.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -24,6 +26,8 @@ pub(crate) struct Bench {
     /// The station's connections to them.
     pub(crate) drivers: Vec<Arm>,
     pub(crate) kept: Kept,
+    pub(crate) shelf: Arc<Shelf>,
+    pub(crate) gate: Gate,
     pub(crate) lines: Arc<Mutex<Vec<JournalLine>>>,
     sockets: std::cell::Cell<u32>,
 }
@@ -79,10 +83,15 @@ impl Bench {
         // Another one for each start.
         let starts = kept.jobs.lock().unwrap().as_array().map_or(0, Vec::len);
         let epoch = starts.to_string();
+        let shelf = Arc::new(Shelf::default());
+        let reader = FormatReader::default().with_library(Arc::clone(&shelf) as _);
+        let gate = Gate::default();
         let config = StationConfig {
             unix_zero: 1_000_000.0,
             jobs: Arc::new(store),
             recordings,
+            reader: Arc::new(Gated(reader, gate.clone())),
+            programs: Arc::clone(&shelf) as _,
             ..StationConfig::new(entries, epoch)
         };
         let journal = Arc::clone(&lines);
@@ -97,6 +106,8 @@ impl Bench {
             arms: virtual_arms,
             drivers,
             kept,
+            shelf,
+            gate,
             lines,
             sockets: std::cell::Cell::new(0),
         }

@@ -48,7 +48,7 @@ async fn state_of(tester: &mut Tester, job: &Value) -> Value {
 }
 
 /// Waits until a job has this state.
-async fn until(tester: &mut Tester, job: &Value, state: &str) -> Value {
+pub(crate) async fn until(tester: &mut Tester, job: &Value, state: &str) -> Value {
     for _ in 0..2000 {
         let now = state_of(tester, job).await;
         if now["state"] == json!(state) {

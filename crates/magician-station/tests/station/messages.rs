@@ -164,6 +164,7 @@ async fn every_method_does_something() {
             params[param.name] = match param.name {
                 "command" if method.name == "arm.get" => json!("Pose"),
                 "command" => json!("WAITCmd"),
+                "to" if method.name == "program.convert" => json!("a.csv"),
                 "to" => json!([220, 0, 50, 0]),
                 "axis" if method.name == "jog.start" => json!("x+"),
                 "axis" => json!("x"),
@@ -184,7 +185,7 @@ async fn every_method_does_something() {
         if ["arm.set", "arm.enqueue"].contains(&method.name) {
             params["fields"] = json!({"timeout": 10});
         }
-        if ["job.check", "job.start"].contains(&method.name) {
+        if ["job.check", "job.start", "program.put"].contains(&method.name) {
             params["text"] = json!(crate::jobs::drawing());
         }
         match method.name {

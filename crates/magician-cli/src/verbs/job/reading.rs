@@ -1,10 +1,8 @@
 //! What is in the file, read for the place where it is to run.
 
 use magician::JointAngles;
-use magician::words::Preflight;
-use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::{
-    Diagnostic, DiagnosticCode, FileRead, Format, Origin, Plan, Reading, Setup, UnknownStart,
+    Diagnostic, DiagnosticCode, FileRead, Format, Origin, Reading, Setup, UnknownStart,
 };
 
 use super::{Job, Where, notes};
@@ -105,7 +103,7 @@ impl Job {
                 })?;
                 (begins, false)
             }
-            _ => (virtual_start(unknown.anywhere(), setup)?, true),
+            _ => (unknown.on_stage(setup)?, true),
         };
         let standing = begins.arm().filter(|_| virtually).map(|arm| arm.joints);
         let read = unknown.from(source.bytes(), setup, &begins);
@@ -122,13 +120,4 @@ impl Job {
         read.notes.insert(0, note);
         Ok((read, standing))
     }
-}
-
-/// How the virtual arm stands that a plan is run on.
-fn virtual_start(anywhere: Option<&Plan>, setup: &Setup) -> Result<Preflight, Failure> {
-    let mut options = RehearseOptions::default();
-    options.tool = setup.tool.or(setup.default_tool);
-    let mut plan = anywhere.cloned().unwrap_or_default();
-    plan.surface = plan.surface.or(setup.surface);
-    Ok(start_of(&stage(&plan, &options)?))
 }

@@ -7,14 +7,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use magician::{Arm, SimSpeed, Target, VirtualArm, sim::Controller};
 use magician_job::dirs;
 use magician_station::http::{
-    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, RecordingFolder, Tls,
-    TlsError, TokenError, TokenStore, Tries,
+    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, ProgramFolder,
+    RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
 };
-use magician_station::{ArmEntry, FormatReader, RunningStation, StationConfig};
+use magician_station::{ArmEntry, FormatReader, ProgramStore, RunningStation, StationConfig};
 use serde_json::json;
 use tokio::sync::watch;
 use tokio::time::timeout;
@@ -81,9 +81,20 @@ pub(crate) struct Serve {
     /// Serve the API alone: no page at /
     #[arg(long)]
     no_studio: bool,
+    /// Folder of the programs that are kept; by default `programs` in the user's data of magician
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    programs: Option<PathBuf>,
     /// World of the virtual arms
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
+}
+
+/// What a station keeps, and reads programs with.
+struct Kept {
+    tokens: TokenStore,
+    reader: FormatReader,
+    programs: Option<Arc<dyn ProgramStore>>,
+    student_laser: bool,
 }
 
 /// `NAME=PORT`.
@@ -139,8 +150,11 @@ impl Serve {
             };
             arms.push((entry, target, options));
         }
-        let reader = FormatReader::new(job::defaults(&config)?);
-        let rules = (store, reader, student_laser);
+        let mut reader = FormatReader::new(job::defaults(&config)?);
+        let programs = self.programs()?;
+        if let Some(programs) = &programs {
+            reader = reader.with_library(Arc::clone(programs));
+        }
         let json = context.global.json;
         context.let_go()?;
         context.alone(async |_, signals| {
@@ -164,7 +178,13 @@ impl Serve {
                 connected.push(opened);
             }
             let entries: Vec<_> = arms.iter().map(|(entry, ..)| entry.clone()).collect();
-            self.serve(json, rules, listener, entries, connected, signals)
+            let kept = Kept {
+                tokens: store,
+                reader,
+                programs,
+                student_laser,
+            };
+            self.serve(json, kept, listener, entries, connected, signals)
                 .await
         })
     }
@@ -218,15 +238,35 @@ impl Serve {
         Ok(targets)
     }
 
+    /// The library of programs; none where the system names no place for one.
+    fn programs(&self) -> Result<Option<Arc<dyn ProgramStore>>, Failure> {
+        let usual = || dirs::data().map(|data| data.join("programs"));
+        let Some(folder) = self.programs.clone().or_else(usual) else {
+            return Ok(None);
+        };
+        if folder.exists() && !folder.is_dir() {
+            let message = format!("{} is no folder", folder.display());
+            return Err(Failure::invalid(message));
+        }
+        let folder = std::path::absolute(&folder).unwrap_or(folder);
+        Ok(Some(Arc::new(ProgramFolder::at(folder))))
+    }
+
     async fn serve(
         &self,
         json: bool,
-        (store, reader, student_laser): (TokenStore, FormatReader, bool),
+        kept: Kept,
         listener: Listener,
         entries: Vec<ArmEntry>,
         arms: Vec<Arm>,
         signals: &mut Signals,
     ) -> Result<(), Failure> {
+        let Kept {
+            tokens: store,
+            reader,
+            programs,
+            student_laser,
+        } = kept;
         let since = SystemTime::now()
             .duration_since(UNIX_EPOCH)
             .unwrap_or_default();
@@ -236,6 +276,9 @@ impl Serve {
         config.read_only = self.read_only;
         config.student_laser = student_laser;
         config.reader = Arc::new(reader);
+        if let Some(programs) = programs {
+            config.programs = programs;
+        }
         if let Some(folder) = folder()? {
             config.jobs = Arc::new(JobFile::at(folder.join("jobs.json")));
         }
@@ -262,6 +305,7 @@ impl Serve {
             tokens: store.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             tries: Tries::default(),
+            uploads: Uploads::default(),
         };
         let (over, ends) = watch::channel(false);
         let serving = tokio::spawn(listener.serve(station.clone(), options, ends));

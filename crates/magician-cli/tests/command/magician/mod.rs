@@ -46,6 +46,7 @@ pub(crate) fn command() -> Command {
         std::process::id(),
         std::thread::current().id()
     );
+    command.env("XDG_DATA_HOME", format!("{state}/data"));
     command.env("XDG_STATE_HOME", state);
     command
 }

@@ -36,6 +36,8 @@ pub(crate) struct Life {
     holders: Vec<Option<String>>,
     /// Orders that are not reported.
     orders: Vec<(ArmId, ArmOrder)>,
+    /// Requests that the library has not answered.
+    library: Vec<RequestId>,
     /// A number that tells one reading from another.
     read: f32,
 }
@@ -59,6 +61,7 @@ impl Default for Life {
             spy,
             holders: vec![None; ARMS as usize],
             orders: Vec::new(),
+            library: Vec::new(),
             read: 0.0,
         }
     }
@@ -230,6 +233,9 @@ impl Life {
             }
             self.orders.push((arm, order));
         }
+        while let Some(order) = self.station.poll_library() {
+            self.library.push(order.request);
+        }
         while self.station.poll_journal().is_some() {}
         while self.station.poll_record().is_some() {}
         while self.station.poll_awake().is_some() {}
@@ -252,8 +258,17 @@ impl Life {
         }
     }
 
+    /// The library has done something.
+    fn look_up(&mut self, good: bool) {
+        if let Some(request) = self.library.pop() {
+            let outcome = if good { Ok(json!({})) } else { Err(failed()) };
+            self.station.library_done(self.now, request, outcome);
+        }
+    }
+
     /// An arm reports what came of an order.
     fn report(&mut self, at: usize, good: bool) {
+        self.look_up(good);
         if self.orders.is_empty() {
             return;
         }
@@ -356,12 +371,12 @@ impl Life {
 
     /// The arms report everything, all waits end: whoever still has a socket was answered.
     pub(crate) fn end(&mut self) {
-        while !self.orders.is_empty() {
+        while !(self.orders.is_empty() && self.library.is_empty()) {
             self.report(0, true);
             self.take_orders(None);
         }
         self.pass(Duration::from_secs(3700));
-        while !self.orders.is_empty() {
+        while !(self.orders.is_empty() && self.library.is_empty()) {
             self.report(0, false);
             self.take_orders(None);
         }

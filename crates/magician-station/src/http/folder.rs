@@ -1,0 +1,289 @@
+//! A library of programs as a folder.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Read, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, UNIX_EPOCH};
+
+use magician_program::Format;
+
+use crate::library::{
+    LARGEST_PROGRAM, LibraryError, ProgramEntry, ProgramName, ProgramStore, Upload,
+};
+
+/// Names of what is not whole yet begin so: no program has such a name.
+const PART: &str = ".part-";
+/// A part that nothing has been added to for so long is of a process that is gone.
+const STALE: Duration = Duration::from_secs(3600);
+/// As many bytes of a file tell what it is.
+const HEAD: u64 = 64 * 1024;
+
+/// Programs as files of a folder. A program is replaced as a whole or stays as it was, also where the disk is full or the
+/// process ends.
+///
+/// Files that people put there are programs too if their names are; links and all that is no file are left alone.
+#[derive(Clone, Debug)]
+pub struct ProgramFolder {
+    path: PathBuf,
+    parts: Arc<AtomicU64>,
+    /// One file takes its name at a time: who is the first is known.
+    naming: Arc<Mutex<()>>,
+}
+
+impl ProgramFolder {
+    /// In this folder, which is made with the first program. What a process that died has left half-written is removed.
+    #[must_use]
+    pub fn at(path: impl Into<PathBuf>) -> Self {
+        let folder = Self {
+            path: path.into(),
+            parts: Arc::default(),
+            naming: Arc::default(),
+        };
+        folder.tidy();
+        folder
+    }
+
+    fn tidy(&self) {
+        let items = fs::read_dir(&self.path).into_iter().flatten().flatten();
+        for item in items {
+            let is_part = item.file_name().to_string_lossy().starts_with(PART);
+            let age = { item.metadata().and_then(|data| data.modified()) }
+                .ok()
+                .and_then(|at| at.elapsed().ok());
+            if is_part && age.is_some_and(|age| age > STALE) {
+                let _ = fs::remove_file(item.path());
+            }
+        }
+    }
+
+    fn file(&self, name: &ProgramName) -> PathBuf {
+        self.path.join(name.as_str())
+    }
+
+    /// What is known of a file, if it is one.
+    fn known(&self, name: &ProgramName) -> Result<fs::Metadata, LibraryError> {
+        let metadata = fs::symlink_metadata(self.file(name)).map_err(failed)?;
+        if metadata.is_file() {
+            Ok(metadata)
+        } else {
+            Err(LibraryError::Unknown)
+        }
+    }
+
+    fn entry(&self, name: ProgramName) -> Option<ProgramEntry> {
+        let metadata = self.known(&name).ok()?;
+        let modified = metadata.modified().ok()?;
+        let since = modified.duration_since(UNIX_EPOCH).unwrap_or_default();
+        let format = Format::of(name.as_str(), b"").or_else(|| {
+            let mut head = Vec::new();
+            let file = File::open(self.file(&name)).ok()?;
+            file.take(HEAD).read_to_end(&mut head).ok()?;
+            Format::of(name.as_str(), &head)
+        });
+        Some(ProgramEntry {
+            bytes: metadata.len(),
+            modified: since.as_secs_f64(),
+            format,
+            name,
+        })
+    }
+}
+
+impl ProgramStore for ProgramFolder {
+    fn folder(&self) -> Option<&Path> {
+        Some(&self.path)
+    }
+
+    fn list(&self) -> Result<Vec<ProgramEntry>, LibraryError> {
+        let items = match fs::read_dir(&self.path) {
+            Ok(items) => items,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) => return Err(failed(error)),
+        };
+        let names = items.flatten().filter_map(|item| {
+            let name = item.file_name();
+            ProgramName::new(name.to_str()?)
+        });
+        let mut entries: Vec<_> = names.filter_map(|name| self.entry(name)).collect();
+        entries.sort_by(|one, other| one.name.cmp(&other.name));
+        Ok(entries)
+    }
+
+    fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError> {
+        self.known(name)?;
+        let file = File::open(self.file(name)).map_err(failed)?;
+        let metadata = file.metadata().map_err(failed)?;
+        // One that grows meanwhile is sent as it was.
+        let size = metadata.len();
+        Ok((size, Box::new(file.take(size))))
+    }
+
+    fn upload(&self, name: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+        fs::create_dir_all(&self.path).map_err(failed)?;
+        let part = self.parts.fetch_add(1, Ordering::Relaxed);
+        let part = format!("{PART}{}-{part}", std::process::id());
+        let part = self.path.join(part);
+        let mut options = OpenOptions::new();
+        options.write(true).create_new(true);
+        let file = options.open(&part).map_err(failed)?;
+        Ok(Box::new(Part {
+            file: Some(file),
+            path: part,
+            to: self.file(name),
+            written: 0,
+            naming: Arc::clone(&self.naming),
+        }))
+    }
+
+    fn delete(&self, name: &ProgramName) -> Result<(), LibraryError> {
+        let _alone = self.naming.lock().unwrap_or_else(PoisonError::into_inner);
+        self.known(name)?;
+        fs::remove_file(self.file(name)).map_err(failed)
+    }
+}
+
+/// A program that is not whole yet, in a file of its own.
+struct Part {
+    file: Option<File>,
+    path: PathBuf,
+    to: PathBuf,
+    written: u64,
+    naming: Arc<Mutex<()>>,
+}
+
+impl Upload for Part {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
+        self.written += bytes.len() as u64;
+        if self.written > LARGEST_PROGRAM {
+            return Err(LibraryError::TooLarge);
+        }
+        let Some(file) = &mut self.file else {
+            return Err(LibraryError::Unknown);
+        };
+        file.write_all(bytes).map_err(failed)
+    }
+
+    fn finish(mut self: Box<Self>) -> Result<bool, LibraryError> {
+        if let Some(file) = self.file.take() {
+            file.sync_all().map_err(failed)?;
+        }
+        let naming = Arc::clone(&self.naming);
+        let _alone = naming.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_new = match fs::symlink_metadata(&self.to) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => true,
+            Ok(there) if there.is_dir() => {
+                let why = "a folder has this name".to_owned();
+                return Err(LibraryError::Other(why));
+            }
+            _ => false,
+        };
+        fs::rename(&self.path, &self.to).map_err(failed)?;
+        self.path.clear();
+        Ok(is_new)
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        // Closed first: some systems remove no file that is open.
+        self.file = None;
+        if !self.path.as_os_str().is_empty() {
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn failed(error: io::Error) -> LibraryError {
+    match error.kind() {
+        io::ErrorKind::NotFound => LibraryError::Unknown,
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+            LibraryError::Full
+        }
+        _ => LibraryError::Other(error.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::{bytes_of, keep};
+
+    fn name(text: &str) -> ProgramName {
+        ProgramName::new(text).expect(text)
+    }
+
+    fn files(place: &Path) -> usize {
+        fs::read_dir(place).unwrap().count()
+    }
+
+    #[test]
+    fn a_program_is_there_whole_or_not_at_all() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = ProgramFolder::at(place.path().join("new"));
+        assert_eq!(folder.list(), Ok(Vec::new()));
+        let house = name("house.svg");
+        assert_eq!(keep(&folder, &house, b"<svg/>"), Ok(true));
+        assert_eq!(keep(&folder, &house, b"<svg />"), Ok(false));
+        assert_eq!(bytes_of(&folder, &house).unwrap(), b"<svg />");
+        // One that is given up, and one that is too large, leave nothing.
+        let mut upload = folder.upload(&house).unwrap();
+        upload.write(b"half").unwrap();
+        assert_eq!(files(&place.path().join("new")), 2);
+        drop(upload);
+        let mut upload = folder.upload(&name("large")).unwrap();
+        let piece = vec![0; 1 << 20];
+        for _ in 0..64 {
+            upload.write(&piece).unwrap();
+        }
+        assert_eq!(upload.write(&[0]), Err(LibraryError::TooLarge));
+        drop(upload);
+        assert_eq!(files(&place.path().join("new")), 1);
+        assert_eq!(bytes_of(&folder, &house).unwrap(), b"<svg />");
+        let listed = folder.list().unwrap();
+        assert_eq!(
+            (listed.len(), listed[0].bytes, listed[0].format),
+            (1, 7, Some(Format::Svg))
+        );
+        assert!(listed[0].modified > 1e9);
+        assert_eq!(folder.delete(&house), Ok(()));
+        assert_eq!(folder.delete(&house), Err(LibraryError::Unknown));
+        assert_eq!(bytes_of(&folder, &house), Err(LibraryError::Unknown));
+    }
+
+    #[test]
+    fn one_that_is_read_stays_the_same_while_it_is_replaced() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = ProgramFolder::at(place.path());
+        keep(&folder, &name("a"), b"old").unwrap();
+        let (size, mut from) = folder.open(&name("a")).unwrap();
+        keep(&folder, &name("a"), b"newer").unwrap();
+        let mut read = Vec::new();
+        from.read_to_end(&mut read).unwrap();
+        assert_eq!((size, read.as_slice()), (3, &b"old"[..]));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_folders_and_hidden_files_are_no_programs() {
+        let place = tempfile::tempdir().unwrap();
+        let outside = place.path().join("secret");
+        fs::write(&outside, "secret").unwrap();
+        let inside = place.path().join("programs");
+        fs::create_dir(&inside).unwrap();
+        std::os::unix::fs::symlink(&outside, inside.join("link")).unwrap();
+        fs::create_dir(inside.join("folder")).unwrap();
+        fs::write(inside.join(".hidden"), "").unwrap();
+        fs::write(inside.join("with\ttab"), "").unwrap();
+        let folder = ProgramFolder::at(&inside);
+        assert_eq!(folder.list(), Ok(Vec::new()));
+        assert!(folder.open(&name("link")).is_err());
+        assert!(folder.delete(&name("folder")).is_err());
+        assert!(keep(&folder, &name("folder"), b"x").is_err());
+        // What takes the name of a link is a file of its own.
+        keep(&folder, &name("link"), b"mine").unwrap();
+        assert_eq!(fs::read(&outside).unwrap(), b"secret");
+        assert_eq!(bytes_of(&folder, &name("link")).unwrap(), b"mine");
+    }
+}

@@ -1,0 +1,208 @@
+//! The library of programs over HTTP: bytes of files, as they are.
+
+use std::io::{self, Read};
+use std::sync::Arc;
+use std::time::Duration;
+
+use axum::body::{Body, BodyDataStream, Bytes};
+use axum::extract::Request;
+use axum::http::header::{CONTENT_LENGTH, CONTENT_TYPE};
+use axum::http::{HeaderValue, StatusCode};
+use axum::response::{IntoResponse, Response};
+use futures_util::{StreamExt, stream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use tokio::time::timeout;
+
+use super::routes::text;
+use crate::library::{LARGEST_PROGRAM, LibraryError, ProgramName, ProgramStore, Upload};
+
+/// Where programs are; a name follows.
+const PROGRAMS: &str = "/api/v1/programs/";
+/// Programs that are sent to the station at once.
+const UPLOADS: usize = 8;
+/// So long nothing more of one may come.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Bytes of a file that are read at once.
+const PIECE: u64 = 64 * 1024;
+
+/// Programs on their way to the station.
+#[derive(Clone, Debug)]
+pub struct Uploads(Arc<Semaphore>);
+
+impl Default for Uploads {
+    fn default() -> Self {
+        Self(Arc::new(Semaphore::new(UPLOADS)))
+    }
+}
+
+impl Uploads {
+    fn begin(&self) -> Option<OwnedSemaphorePermit> {
+        Arc::clone(&self.0).try_acquire_owned().ok()
+    }
+}
+
+/// The name of a program in the path of a request, decoded.
+pub(super) fn name_in(path: &str) -> Option<ProgramName> {
+    let mut rest = path.strip_prefix(PROGRAMS)?.bytes();
+    let mut name = Vec::new();
+    while let Some(sign) = rest.next() {
+        let decoded = match sign {
+            b'%' => {
+                let digit = |sign: u8| char::from(sign).to_digit(16);
+                let [high, low] = [digit(rest.next()?)?, digit(rest.next()?)?];
+                u8::try_from(16 * high + low).ok()?
+            }
+            plain => plain,
+        };
+        name.push(decoded);
+    }
+    ProgramName::new(std::str::from_utf8(&name).ok()?)
+}
+
+/// Sends one.
+pub(super) async fn get(store: Arc<dyn ProgramStore>, name: ProgramName) -> Response {
+    let opened = tokio::task::spawn_blocking(move || store.open(&name)).await;
+    let (size, from) = match opened {
+        Ok(Ok(opened)) => opened,
+        Ok(Err(error)) => return refused(&error),
+        Err(_) => return refused(&LibraryError::Other("it cannot be read".to_owned())),
+    };
+    let pieces = stream::unfold(Some(from), |from| async move {
+        let read = tokio::task::spawn_blocking(move || piece(from?)).await;
+        read.ok().flatten()
+    });
+    let mut response = Body::from_stream(pieces).into_response();
+    let headers = response.headers_mut();
+    headers.insert(CONTENT_LENGTH, HeaderValue::from(size));
+    let bytes = HeaderValue::from_static("application/octet-stream");
+    headers.insert(CONTENT_TYPE, bytes);
+    response
+}
+
+type From = Box<dyn Read + Send>;
+
+/// The next piece of a file, and the rest.
+fn piece(mut from: From) -> Option<(io::Result<Bytes>, Option<From>)> {
+    let mut bytes = Vec::new();
+    match from.by_ref().take(PIECE).read_to_end(&mut bytes) {
+        Ok(0) => None,
+        Ok(_) => Some((Ok(bytes.into()), Some(from))),
+        Err(error) => Some((Err(error), None)),
+    }
+}
+
+/// Keeps one: as a whole or not at all.
+pub(super) async fn put(
+    store: Arc<dyn ProgramStore>,
+    uploads: &Uploads,
+    name: ProgramName,
+    request: Request,
+) -> Response {
+    let length = request.headers().get(CONTENT_LENGTH);
+    let length = length.and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    if length.is_some_and(|length| length > LARGEST_PROGRAM) {
+        return refused(&LibraryError::TooLarge);
+    }
+    let Some(_permit) = uploads.begin() else {
+        let why = "the station takes other programs already: try again";
+        return text(StatusCode::SERVICE_UNAVAILABLE, why);
+    };
+    let begun = tokio::task::spawn_blocking(move || store.upload(&name)).await;
+    let mut upload = match begun {
+        Ok(Ok(upload)) => Beside(Some(upload)),
+        Ok(Err(error)) => return refused(&error),
+        Err(_) => return refused(&lost()),
+    };
+    let mut pieces = request.into_body().into_data_stream();
+    loop {
+        let piece = match timeout(PATIENCE, pieces.next()).await {
+            Ok(Some(Ok(piece))) => piece,
+            Ok(Some(Err(_))) => {
+                return text(StatusCode::BAD_REQUEST, "the program ended before its end");
+            }
+            Ok(None) => break,
+            Err(_) => return text(StatusCode::REQUEST_TIMEOUT, "nothing more came"),
+        };
+        if let Err(error) = upload.write(piece).await {
+            // What is given up is gone before its sender hears of it.
+            upload.give_up().await;
+            rest_of(&mut pieces).await;
+            return refused(&error);
+        }
+    }
+    let Some(upload) = upload.0.take() else {
+        return refused(&lost());
+    };
+    match tokio::task::spawn_blocking(move || upload.finish()).await {
+        Ok(Ok(true)) => StatusCode::CREATED.into_response(),
+        Ok(Ok(false)) => StatusCode::OK.into_response(),
+        Ok(Err(error)) => refused(&error),
+        Err(_) => refused(&lost()),
+    }
+}
+
+/// Reads on, within bounds, so that the sender hears why: it may not listen before it has sent all.
+async fn rest_of(pieces: &mut BodyDataStream) {
+    let mut left = LARGEST_PROGRAM;
+    while let Ok(Some(Ok(piece))) = timeout(PATIENCE, pieces.next()).await {
+        left = left.saturating_sub(piece.len() as u64);
+        if left == 0 {
+            return;
+        }
+    }
+}
+
+/// An upload whose file is touched beside the runtime, also where it is given up.
+struct Beside(Option<Box<dyn Upload>>);
+
+impl Beside {
+    async fn write(&mut self, piece: Bytes) -> Result<(), LibraryError> {
+        let mut upload = self.0.take().ok_or_else(lost)?;
+        let written = tokio::task::spawn_blocking(move || {
+            let written = upload.write(&piece);
+            (upload, written)
+        });
+        let (upload, written) = written.await.map_err(|_| lost())?;
+        self.0 = Some(upload);
+        written
+    }
+
+    async fn give_up(&mut self) {
+        let upload = self.0.take();
+        let _ = tokio::task::spawn_blocking(move || drop(upload)).await;
+    }
+}
+
+impl Drop for Beside {
+    fn drop(&mut self) {
+        if let Some(upload) = self.0.take() {
+            match tokio::runtime::Handle::try_current() {
+                Ok(runtime) => drop(runtime.spawn_blocking(move || drop(upload))),
+                Err(_) => drop(upload),
+            }
+        }
+    }
+}
+
+fn lost() -> LibraryError {
+    LibraryError::Other("the program is not kept".to_owned())
+}
+
+/// Removes one.
+pub(super) async fn delete(store: Arc<dyn ProgramStore>, name: ProgramName) -> Response {
+    match tokio::task::spawn_blocking(move || store.delete(&name)).await {
+        Ok(Ok(())) => StatusCode::NO_CONTENT.into_response(),
+        Ok(Err(error)) => refused(&error),
+        Err(_) => refused(&LibraryError::Other("it is not removed".to_owned())),
+    }
+}
+
+fn refused(error: &LibraryError) -> Response {
+    let status = match error {
+        LibraryError::Unknown => StatusCode::NOT_FOUND,
+        LibraryError::TooLarge => StatusCode::PAYLOAD_TOO_LARGE,
+        LibraryError::Full => StatusCode::INSUFFICIENT_STORAGE,
+        LibraryError::Other(_) => StatusCode::INTERNAL_SERVER_ERROR,
+    };
+    text(status, &error.to_string())
+}

@@ -1,0 +1,334 @@
+//! The library of programs: what is kept under a name, and what clients do with it. Files are touched beside the station.
+
+use std::fmt;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use magician::ErrorKind;
+use magician_program::{Format, SetupOptions};
+use serde_json::{Value, json};
+
+use crate::api::RpcError;
+use crate::control::RequestId;
+use crate::job::{Reader, Source, SourceBytes};
+
+/// Bytes of a program, at most.
+pub const LARGEST_PROGRAM: u64 = 64 * 1024 * 1024;
+/// Bytes of a program that are sent in an answer, at most.
+const IN_AN_ANSWER: u64 = 700 * 1024;
+
+/// The name of a program: 1 to 80 of `A-Z a-z 0-9 . _ -` and blanks, with no point first and no blank first or last.
+///
+/// ```
+/// use magician_station::ProgramName;
+///
+/// assert!(ProgramName::new("house 2.svg").is_some());
+/// for wrong in ["", ".hidden", "..", "a/b", " a", "a ", "ä.svg", "a\0"] {
+///     assert!(ProgramName::new(wrong).is_none(), "{wrong}");
+/// }
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ProgramName(String);
+
+impl ProgramName {
+    /// This one, if it is one.
+    #[must_use]
+    pub fn new(name: &str) -> Option<Self> {
+        let sign = |sign: u8| sign.is_ascii_alphanumeric() || b"._- ".contains(&sign);
+        let good = (1..=80).contains(&name.len())
+            && name.bytes().all(sign)
+            && !name.starts_with(['.', ' '])
+            && !name.ends_with(' ')
+            && !(cfg!(windows) && is_of_windows(name));
+        good.then(|| Self(name.to_owned()))
+    }
+
+    /// As text.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+/// Whether Windows has something else under this name.
+fn is_of_windows(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or_default().trim_end();
+    let stem = stem.to_ascii_lowercase();
+    let numbered = |kind| {
+        let number = stem.strip_prefix(kind);
+        number.is_some_and(|number| number.len() == 1 && number.as_bytes()[0].is_ascii_digit())
+    };
+    let device = ["con", "prn", "aux", "nul"].contains(&stem.as_str());
+    device || numbered("com") || numbered("lpt") || name.ends_with('.')
+}
+
+impl fmt::Display for ProgramName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// A program of a library.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgramEntry {
+    /// Its name.
+    pub name: ProgramName,
+    /// Its size.
+    pub bytes: u64,
+    /// When it was changed last, Unix seconds.
+    pub modified: f64,
+    /// What it is, where that is recognised.
+    pub format: Option<Format>,
+}
+
+/// Why a library does not do something.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum LibraryError {
+    /// There is no such program.
+    Unknown,
+    /// The program is larger than [`LARGEST_PROGRAM`].
+    TooLarge,
+    /// There is no room for it.
+    Full,
+    /// Anything else, in a sentence.
+    Other(String),
+}
+
+impl fmt::Display for LibraryError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unknown => f.write_str("there is no such program"),
+            Self::TooLarge => write!(f, "a program is {} MiB at most", LARGEST_PROGRAM >> 20),
+            Self::Full => f.write_str("no room for the program"),
+            Self::Other(why) => f.write_str(why),
+        }
+    }
+}
+
+impl std::error::Error for LibraryError {}
+
+/// Keeps programs under their names. It may take its time: it is asked beside the station.
+pub trait ProgramStore: Send + Sync {
+    /// Where they are.
+    fn folder(&self) -> Option<&Path>;
+
+    /// All of them, by name.
+    ///
+    /// # Errors
+    /// They cannot be looked at.
+    fn list(&self) -> Result<Vec<ProgramEntry>, LibraryError>;
+
+    /// One to be read, and its size. It stays the same while it is read, whatever becomes of its name.
+    ///
+    /// # Errors
+    /// There is none, or it cannot be read.
+    fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError>;
+
+    /// One that is to be kept: under its name when it is [finished](Upload::finish), and not at all before.
+    ///
+    /// # Errors
+    /// It cannot be begun.
+    fn upload(&self, name: &ProgramName) -> Result<Box<dyn Upload>, LibraryError>;
+
+    /// Removes one.
+    ///
+    /// # Errors
+    /// There is none, or it cannot be removed.
+    fn delete(&self, name: &ProgramName) -> Result<(), LibraryError>;
+}
+
+/// A program on its way into a library. Dropping it leaves the library as it is.
+pub trait Upload: Send {
+    /// More of it.
+    ///
+    /// # Errors
+    /// It is too large, or there is no room.
+    fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError>;
+
+    /// That was all: it is kept. Whether its name is a new one.
+    ///
+    /// # Errors
+    /// There is no room, or it cannot be kept.
+    fn finish(self: Box<Self>) -> Result<bool, LibraryError>;
+}
+
+/// A library that holds nothing, and takes nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoPrograms;
+
+impl NoPrograms {
+    fn refused() -> LibraryError {
+        LibraryError::Other("this station keeps no programs".to_owned())
+    }
+}
+
+impl ProgramStore for NoPrograms {
+    fn folder(&self) -> Option<&Path> {
+        None
+    }
+
+    fn list(&self) -> Result<Vec<ProgramEntry>, LibraryError> {
+        Ok(Vec::new())
+    }
+
+    fn open(&self, _: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError> {
+        Err(LibraryError::Unknown)
+    }
+
+    fn upload(&self, _: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+        Err(Self::refused())
+    }
+
+    fn delete(&self, _: &ProgramName) -> Result<(), LibraryError> {
+        Err(LibraryError::Unknown)
+    }
+}
+
+/// The bytes of a program.
+pub(crate) fn bytes_of(
+    store: &dyn ProgramStore,
+    name: &ProgramName,
+) -> Result<Vec<u8>, LibraryError> {
+    let (_, mut from) = store.open(name)?;
+    let mut bytes = Vec::new();
+    let read = { from.by_ref() }
+        .take(LARGEST_PROGRAM + 1)
+        .read_to_end(&mut bytes);
+    match read {
+        Err(error) => Err(LibraryError::Other(error.to_string())),
+        Ok(count) if count as u64 > LARGEST_PROGRAM => Err(LibraryError::TooLarge),
+        Ok(_) => Ok(bytes),
+    }
+}
+
+/// Keeps a program; whether its name is a new one.
+pub(crate) fn keep(
+    store: &dyn ProgramStore,
+    name: &ProgramName,
+    bytes: &[u8],
+) -> Result<bool, LibraryError> {
+    let mut upload = store.upload(name)?;
+    upload.write(bytes)?;
+    upload.finish()
+}
+
+/// Something to do with the library.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum LibraryAct {
+    /// Lists the programs.
+    List,
+    /// Gives the bytes of one.
+    Get(ProgramName),
+    /// Says whether there is one.
+    Find(ProgramName),
+    /// Keeps one.
+    Put(ProgramName, Vec<u8>),
+    /// Removes one.
+    Delete(ProgramName),
+    /// Makes another file of one.
+    Convert {
+        /// Of this.
+        from: ProgramName,
+        /// Under this name.
+        to: ProgramName,
+        /// How it is drawn or engraved.
+        setup: Option<Box<SetupOptions>>,
+    },
+}
+
+/// Something to do with the library, for a request.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct LibraryOrder {
+    /// The request.
+    pub request: RequestId,
+    /// What.
+    pub act: LibraryAct,
+}
+
+impl LibraryAct {
+    /// Does it, and says what is answered.
+    pub(crate) fn carry_out(
+        self,
+        store: &dyn ProgramStore,
+        reader: &dyn Reader,
+    ) -> Result<Value, RpcError> {
+        match self {
+            Self::List => {
+                let programs = store.list().map_err(wrong)?;
+                let shown = programs.iter().map(|program| {
+                    json!({
+                        "name": program.name.as_str(),
+                        "bytes": program.bytes,
+                        "modified": program.modified,
+                        "format": program.format.map(Format::name),
+                    })
+                });
+                Ok(json!({"programs": shown.collect::<Vec<_>>()}))
+            }
+            Self::Get(name) => {
+                let (size, _) = store.open(&name).map_err(wrong)?;
+                if size > IN_AN_ANSWER {
+                    let why = format!(
+                        "{name} has {size} bytes, and an answer has room for {IN_AN_ANSWER}: get \
+                            it by HTTP from /api/v1/programs"
+                    );
+                    return Err(RpcError::arm(ErrorKind::InvalidInput, why));
+                }
+                let bytes = bytes_of(store, &name).map_err(wrong)?;
+                let format = Format::of(name.as_str(), &bytes).map(Format::name);
+                let data = STANDARD.encode(bytes);
+                Ok(json!({"name": name.as_str(), "format": format, "data": data}))
+            }
+            Self::Find(name) => match store.open(&name) {
+                Ok(_) => Ok(Value::Null),
+                Err(LibraryError::Unknown) => Err(unknown_program()),
+                Err(error) => Err(wrong(error)),
+            },
+            Self::Put(name, bytes) => {
+                keep(store, &name, &bytes).map_err(wrong)?;
+                Ok(json!({"name": name.as_str(), "bytes": bytes.len()}))
+            }
+            Self::Delete(name) => {
+                store.delete(&name).map_err(wrong)?;
+                Ok(Value::Null)
+            }
+            Self::Convert { from, to, setup } => {
+                // One that is not there is named as this method names it.
+                store.open(&from).map_err(wrong)?;
+                let source = Source {
+                    bytes: SourceBytes::Program(from.as_str().to_owned()),
+                    format: None,
+                    setup,
+                };
+                let (bytes, report) = reader.convert(&source, to.as_str())?;
+                keep(store, &to, &bytes).map_err(wrong)?;
+                Ok(report)
+            }
+        }
+    }
+}
+
+/// A job names a program that is not there.
+pub(crate) fn unknown_program() -> RpcError {
+    RpcError::param("program", LibraryError::Unknown.to_string())
+}
+
+/// What is wrong with a program, as an answer.
+pub(crate) fn wrong(error: LibraryError) -> RpcError {
+    match error {
+        LibraryError::Unknown => RpcError::param("name", error.to_string()),
+        LibraryError::TooLarge => RpcError::arm(ErrorKind::InvalidInput, error.to_string()),
+        _ => RpcError::arm(ErrorKind::Unexpected, error.to_string()),
+    }
+}
+
+/// Where they are, as an answer.
+pub(crate) fn folder_of(store: &dyn ProgramStore) -> Value {
+    let folder: Option<PathBuf> = store.folder().map(Path::to_owned);
+    folder.map_or(Value::Null, |folder| json!(folder.display().to_string()))
+}

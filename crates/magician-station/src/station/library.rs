@@ -1,0 +1,131 @@
+//! The methods of the library of programs.
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use magician_protocol::HostInstant;
+
+use super::dispatch::{Call, Handled};
+use super::turns::Lengthy;
+use super::{Awaited, Station};
+use crate::api::RpcError;
+use crate::control::{ArmId, RequestId};
+use crate::job::setup_options;
+use crate::library::{LibraryAct, ProgramName};
+
+impl Station {
+    pub(super) fn library_call(
+        &mut self,
+        name: &str,
+        call: &Call<'_>,
+    ) -> Result<Handled, RpcError> {
+        let params = call.params;
+        let act = match name {
+            "program.list" => LibraryAct::List,
+            "program.get" => LibraryAct::Get(program(call, "name")?),
+            "program.delete" => LibraryAct::Delete(program(call, "name")?),
+            "program.put" => {
+                let bytes = match (params.text("text"), params.text("data")) {
+                    (Some(text), None) => text.as_bytes().to_vec(),
+                    (None, Some(data)) => STANDARD
+                        .decode(data)
+                        .map_err(|_| RpcError::param("data", "`data` must be bytes in base64"))?,
+                    _ => {
+                        let why = "one of `text` and `data` has to be given";
+                        return Err(RpcError::param("text", why));
+                    }
+                };
+                LibraryAct::Put(program(call, "name")?, bytes)
+            }
+            "program.convert" => LibraryAct::Convert {
+                from: program(call, "name")?,
+                to: program(call, "to")?,
+                setup: match params.object("setup") {
+                    Some(fields) => Some(Box::new(setup_options(fields)?)),
+                    None => None,
+                },
+            },
+            _ => return Err(RpcError::internal(format!("{name} does nothing"))),
+        };
+        self.in_turn(call, Lengthy::Library(act))
+    }
+}
+
+impl Station {
+    /// A job waits until it is known that its program is there: what is wrong with parameters is answered before all else.
+    pub(super) fn find_first(
+        &mut self,
+        call: &Call<'_>,
+        arm: ArmId,
+        name: ProgramName,
+    ) -> Result<Handled, RpcError> {
+        self.in_turn(call, Lengthy::Library(LibraryAct::Find(name)))?;
+        let params = Box::new(call.params.clone());
+        Ok(Handled::Later(call.request, Awaited::Program(arm, params)))
+    }
+
+    pub(super) fn waits_for_program(&self, request: RequestId) -> bool {
+        let pending = self.pending.get(&request);
+        pending.is_some_and(|pending| matches!(pending.waits, Awaited::Program(..)))
+    }
+
+    /// The program of a job is there: the rest of its checks, and its start.
+    pub(super) fn start_found(&mut self, now: HostInstant, request: RequestId) {
+        let Some(pending) = self.pending.get_mut(&request) else {
+            return;
+        };
+        let socket = pending.socket;
+        let waits = std::mem::replace(&mut pending.waits, Awaited::Library);
+        let Awaited::Program(arm, params) = waits else {
+            return;
+        };
+        let session = self.session_of(socket);
+        let known = session.and_then(|session| Some((session, self.sessions.get(&session)?)));
+        let Some((session, grant)) = known.map(|(id, session)| (id, session.grant.clone())) else {
+            // Its socket is gone.
+            self.pending.remove(&request);
+            return;
+        };
+        let call = Call {
+            now,
+            socket,
+            session,
+            grant,
+            arm: Some(arm),
+            params: &params,
+            request,
+        };
+        match self.start_job(&call, arm, true) {
+            Ok(Handled::Now(value)) => self.finish(now, request, Ok(value)),
+            Ok(Handled::Later(_, waits)) => {
+                if let Some(pending) = self.pending.get_mut(&request) {
+                    pending.waits = waits;
+                }
+            }
+            Err(error) => self.finish(now, request, Err(error)),
+        }
+    }
+
+    /// A stop came before it was known whether there is a program: its job does not begin.
+    pub(super) fn stop_before_found(&mut self, now: HostInstant, arm: ArmId, error: &RpcError) {
+        let waiting = self.pending.iter().filter_map(|(request, pending)| {
+            let waits = matches!(&pending.waits, Awaited::Program(of, _) if *of == arm);
+            waits.then_some(*request)
+        });
+        for request in waiting.collect::<Vec<_>>() {
+            self.finish(now, request, Err(error.clone()));
+        }
+    }
+}
+
+/// The program that a parameter names.
+pub(super) fn program(call: &Call<'_>, param: &str) -> Result<ProgramName, RpcError> {
+    let name = call.params.text(param).unwrap_or_default();
+    ProgramName::new(name).ok_or_else(|| {
+        let why = format!(
+            "`{param}` must be a name of 1 to 80 letters, digits, points, blanks, `_` and `-`, \
+                with no point first and no blank first or last"
+        );
+        RpcError::param(param, why)
+    })
+}

@@ -1,0 +1,225 @@
+//! The library of programs over HTTP: whole or not at all, by role, and under no other name than its own.
+
+use std::fs;
+
+use magician_station::http::Admission;
+use magician_station::{LARGEST_PROGRAM, Role};
+use serde_json::json;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+
+use crate::bench::{Answer, Bench};
+
+async fn ask(bench: &Bench, method: &str, name: &str, headers: &str, body: &str) -> Answer {
+    let length = body.len();
+    let line = format!("{method} /api/v1/programs/{name} HTTP/1.1\n");
+    let head = format!(
+        "{line}host: {{host}}\nconnection: close\ncontent-length: {length}\n{headers}\n{body}"
+    );
+    bench.raw(&head).await
+}
+
+fn files(bench: &Bench) -> Vec<String> {
+    let folder = bench.folder.path().join("programs");
+    let items = fs::read_dir(folder).into_iter().flatten();
+    let names = items.map(|item| item.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<_> = names.collect();
+    names.sort();
+    names
+}
+
+#[tokio::test]
+async fn a_program_is_put_given_and_removed() {
+    let bench = Bench::new().await;
+    let name = "house%202.svg";
+    assert_eq!(ask(&bench, "GET", name, "", "").await.status, 404);
+    assert_eq!(ask(&bench, "PUT", name, "", "<svg/>").await.status, 201);
+    assert_eq!(ask(&bench, "PUT", name, "", "<svg />").await.status, 200);
+    let given = ask(&bench, "GET", name, "", "").await;
+    assert_eq!((given.status, given.body.as_str()), (200, "<svg />"));
+    assert_eq!(given.header("content-length"), Some("7"));
+    assert_eq!(
+        given.header("content-type"),
+        Some("application/octet-stream")
+    );
+    assert_eq!(given.header("x-content-type-options"), Some("nosniff"));
+    let head = ask(&bench, "HEAD", name, "", "").await;
+    assert_eq!((head.status, head.body.as_str()), (200, ""));
+    assert_eq!(files(&bench), ["house 2.svg"]);
+    let mut anna = bench.join("Anna").await;
+    let list = anna.call("program.list", json!({})).await.unwrap();
+    assert_eq!(list["programs"][0]["name"], json!("house 2.svg"));
+    assert_eq!(list["programs"][0]["format"], json!("svg"));
+    let info = anna.call("server.info", json!({})).await.unwrap();
+    assert!(info["programs"].as_str().unwrap().ends_with("programs"));
+    assert_eq!(ask(&bench, "DELETE", name, "", "").await.status, 204);
+    assert_eq!(ask(&bench, "DELETE", name, "", "").await.status, 404);
+    let wrong = ask(&bench, "PATCH", name, "", "").await;
+    assert_eq!(wrong.status, 405);
+    assert_eq!(wrong.header("allow"), Some("PUT, GET, DELETE"));
+    assert!(files(&bench).is_empty());
+}
+
+#[tokio::test]
+async fn names_lead_nowhere_else() {
+    let bench = Bench::new().await;
+    let secret = bench.folder.path().join("secret");
+    fs::write(&secret, "secret").unwrap();
+    let long = "x".repeat(81);
+    for name in [
+        "",
+        ".",
+        "..",
+        ".hidden",
+        ".part-1-0",
+        "%2e%2e",
+        "..%2fsecret",
+        "%2e%2e%2fsecret",
+        "..%5csecret",
+        "a%2fb",
+        "a%00",
+        "a%0a",
+        "%20a",
+        "a%20",
+        "%c3%a4.svg",
+        "%ff",
+        "%zz",
+        "%2",
+        "%",
+        "a+b",
+        "a%25",
+        "a:b",
+        &long,
+    ] {
+        for method in ["GET", "PUT", "DELETE"] {
+            let answer = ask(&bench, method, name, "", "").await;
+            assert_eq!(answer.status, 400, "{method} {name:?}");
+        }
+    }
+    for path in [
+        "../secret",
+        "../../secret",
+        "a/b",
+        "a/",
+        "%2e%2e/secret",
+        "./../../secret",
+    ] {
+        for method in ["GET", "PUT", "DELETE"] {
+            let answer = ask(&bench, method, path, "", "").await;
+            assert!([400, 404].contains(&answer.status), "{method} {path}");
+        }
+    }
+    assert_eq!(fs::read(&secret).unwrap(), b"secret");
+    assert!(files(&bench).is_empty());
+    let longest = "x".repeat(80);
+    assert_eq!(ask(&bench, "PUT", &longest, "", "").await.status, 201);
+}
+
+#[tokio::test]
+async fn each_method_has_its_role() {
+    let bench = Bench::new().await;
+    // (method, viewer, student, teacher), after a program is there.
+    for (method, expected) in [
+        ("GET", [200, 200, 200]),
+        ("PUT", [403, 200, 200]),
+        ("DELETE", [403, 204, 204]),
+    ] {
+        let roles = [Role::Viewer, Role::Student, Role::Teacher];
+        for (role, expected) in roles.into_iter().zip(expected) {
+            ask(&bench, "PUT", "a", "", "x").await;
+            let token = bench.token(role);
+            let headers = format!("x-forwarded-for: 1.2.3.4\nauthorization: Bearer {token}\n");
+            let answer = ask(&bench, method, "a", &headers, "").await;
+            assert_eq!(answer.status, expected, "{method} {}", role.name());
+        }
+        ask(&bench, "PUT", "a", "", "x").await;
+        let none = ask(&bench, method, "a", "x-forwarded-for: 1.2.3.4\n", "").await;
+        assert_eq!(none.status, 401);
+        assert_eq!(none.header("www-authenticate"), Some("Bearer"));
+        let wrong = ask(&bench, method, "a", "authorization: Bearer no\n", "").await;
+        assert_eq!(wrong.status, 401);
+    }
+    let bench = Bench::read_only().await;
+    assert_eq!(ask(&bench, "PUT", "a", "", "x").await.status, 403);
+    assert_eq!(ask(&bench, "GET", "a", "", "").await.status, 404);
+    let origin = "https://lessons.example";
+    let admission = Admission {
+        hosts: Vec::new(),
+        origins: vec![origin.to_owned()],
+    };
+    let bench = Bench::with(admission).await;
+    let foreign = ask(&bench, "PUT", "a", "origin: https://evil.example\n", "x").await;
+    assert_eq!(foreign.status, 403);
+    let named = ask(&bench, "PUT", "a", &format!("origin: {origin}\n"), "x").await;
+    assert_eq!(named.status, 201);
+    assert_eq!(named.header("access-control-allow-origin"), Some(origin));
+}
+
+/// Sends the head of a PUT and then so many bytes, in pieces; what is answered, if anything is.
+async fn push(bench: &Bench, head: &str, bytes: u64, chunked: bool) -> String {
+    let mut stream = TcpStream::connect(bench.address).await.unwrap();
+    let host = bench.address;
+    let head = format!(
+        "PUT /api/v1/programs/big HTTP/1.1\r\nhost: {host}\r\nconnection: close\r\n{head}\r\n"
+    );
+    stream.write_all(head.as_bytes()).await.unwrap();
+    let (mut from, mut to) = stream.split();
+    let send = async move {
+        let piece = vec![b'x'; 1 << 20];
+        let mut left = bytes;
+        while left > 0 {
+            let count = left.min(piece.len() as u64);
+            left -= count;
+            let mut whole = Vec::new();
+            if chunked {
+                whole.extend_from_slice(format!("{count:x}\r\n").as_bytes());
+            }
+            whole.extend_from_slice(&piece[..count as usize]);
+            if chunked {
+                whole.extend_from_slice(b"\r\n");
+            }
+            // The station may have had enough.
+            if to.write_all(&whole).await.is_err() {
+                return;
+            }
+        }
+        if chunked {
+            let _ = to.write_all(b"0\r\n\r\n").await;
+        } else {
+            let _ = to.shutdown().await;
+        }
+    };
+    let mut answer = Vec::new();
+    let read = from.read_to_end(&mut answer);
+    let _ = tokio::join!(send, read);
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+#[tokio::test]
+async fn a_program_is_of_64_mib_at_most_and_whole() {
+    let bench = Bench::new().await;
+    assert_eq!(ask(&bench, "PUT", "big", "", "old").await.status, 201);
+    let length = |length: u64| format!("content-length: {length}\r\n");
+    // One that says that it is too large is not waited for.
+    let answer = push(&bench, &length(LARGEST_PROGRAM + 1), 0, false).await;
+    assert!(answer.starts_with("HTTP/1.1 413"), "{answer}");
+    // One that does not say it.
+    let chunked = "transfer-encoding: chunked\r\n";
+    let answer = push(&bench, chunked, LARGEST_PROGRAM + 1, true).await;
+    assert!(
+        answer.is_empty() || answer.starts_with("HTTP/1.1 413"),
+        "{answer}"
+    );
+    // One whose sender goes away in the middle.
+    push(&bench, &length(1000), 500, false).await;
+    assert_eq!(ask(&bench, "GET", "big", "", "").await.body, "old");
+    while files(&bench) != ["big"] {
+        tokio::task::yield_now().await;
+    }
+    let answer = push(&bench, chunked, LARGEST_PROGRAM, true).await;
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    let kept = bench.folder.path().join("programs/big");
+    assert_eq!(fs::metadata(kept).unwrap().len(), LARGEST_PROGRAM);
+    let given = ask(&bench, "GET", "big", "", "").await;
+    assert_eq!(given.body.len() as u64, LARGEST_PROGRAM);
+}

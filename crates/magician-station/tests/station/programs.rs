@@ -1,0 +1,261 @@
+//! The library of programs, and checks of many at once.
+
+use std::time::Duration;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use magician_protocol::HostInstant;
+use magician_station::{ArmEntry, ArmOrder, Grant, Outgoing, Peer, Role, Station, StationConfig};
+use serde_json::{Value, json};
+
+use crate::bench::Bench;
+use crate::jobs::{drawing, until};
+
+#[tokio::test(start_paused = true)]
+async fn programs_are_kept_listed_given_and_removed() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let info = anna.ok("server.info", json!({})).await;
+    assert_eq!(info["programs"], json!("/shelf"));
+    let text = drawing();
+    let put = json!({"name": "house 2.plan.json", "text": text});
+    let kept = anna.ok("program.put", put.clone()).await;
+    assert_eq!(
+        kept,
+        json!({"name": "house 2.plan.json", "bytes": text.len()})
+    );
+    let data = json!({"name": "raw", "data": "AAEC"});
+    assert_eq!(anna.ok("program.put", data).await["bytes"], json!(3));
+    anna.ok("program.put", put).await;
+    let list = anna.ok("program.list", json!({})).await;
+    let expected = json!([
+        {"name": "house 2.plan.json", "bytes": text.len(), "modified": 1000.5, "format": "plan"},
+        {"name": "raw", "bytes": 3, "modified": 1000.5, "format": null},
+    ]);
+    assert_eq!(list["programs"], expected);
+    let given = anna.ok("program.get", json!({"name": "raw"})).await;
+    let expected = json!({"name": "raw", "format": null, "data": "AAEC"});
+    assert_eq!(given, expected);
+    assert_eq!(
+        anna.ok("program.delete", json!({"name": "raw"})).await,
+        Value::Null
+    );
+    for method in ["program.get", "program.delete"] {
+        let gone = anna.call(method, json!({"name": "raw"})).await.unwrap_err();
+        assert_eq!(
+            (&gone["code"], &gone["data"]["param"]),
+            (&json!(-32602), &json!("name"))
+        );
+    }
+    // Where there is no room nothing of it is kept, and what was there stays.
+    *bench.shelf.room.lock().unwrap() = 10;
+    let more = json!({"name": "house 2.plan.json", "text": "more than ten bytes"});
+    let full = anna.call("program.put", more).await.unwrap_err();
+    assert_eq!(full["data"]["kind"], json!("unexpected"), "{full}");
+    let there = json!({"name": "house 2.plan.json"});
+    let there = anna.ok("program.get", there).await["data"].clone();
+    assert_eq!(
+        STANDARD.decode(there.as_str().unwrap()).unwrap(),
+        text.as_bytes()
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_program_too_large_for_an_answer_is_not_given() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    for (size, given) in [(700 * 1024, true), (700 * 1024 + 1, false)] {
+        let text = "x".repeat(size);
+        anna.ok("program.put", json!({"name": "a", "text": text}))
+            .await;
+        let outcome = anna.call("program.get", json!({"name": "a"})).await;
+        assert_eq!(outcome.is_ok(), given, "{size}");
+        if let Err(error) = outcome {
+            assert_eq!(error["data"]["kind"], json!("invalid-input"));
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn names_that_are_none_and_roles_that_are_too_low_are_refused() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let long = "x".repeat(81);
+    for name in [
+        "", ".", "..", ".hidden", "../a", "a/b", "a\\b", " a", "a ", "a\0", "a\n", "ä", "%2e%2e",
+        &long,
+    ] {
+        let calls = [
+            ("program.get", json!({"name": name})),
+            ("program.put", json!({"name": name, "text": ""})),
+            ("program.delete", json!({"name": name})),
+            ("program.convert", json!({"name": name, "to": "a.csv"})),
+        ];
+        for (method, params) in calls {
+            let refused = anna.call(method, params).await.unwrap_err();
+            let found = (&refused["code"], &refused["data"]["param"]);
+            assert_eq!(found, (&json!(-32602), &json!("name")), "{name:?}");
+        }
+        let refused = anna.call("job.check", json!({"program": name})).await;
+        assert_eq!(refused.unwrap_err()["data"]["param"], json!("program"));
+    }
+    anna.ok("program.put", json!({"name": "x".repeat(80), "text": ""}))
+        .await;
+    let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
+    viewer.ok("program.list", json!({})).await;
+    for (method, params) in [
+        ("program.put", json!({"name": "a", "text": ""})),
+        ("program.delete", json!({"name": "a"})),
+        ("program.convert", json!({"name": "a", "to": "b.csv"})),
+    ] {
+        assert_eq!(viewer.code(method, params).await, -32001, "{method}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_program_that_is_not_there_is_told_before_the_lease_is_needed() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let name = json!({"program": "lines.plan.json"});
+    let unknown = anna.call("job.start", name.clone()).await.unwrap_err();
+    assert_eq!(unknown["data"]["param"], json!("program"), "{unknown}");
+    let put = json!({"name": "lines.plan.json", "text": drawing()});
+    anna.ok("program.put", put).await;
+    assert_eq!(anna.code("job.start", name).await, -32002);
+    assert_eq!(anna.ok("job.list", json!({})).await, json!({"jobs": []}));
+}
+
+#[test]
+fn a_stop_comes_before_a_job_whose_program_is_looked_for() {
+    let now = HostInstant::ZERO;
+    let arms = vec![ArmEntry::simulated("arm")];
+    let mut station = Station::new(StationConfig::new(arms, "0"));
+    let peer = |name: &str| Peer {
+        grant: Some(Grant {
+            role: Role::Student,
+            token: None,
+        }),
+        address: name.to_owned(),
+        secret: format!("{name:032}"),
+    };
+    let (anna, ben) = (station.open(now, peer("a")), station.open(now, peer("b")));
+    let hello =
+        r#"{"jsonrpc":"2.0","id":1,"method":"session.hello","params":{"client":{"name":"x"}}}"#;
+    let mut say = |socket, text: &str| station.receive(now, socket, text);
+    say(anna, hello);
+    say(ben, hello);
+    say(anna, r#"{"jsonrpc":"2.0","id":2,"method":"lease.acquire"}"#);
+    say(
+        anna,
+        r#"{"jsonrpc":"2.0","id":3,"method":"job.start","params":{"program":"a.plan.json"}}"#,
+    );
+    let found = station.poll_library().expect("it is looked for");
+    station.receive(now, ben, r#"{"jsonrpc":"2.0","id":4,"method":"arm.stop"}"#);
+    station.library_done(now, found.request, Ok(Value::Null));
+    while let Some((_, order)) = station.poll_order() {
+        assert!(!matches!(order, ArmOrder::StartJob(_)), "{order:?}");
+    }
+    let mut stopped = false;
+    while let Some(Outgoing::Text(text)) = station.poll_send(anna) {
+        stopped |= text.contains("\"id\":3") && text.contains("-32007");
+    }
+    assert!(stopped);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_program_is_run_by_its_name_and_made_another_file_of() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let name = "lines.plan.json";
+    let unknown = anna.call("job.start", json!({"program": name})).await;
+    let unknown = unknown.unwrap_err();
+    assert_eq!(
+        (&unknown["code"], &unknown["data"]["param"]),
+        (&json!(-32602), &json!("program"))
+    );
+    anna.ok("program.put", json!({"name": name, "text": drawing()}))
+        .await;
+    let by_name = anna.ok("job.check", json!({"program": name})).await;
+    let by_text = anna.ok("job.check", json!({"text": drawing()})).await;
+    assert_eq!(by_name, by_text);
+    let started = anna.ok("job.start", json!({"program": name})).await;
+    until(&mut anna, &started["job"], "done").await;
+    // As `magician convert --json` says it.
+    let convert = json!({"name": name, "to": "lines.csv"});
+    let made = anna.ok("program.convert", convert).await;
+    assert_eq!(
+        (&made["from"], &made["to"], &made["steps"]),
+        (&json!(name), &json!("lines.csv"), &json!(8))
+    );
+    let lost = "a list of points has no speeds, tool or settings";
+    assert_eq!(made["lost"], json!([lost]));
+    let points = bench.shelf.bytes("lines.csv");
+    let points = String::from_utf8(points).unwrap();
+    assert!(
+        points.starts_with("step,action,x,y,z,r,line,name\n"),
+        "{points}"
+    );
+    for (params, param) in [
+        (json!({"name": name, "to": "lines.dxf"}), "to"),
+        (json!({"name": name, "to": "../lines.csv"}), "to"),
+        (json!({"name": "none.svg", "to": "a.csv"}), "name"),
+        (
+            json!({"name": name, "to": "a.csv", "setup": {"scale": 0}}),
+            "setup.scale",
+        ),
+    ] {
+        let refused = anna.call("program.convert", params).await.unwrap_err();
+        assert_eq!(refused["data"]["param"], json!(param), "{refused}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn checks_take_turns_and_hold_up_no_stop() {
+    let bench = Bench::new(1).await;
+    let mut checkers = Vec::new();
+    for name in ["Anna", "Ben", "Cleo"] {
+        checkers.push(bench.join(name).await);
+    }
+    bench.gate.close(true);
+    let mut ids = Vec::new();
+    for checker in &mut checkers {
+        let mut of_one = Vec::new();
+        for _ in 0..30 {
+            of_one.push(checker.send("job.check", json!({"text": drawing()})));
+        }
+        ids.push(of_one);
+    }
+    // Two begin, 64 wait, and the rest is too many: the last of the last.
+    for id in &ids[2][6..] {
+        let refused = checkers[2].answer(*id).await.unwrap_err();
+        assert_eq!(
+            (&refused["code"], &refused["data"]["limit"]),
+            (&json!(-32006), &json!(64))
+        );
+    }
+    let mut viewer = bench.join_as("Viewer", Role::Viewer).await;
+    // Time does not pass by itself while somebody computes.
+    let passes = async {
+        loop {
+            tokio::time::advance(Duration::from_millis(1)).await;
+        }
+    };
+    tokio::select! {
+        _ = viewer.ok("arm.stop", json!({})) => {}
+        () = passes => {}
+    }
+    // What a socket has asked for that is gone is not looked at any more.
+    drop(checkers.remove(1));
+    bench.gate.close(false);
+    for id in &ids[0] {
+        // In the order in which they were asked for.
+        let answer = checkers[0].message().await.unwrap();
+        assert_eq!(answer["id"], json!(id));
+        assert_eq!(answer["result"]["ok"], json!(true));
+    }
+    for id in &ids[2][..6] {
+        assert!(checkers[1].answer(*id).await.is_ok());
+    }
+    assert_eq!(bench.gate.most(), 2);
+}

@@ -1,0 +1,182 @@
+//! Programs with options: `setup`, previews, and G-code that begins where the arm stands.
+
+use std::time::Duration;
+
+use serde_json::{Value, json};
+
+use crate::bench::{Bench, Tester};
+use crate::jobs::until;
+
+/// A square of 20 mm.
+const SQUARE: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 40 40'>\
+    <rect x='10' y='10' width='20' height='20' fill='none' stroke='black'/></svg>";
+
+/// Lines that count from where the tool is.
+const RELATIVE: &str = "G21\nG91\nG1 X10 F1200\nG1 Y15\nG1 X-10\nG1 Y-15\n";
+
+async fn checked(tester: &mut Tester, setup: Value) -> Value {
+    let params = json!({"text": SQUARE, "setup": setup});
+    tester.ok("job.check", params).await
+}
+
+fn middle(report: &Value) -> [f64; 2] {
+    let at = |corner: usize, axis: usize| report["bounds"][corner][axis].as_f64().unwrap();
+    [0, 1].map(|axis| f64::midpoint(at(0, axis), at(1, axis)))
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_setup_says_where_and_how_a_drawing_is_done() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let plain = anna.ok("job.check", json!({"text": SQUARE})).await;
+    assert_eq!(plain["ok"], json!(true), "{plain}");
+    let there = checked(&mut anna, json!({"at": [220, 30], "scale": 2})).await;
+    let [x, y] = middle(&there);
+    assert!((x - 220.0).abs() < 0.1 && (y - 30.0).abs() < 0.1, "{there}");
+    let drawn = |report: &Value| report["drawn_mm"].as_f64().unwrap();
+    assert!((drawn(&there) - 2.0 * drawn(&plain)).abs() < 1.0);
+    assert_eq!(there["placed"]["scale"], json!(2.0));
+    // Which work it is: what was said, else what the tool is for.
+    for (setup, burns) in [
+        (json!({}), false),
+        (json!({"tool": "laser"}), true),
+        (json!({"work": "engrave"}), true),
+        (json!({"work": "draw", "tool": "laser"}), false),
+    ] {
+        let report = checked(&mut anna, setup.clone()).await;
+        assert_eq!(report.get("power").is_some(), burns, "{setup} {report}");
+    }
+    let powered = checked(&mut anna, json!({"work": "engrave", "power": "10..60"})).await;
+    assert_eq!(powered["power"]["most"], json!(60.0), "{powered}");
+    let grid = checked(&mut anna, json!({"at": [200, 0], "grid": "2x2:30x30"})).await;
+    assert!((drawn(&grid) - 4.0 * drawn(&plain)).abs() < 1.0, "{grid}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_a_setup_does_not_have_is_named() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    for (setup, param) in [
+        (json!({"colour": "red"}), "setup.colour"),
+        (json!({"scale": "2"}), "setup.scale"),
+        (json!({"scale": -2}), "setup.scale"),
+        (json!({"at": [1]}), "setup.at"),
+        (json!({"at": "1,2"}), "setup.at"),
+        (json!({"no_order": true}), "setup.no_order"),
+        (json!({"order": 0}), "setup.order"),
+        (json!({"work": "paint"}), "setup.work"),
+        (json!({"raw": true, "fit": true}), "setup.raw"),
+    ] {
+        // Before the lease, which nobody has.
+        for method in ["job.check", "job.start"] {
+            let params = json!({"text": SQUARE, "setup": setup});
+            let refused = anna.call(method, params).await.unwrap_err();
+            let found = (&refused["code"], &refused["data"]["param"]);
+            assert_eq!(found, (&json!(-32602), &json!(param)), "{refused}");
+        }
+    }
+    let params = json!({"text": SQUARE, "setup": [1]});
+    let refused = anna.call("job.check", params).await.unwrap_err();
+    assert_eq!(refused["data"]["param"], json!("setup"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_preview_has_the_lines_that_are_left() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let looked = |setup: Value| json!({"text": SQUARE, "setup": setup, "preview": true});
+    let report = anna.ok("job.check", looked(json!({"at": [230, 0]}))).await;
+    let strokes = report["preview"]["strokes"].as_array().unwrap();
+    assert_eq!(strokes.len(), 1, "{strokes:?}");
+    let members: Vec<_> = strokes[0].as_object().unwrap().keys().collect();
+    assert_eq!(members, ["part", "points", "reachable"]);
+    assert_eq!(
+        (&strokes[0]["part"], &strokes[0]["reachable"]),
+        (&Value::Null, &json!(true))
+    );
+    let mut points = strokes[0]["points"].as_array().unwrap().clone();
+    points.sort_by_key(ToString::to_string);
+    points.dedup();
+    let corners = [[220.0, -10.0], [220.0, 10.0], [240.0, -10.0], [240.0, 10.0]];
+    assert_eq!(json!(points), json!(corners));
+    let plain = anna.ok("job.check", json!({"text": SQUARE})).await;
+    assert_eq!(plain.get("preview"), None);
+    // What is out of reach is shown where it would be.
+    let far = anna.ok("job.check", looked(json!({"at": [320, 0]}))).await;
+    assert_eq!(far["ok"], json!(false));
+    let strokes = far["preview"]["strokes"].as_array().unwrap();
+    assert!(
+        strokes
+            .iter()
+            .any(|stroke| stroke["reachable"] == json!(false))
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn g_code_that_names_no_start_begins_where_the_arm_stands() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    anna.ok("arm.move", json!({"to": [210, -20, 0, 0]})).await;
+    let report = anna.ok("job.check", json!({"text": RELATIVE})).await;
+    assert_eq!(report["ok"], json!(true), "{report}");
+    let note = report["notes"][0]["text"].as_str().unwrap();
+    assert!(
+        note.starts_with("it begins at the tool's position"),
+        "{note}"
+    );
+    let job = anna.ok("job.start", json!({"text": RELATIVE})).await["job"].clone();
+    let mut most = [f64::MIN; 2];
+    loop {
+        anna.listen(Duration::from_millis(50)).await;
+        let pose = bench.arms[0].state().pose;
+        most = [most[0].max(pose.x), most[1].max(pose.y)];
+        if anna.ok("job.get", json!({"job": job})).await["state"] == json!("done") {
+            break;
+        }
+    }
+    assert!((most[0] - 220.0).abs() < 0.1, "{most:?}");
+    assert!((most[1] - -5.0).abs() < 0.1, "{most:?}");
+    let pose = bench.arms[0].state().pose;
+    assert!((pose.x - 210.0).abs() < 0.1 && (pose.y - -20.0).abs() < 0.1);
+    // A start that is said counts wherever the arm is.
+    let there = json!({"start": [200, 10, 0], "raw": true});
+    let params = json!({"text": RELATIVE, "setup": there});
+    let report = anna.ok("job.check", params).await;
+    let [x, y] = middle(&report);
+    assert!(
+        (x - 205.0).abs() < 0.1 && (y - 17.5).abs() < 0.1,
+        "{report}"
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_job_that_began_where_the_arm_stood_goes_on_there() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    anna.ok("arm.move", json!({"to": [210, -20, 0, 0]})).await;
+    let slow = RELATIVE.replace("F1200", "F300");
+    let job = anna.ok("job.start", json!({"text": slow})).await["job"].clone();
+    for _ in 0..200 {
+        anna.listen(Duration::from_millis(50)).await;
+        if bench.arms[0].state().pose.y > -12.0 {
+            break;
+        }
+    }
+    anna.ok("job.stop", json!({"job": job})).await;
+    anna.ok("arm.move", json!({"to": [180, 60, 30, 0]})).await;
+    anna.ok("job.resume", json!({"job": job})).await;
+    let done = until(&mut anna, &job, "done").await;
+    assert_eq!(done["step"], done["steps"]);
+    let pose = bench.arms[0].state().pose;
+    let there = (pose.x - 210.0).abs() < 0.1 && (pose.y - -20.0).abs() < 0.1;
+    assert!(there, "{pose:?}");
+    // What begins in its middle has to be told where it began.
+    let params = json!({"text": slow, "from": 3});
+    let refused = anna.call("job.start", params).await.unwrap_err();
+    assert!(
+        refused["message"].as_str().unwrap().contains("setup.start"),
+        "{refused}"
+    );
+}

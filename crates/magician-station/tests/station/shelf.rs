@@ -1,0 +1,149 @@
+//! A library of programs in memory, and a reader that waits to be let on.
+
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+use std::path::Path;
+use std::sync::{Arc, Condvar, Mutex};
+
+use magician_program::Format;
+use magician_station::{
+    FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramReading, ProgramStore, Reader,
+    ReadingArm, Source, Upload,
+};
+
+type Programs = Arc<Mutex<BTreeMap<ProgramName, Vec<u8>>>>;
+
+/// Programs in memory, with room for some.
+pub(crate) struct Shelf {
+    pub(crate) programs: Programs,
+    /// Bytes of one program for which there is room.
+    pub(crate) room: Mutex<usize>,
+}
+
+impl Default for Shelf {
+    fn default() -> Self {
+        Self {
+            programs: Programs::default(),
+            room: Mutex::new(usize::MAX),
+        }
+    }
+}
+
+impl Shelf {
+    /// A program that is there.
+    pub(crate) fn bytes(&self, name: &str) -> Vec<u8> {
+        let name = ProgramName::new(name).unwrap();
+        self.programs.lock().unwrap()[&name].clone()
+    }
+}
+
+impl ProgramStore for Shelf {
+    fn folder(&self) -> Option<&Path> {
+        Some(Path::new("/shelf"))
+    }
+
+    fn list(&self) -> Result<Vec<ProgramEntry>, LibraryError> {
+        let programs = self.programs.lock().unwrap();
+        let entry = |(name, bytes): (&ProgramName, &Vec<u8>)| ProgramEntry {
+            name: name.clone(),
+            bytes: bytes.len() as u64,
+            modified: 1000.5,
+            format: Format::of(name.as_str(), bytes),
+        };
+        Ok(programs.iter().map(entry).collect())
+    }
+
+    fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError> {
+        let programs = self.programs.lock().unwrap();
+        let bytes = programs.get(name).ok_or(LibraryError::Unknown)?.clone();
+        Ok((bytes.len() as u64, Box::new(Cursor::new(bytes))))
+    }
+
+    fn upload(&self, name: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+        Ok(Box::new(Coming {
+            programs: Arc::clone(&self.programs),
+            name: name.clone(),
+            bytes: Vec::new(),
+            room: *self.room.lock().unwrap(),
+        }))
+    }
+
+    fn delete(&self, name: &ProgramName) -> Result<(), LibraryError> {
+        let mut programs = self.programs.lock().unwrap();
+        programs.remove(name).map(drop).ok_or(LibraryError::Unknown)
+    }
+}
+
+struct Coming {
+    programs: Programs,
+    name: ProgramName,
+    bytes: Vec<u8>,
+    room: usize,
+}
+
+impl Upload for Coming {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
+        self.bytes.extend_from_slice(bytes);
+        if self.bytes.len() > self.room {
+            return Err(LibraryError::Full);
+        }
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<bool, LibraryError> {
+        let mut programs = self.programs.lock().unwrap();
+        Ok(programs.insert(self.name, self.bytes).is_none())
+    }
+}
+
+/// What readers do at present.
+#[derive(Default)]
+pub(crate) struct Reads {
+    pub(crate) closed: bool,
+    pub(crate) now: usize,
+    pub(crate) most: usize,
+}
+
+/// Holds readers up while it is closed.
+#[derive(Clone, Default)]
+pub(crate) struct Gate(Arc<(Mutex<Reads>, Condvar)>);
+
+impl Gate {
+    pub(crate) fn close(&self, closed: bool) {
+        self.0.0.lock().unwrap().closed = closed;
+        self.0.1.notify_all();
+    }
+
+    /// As many read at once, at most.
+    pub(crate) fn most(&self) -> usize {
+        self.0.0.lock().unwrap().most
+    }
+}
+
+/// A reader behind a gate.
+pub(crate) struct Gated(pub(crate) FormatReader, pub(crate) Gate);
+
+impl Reader for Gated {
+    fn read(
+        &self,
+        source: &Source,
+        arm: &ReadingArm,
+    ) -> Result<ProgramReading, magician_station::api::RpcError> {
+        let (reads, changed) = &*self.1.0;
+        let mut held = reads.lock().unwrap();
+        held.now += 1;
+        held.most = held.most.max(held.now);
+        let mut held = changed.wait_while(held, |reads| reads.closed).unwrap();
+        held.now -= 1;
+        drop(held);
+        self.0.read(source, arm)
+    }
+
+    fn convert(
+        &self,
+        source: &Source,
+        to: &str,
+    ) -> Result<(Vec<u8>, serde_json::Value), magician_station::api::RpcError> {
+        self.0.convert(source, to)
+    }
+}
