@@ -78,9 +78,8 @@ fn page() -> String {
     for method in METHODS {
         page += &section(method);
     }
-    let keys: Vec<_> = { SetupOptions::keys().iter() }
-        .map(|key| format!("`{key}`"))
-        .collect();
+    let keys = SetupOptions::keys();
+    let keys: Vec<_> = keys.iter().map(|key| format!("`{key}`")).collect();
     page += OPTIONS;
     let _ = writeln!(page, "{}", keys.join(" "));
     page

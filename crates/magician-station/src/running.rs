@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use magician::Arm;
 use magician_protocol::HostInstant;
+use tokio::runtime::Handle;
 use tokio::sync::Notify;
 use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep_until};
@@ -80,6 +81,7 @@ struct Shared {
     reader: Arc<dyn Reader>,
     read_only: bool,
     this: Weak<Shared>,
+    runtime: Handle,
 }
 
 struct Inner {
@@ -125,6 +127,7 @@ impl RunningStation {
                 library: Arc::clone(&config.programs),
                 read_only: config.read_only,
                 this: Weak::clone(shared),
+                runtime: Handle::current(),
                 inner: Mutex::new(Inner {
                     recorder,
                     station: Station::new(config),
@@ -285,7 +288,8 @@ impl Shared {
         let (shared, library) = (Weak::clone(&self.this), Arc::clone(&self.library));
         let reader = Arc::clone(&self.reader);
         let LibraryOrder { request, act } = order;
-        tokio::spawn(async move {
+        // A client may be dropped outside of the runtime.
+        self.runtime.spawn(async move {
             let done = beside(move || act.carry_out(&*library, &*reader)).await;
             let outcome = done.and_then(|outcome| outcome);
             if let Some(shared) = shared.upgrade() {

@@ -96,9 +96,6 @@ impl Wanted {
         };
         options.tool = self.tool.as_deref().map(str::parse).transpose()?;
         options.white = self.white.as_deref().map(str::parse).transpose()?;
-        if let Some([least, most]) = self.power {
-            options.power = Some(Power::new(least, most)?);
-        }
         (options.s_max, options.resample) = (self.s_max, self.resample);
         (options.place, options.raw) = (self.place, self.raw);
         (options.pen_z, options.start) = (self.pen_z, self.start);
@@ -114,6 +111,10 @@ impl Wanted {
         (options.spacing, options.overscan) = (self.spacing, self.overscan);
         options.gamma = self.gamma;
         options.check_values().map_err(|error| error.message)?;
+        // No power at all is one, too: it burns nothing.
+        if let Some([least, most]) = self.power {
+            options.power = Some(Power::new(least, most)?);
+        }
         Ok(options)
     }
 

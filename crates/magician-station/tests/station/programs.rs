@@ -226,6 +226,9 @@ async fn checks_take_turns_and_hold_up_no_stop() {
         }
         ids.push(of_one);
     }
+    while bench.gate.now() < 2 {
+        tokio::task::yield_now().await;
+    }
     // Two begin, 64 wait, and the rest is too many: the last of the last.
     for id in &ids[2][6..] {
         let refused = checkers[2].answer(*id).await.unwrap_err();

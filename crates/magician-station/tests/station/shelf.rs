@@ -114,6 +114,11 @@ impl Gate {
         self.0.1.notify_all();
     }
 
+    /// As many read now.
+    pub(crate) fn now(&self) -> usize {
+        self.0.0.lock().unwrap().now
+    }
+
     /// As many read at once, at most.
     pub(crate) fn most(&self) -> usize {
         self.0.0.lock().unwrap().most
