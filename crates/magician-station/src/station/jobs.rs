@@ -1,5 +1,7 @@
 //! The methods of jobs, and what becomes of jobs.
 
+use std::sync::Arc;
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use magician_job::{JobState, PauseReason};
@@ -309,9 +311,9 @@ impl Station {
                 start,
             } => {
                 (record.title, record.steps) = (Some(title), Some(steps));
-                if let Some(order) = &mut record.order {
+                if let Some((order, start)) = record.order.as_mut().zip(start) {
                     // It goes on from there, wherever the arm is by then.
-                    order.start = order.start.or(start);
+                    Arc::make_mut(order).start.get_or_insert(start);
                 }
                 record.first_step = record.order.as_ref().map(|order| order.from + 1);
             }
