@@ -106,6 +106,10 @@ async fn the_examples_succeed_one_after_the_other() {
     {
         let result = call(&mut tester, method.name, &results).await;
         results.insert(method.name.to_owned(), result);
+        if method.name == "arm.fence" {
+            // Reports of checks name a fence; their example is of an arm without one.
+            tester.ok("arm.fence", json!({"set": null})).await;
+        }
     }
 }
 
