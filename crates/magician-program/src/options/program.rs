@@ -134,8 +134,10 @@ impl UnknownStart {
     /// # Errors
     /// As [`stage`].
     pub fn on_stage(&self, setup: &Setup) -> Result<Preflight, Error> {
-        let mut options = RehearseOptions::default();
-        options.tool = setup.tool.or(setup.default_tool);
+        let options = RehearseOptions {
+            tool: setup.tool.or(setup.default_tool),
+            ..RehearseOptions::default()
+        };
         let mut plan = self.anywhere.clone().unwrap_or_default();
         plan.surface = plan.surface.or(setup.surface);
         Ok(start_of(&stage(&plan, &options)?))
