@@ -144,7 +144,7 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
         tape.notes
     );
     let seconds = over["seconds"].as_f64().unwrap();
-    assert!(seconds >= 6.0 && seconds < 12.0, "{over}");
+    assert!((6.0..12.0).contains(&seconds), "{over}");
     assert_eq!(over["bytes"], json!(tape.samples.len() * 100));
     // It is over, and the arm is not asked any more.
     let info = viewer.ok("server.info", json!({})).await;
