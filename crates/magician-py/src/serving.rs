@@ -88,6 +88,8 @@ pub(crate) struct Where(Vec<PathBuf>, Option<String>, Option<String>);
 impl Where {
     fn endpoints(self, py: Python<'_>) -> PyResult<Endpoints> {
         let Self(paths, udp, tcp) = self;
+        // Where there are no pseudo-terminals nothing is added here.
+        #[cfg_attr(not(unix), allow(unused_mut))]
         let mut endpoints = Endpoints::new();
         for path in paths {
             #[cfg(unix)]
