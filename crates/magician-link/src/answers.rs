@@ -1,0 +1,431 @@
+//! From an answer of the station to that of a program, or to the next call.
+
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+use serde_json::{Map, Value, json};
+
+use crate::calls::plain;
+use crate::error::{ErrorCode, LinkError};
+use crate::link::{ArmLink, Asked, Link, Write, WriteEnd};
+use crate::methods::Method;
+use crate::params::Manner;
+use crate::{results, wire};
+
+/// The tools of `EndEffectorType`, by their numbers.
+pub(crate) const TOOLS: [&str; 3] = ["laser", "suction", "gripper"];
+
+/// The readings of `GetEndEffectorStatus`, and their names there.
+const EFFECTORS: [(&str, &str); 3] = [
+    ("EndEffectorLaser", "laser"),
+    ("EndEffectorSuctionCup", "suctionCup"),
+    ("EndEffectorGripper", "gripper"),
+];
+
+/// What follows when the station has answered.
+#[derive(Debug)]
+pub(crate) enum Then {
+    Nothing,
+    Hello,
+    Ports {
+        asked: Asked,
+        filter: Vec<String>,
+        /// Whether each is said to be free or not.
+        status: bool,
+    },
+    /// An arm is to be connected, if there is one.
+    Find {
+        asked: Asked,
+        port: String,
+        start: bool,
+    },
+    /// It has to answer.
+    Probe(Box<Found>),
+    /// It is connected with or without the lease.
+    Connected(Box<Found>),
+    Lease(String),
+    Subscribed {
+        arm: String,
+        fast: bool,
+    },
+    Fields {
+        asked: Asked,
+        method: &'static Method,
+    },
+    Raw {
+        asked: Asked,
+        method: &'static Method,
+    },
+    Written {
+        arm: String,
+        write: Write,
+    },
+    Stopped(Asked),
+    Effectors {
+        asked: Asked,
+        arm: String,
+        read: Map<String, Value>,
+    },
+    Turn(Turn),
+    Homed(Asked),
+    Tool(Asked),
+    Reach(Asked),
+    Ratio {
+        asked: Asked,
+        arm: String,
+        command: &'static str,
+        kind: f64,
+        set: Option<f64>,
+    },
+}
+
+/// An arm that is being connected.
+#[derive(Debug)]
+pub(crate) struct Found {
+    asked: Asked,
+    arm: String,
+    names: Vec<String>,
+    is_virtual: bool,
+    start: bool,
+    version: String,
+}
+
+/// The tool is to be turned.
+#[derive(Debug)]
+pub(crate) struct Turn {
+    pub(crate) asked: Asked,
+    pub(crate) arm: String,
+    pub(crate) r: f64,
+    pub(crate) manner: Manner,
+}
+
+impl Link {
+    pub(crate) fn carry_on(
+        &mut self,
+        now: HostInstant,
+        then: Then,
+        outcome: Result<Value, LinkError>,
+    ) {
+        match then {
+            Then::Nothing => {}
+            Then::Hello => {
+                let session = { outcome.as_ref().ok() }
+                    .and_then(|value| value.get("session"))
+                    .and_then(Value::as_str);
+                self.session = session.map(str::to_owned);
+            }
+            Then::Ports {
+                asked,
+                filter,
+                status,
+            } => {
+                let list = outcome.map(|value| self.ports(&value, &filter, status));
+                self.answer(&asked, &list);
+            }
+            Then::Find { asked, port, start } => self.find(asked, &port, start, outcome),
+            Then::Probe(found) => self.probed(*found, outcome),
+            Then::Connected(found) => self.connected(*found, outcome),
+            Then::Lease(name) => self.leased(&name, outcome),
+            Then::Subscribed { arm, fast } => {
+                let id = { outcome.as_ref().ok() }
+                    .and_then(|value| value.get("subscription"))
+                    .and_then(Value::as_u64);
+                if let Some(id) = id {
+                    self.subscribed(&arm, fast, id);
+                }
+            }
+            Then::Fields { asked, method } => {
+                let result = outcome.map(|fields| results::result(method, &fields));
+                self.answer(&asked, &result);
+            }
+            Then::Raw { asked, method } => {
+                let result = outcome.map(|value| raw(method, &value));
+                self.answer(&asked, &result);
+            }
+            Then::Written { arm, write } => self.written(now, &arm, write, outcome),
+            Then::Stopped(asked) => self.answer(&asked, &outcome.map(|_| json!(true))),
+            Then::Effectors {
+                asked,
+                arm,
+                mut read,
+            } => match outcome {
+                Err(error) => self.answer(&asked, &Err(error)),
+                Ok(fields) => {
+                    if let Some((command, name)) = EFFECTORS.get(read.len()) {
+                        let of = Method::named(&format!("Get{command}"));
+                        let value = of.map(|method| results::result(method, &fields));
+                        read.insert((*name).to_owned(), value.unwrap_or_default());
+                    }
+                    self.effectors(Then::Effectors { asked, arm, read });
+                }
+            },
+            Then::Turn(turn) => self.turn_there(now, turn, outcome),
+            Then::Homed(asked) => {
+                let stands = |state: Value| state.get("moving") != Some(&json!(true));
+                let result = outcome.map(|state| json!({"isFinished": stands(state)}));
+                self.answer(&asked, &result);
+            }
+            Then::Tool(asked) => {
+                let result = outcome.and_then(|state| {
+                    let name = state.get("tool").and_then(|tool| tool.get("name"));
+                    let name = name.and_then(Value::as_str).unwrap_or_default();
+                    let at = TOOLS.iter().position(|tool| *tool == name);
+                    let why = "the arm has a tool without a number";
+                    at.map(|at| json!({"type": at}))
+                        .ok_or_else(|| LinkError::command(why))
+                });
+                self.answer(&asked, &result);
+            }
+            Then::Reach(asked) => {
+                let result = match outcome {
+                    Ok(_) => Ok(json!({"isLimited": false})),
+                    Err(error) if error.code == ErrorCode::COMMAND => {
+                        Ok(json!({"isLimited": true}))
+                    }
+                    Err(error) => Err(error),
+                };
+                self.answer(&asked, &result);
+            }
+            Then::Ratio {
+                asked,
+                arm,
+                command,
+                kind,
+                set,
+            } => self.ratio(now, &asked, &arm, command, (kind, set), outcome),
+        }
+    }
+
+    /// The list of arms as that of ports.
+    fn ports(&self, value: &Value, filter: &[String], status: bool) -> Value {
+        let list = value.get("arms").and_then(Value::as_array);
+        let ports = list.into_iter().flatten().filter_map(|arm| {
+            let text = |name: &str| arm.get(name).and_then(Value::as_str);
+            let (name, port) = (text("name")?, text("port")?);
+            let port_name = port_name(name, port);
+            let lower = port_name.to_lowercase();
+            if filter.iter().any(|word| lower.contains(word)) {
+                return None;
+            }
+            let is_virtual = arm.get("virtual") == Some(&json!(true));
+            let kind = if is_virtual {
+                "virtual Magician"
+            } else {
+                "Magician"
+            };
+            let mut entry = json!({"portName": port_name, "description": format!("{kind} {name}")});
+            if status {
+                let held = arm.get("holder").is_some_and(|holder| !holder.is_null());
+                entry["status"] = json!(match (self.arms.contains_key(name), held) {
+                    (true, _) => "connected",
+                    (false, true) => "occupied",
+                    (false, false) => "unconnected",
+                });
+            }
+            Some(entry)
+        });
+        json!(ports.collect::<Vec<_>>())
+    }
+
+    fn find(&mut self, asked: Asked, port: &str, start: bool, outcome: Result<Value, LinkError>) {
+        let value = match outcome {
+            Ok(value) => value,
+            Err(error) => return self.answer(&asked, &Err(error)),
+        };
+        let list = value.get("arms").and_then(Value::as_array);
+        let found = list.into_iter().flatten().find_map(|arm| {
+            let text = |name: &str| arm.get(name).and_then(Value::as_str);
+            let (name, at) = (text("name")?, text("port")?);
+            // In this order: the first is what the program is told.
+            let names = vec![port_name(name, at), name.to_owned(), at.to_owned()];
+            let is_it = names.iter().any(|name| name.eq_ignore_ascii_case(port));
+            is_it.then(|| {
+                (
+                    name.to_owned(),
+                    names,
+                    arm.get("virtual") == Some(&json!(true)),
+                )
+            })
+        });
+        let Some((arm, names, is_virtual)) = found else {
+            let why = "no arm of this station has that port";
+            return self.answer(&asked, &Err(LinkError::new(ErrorCode::NOT_FOUND, why)));
+        };
+        let probe = json!({"arm": arm, "command": "DeviceVersion"});
+        let found = Found {
+            asked,
+            arm,
+            names,
+            is_virtual,
+            start,
+            version: String::new(),
+        };
+        self.call("arm.get", probe, Then::Probe(Box::new(found)));
+    }
+
+    fn probed(&mut self, mut found: Found, outcome: Result<Value, LinkError>) {
+        let fields = match outcome {
+            Ok(fields) => fields,
+            Err(error) => {
+                let why = format!("no arm answers: {}", error.message);
+                let error = LinkError::new(ErrorCode::NOT_CONNECTED, why);
+                return self.answer(&found.asked, &Err(error));
+            }
+        };
+        let number = |name: &str| fields.get(name).and_then(Value::as_u64).unwrap_or(0);
+        found.version = format!(
+            "{}.{}.{}",
+            number("major_version"),
+            number("minor_version"),
+            number("revision")
+        );
+        let lease = json!({"arm": found.arm});
+        self.call("lease.acquire", lease, Then::Connected(Box::new(found)));
+    }
+
+    /// With the lease it may be moved. Without it, it may be read and stopped.
+    fn connected(&mut self, found: Found, outcome: Result<Value, LinkError>) {
+        let again = self.arms.contains_key(&found.arm);
+        let arm = self
+            .arms
+            .entry(found.arm.clone())
+            .or_insert_with(|| ArmLink {
+                port_name: found.names.first().cloned().unwrap_or_default(),
+                names: found.names.clone(),
+                is_virtual: found.is_virtual,
+                ..ArmLink::default()
+            });
+        let lease = { outcome.as_ref().ok() }
+            .and_then(|value| value.get("lease"))
+            .and_then(Value::as_str);
+        if let Some(lease) = lease {
+            arm.lease = Some(lease.to_owned());
+        }
+        arm.starts = found.start;
+        if found.start && arm.lease.is_some() {
+            self.start(&found.arm);
+        }
+        if !again {
+            self.watch(&found.arm);
+        }
+        let empty = self.options.empty_connect;
+        let text = |text: &str| {
+            if empty {
+                String::new()
+            } else {
+                text.to_owned()
+            }
+        };
+        let result = json!({
+            "productName": text("Magician"),
+            "firmwareName": text("Dobot"),
+            "firmwareVersion": text(&found.version),
+        });
+        self.answer(&found.asked, &Ok(result));
+    }
+
+    fn leased(&mut self, name: &str, outcome: Result<Value, LinkError>) {
+        let lease = { outcome.as_ref().ok() }
+            .and_then(|value| value.get("lease"))
+            .and_then(Value::as_str);
+        if let (Some(arm), Some(lease)) = (self.arms.get_mut(name), lease) {
+            arm.lease = Some(lease.to_owned());
+        }
+    }
+
+    /// Reads the next tool, or answers with all.
+    pub(crate) fn effectors(&mut self, then: Then) {
+        let Then::Effectors { asked, arm, read } = then else {
+            return;
+        };
+        match EFFECTORS.get(read.len()) {
+            Some((command, _)) => {
+                let get = json!({"arm": arm, "command": command});
+                self.call("arm.get", get, Then::Effectors { asked, arm, read });
+            }
+            None => self.answer(&asked, &Ok(Value::Object(read))),
+        }
+    }
+
+    fn turn_there(&mut self, now: HostInstant, turn: Turn, outcome: Result<Value, LinkError>) {
+        let pose = match outcome {
+            Ok(pose) => pose,
+            Err(error) => return self.answer(&turn.asked, &Err(error)),
+        };
+        // As DobotLink does it: all joints together, to where it is.
+        let fields = json!({
+            "ptp_mode": 1, "x": pose["x"], "y": pose["y"], "z": pose["z"], "r": turn.r,
+        });
+        let end = match (turn.manner.waits, turn.manner.queued) {
+            (true, _) => WriteEnd::Wait { homing: false },
+            (false, true) => WriteEnd::Index,
+            (false, false) => WriteEnd::True,
+        };
+        let method = if turn.manner.queued {
+            "arm.enqueue"
+        } else {
+            "arm.set"
+        };
+        let write = Write {
+            asked: turn.asked,
+            method,
+            params: json!({"arm": turn.arm, "command": "PTPCmd", "fields": fields}),
+            queued: turn.manner.queued,
+            timeout: Duration::from_millis(turn.manner.timeout_ms),
+            end,
+            give_up: None,
+        };
+        self.write(now, &turn.arm, write);
+    }
+
+    fn ratio(
+        &mut self,
+        now: HostInstant,
+        asked: &Asked,
+        arm: &str,
+        command: &'static str,
+        (kind, set): (f64, Option<f64>),
+        outcome: Result<Value, LinkError>,
+    ) {
+        let mut fields = match outcome {
+            Ok(fields) => fields,
+            Err(error) => return self.answer(asked, &Err(error)),
+        };
+        let name = match fields.get("velocity_ratio") {
+            Some(_) => "velocity_ratio",
+            None => "velocity",
+        };
+        match set {
+            None => {
+                let value = fields.get(name).and_then(Value::as_f64).unwrap_or_default();
+                let value = value.round().clamp(0.0, 255.0) as u8;
+                self.answer(asked, &Ok(json!({"type": kind as u8, "value": value})));
+            }
+            Some(value) => {
+                fields[name] = json!(value);
+                let params = json!({"arm": arm, "command": command, "fields": fields});
+                self.write(now, arm, plain(asked, "arm.set", params));
+            }
+        }
+    }
+}
+
+/// The result of a frame that answers what is no row of the table.
+pub(crate) fn raw(method: &Method, value: &Value) -> Value {
+    if method.results.is_empty() {
+        return json!(true);
+    }
+    let params = value.get("params").and_then(Value::as_str);
+    wire::decode(method, params.unwrap_or_default())
+}
+
+/// A port as DobotLink names it: the last part of a path, `COM3`; the name of the arm where it has no such port.
+fn port_name(name: &str, port: &str) -> String {
+    let last = port.rsplit('/').next().unwrap_or(port);
+    let serial = port.starts_with('/') || port.to_ascii_uppercase().starts_with("COM");
+    if serial {
+        last.to_owned()
+    } else {
+        name.to_owned()
+    }
+}

@@ -1,0 +1,244 @@
+//! The parameters of a call, as the fields of a command.
+
+use magician_protocol::{FieldType, Row};
+use serde_json::{Map, Value, json};
+
+use crate::error::LinkError;
+use crate::methods::{Class, Kind, Method, Param};
+
+/// What every call may have beside its own parameters.
+const COMMON: [&str; 5] = [
+    "portName",
+    "isQueued",
+    "isWaitForFinish",
+    "timeout",
+    "slaveIndex",
+];
+
+/// The parameters of a call by their names in the table, and those that it does not have.
+pub(crate) struct Given {
+    values: Vec<(&'static Param, Value)>,
+    /// Names that the call does not have, or has under another name.
+    pub(crate) odd: Vec<String>,
+}
+
+impl Given {
+    /// Takes what was sent for a call.
+    ///
+    /// # Errors
+    /// What is missing, or of another kind.
+    pub(crate) fn of(
+        method: &'static Method,
+        params: &Map<String, Value>,
+    ) -> Result<Self, LinkError> {
+        let mut values = Vec::with_capacity(method.params.len());
+        let mut odd = Vec::new();
+        for param in &method.params {
+            let names = std::iter::once(&param.name).chain(&param.aliases);
+            let found = { names }.find_map(|name| Some((name, find(params, name)?)));
+            let value = match found {
+                Some((name, value)) => {
+                    if *name != param.name {
+                        odd.push(name.clone());
+                    }
+                    fits(param, value)?
+                }
+                None => { param.default.clone() }
+                    .ok_or_else(|| LinkError::params(format!("`{}` is missing", param.name)))?,
+            };
+            known_to_row(method, param, &value)?;
+            values.push((param, value));
+        }
+        let known = |name: &str| {
+            let top = |path: &str| path.split('.').next() == Some(name);
+            COMMON.contains(&name) || { method.params.iter() }
+                .any(|param| top(&param.name) || param.aliases.iter().any(|alias| alias == name))
+        };
+        odd.extend(params.keys().filter(|name| !known(name)).cloned());
+        Ok(Self { values, odd })
+    }
+
+    /// One of them.
+    pub(crate) fn get(&self, name: &str) -> Option<&Value> {
+        let found = self.values.iter().find(|(param, _)| param.name == name);
+        found.map(|(_, value)| value)
+    }
+
+    /// As a number.
+    pub(crate) fn number(&self, name: &str) -> f64 {
+        self.get(name).and_then(Value::as_f64).unwrap_or_default()
+    }
+
+    /// The fields of the row that the call is.
+    pub(crate) fn fields(&self) -> Map<String, Value> {
+        let real_time = self.get("isRealTimeTrack") == Some(&json!(true));
+        let mut fields = Map::new();
+        for (param, value) in &self.values {
+            // One field under two names: which of them counts is said by a third.
+            let other = match param.name.as_str() {
+                "period" => !real_time,
+                "acc" => real_time,
+                _ => false,
+            };
+            if let Some(field) = param.field.as_ref().filter(|_| !other) {
+                fields.insert(field.clone(), value.clone());
+            }
+        }
+        fields
+    }
+
+    /// The values with their layouts, in the order of the frame.
+    pub(crate) fn in_order(&self) -> impl Iterator<Item = (&'static Param, &Value)> {
+        self.values.iter().map(|(param, value)| (*param, value))
+    }
+}
+
+/// A name of the row's, such as that of a mode, is one that it has: the arm would take another for a move that has ended.
+fn known_to_row(method: &Method, param: &Param, value: &Value) -> Result<(), LinkError> {
+    let row = method
+        .command
+        .as_deref()
+        .and_then(|name| Row::find(name).ok());
+    let layout = row.and_then(|row| row.set.or(row.query));
+    let fields = layout.map_or(&[][..], |layout| layout.fields);
+    let field = { fields.iter() }.find(|field| Some(field.name) == param.field.as_deref());
+    let Some(field) = field.filter(|field| matches!(field.ty, FieldType::Enum(..))) else {
+        return Ok(());
+    };
+    let bounds = field.range.bounds();
+    let (least, most) = (bounds.minimum.unwrap_or(0), bounds.maximum.unwrap_or(255));
+    match value.as_i64() {
+        Some(number) if (i64::from(least)..=i64::from(most)).contains(&number) => Ok(()),
+        _ => {
+            let name = &param.name;
+            Err(LinkError::params(format!(
+                "`{name}` must be {least} to {most}"
+            )))
+        }
+    }
+}
+
+/// The value under a path.
+fn find<'a>(params: &'a Map<String, Value>, path: &str) -> Option<&'a Value> {
+    match path.split_once('.') {
+        None => params.get(path),
+        Some((object, member)) => params.get(object)?.get(member),
+    }
+}
+
+/// The value, if it is what the parameter may be, in one form.
+fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
+    let wrong = |wanted: &str| {
+        let name = &param.name;
+        Err(LinkError::params(format!("`{name}` must be {wanted}")))
+    };
+    match (param.kind, value) {
+        (Kind::Text, Value::String(_)) => Ok(value.clone()),
+        (Kind::Number, Value::Number(number)) => match number.as_f64() {
+            // The arm's numbers have four bytes.
+            Some(number) if (number as f32).is_finite() => Ok(value.clone()),
+            _ => wrong("a number of the arm's"),
+        },
+        (Kind::Bool, Value::Bool(_)) => Ok(value.clone()),
+        (Kind::Bool, _) if value.as_f64() == Some(0.0) => Ok(json!(false)),
+        (Kind::Bool, _) if value.as_f64() == Some(1.0) => Ok(json!(true)),
+        (Kind::Integer, Value::Bool(on)) => Ok(json!(i64::from(*on))),
+        (Kind::Integer, Value::Number(number)) => match (number.as_i64(), number.as_f64()) {
+            (Some(_), _) => Ok(value.clone()),
+            (None, Some(number)) if number.fract() == 0.0 && number.abs() < 9e15 => {
+                Ok(json!(number as i64))
+            }
+            _ => wrong("a whole number"),
+        },
+        (Kind::Numbers, Value::Array(items)) if items.iter().all(Value::is_number) => {
+            Ok(value.clone())
+        }
+        (Kind::Point, Value::Object(point)) => {
+            let numbers = ["x", "y", "z", "r"].map(|name| point.get(name));
+            match numbers
+                .iter()
+                .all(|number| number.is_some_and(Value::is_number))
+            {
+                true => Ok(json!(numbers)),
+                false => wrong("an object of the numbers x, y, z, r"),
+            }
+        }
+        (Kind::Outputs, Value::Array(items)) => {
+            let output = |item: &Value| {
+                let [ratio, port, level] =
+                    ["ratio", "port", "level"].map(|name| item.get(name).and_then(whole));
+                Some(json!({"ratio": ratio?, "address": port?, "level": level?}))
+            };
+            let outputs: Option<Vec<_>> = items.iter().map(output).collect();
+            match outputs {
+                Some(outputs) => Ok(json!(outputs)),
+                None => wrong("objects of the whole numbers ratio, port, level"),
+            }
+        }
+        (kind, _) => wrong(match kind {
+            Kind::Number => "a number",
+            Kind::Integer => "a whole number",
+            Kind::Bool => "true or false",
+            Kind::Text => "a text",
+            Kind::Numbers => "numbers",
+            Kind::Point => "an object of the numbers x, y, z, r",
+            Kind::Outputs => "objects of ratio, port, level",
+        }),
+    }
+}
+
+fn whole(value: &Value) -> Option<i64> {
+    match value {
+        Value::Bool(on) => Some(i64::from(*on)),
+        value => value.as_i64(),
+    }
+}
+
+/// How a call is to be carried out.
+#[derive(Debug)]
+pub(crate) struct Manner {
+    /// Whether it goes to the queue.
+    pub(crate) queued: bool,
+    /// Whether it is answered when it has ended.
+    pub(crate) waits: bool,
+    /// How long that may take from the moment at which it is the next, ms.
+    pub(crate) timeout_ms: u64,
+}
+
+/// An action may take so long unless it says otherwise, ms.
+const TIMEOUT: u64 = 5_000;
+/// Homing may take so long, ms.
+const HOMING: u64 = 30_000;
+/// The id of homing.
+const HOME: u8 = 31;
+
+impl Manner {
+    /// How a call asks to be carried out.
+    ///
+    /// # Errors
+    /// What is no switch or no time.
+    pub(crate) fn of(method: &Method, params: &Map<String, Value>) -> Result<Self, LinkError> {
+        let switch = |name: &str, otherwise: bool| match params.get(name) {
+            None | Some(Value::Null) => Ok(otherwise),
+            Some(Value::Bool(on)) => Ok(*on),
+            Some(value) if value.as_f64() == Some(0.0) => Ok(false),
+            Some(value) if value.as_f64() == Some(1.0) => Ok(true),
+            Some(_) => Err(LinkError::params(format!("`{name}` must be true or false"))),
+        };
+        let action = method.class == Class::Action;
+        let queued = method.class != Class::Plain && switch("isQueued", action)?;
+        let usual = if method.id == HOME { HOMING } else { TIMEOUT };
+        let timeout_ms = match params.get("timeout") {
+            None | Some(Value::Null) => usual,
+            Some(value) => match value.as_f64() {
+                Some(ms) if (0.0..9e15).contains(&ms) => ms as u64,
+                _ => return Err(LinkError::params("`timeout` must be a time in ms")),
+            },
+        };
+        Ok(Self {
+            queued,
+            waits: queued && action && switch("isWaitForFinish", true)?,
+            timeout_ms,
+        })
+    }
+}

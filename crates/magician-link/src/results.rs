@@ -1,0 +1,63 @@
+//! The fields of a reading, as DobotLink answers them.
+
+use serde_json::{Map, Value, json};
+
+use crate::methods::{Method, ResultField, Shape};
+
+/// Where the hardware's version stands in what follows the three numbers of the firmware's, where there is that much.
+const HARDWARE: usize = 10;
+
+/// The object of an answer, of the fields of a row.
+pub(crate) fn result(method: &Method, fields: &Value) -> Value {
+    let mut object = Map::new();
+    for field in &method.results {
+        let name = field.field.as_deref().unwrap_or_default();
+        let value = fields.get(name).unwrap_or(&Value::Null);
+        if let Some(value) = shape(field, value, fields) {
+            object.insert(field.name.clone(), value);
+        }
+    }
+    Value::Object(object)
+}
+
+/// A value of an answer; none where it does not apply.
+pub(crate) fn shape(field: &ResultField, value: &Value, fields: &Value) -> Option<Value> {
+    let real_time = || fields.get("real_time_track").and_then(Value::as_u64) == Some(1);
+    match field.kind {
+        Shape::Value => Some(value.clone()),
+        Shape::Bool => Some(json!(value.as_f64().is_some_and(|level| level != 0.0))),
+        Shape::Clock => Some(json!(clock(value.as_u64().unwrap_or_default()))),
+        Shape::Hardware => {
+            let bytes = value.as_str().unwrap_or_default();
+            let byte = bytes.get(2 * HARDWARE..2 * HARDWARE + 2);
+            let byte = byte.and_then(|digits| u8::from_str_radix(digits, 16).ok());
+            Some(json!(byte.unwrap_or(0)))
+        }
+        Shape::Period => real_time().then(|| value.clone()),
+        Shape::Acceleration => (!real_time()).then(|| value.clone()),
+    }
+}
+
+/// Milliseconds since the start as the time of a day: `hh:mm:ss.z`, the fraction without zeros at its end.
+fn clock(ms: u64) -> String {
+    let (seconds, fraction) = (ms / 1000 % 86_400, ms % 1000);
+    let fraction = format!("{fraction:03}");
+    let fraction = match fraction.trim_end_matches('0') {
+        "" => "0",
+        digits => digits,
+    };
+    let (hours, minutes) = (seconds / 3600, seconds / 60 % 60);
+    format!("{hours:02}:{minutes:02}:{:02}.{fraction}", seconds % 60)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_since_the_start_reads_as_the_time_of_a_day() {
+        assert_eq!(clock(0), "00:00:00.0");
+        assert_eq!(clock(3_723_450), "01:02:03.45");
+        assert_eq!(clock(86_400_007), "00:00:00.007");
+    }
+}

@@ -1,0 +1,79 @@
+//! Messages on both sides as text.
+
+use serde_json::{Map, Value, json};
+
+use crate::error::{ErrorCode, LinkError};
+
+/// A request of a program.
+#[derive(Debug)]
+pub(crate) struct Request {
+    /// Under which it is answered; without one it is not.
+    pub(crate) id: Option<Value>,
+    /// Where it goes, as it was written: `Magician`, `api`.
+    pub(crate) target: String,
+    /// What is called.
+    pub(crate) api: String,
+    /// With what.
+    pub(crate) params: Map<String, Value>,
+}
+
+/// Why a text is no request, and the id under which that is answered.
+pub(crate) type Bad = (Option<Value>, LinkError);
+
+impl Request {
+    /// Reads one; `None` for what is no JSON, which is not answered.
+    pub(crate) fn parse(text: &str) -> Option<Result<Self, Bad>> {
+        let value: Value = serde_json::from_str(text).ok()?;
+        Some(Self::of(value))
+    }
+
+    fn of(value: Value) -> Result<Self, Bad> {
+        let Value::Object(mut object) = value else {
+            let why = "a message is one object: arrays of requests are not taken";
+            return Err((None, LinkError::new(ErrorCode::NO_METHOD, why)));
+        };
+        let id = object.remove("id").filter(|id| !id.is_null());
+        let Some(Value::String(method)) = object.remove("method") else {
+            let why = "`method` must be a text";
+            return Err((id, LinkError::new(ErrorCode::NO_METHOD, why)));
+        };
+        let mut parts = method.splitn(3, '.');
+        let (Some("dobotlink"), Some(target), Some(api)) =
+            (parts.next(), parts.next(), parts.next())
+        else {
+            let why = "a method is `dobotlink.TARGET.API`";
+            return Err((id, LinkError::new(ErrorCode::NO_METHOD, why)));
+        };
+        let params = match object.remove("params") {
+            None | Some(Value::Null) => Map::new(),
+            Some(Value::Object(params)) => params,
+            Some(_) => return Err((id, LinkError::params("`params` must be an object"))),
+        };
+        Ok(Self {
+            id,
+            target: target.to_owned(),
+            api: api.to_owned(),
+            params,
+        })
+    }
+}
+
+/// The answer to a request.
+pub(crate) fn answer(id: &Value, outcome: &Result<Value, LinkError>) -> String {
+    match outcome {
+        Ok(result) => json!({"jsonrpc": "2.0", "id": id, "result": result}),
+        Err(error) => json!({"jsonrpc": "2.0", "id": id, "error": error.to_value()}),
+    }
+    .to_string()
+}
+
+/// A notification to a program.
+pub(crate) fn notification(name: &str, params: &Value) -> String {
+    let method = format!("dobotlink.notification.{name}");
+    json!({"jsonrpc": "2.0", "method": method, "params": params}).to_string()
+}
+
+/// A call of the station's API.
+pub(crate) fn call(id: u64, method: &str, params: &Value) -> String {
+    json!({"jsonrpc": "2.0", "id": id, "method": method, "params": params}).to_string()
+}
