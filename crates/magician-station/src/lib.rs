@@ -19,6 +19,8 @@ pub mod http;
 mod job;
 mod keeper;
 mod library;
+#[cfg(feature = "link")]
+pub mod link;
 mod order;
 mod reading;
 mod recording;

@@ -170,6 +170,13 @@ pub enum ArmRead {
     Stand,
     /// Where it stands, once it stands, as a step of a program that is reached so.
     Capture(Travel),
+    /// What answers a frame that the protocol's table does not have.
+    Raw {
+        /// Id of the command.
+        id: u8,
+        /// Its parameters.
+        params: Vec<u8>,
+    },
     /// A value of the protocol.
     Get {
         /// Id of the command.
@@ -187,6 +194,19 @@ pub enum ArmAct {
     Set(Set),
     /// A command for the queue.
     Enqueue(Set),
+    /// A frame that the protocol's table does not have.
+    Raw {
+        /// Id of the command.
+        id: u8,
+        /// Its parameters.
+        params: Vec<u8>,
+        /// Whether it goes to the queue.
+        queued: bool,
+        /// Whether it moves the arm.
+        moves: bool,
+    },
+    /// The queue is started, if nothing waits in it.
+    StartEmptyQueue,
     /// A move.
     Move {
         /// Where to: four numbers.

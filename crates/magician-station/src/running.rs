@@ -150,9 +150,13 @@ impl RunningStation {
     /// A client connects.
     #[must_use]
     pub fn connect(&self, peer: Peer) -> Client {
+        self.join(|station, now| station.open(now, peer))
+    }
+
+    fn join(&self, open: impl FnOnce(&mut Station, HostInstant) -> SocketId) -> Client {
         let awake = Arc::new(Notify::new());
         let socket = self.shared.with(|inner, now| {
-            let socket = inner.station.open(now, peer);
+            let socket = open(&mut inner.station, now);
             inner.sockets.insert(socket, Arc::clone(&awake));
             socket
         });
@@ -161,6 +165,12 @@ impl RunningStation {
             socket,
             awake,
         }
+    }
+
+    /// A program of DobotLink connects.
+    #[cfg(feature = "link")]
+    pub(crate) fn connect_link(&self, peer: Peer) -> Client {
+        self.join(|station, now| station.open_link(now, peer))
     }
 
     /// As [`connect`](Self::connect); `None` where the station has all the sockets that it takes.

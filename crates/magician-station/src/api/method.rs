@@ -1,5 +1,6 @@
 //! A method of the API: what it takes, needs and is for.
 
+use super::link::OF_LINKS;
 use super::{Kind, METHODS, Param};
 use crate::control::WorkKind;
 
@@ -68,6 +69,11 @@ impl Method {
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {
         METHODS.iter().find(|method| method.name == name)
+    }
+
+    /// The method of a name, of those for links alone.
+    pub(crate) fn of_link(name: &str) -> Option<&'static Self> {
+        OF_LINKS.iter().find(|method| method.name == name)
     }
 }
 

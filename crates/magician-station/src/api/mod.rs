@@ -3,6 +3,7 @@
 mod error;
 mod examples;
 mod fields;
+mod link;
 mod message;
 mod method;
 mod methods;

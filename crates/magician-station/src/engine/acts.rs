@@ -2,12 +2,12 @@
 
 use magician::commands::{JogCommonParams, Pose, PtpCommonParams};
 use magician::words::{self, Axis};
-use magician::{Arm, Set};
+use magician::{Arm, Ctrl, Set};
 use magician_program::{Action, Travel};
 use serde_json::{Value, json};
 
 use super::Done;
-use super::reads::{Known, reading};
+use super::reads::{Known, hex, reading};
 use crate::api::RpcError;
 use crate::order::{ArmAct, Outcome};
 use crate::reading as form;
@@ -63,6 +63,16 @@ async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> 
         ArmAct::Enqueue(set) => {
             let index = arm.enqueue_set(&set).await?;
             Ok(Outcome::Value(json!({"index": index.0})))
+        }
+        ArmAct::Raw {
+            id,
+            params,
+            queued,
+            moves,
+        } => raw(&arm, id, &params, queued, moves).await,
+        ArmAct::StartEmptyQueue => {
+            arm.start_empty_queue().await?;
+            Ok(Outcome::Value(Value::Null))
         }
         ArmAct::Move {
             to,
@@ -135,6 +145,30 @@ async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> 
             arm.run(&[command]).await?;
             Ok(Outcome::State)
         }
+    }
+}
+
+/// A frame that the protocol's table does not have: nothing of it can be checked but what is said of it.
+async fn raw(
+    arm: &Arm,
+    id: u8,
+    params: &[u8],
+    queued: bool,
+    moves: bool,
+) -> Result<Outcome, RpcError> {
+    if moves && arm.fence().is_some() {
+        let why = "the arm has a fence, and where this command goes is not known";
+        return Err(RpcError::arm(magician::ErrorKind::Unreachable, why));
+    }
+    if moves {
+        arm.check_dark().await?;
+    }
+    let ctrl = if queued { Ctrl::QUEUED } else { Ctrl::SET };
+    let reply = arm.raw(id, ctrl, params).await?;
+    let reply = reply.frame();
+    match reply.params().try_into() {
+        Ok(index) if queued => Ok(Outcome::Value(json!({"index": u64::from_le_bytes(index)}))),
+        _ => Ok(Outcome::Value(json!({"params": hex(reply.params())}))),
     }
 }
 

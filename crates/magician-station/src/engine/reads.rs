@@ -192,8 +192,17 @@ async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError>
             })?;
             to_value(&answer)
         }
+        ArmRead::Raw { id, params } => {
+            let reply = arm.raw(id, Ctrl::GET, &params).await?;
+            Ok(json!({"params": hex(reply.frame().params())}))
+        }
         ArmRead::State => Err(RpcError::internal("a state is a reading")),
     }
+}
+
+/// Bytes as hex.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A pose as a step of a plan file.

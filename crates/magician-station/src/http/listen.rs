@@ -39,6 +39,8 @@ pub enum ListenError {
     Address(String),
     /// The address is in use, or not this machine's.
     Bind(SocketAddr, io::Error),
+    /// Others reach it, and what is served there has no login.
+    Beyond(SocketAddr),
 }
 
 impl fmt::Display for ListenError {
@@ -46,6 +48,7 @@ impl fmt::Display for ListenError {
         match self {
             Self::Address(text) => write!(f, "{text:?} is no address: expected HOST:PORT"),
             Self::Bind(address, error) => write!(f, "{address}: {error}"),
+            Self::Beyond(address) => write!(f, "{address} is not of this machine alone"),
         }
     }
 }
@@ -53,13 +56,13 @@ impl fmt::Display for ListenError {
 impl std::error::Error for ListenError {}
 
 /// Where to listen, as a person writes it.
-enum Wanted {
+pub(crate) enum Wanted {
     Loopback(u16),
     At(SocketAddr),
 }
 
 impl Wanted {
-    fn read(text: &str) -> Result<Self, ListenError> {
+    pub(crate) fn read(text: &str, usual: u16) -> Result<Self, ListenError> {
         let wrong = || ListenError::Address(text.to_owned());
         if let Some((name, port)) = text.rsplit_once(':')
             && name.eq_ignore_ascii_case("localhost")
@@ -68,7 +71,7 @@ impl Wanted {
         }
         let address = text.parse().or_else(|_| {
             let host = text.parse::<IpAddr>();
-            host.map(|host| SocketAddr::new(host, PORT))
+            host.map(|host| SocketAddr::new(host, usual))
         });
         address.map(Self::At).map_err(|_| wrong())
     }
@@ -77,7 +80,7 @@ impl Wanted {
 /// The addresses of a station, before anything is accepted there.
 #[derive(Debug)]
 pub struct Listener {
-    listeners: Vec<TcpListener>,
+    pub(crate) listeners: Vec<TcpListener>,
     addresses: Vec<SocketAddr>,
     tls: Option<Tls>,
 }
@@ -89,7 +92,16 @@ impl Listener {
     /// # Errors
     /// [`ListenError`].
     pub async fn bind(address: Option<&str>) -> Result<Self, ListenError> {
-        let address = match Wanted::read(address.unwrap_or("localhost:8910"))? {
+        Self::bind_at(address, PORT).await
+    }
+
+    /// As [`bind`](Self::bind), at another port where none is named.
+    pub(crate) async fn bind_at(address: Option<&str>, usual: u16) -> Result<Self, ListenError> {
+        let wanted = match address {
+            Some(address) => Wanted::read(address, usual)?,
+            None => Wanted::Loopback(usual),
+        };
+        let address = match wanted {
             Wanted::Loopback(port) => return Self::loopback(port).await,
             Wanted::At(address) => address,
         };
@@ -108,7 +120,7 @@ impl Listener {
     /// # Errors
     /// [`ListenError::Address`].
     pub fn check(address: &str) -> Result<(), ListenError> {
-        Wanted::read(address).map(drop)
+        Wanted::read(address, PORT).map(drop)
     }
 
     async fn loopback(port: u16) -> Result<Self, ListenError> {
@@ -311,7 +323,7 @@ async fn follow(tokens: TokenStore, station: RunningStation) {
 }
 
 /// Awaited for the station's end.
-pub(super) async fn ended(over: &mut watch::Receiver<bool>) {
+pub(crate) async fn ended(over: &mut watch::Receiver<bool>) {
     // Nobody is left who could say it: that is the end, too.
     drop(over.wait_for(|over| *over).await);
 }

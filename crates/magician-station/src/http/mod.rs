@@ -18,6 +18,8 @@ mod tokens;
 pub use folder::ProgramFolder;
 pub use jobs::JobFile;
 pub use journal::JournalFile;
+#[cfg(feature = "link")]
+pub(crate) use listen::{Wanted, ended};
 pub use listen::{ListenError, Listener};
 pub use programs::Uploads;
 pub use recordings::RecordingFolder;

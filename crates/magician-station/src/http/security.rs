@@ -35,21 +35,21 @@ pub struct Admission {
 
 /// A request that is let in.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Admitted {
+pub(crate) struct Admitted {
     /// The token that it brings, if it does.
-    pub(super) token: Option<String>,
+    pub(crate) token: Option<String>,
     /// Whether it is of this machine, so that it needs none.
-    pub(super) loopback: bool,
+    pub(crate) loopback: bool,
     /// The origin that is allowed by name, to be named in the answer.
-    pub(super) foreign_origin: Option<String>,
+    pub(crate) foreign_origin: Option<String>,
 }
 
 /// Why a request is not let in.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Refused {
-    pub(super) status: StatusCode,
+pub(crate) struct Refused {
+    pub(crate) status: StatusCode,
     /// For whoever made the request.
-    pub(super) why: String,
+    pub(crate) why: String,
 }
 
 impl Refused {
@@ -67,7 +67,7 @@ impl Refused {
 
 impl Admission {
     /// Lets a request in, or not.
-    pub(super) fn admit(&self, parts: &Parts, ends: Ends) -> Result<Admitted, Refused> {
+    pub(crate) fn admit(&self, parts: &Parts, ends: Ends) -> Result<Admitted, Refused> {
         if parts.uri.scheme().is_some() || !parts.uri.path().starts_with('/') {
             return Err(Refused::forbidden("the target of a request must be a path"));
         }

@@ -69,6 +69,10 @@ impl Station {
             ("teach.capture", Some(arm)) => {
                 Ok(self.read(call, arm, ArmRead::Capture(path(call.params))))
             }
+            ("link.read", Some(arm)) => {
+                let (id, params) = raw(call.params)?;
+                Ok(self.read(call, arm, ArmRead::Raw { id, params }))
+            }
             ("arm.get", Some(arm)) => {
                 let read = wanted(call)?;
                 Ok(self.read(call, arm, read))
@@ -312,6 +316,21 @@ fn dangerous(set: &Set, why: &str) -> RpcError {
     RpcError::new(RpcError::DANGEROUS, message).with("command", name)
 }
 
+/// The frame that a request names.
+fn raw(params: &Params) -> Result<(u8, Vec<u8>), RpcError> {
+    let id = params.integer("id").and_then(|id| u8::try_from(id).ok());
+    let text = params.text("params").unwrap_or_default();
+    let bytes = text.as_bytes().chunks(2).map(|pair| {
+        let digits = std::str::from_utf8(pair)
+            .ok()
+            .filter(|digits| digits.len() == 2)?;
+        u8::from_str_radix(digits, 16).ok()
+    });
+    let bytes: Option<Vec<u8>> = bytes.collect();
+    let bytes = bytes.ok_or_else(|| RpcError::param("params", "`params` must be hex"))?;
+    Ok((id.unwrap_or_default(), bytes))
+}
+
 /// The path that `by` names.
 fn path(params: &Params) -> Travel {
     match params.text("by") {
@@ -327,6 +346,16 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
     match name {
         "arm.set" => Ok(ArmAct::Set(command(call, false)?)),
         "arm.enqueue" => Ok(ArmAct::Enqueue(command(call, true)?)),
+        "link.write" => {
+            let (id, bytes) = raw(params)?;
+            Ok(ArmAct::Raw {
+                id,
+                params: bytes,
+                queued: params.is_on("queued"),
+                moves: params.is_on("moves"),
+            })
+        }
+        "link.start" => Ok(ArmAct::StartEmptyQueue),
         "arm.home" => Ok(ArmAct::Home),
         "arm.clear_alarms" => Ok(ArmAct::ClearAlarms),
         "arm.speed" => tools::speed(call),

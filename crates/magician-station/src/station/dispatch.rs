@@ -125,7 +125,9 @@ impl Station {
 
     fn dispatch(&mut self, now: HostInstant, socket: SocketId, message: Message) {
         let Message { id, method, params } = message;
-        let Some(method) = Method::named(&method) else {
+        let is_link = self.sockets.get(&socket).is_some_and(|open| open.link);
+        let of_link = || Method::of_link(&method).filter(|_| is_link);
+        let Some(method) = Method::named(&method).or_else(of_link) else {
             let shown = magician_protocol::visible(&method).to_string();
             let error = RpcError::new(RpcError::METHOD, format!("unknown method `{shown}`"));
             return self.answer(socket, id.as_ref(), &Err(error));
@@ -206,7 +208,8 @@ impl Station {
         if grant.role < method.role {
             return Err(forbidden(&grant, method.role, method.name));
         }
-        let under_way = self.sockets.get(&socket).map_or(0, |open| open.under_way);
+        let open = self.sockets.get(&socket).filter(|open| !open.link);
+        let under_way = open.map_or(0, |open| open.under_way);
         if under_way >= UNDER_WAY && !method.always {
             let why = format!("{UNDER_WAY} requests are under way on this socket");
             let error = RpcError::new(RpcError::TOO_MANY, why).with("limit", UNDER_WAY);

@@ -313,6 +313,16 @@ impl Station {
         }
     }
 
+    /// A program of DobotLink connects (feature `link`).
+    #[cfg(feature = "link")]
+    pub(crate) fn open_link(&mut self, now: HostInstant, peer: Peer) -> SocketId {
+        let id = self.open(now, peer);
+        if let Some(socket) = self.sockets.get_mut(&id) {
+            socket.link = true;
+        }
+        id
+    }
+
     /// A text message of a client.
     pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         // What is over by now is over for this message too.

@@ -115,6 +115,8 @@ pub(super) struct Socket {
     /// The last messages.
     heard: VecDeque<HostInstant>,
     over_since: Option<HostInstant>,
+    /// It is a link's: it has methods of its own, and its own bounds in place of those of a socket.
+    pub(super) link: bool,
 }
 
 /// How a message stands to the limits.
@@ -141,11 +143,15 @@ impl Socket {
             ended: false,
             heard: VecDeque::new(),
             over_since: None,
+            link: false,
         }
     }
 
     /// Counts a message.
     pub(super) fn hears(&mut self, now: HostInstant) -> Pace {
+        if self.link {
+            return Pace::Fine;
+        }
         let second = Duration::from_secs(1);
         while self.heard.front().is_some_and(|at| now - *at >= second) {
             self.heard.pop_front();

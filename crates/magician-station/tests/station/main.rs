@@ -8,6 +8,8 @@ mod jobs;
 mod jogs;
 mod leases;
 mod limits;
+#[cfg(feature = "link")]
+mod link;
 mod messages;
 mod moves;
 mod programs;

@@ -1,0 +1,253 @@
+//! Where programs for DobotLink connect: any path of a port of this machine.
+
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use axum::http::{Request, Response, StatusCode};
+use futures_util::{SinkExt, StreamExt};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::watch;
+use tokio::task::JoinSet;
+use tokio::time::{interval, timeout};
+use tokio_tungstenite::tungstenite::protocol::WebSocketConfig;
+use tokio_tungstenite::tungstenite::protocol::frame::CloseFrame;
+use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
+use tokio_tungstenite::tungstenite::{Error, Message};
+use tokio_tungstenite::{WebSocketStream, accept_hdr_async_with_config};
+
+use super::{Heard, LinkService};
+use crate::http::{Admission, Ends, ListenError, Listener, Wanted};
+use crate::station::{MESSAGE, SOCKETS};
+
+/// The port of DobotLink.
+const PORT: u16 = 9090;
+/// The port at which DobotEDU waits for a helper with a camera.
+const IMAGE: u16 = 10001;
+/// The head of a request has to be there within this time.
+const HEAD: Duration = Duration::from_secs(5);
+/// A program is pinged so often; its answer is a sign of life.
+const PING: Duration = Duration::from_secs(2);
+/// A program that takes nothing for so long is cut off.
+const STUCK: Duration = Duration::from_secs(10);
+
+/// The addresses of a link, before anything is accepted there.
+#[derive(Debug)]
+pub struct LinkListener(Listener);
+
+impl LinkListener {
+    /// Listens at both loopback addresses, at port 9090; or at `HOST:PORT`, which has to be of this machine alone: DobotLink's protocol
+    /// has no login.
+    ///
+    /// # Errors
+    /// [`ListenError`]: [`Beyond`](ListenError::Beyond) for an address that others reach.
+    pub async fn bind(address: Option<&str>) -> Result<Self, ListenError> {
+        at_home(address, PORT).await.map(Self)
+    }
+
+    /// Where it listens.
+    #[must_use]
+    pub fn addresses(&self) -> &[SocketAddr] {
+        self.0.addresses()
+    }
+
+    /// Serves programs until `over` says so.
+    pub async fn serve(self, service: LinkService, over: watch::Receiver<bool>) {
+        let talk = move |socket, peer: SocketAddr, over| {
+            let service = service.clone();
+            async move { talk(socket, &service, peer, over).await }
+        };
+        serve(self.0, over, talk).await;
+    }
+}
+
+/// What DobotEDU waits for when it is imported: something that accepts a WebSocket at port 10001. It says nothing.
+#[derive(Debug)]
+pub struct ImageStub(Listener);
+
+impl ImageStub {
+    /// Listens.
+    ///
+    /// # Errors
+    /// [`ListenError`].
+    pub async fn bind() -> Result<Self, ListenError> {
+        at_home(None, IMAGE).await.map(Self)
+    }
+
+    /// Accepts until `over` says so.
+    pub async fn serve(self, over: watch::Receiver<bool>) {
+        let hush = |mut socket: WebSocketStream<TcpStream>, _, mut over: watch::Receiver<bool>| async move {
+            let silence = async { while let Some(Ok(_)) = socket.next().await {} };
+            tokio::select! {
+                () = silence => {}
+                () = crate::http::ended(&mut over) => {}
+            }
+        };
+        serve(self.0, over, hush).await;
+    }
+}
+
+/// Listens at an address of this machine alone.
+async fn at_home(address: Option<&str>, usual: u16) -> Result<Listener, ListenError> {
+    let wanted = address.map(|text| Wanted::read(text, usual)).transpose()?;
+    match wanted {
+        Some(Wanted::At(address)) if !address.ip().is_loopback() => {
+            Err(ListenError::Beyond(address))
+        }
+        _ => Listener::bind_at(address, usual).await,
+    }
+}
+
+async fn serve<F, T>(listeners: Listener, over: watch::Receiver<bool>, talk: F)
+where
+    F: Fn(WebSocketStream<TcpStream>, SocketAddr, watch::Receiver<bool>) -> T
+        + Clone
+        + Send
+        + 'static,
+    T: Future<Output = ()> + Send + 'static,
+{
+    let mut accepting = JoinSet::new();
+    for listener in listeners.listeners {
+        accepting.spawn(accept(listener, over.clone(), talk.clone()));
+    }
+    accepting.join_all().await;
+}
+
+async fn accept<F, T>(listener: TcpListener, mut over: watch::Receiver<bool>, talk: F)
+where
+    F: Fn(WebSocketStream<TcpStream>, SocketAddr, watch::Receiver<bool>) -> T
+        + Clone
+        + Send
+        + 'static,
+    T: Future<Output = ()> + Send + 'static,
+{
+    let mut programs = JoinSet::new();
+    loop {
+        while programs.try_join_next().is_some() {}
+        let accepted = tokio::select! {
+            accepted = listener.accept(), if programs.len() < SOCKETS => accepted,
+            Some(_) = programs.join_next() => continue,
+            () = crate::http::ended(&mut over) => break,
+        };
+        let Ok((stream, peer)) = accepted else {
+            // Out of files: one that ends makes room.
+            tokio::time::sleep(Duration::from_millis(100)).await;
+            continue;
+        };
+        let (talk, over) = (talk.clone(), over.clone());
+        programs.spawn(async move {
+            if let Ok(Some(socket)) = timeout(HEAD, open(stream, peer)).await {
+                talk(socket, peer, over).await;
+            }
+        });
+    }
+    let farewell = async { while programs.join_next().await.is_some() {} };
+    let _ = timeout(Duration::from_secs(2), farewell).await;
+}
+
+/// Lets a program in, by the rules of all listeners. A page of another site is none of this machine's programs.
+#[allow(
+    clippy::result_large_err,
+    reason = "the type of a refusal is the library's"
+)]
+async fn open(stream: TcpStream, peer: SocketAddr) -> Option<WebSocketStream<TcpStream>> {
+    let local = stream.local_addr().ok()?;
+    let _ = stream.set_nodelay(true);
+    let ends = Ends {
+        local,
+        peer,
+        tls: false,
+    };
+    let admit = |request: &Request<()>, response: Response<()>| match Admission::default()
+        .lets_in(request, ends)
+    {
+        Ok(()) => Ok(response),
+        Err((status, why)) => {
+            let mut refused = Response::new(Some(why));
+            *refused.status_mut() = status;
+            Err(refused)
+        }
+    };
+    let config = WebSocketConfig::default().max_message_size(Some(MESSAGE));
+    accept_hdr_async_with_config(stream, admit, Some(config))
+        .await
+        .ok()
+}
+
+/// Carries the messages of a program.
+async fn talk(
+    socket: WebSocketStream<TcpStream>,
+    service: &LinkService,
+    peer: SocketAddr,
+    mut over: watch::Receiver<bool>,
+) {
+    let (said, mut told) = service.connect("DobotLink", &peer.to_string()).split();
+    let (mut sink, mut stream) = socket.split();
+    let reader = async {
+        while let Some(message) = stream.next().await {
+            let heard = match message {
+                Ok(Message::Text(text)) => Heard::Text(text.as_str().to_owned()),
+                Ok(Message::Pong(_)) => Heard::Pong,
+                Ok(Message::Ping(_) | Message::Frame(_)) => continue,
+                Ok(Message::Binary(_)) => {
+                    return Some((CloseCode::Unsupported, "messages are text"));
+                }
+                Ok(Message::Close(_)) => return None,
+                Err(Error::Capacity(_)) => {
+                    return Some((CloseCode::Size, "a message is 1 MiB at most"));
+                }
+                Err(_) => return None,
+            };
+            if said.send(heard).await.is_err() {
+                return None;
+            }
+        }
+        None
+    };
+    let writer = async {
+        let mut pings = interval(PING);
+        loop {
+            let message = tokio::select! {
+                biased;
+                () = crate::http::ended(&mut over) => {
+                    return Some((CloseCode::Away, "the station ends"));
+                }
+                text = told.recv() => match text {
+                    Some(text) => Message::text(text),
+                    None => return None,
+                },
+                _ = pings.tick() => Message::Ping(Vec::new().into()),
+            };
+            match timeout(STUCK, sink.send(message)).await {
+                Ok(Ok(())) => {}
+                Ok(Err(_)) | Err(_) => return None,
+            }
+        }
+    };
+    let last = tokio::select! {
+        last = reader => last,
+        last = writer => last,
+    };
+    // The arm hears of the end now.
+    drop(said);
+    if let Some((code, reason)) = last {
+        let last = CloseFrame {
+            code,
+            reason: reason.into(),
+        };
+        let _ = timeout(HEAD, sink.send(Message::Close(Some(last)))).await;
+    }
+}
+
+impl Admission {
+    /// Whether a request is let in; why not.
+    fn lets_in(&self, request: &Request<()>, ends: Ends) -> Result<(), (StatusCode, String)> {
+        let (parts, ()) = request.clone().into_parts();
+        let admitted =
+            { self.admit(&parts, ends) }.map_err(|refused| (refused.status, refused.why))?;
+        if admitted.loopback {
+            return Ok(());
+        }
+        let why = "programs of this machine alone are let in";
+        Err((StatusCode::FORBIDDEN, why.to_owned()))
+    }
+}

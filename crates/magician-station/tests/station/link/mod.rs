@@ -1,0 +1,6 @@
+//! Programs for DobotLink at a station with a virtual arm, in virtual time.
+
+mod every_call;
+mod program;
+mod queue;
+mod who;

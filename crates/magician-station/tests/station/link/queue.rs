@@ -1,0 +1,223 @@
+//! Queued calls: indices, waiting, and what ends it.
+
+use std::time::Duration;
+
+use magician_station::Role;
+use magician_station::link::LinkOptions;
+use serde_json::json;
+use tokio::time::{Instant, sleep};
+
+use super::program::Program;
+use crate::bench::Bench;
+
+const FAR: [(f64, f64); 2] = [(200.0, 60.0), (240.0, -60.0)];
+
+fn to(x: f64, y: f64) -> serde_json::Value {
+    json!({"ptpMode": 2, "x": x, "y": y, "z": 30, "r": 0, "timeout": 60_000})
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_move_is_answered_when_the_arm_is_there() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let result = program.ok("SetPTPCmd", to(220.0, 40.0)).await;
+    assert_eq!(result, json!(true));
+    let pose = bench.arms[0].state().pose;
+    assert_eq!((pose.x.round(), pose.y.round()), (220.0, 40.0));
+    let told = program.ok("GetPose", json!({})).await;
+    assert_eq!(told["x"], json!(220.0));
+    assert_eq!(told["jointAngle"].as_array().map(Vec::len), Some(4));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_call_that_does_not_wait_is_answered_with_its_index() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let mut at = to(220.0, 40.0);
+    at["isWaitForFinish"] = json!(false);
+    let first = program.ok("SetPTPCmd", at.clone()).await["queuedCmdIndex"]
+        .as_u64()
+        .unwrap();
+    let second = program.ok("SetPTPCmd", at).await["queuedCmdIndex"]
+        .as_u64()
+        .unwrap();
+    assert_eq!(second, first + 1);
+    let setting = json!({"velocityRatio": 50, "accelerationRatio": 50, "isQueued": true});
+    let third = program.ok("SetPTPCommonParams", setting).await["queuedCmdIndex"]
+        .as_u64()
+        .unwrap();
+    assert_eq!(third, second + 1);
+}
+
+#[tokio::test(start_paused = true)]
+async fn calls_in_flight_keep_their_order() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let mut ids = Vec::new();
+    for step in 0..100 {
+        // More than the queue holds: those that find no room are kept back, and none overtakes another.
+        let x = 200.0 + f64::from(step) * 0.5;
+        let move_to = json!({"cpMode": 1, "x": x, "y": 0, "z": 30, "power": 100, "timeout": 100_000, "isWaitForFinish": false});
+        ids.push(program.send("SetCPCmd", move_to).await);
+    }
+    let mut before = 0;
+    for id in ids {
+        let index = program.answer(id).await.unwrap()["queuedCmdIndex"]
+            .as_u64()
+            .unwrap();
+        assert!(index > before, "{index} after {before}");
+        before = index;
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_stop_by_another_session_ends_a_wait_within_50_ms() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let mut viewer = bench.join_as("viewer", Role::Viewer).await;
+    let id = program.send("SetPTPCmd", to(200.0, 150.0)).await;
+    sleep(Duration::from_millis(300)).await;
+    assert!(bench.arms[0].state().moving);
+    let stopped = Instant::now();
+    viewer.send("arm.stop", json!({}));
+    let (code, _) = program.answer(id).await.unwrap_err();
+    assert_eq!(code, 161);
+    assert!(
+        stopped.elapsed() <= Duration::from_millis(50),
+        "{:?}",
+        stopped.elapsed()
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn its_own_stop_and_clear_end_waits_and_what_is_kept_back() {
+    for (api, params) in [
+        ("QueuedCmdStop", json!({})),
+        ("QueuedCmdStop", json!({"forceStop": true})),
+        ("QueuedCmdForceStop", json!({})),
+        ("QueuedCmdClear", json!({})),
+        ("DisconnectDobot", json!({})),
+    ] {
+        let bench = Bench::new(1).await;
+        let mut program = Program::connected(&bench).await;
+        let mut ids = Vec::new();
+        for step in 0..60 {
+            let (x, y) = FAR[step % 2];
+            ids.push(program.send("SetPTPCmd", to(x, y)).await);
+        }
+        sleep(Duration::from_millis(400)).await;
+        let begun = Instant::now();
+        program.ok(api, params).await;
+        for id in ids {
+            let (code, why) = program.answer(id).await.unwrap_err();
+            assert_eq!(code, 161, "{api}: {why}");
+        }
+        assert!(
+            begun.elapsed() <= Duration::from_millis(50),
+            "{api}: {:?}",
+            begun.elapsed()
+        );
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_time_of_a_call_runs_from_when_it_is_the_next() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let first = program
+        .send("SetWAITCmd", json!({"delay": 10_000, "timeout": 60_000}))
+        .await;
+    let second = program
+        .send("SetWAITCmd", json!({"delay": 1_000, "timeout": 2_000}))
+        .await;
+    let third = program
+        .send("SetWAITCmd", json!({"delay": 5_000, "timeout": 1_000}))
+        .await;
+    assert_eq!(program.answer(first).await, Ok(json!(true)));
+    assert_eq!(program.answer(second).await, Ok(json!(true)));
+    assert_eq!(program.answer(third).await.unwrap_err().0, 160);
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_alarm_that_holds_the_queue_ends_waits_and_is_named() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let (code, why) = program.call("SetPTPCmd", to(600.0, 0.0)).await.unwrap_err();
+    assert_eq!(code, 161, "{why}");
+    assert!(why.contains("alarm"), "{why}");
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_queue_that_stays_full_is_given_up() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    let wait = json!({"delay": 60_000, "isWaitForFinish": false, "timeout": 1_000});
+    let mut ids = Vec::new();
+    for _ in 0..40 {
+        ids.push(program.send("SetWAITCmd", wait.clone()).await);
+    }
+    let mut full = 0;
+    for id in ids {
+        if let Err((code, _)) = program.answer(id).await {
+            assert_eq!(code, 151);
+            full += 1;
+        }
+    }
+    assert!(full > 0);
+}
+
+#[tokio::test(start_paused = true)]
+async fn what_needs_no_place_in_a_full_queue_is_done_at_once() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    for _ in 0..40 {
+        let wait = json!({"delay": 60_000, "isWaitForFinish": false, "timeout": 30_000});
+        program.send("SetWAITCmd", wait).await;
+    }
+    let begun = Instant::now();
+    let cup = json!({"enable": true, "on": true});
+    assert_eq!(
+        program.ok("SetEndEffectorSuctionCup", cup).await,
+        json!(true)
+    );
+    assert!(
+        begun.elapsed() < Duration::from_secs(1),
+        "{:?}",
+        begun.elapsed()
+    );
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_jog_of_a_program_that_hangs_ends() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::with(&bench, LinkOptions::default());
+    program.ok("ConnectDobot", json!({})).await;
+    program
+        .ok("SetJOGCmd", json!({"isJoint": true, "cmd": 1}))
+        .await;
+    sleep(Duration::from_secs(4)).await;
+    assert!(bench.arms[0].state().moving);
+    // No word for longer than five seconds.
+    sleep(Duration::from_millis(1_500)).await;
+    assert!(!bench.arms[0].state().moving);
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_end_of_a_socket_stops_a_jog_and_lets_the_queue_go_on() {
+    let bench = Bench::new(1).await;
+    let mut program = Program::connected(&bench).await;
+    program
+        .ok("SetJOGCmd", json!({"isJoint": true, "cmd": 1}))
+        .await;
+    sleep(Duration::from_millis(500)).await;
+    drop(program);
+    sleep(Duration::from_millis(500)).await;
+    assert!(!bench.arms[0].state().moving);
+    let mut program = Program::connected(&bench).await;
+    let mut at = to(220.0, 40.0);
+    at["isWaitForFinish"] = json!(false);
+    program.ok("SetPTPCmd", at).await;
+    drop(program);
+    sleep(Duration::from_secs(10)).await;
+    assert_eq!(bench.arms[0].state().pose.y.round(), 40.0);
+}
