@@ -99,6 +99,28 @@ pub(crate) struct Turn {
     pub(crate) manner: Manner,
 }
 
+impl Then {
+    /// The program's call that it is for.
+    pub(crate) fn asked(&self) -> Option<&Asked> {
+        match self {
+            Self::Nothing | Self::Hello | Self::Lease(_) | Self::Subscribed { .. } => None,
+            Self::Probe(found) | Self::Connected(found) => Some(&found.asked),
+            Self::Written { write, .. } => Some(&write.asked),
+            Self::Turn(turn) => Some(&turn.asked),
+            Self::Ports { asked, .. }
+            | Self::Find { asked, .. }
+            | Self::Fields { asked, .. }
+            | Self::Raw { asked, .. }
+            | Self::Stopped(asked)
+            | Self::Effectors { asked, .. }
+            | Self::Homed(asked)
+            | Self::Tool(asked)
+            | Self::Reach(asked)
+            | Self::Ratio { asked, .. } => Some(asked),
+        }
+    }
+}
+
 impl Link {
     pub(crate) fn carry_on(
         &mut self,

@@ -21,6 +21,6 @@ mod waits;
 mod wire;
 
 pub use error::{ErrorCode, LinkError};
-pub use link::{Link, LinkOptions};
+pub use link::{Link, LinkOptions, StationCall};
 pub use methods::{Access, Class, Kind, Method, Param, ResultField, VirtualAnswer, Wire, methods};
 pub use report::{LinkReport, Noted};

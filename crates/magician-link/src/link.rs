@@ -41,6 +41,16 @@ pub struct LinkOptions {
     pub version: String,
 }
 
+/// A call of the station's API.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct StationCall {
+    /// The message.
+    pub text: String,
+    /// The program's call for which it is made: `dobotlink.Magician.SetPTPCmd`.
+    pub of: Option<String>,
+}
+
 /// A call of a program, until it is answered.
 #[derive(Clone, Debug)]
 pub(crate) struct Asked {
@@ -136,7 +146,7 @@ pub struct Link {
     next: u64,
     pub(crate) session: Option<String>,
     heard: HostInstant,
-    to_station: VecDeque<String>,
+    to_station: VecDeque<StationCall>,
     to_program: VecDeque<String>,
     noted: VecDeque<Noted>,
     unanswered: usize,
@@ -273,7 +283,7 @@ impl Link {
     }
 
     /// What is to be sent to the station.
-    pub fn poll_station(&mut self) -> Option<String> {
+    pub fn poll_station(&mut self) -> Option<StationCall> {
         self.to_station.pop_front()
     }
 
@@ -290,9 +300,10 @@ impl Link {
     /// Calls a method of the station.
     pub(crate) fn call(&mut self, method: &str, params: Value, then: Then) {
         self.next += 1;
+        let of = then.asked().map(|asked| format!("dobotlink.{}", asked.method));
         self.under_way.insert(self.next, then);
-        self.to_station
-            .push_back(rpc::call(self.next, method, &params));
+        let text = rpc::call(self.next, method, &params);
+        self.to_station.push_back(StationCall { text, of });
     }
 
     /// Answers a call.

@@ -144,6 +144,7 @@ async fn main() {
         version: "0".into(),
         tries: Tries::default(),
         uploads: Uploads::default(),
+            link: None,
     };
     tokio::spawn(listener.serve(station, options, ends));
 

@@ -355,6 +355,13 @@ impl Client {
             .with(|inner, now| inner.station.receive(now, self.socket, text));
     }
 
+    /// A message of a link, made for this call of its program.
+    #[cfg(feature = "link")]
+    pub(crate) fn send_for(&self, text: &str, of: Option<String>) {
+        self.shared
+            .with(|inner, now| inner.station.receive_for(now, self.socket, text, of));
+    }
+
     /// What the token of its hello allows, before the hello is sent: [`Station::vouch`].
     pub fn vouch(&self, grant: Option<Grant>) {
         self.shared.lock().station.vouch(self.socket, grant);

@@ -23,7 +23,7 @@ pub(crate) use listen::{Wanted, ended};
 pub use listen::{ListenError, Listener};
 pub use programs::Uploads;
 pub use recordings::RecordingFolder;
-pub use routes::{HttpOptions, ROUTES, Route, RouteNeeds, Tries};
+pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, Tries};
 pub use security::{Admission, Ends};
 pub use tls::{Tls, TlsError};
 pub use tokens::{CODE, TokenEntry, TokenError, TokenStore};

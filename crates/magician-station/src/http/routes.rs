@@ -1,5 +1,6 @@
 //! The routes of a station: a table of what each needs, and what each does.
 
+use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -111,6 +112,12 @@ pub static ROUTES: &[Route] = &[
         needs: RouteNeeds::Role(Role::Student),
         about: "removes a program",
     },
+    Route {
+        method: "GET",
+        path: "/api/v1/link",
+        needs: RouteNeeds::Role(Role::Viewer),
+        about: "the calls of programs for DobotLink, by program; 404 where none are served",
+    },
 ];
 
 impl Route {
@@ -138,6 +145,18 @@ pub struct HttpOptions {
     pub tries: Tries,
     /// Programs on their way to the library.
     pub uploads: Uploads,
+    /// The calls of programs for DobotLink, where they are served.
+    pub link: Option<LinkCalls>,
+}
+
+/// Tells the calls of programs for DobotLink.
+#[derive(Clone)]
+pub struct LinkCalls(pub Arc<dyn Fn() -> Value + Send + Sync>);
+
+impl fmt::Debug for LinkCalls {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("LinkCalls").finish()
+    }
 }
 
 /// The tries to pair of the last minute.
@@ -284,6 +303,7 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
         ("POST", "/api/v1/rpc") => rpc(here, request, admitted).await,
         ("GET", "/api/v1/recordings/{name}") => recording(here, path, admitted, route).await,
         (_, "/api/v1/programs/{name}") => program(here, request, admitted, route).await,
+        ("GET", "/api/v1/link") => link(here, admitted, route).await,
         _ => pair(here, request).await,
     };
     if is_head {
@@ -403,6 +423,20 @@ async fn upgrade(here: &Here, request: Request, admitted: &Admitted) -> Response
         .max_frame_size(2 * BODY)
         .write_buffer_size(0)
         .on_upgrade(move |socket| socket::carry(socket, client, tokens, over))
+}
+
+/// The calls of programs for DobotLink.
+async fn link(here: &Here, admitted: &Admitted, route: &Route) -> Response {
+    if let Err(refused) = entitled(here, admitted, route).await {
+        return refusal(&refused);
+    }
+    match &here.options.link {
+        Some(LinkCalls(calls)) => object(StatusCode::OK, &calls()),
+        None => text(
+            StatusCode::NOT_FOUND,
+            "no programs for DobotLink are served: --link",
+        ),
+    }
 }
 
 async fn rpc(here: &Here, request: Request, admitted: &Admitted) -> Response {

@@ -131,8 +131,8 @@ impl LinkService {
 
 /// Hands messages over until both sides have said all.
 fn exchange(link: &mut Link, client: &Client, now: HostInstant) {
-    while let Some(text) = link.poll_station() {
-        client.send(&text);
+    while let Some(call) = link.poll_station() {
+        client.send_for(&call.text, call.of);
         // What is answered at once is heard at once.
         while let Some(Outgoing::Text(text)) = client.try_receive() {
             link.hear(now, &text);

@@ -146,7 +146,11 @@ impl Station {
         };
         let request = RequestId(self.next_id());
         let params = Params::check(method.params, params);
-        let line = self.line_of(now, session, method, params.as_ref().ok());
+        let mut line = self.line_of(now, session, method, params.as_ref().ok());
+        let calls = self.sockets.get_mut(&socket).and_then(|open| open.calls.take());
+        if let (Some(line), Some(calls)) = (&mut line, calls) {
+            line.method = calls;
+        }
         let handled =
             params.and_then(|params| self.handle(now, socket, session, method, &params, request));
         self.handled(now, socket, id, line, handled);

@@ -323,6 +323,21 @@ impl Station {
         id
     }
 
+    /// A message of a link, made for this call of its program: the journal tells of that.
+    #[cfg(feature = "link")]
+    pub(crate) fn receive_for(
+        &mut self,
+        now: HostInstant,
+        socket: SocketId,
+        text: &str,
+        of: Option<String>,
+    ) {
+        if let Some(open) = self.sockets.get_mut(&socket) {
+            open.calls = of;
+        }
+        self.receive(now, socket, text);
+    }
+
     /// A text message of a client.
     pub fn receive(&mut self, now: HostInstant, socket: SocketId, text: &str) {
         // What is over by now is over for this message too.

@@ -117,6 +117,8 @@ pub(super) struct Socket {
     over_since: Option<HostInstant>,
     /// It is a link's: it has methods of its own, and its own bounds in place of those of a socket.
     pub(super) link: bool,
+    /// The program's call that a link's message is made for.
+    pub(super) calls: Option<String>,
 }
 
 /// How a message stands to the limits.
@@ -144,6 +146,7 @@ impl Socket {
             heard: VecDeque::new(),
             over_since: None,
             link: false,
+            calls: None,
         }
     }
 

@@ -71,6 +71,7 @@ impl Bench {
             version: "0.0.0".to_owned(),
             tries: Tries::default(),
             uploads: Uploads::default(),
+            link: None,
         };
         tokio::spawn(listener.serve(station.clone(), options, ends));
         Self {

@@ -1,6 +1,7 @@
 //! `serve`: one or more arms for many programs, people and pages.
 
 mod holder;
+mod link;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -19,6 +20,7 @@ use serde_json::json;
 use tokio::sync::watch;
 use tokio::time::timeout;
 
+use self::link::{Link, LinkFlags};
 use super::sim::scenario_of;
 use crate::config::Config;
 use crate::context::{Context, Sim, held};
@@ -84,6 +86,8 @@ pub(crate) struct Serve {
     /// Folder of the programs that are kept; by default `programs` in the user's data of magician
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     programs: Option<PathBuf>,
+    #[command(flatten)]
+    link: LinkFlags,
     /// World of the virtual arms
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
@@ -163,6 +167,7 @@ impl Serve {
             if let Some(tls) = tls {
                 listener = listener.encrypted(tls);
             }
+            let link = self.link.bind().await?;
             let mut connected = Vec::new();
             for (_, target, options) in &arms {
                 let opened = match (target, &scenario) {
@@ -184,7 +189,7 @@ impl Serve {
                 programs,
                 student_laser,
             };
-            self.serve(json, kept, listener, entries, connected, signals)
+            self.serve(json, kept, (listener, link), entries, connected, signals)
                 .await
         })
     }
@@ -256,7 +261,7 @@ impl Serve {
         &self,
         json: bool,
         kept: Kept,
-        listener: Listener,
+        (listener, link): (Listener, Option<Link>),
         entries: Vec<ArmEntry>,
         arms: Vec<Arm>,
         signals: &mut Signals,
@@ -297,6 +302,7 @@ impl Serve {
         let names: Vec<_> = entries.iter().map(|entry| entry.name.clone()).collect();
         let announced = (exposed && !self.no_announce)
             .then(|| Announcement::new(listener.addresses(), listener.is_encrypted(), &names));
+        let service = link.is_some().then(|| self.link.service(&station));
         let options = HttpOptions {
             admission: Admission {
                 hosts: self.allow_host.clone(),
@@ -306,12 +312,21 @@ impl Serve {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             tries: Tries::default(),
             uploads: Uploads::default(),
+            link: service.clone().map(link::calls),
         };
         let (over, ends) = watch::channel(false);
+        let linked = link.as_ref().map(Link::url);
+        let linking = match (link, &service) {
+            (Some(link), Some(service)) => Some(tokio::spawn(link.serve(service.clone(), ends.clone()))),
+            _ => None,
+        };
         let serving = tokio::spawn(listener.serve(station.clone(), options, ends));
         let ports: Vec<_> = entries.iter().map(|entry| entry.port.clone()).collect();
         let holder = Holder::write(&url, &ports, &names);
         tell(format_args!("serving {url}"));
+        if let Some(linked) = &linked {
+            tell(format_args!("programs for DobotLink at {linked}"));
+        }
         if exposed {
             tell(format_args!("other computers reach it: each needs a token"));
         }
@@ -325,7 +340,7 @@ impl Serve {
             ));
         }
         if json {
-            say_addresses(&url, &api, &entries)?;
+            say_addresses(&url, &api, linked.as_deref(), &entries)?;
         } else {
             say_ready();
         }
@@ -340,6 +355,9 @@ impl Serve {
             }
             let _ = over.send(true);
             let _ = timeout(STOPPING, serving).await;
+            if let Some(linking) = linking {
+                let _ = timeout(STOPPING, linking).await;
+            }
             unanswered
         };
         let unanswered = tokio::select! {
@@ -378,7 +396,7 @@ async fn quiet(arm: &Arm) -> bool {
     stood && arm.darken_after().await.is_ok()
 }
 
-fn say_addresses(url: &str, api: &str, entries: &[ArmEntry]) -> Result<(), Failure> {
+fn say_addresses(url: &str, api: &str, link: Option<&str>, entries: &[ArmEntry]) -> Result<(), Failure> {
     use std::io::Write;
     let arms = entries
         .iter()
@@ -388,7 +406,7 @@ fn say_addresses(url: &str, api: &str, entries: &[ArmEntry]) -> Result<(), Failu
         "ready": true,
         "url": url,
         "api": api,
-        "link": null,
+        "link": link,
         "arms": arms,
     });
     let mut stdout = std::io::stdout().lock();
@@ -404,7 +422,7 @@ pub(crate) fn folder() -> Result<Option<PathBuf>, Failure> {
 impl From<ListenError> for Failure {
     fn from(error: ListenError) -> Self {
         let kind = match error {
-            ListenError::Address(_) => magician::ErrorKind::InvalidInput,
+            ListenError::Address(_) | ListenError::Beyond(_) => magician::ErrorKind::InvalidInput,
             _ => magician::ErrorKind::Port,
         };
         Self::new(Kind::Driver(kind), error.to_string())

@@ -1,0 +1,97 @@
+//! Programs for DobotLink, beside the pages and the API.
+
+use std::sync::Arc;
+
+use clap::Args;
+use magician_station::RunningStation;
+use magician_station::http::{LinkCalls, ListenError};
+use magician_station::link::{ImageStub, LinkListener, LinkOptions, LinkService};
+use tokio::sync::watch;
+
+use crate::failure::Failure;
+
+/// What programs for DobotLink are answered.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Programs for DobotLink")]
+pub(super) struct LinkFlags {
+    /// Answer programs for DobotLink (DobotLab's scripts, DobotEDU, dobotkit) at port 9090 of this machine, or at another of its own addresses
+    #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true)]
+    link: Option<Option<String>>,
+    /// Answer ConnectDobot with empty texts, as DobotLink does
+    #[arg(long, requires = "link")]
+    link_empty_connect: bool,
+    /// Refuse parameters that a call does not have, instead of only counting them
+    #[arg(long, requires = "link")]
+    link_strict: bool,
+    /// Let programs write serial numbers, calibrations and Wi-Fi settings
+    #[arg(long, requires = "link")]
+    link_dangerous: bool,
+    /// Let programs switch the laser of a real arm on
+    #[arg(long, requires = "link")]
+    link_laser: bool,
+    /// Accept at port 10001, for which DobotEDU waits when it is imported
+    #[arg(long, requires = "link")]
+    link_image: bool,
+}
+
+/// Where programs for DobotLink connect.
+pub(super) struct Link {
+    listener: LinkListener,
+    image: Option<ImageStub>,
+}
+
+impl LinkFlags {
+    /// Listens, where it is asked for.
+    pub(super) async fn bind(&self) -> Result<Option<Link>, Failure> {
+        let Some(address) = &self.link else {
+            return Ok(None);
+        };
+        let listener = match LinkListener::bind(address.as_deref()).await {
+            Err(error @ ListenError::Beyond(_)) => {
+                return Err(Failure::usage(error.to_string())
+                    .hint("DobotLink's protocol has no login: --link is for programs of this machine"));
+            }
+            listener => listener?,
+        };
+        let image = if self.link_image {
+            Some(ImageStub::bind().await?)
+        } else {
+            None
+        };
+        Ok(Some(Link { listener, image }))
+    }
+
+    /// Answers them.
+    pub(super) fn service(&self, station: &RunningStation) -> LinkService {
+        let mut options = LinkOptions::default();
+        options.strict = self.link_strict;
+        options.dangerous = self.link_dangerous;
+        options.laser = self.link_laser;
+        options.empty_connect = self.link_empty_connect;
+        env!("CARGO_PKG_VERSION").clone_into(&mut options.version);
+        LinkService::new(station.clone(), options)
+    }
+}
+
+/// Tells the calls of programs.
+pub(super) fn calls(service: LinkService) -> LinkCalls {
+    LinkCalls(Arc::new(move || service.report()))
+}
+
+impl Link {
+    /// Where it is.
+    pub(super) fn url(&self) -> String {
+        let address = self.listener.addresses().first().map(ToString::to_string);
+        format!("ws://{}", address.unwrap_or_default())
+    }
+
+    /// Serves programs until `over` says so.
+    pub(super) async fn serve(self, service: LinkService, over: watch::Receiver<bool>) {
+        let image = async {
+            if let Some(image) = self.image {
+                image.serve(over.clone()).await;
+            }
+        };
+        tokio::join!(self.listener.serve(service, over.clone()), image);
+    }
+}
