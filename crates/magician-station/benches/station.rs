@@ -9,10 +9,12 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use futures_util::{SinkExt, StreamExt};
-use magician::commands::Pose;
+use magician::commands::{CpCmd, Pose};
 use magician::sim::Controller;
 use magician::{Arm, Options, SimSpeed, Tracer, VirtualArm};
+use magician_protocol::CpMode;
 use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries, Uploads};
+use magician_station::link::{LinkListener, LinkOptions, LinkService};
 use magician_station::{ArmEntry, RunningStation, StationConfig};
 use serde_json::{Value, json};
 use tokio::net::TcpStream;
@@ -146,6 +148,7 @@ async fn main() {
         uploads: Uploads::default(),
             link: None,
     };
+    let mut programs = Programs::at(station.clone(), ends.clone()).await;
     tokio::spawn(listener.serve(station, options, ends));
 
     let mut viewer = Client::join(&url).await;
@@ -193,4 +196,102 @@ async fn main() {
         "a stop, 21 viewers:        {}",
         spread(stops(&mut client, &tap).await)
     );
+    let mut times = Vec::with_capacity(READS);
+    for _ in 0..READS {
+        let begun = Instant::now();
+        programs.call("GetPose", json!({})).await;
+        times.push(begun.elapsed());
+    }
+    println!("a pose by the link:        {}", spread(times));
+    segments().await;
+}
+
+/// A program for DobotLink.
+struct Programs(WebSocketStream<MaybeTlsStream<TcpStream>>);
+
+impl Programs {
+    async fn at(station: RunningStation, ends: watch::Receiver<bool>) -> Self {
+        let listener = LinkListener::bind(Some("127.0.0.1:0")).await.expect("a port");
+        let url = format!("ws://{}/", listener.addresses()[0]);
+        let service = LinkService::new(station, LinkOptions::default());
+        tokio::spawn(listener.serve(service, ends));
+        let (socket, _) = tokio_tungstenite::connect_async(url).await.expect("it listens");
+        let mut program = Self(socket);
+        program.call("ConnectDobot", json!({})).await;
+        program
+    }
+
+    async fn send(&mut self, api: &str, mut params: Value) {
+        params["portName"] = json!("arm");
+        let method = format!("dobotlink.Magician.{api}");
+        let message = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
+        self.0.send(Message::text(message.to_string())).await.expect("it reads");
+    }
+
+    async fn hear(&mut self) -> Value {
+        loop {
+            if let Some(Ok(Message::Text(text))) = self.0.next().await {
+                let message: Value = serde_json::from_str(&text).expect("JSON");
+                if message.get("id").is_some() {
+                    assert!(message.get("error").is_none(), "{message}");
+                    return message;
+                }
+            }
+        }
+    }
+
+    async fn call(&mut self, api: &str, params: Value) -> Value {
+        self.send(api, params).await;
+        self.hear().await
+    }
+}
+
+/// Segments of a path, as fast as they are taken by an arm whose time runs 50 times as fast: by the driver, and through the link with
+/// 8 calls under way.
+async fn segments() {
+    const SEGMENTS: usize = 3000;
+    let place = |at: usize| 0.2 * (at as f32);
+    let x = |at: usize| 200.0 + place(at % 400).min(80.0 - place(at % 400));
+    let new_arm = || async {
+        let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(50.0));
+        let arm = Arm::simulated(arm, Options::default()).await.expect("an arm");
+        arm.start_queue().await.expect("started");
+        arm
+    };
+    let arm = new_arm().await;
+    let begun = Instant::now();
+    for at in 0..SEGMENTS {
+        let segment = CpCmd {
+            cp_mode: CpMode::Absolute,
+            x: x(at),
+            y: 0.0,
+            z: 30.0,
+            velocity_or_power: 100.0,
+        };
+        while let Err(error) = arm.enqueue(&segment).await {
+            assert_eq!(error.kind(), magician::ErrorKind::QueueFull, "{error}");
+            tokio::time::sleep(Duration::from_millis(1)).await;
+        }
+    }
+    let by_driver = SEGMENTS as f64 / begun.elapsed().as_secs_f64();
+    let arm = new_arm().await;
+    let config = StationConfig::new(vec![ArmEntry::simulated("arm")], "1");
+    let station = RunningStation::start(config, vec![arm], Box::new(|_| {}));
+    let (_over, ends) = watch::channel(false);
+    let mut program = Programs::at(station, ends).await;
+    let begun = Instant::now();
+    for at in 0..SEGMENTS {
+        let segment = json!({
+            "cpMode": 1, "x": x(at), "y": 0, "z": 30, "power": 100, "isWaitForFinish": false, "timeout": 60_000,
+        });
+        program.send("SetCPCmd", segment).await;
+        if at >= 8 {
+            program.hear().await;
+        }
+    }
+    for _ in 0..8 {
+        program.hear().await;
+    }
+    let by_link = SEGMENTS as f64 / begun.elapsed().as_secs_f64();
+    println!("segments a second: {by_driver:.0} by the driver, {by_link:.0} by the link");
 }
