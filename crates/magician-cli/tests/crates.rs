@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What each crate depends on among ours, in any section but dev-dependencies: all of it, and nothing else.
-const DEPENDENCIES: [(&str, &[&str]); 19] = [
+const DEPENDENCIES: [(&str, &[&str]); 20] = [
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),
@@ -50,6 +50,7 @@ const DEPENDENCIES: [(&str, &[&str]); 19] = [
             "magician-record",
         ],
     ),
+    ("magician-link", &["magician-protocol"]),
     (
         "magician-station",
         &[
@@ -59,6 +60,7 @@ const DEPENDENCIES: [(&str, &[&str]); 19] = [
             "magician-program",
             "magician-job",
             "magician-record",
+            "magician-link",
         ],
     ),
     (

@@ -8,6 +8,8 @@
 //! * [`Link`]: the connection.
 //! * [`LinkReport`]: which calls came, and what was odd about them.
 
+#![forbid(unsafe_code)]
+
 mod answers;
 mod calls;
 mod error;
@@ -24,3 +26,8 @@ pub use error::{ErrorCode, LinkError};
 pub use link::{Link, LinkOptions, StationCall};
 pub use methods::{Access, Class, Kind, Method, Param, ResultField, VirtualAnswer, Wire, methods};
 pub use report::{LinkReport, Noted};
+
+/// Compiles the README's program with the tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

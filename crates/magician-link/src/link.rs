@@ -300,7 +300,9 @@ impl Link {
     /// Calls a method of the station.
     pub(crate) fn call(&mut self, method: &str, params: Value, then: Then) {
         self.next += 1;
-        let of = then.asked().map(|asked| format!("dobotlink.{}", asked.method));
+        let of = then
+            .asked()
+            .map(|asked| format!("dobotlink.{}", asked.method));
         self.under_way.insert(self.next, then);
         let text = rpc::call(self.next, method, &params);
         self.to_station.push_back(StationCall { text, of });

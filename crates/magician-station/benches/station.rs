@@ -146,7 +146,7 @@ async fn main() {
         version: "0".into(),
         tries: Tries::default(),
         uploads: Uploads::default(),
-            link: None,
+        link: None,
     };
     let mut programs = Programs::at(station.clone(), ends.clone()).await;
     tokio::spawn(listener.serve(station, options, ends));
@@ -211,11 +211,15 @@ struct Programs(WebSocketStream<MaybeTlsStream<TcpStream>>);
 
 impl Programs {
     async fn at(station: RunningStation, ends: watch::Receiver<bool>) -> Self {
-        let listener = LinkListener::bind(Some("127.0.0.1:0")).await.expect("a port");
+        let listener = LinkListener::bind(Some("127.0.0.1:0"))
+            .await
+            .expect("a port");
         let url = format!("ws://{}/", listener.addresses()[0]);
         let service = LinkService::new(station, LinkOptions::default());
         tokio::spawn(listener.serve(service, ends));
-        let (socket, _) = tokio_tungstenite::connect_async(url).await.expect("it listens");
+        let (socket, _) = tokio_tungstenite::connect_async(url)
+            .await
+            .expect("it listens");
         let mut program = Self(socket);
         program.call("ConnectDobot", json!({})).await;
         program
@@ -225,7 +229,10 @@ impl Programs {
         params["portName"] = json!("arm");
         let method = format!("dobotlink.Magician.{api}");
         let message = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
-        self.0.send(Message::text(message.to_string())).await.expect("it reads");
+        self.0
+            .send(Message::text(message.to_string()))
+            .await
+            .expect("it reads");
     }
 
     async fn hear(&mut self) -> Value {
@@ -254,7 +261,9 @@ async fn segments() {
     let x = |at: usize| 200.0 + place(at % 400).min(80.0 - place(at % 400));
     let new_arm = || async {
         let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(50.0));
-        let arm = Arm::simulated(arm, Options::default()).await.expect("an arm");
+        let arm = Arm::simulated(arm, Options::default())
+            .await
+            .expect("an arm");
         arm.start_queue().await.expect("started");
         arm
     };

@@ -18,9 +18,9 @@ mod tokens;
 pub use folder::ProgramFolder;
 pub use jobs::JobFile;
 pub use journal::JournalFile;
+pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]
 pub(crate) use listen::{Wanted, ended};
-pub use listen::{ListenError, Listener};
 pub use programs::Uploads;
 pub use recordings::RecordingFolder;
 pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, Tries};

@@ -147,7 +147,10 @@ impl Station {
         let request = RequestId(self.next_id());
         let params = Params::check(method.params, params);
         let mut line = self.line_of(now, session, method, params.as_ref().ok());
-        let calls = self.sockets.get_mut(&socket).and_then(|open| open.calls.take());
+        let calls = self
+            .sockets
+            .get_mut(&socket)
+            .and_then(|open| open.calls.take());
         if let (Some(line), Some(calls)) = (&mut line, calls) {
             line.method = calls;
         }

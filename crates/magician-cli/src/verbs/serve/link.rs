@@ -48,8 +48,9 @@ impl LinkFlags {
         };
         let listener = match LinkListener::bind(address.as_deref()).await {
             Err(error @ ListenError::Beyond(_)) => {
-                return Err(Failure::usage(error.to_string())
-                    .hint("DobotLink's protocol has no login: --link is for programs of this machine"));
+                return Err(Failure::usage(error.to_string()).hint(
+                    "DobotLink's protocol has no login: --link is for programs of this machine",
+                ));
             }
             listener => listener?,
         };

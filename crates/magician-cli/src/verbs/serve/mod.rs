@@ -317,7 +317,9 @@ impl Serve {
         let (over, ends) = watch::channel(false);
         let linked = link.as_ref().map(Link::url);
         let linking = match (link, &service) {
-            (Some(link), Some(service)) => Some(tokio::spawn(link.serve(service.clone(), ends.clone()))),
+            (Some(link), Some(service)) => {
+                Some(tokio::spawn(link.serve(service.clone(), ends.clone())))
+            }
             _ => None,
         };
         let serving = tokio::spawn(listener.serve(station.clone(), options, ends));
@@ -396,7 +398,12 @@ async fn quiet(arm: &Arm) -> bool {
     stood && arm.darken_after().await.is_ok()
 }
 
-fn say_addresses(url: &str, api: &str, link: Option<&str>, entries: &[ArmEntry]) -> Result<(), Failure> {
+fn say_addresses(
+    url: &str,
+    api: &str,
+    link: Option<&str>,
+    entries: &[ArmEntry],
+) -> Result<(), Failure> {
     use std::io::Write;
     let arms = entries
         .iter()
