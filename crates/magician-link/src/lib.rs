@@ -9,6 +9,7 @@
 //! * [`LinkReport`]: which calls came, and what was odd about them.
 
 #![forbid(unsafe_code)]
+#![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod answers;
 mod calls;

@@ -44,9 +44,10 @@ impl FromStr for StationAddress {
             _ => return Err(wrong()),
         };
         let authority = url.authority().ok_or_else(wrong)?;
-        let port = match authority.port() {
-            Some(_) => authority.port_u16().ok_or_else(wrong)?,
-            None => PORT,
+        let named = authority.as_str() != authority.host();
+        let port = match authority.port_u16() {
+            None if named => return Err(wrong()),
+            port => port.unwrap_or(PORT),
         };
         let arm = url.path().trim_matches('/');
         let strange = text.contains(['@', '?', '#']) || arm.contains('/');

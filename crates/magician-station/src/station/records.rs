@@ -260,7 +260,7 @@ impl JobsToKeep {
 
     #[cfg(test)]
     pub(crate) fn of_ids(ids: &[&str]) -> Self {
-        let record = |id: &&str| json!({"job": id, "arm": "", "state": "", "step": 0, "loop": 1});
+        let record = |id: &&str| json!({"job": id, "arm": "", "state": "", "step": 0, "loop": 1, "holder": null, "error": null});
         Self(ids.iter().filter_map(|id| kept(record(id))).collect())
     }
 }

@@ -55,6 +55,7 @@ async fn teachers_change_the_members_they_name_and_all_see_it() {
         json!({"fence": null})
     );
     assert_eq!(ben.ok("arm.fence", json!({})).await, json!({"fence": null}));
+    bench.station.flush().await;
     let lines = bench.lines.lock().unwrap();
     let fences = lines.iter().filter(|line| line.method == "arm.fence");
     let results: Vec<_> = fences.map(|line| line.result.as_str()).collect();
