@@ -1,4 +1,4 @@
-//! The table of methods. The check, the documents and the tests come from it.
+//! The table of methods. The check, the documents and the tests come from it. One table is one file, however long it gets.
 
 use super::method::{may, method, needed};
 use super::{Kind, Method, Param, Role};

@@ -1,0 +1,78 @@
+//! An arm that a program has connected, and what is to be written to it.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use magician_protocol::HostInstant;
+use serde_json::Value;
+
+use super::Asked;
+use crate::waits::Waits;
+
+/// Something that is to be written to an arm, one after the other.
+#[derive(Debug)]
+pub(crate) struct Write {
+    pub(crate) asked: Asked,
+    /// The station's method.
+    pub(crate) method: &'static str,
+    pub(crate) params: Value,
+    pub(crate) queued: bool,
+    /// How long it may take: for room in the queue, and then until it has ended.
+    pub(crate) timeout: Duration,
+    /// How it is answered.
+    pub(crate) end: WriteEnd,
+    /// When a queue that stays full is given up.
+    pub(crate) give_up: Option<HostInstant>,
+}
+
+/// How a write is answered.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum WriteEnd {
+    /// With true.
+    True,
+    /// With true; what waits will not end.
+    Ends,
+    /// With true; the arm jogs now, or no longer.
+    Jog(bool),
+    /// With the index of what was queued.
+    Index,
+    /// When it has ended; an alarm ends the wait, but for homing.
+    Wait { homing: bool },
+    /// With what the arm answered, by the results of the call.
+    Raw(&'static crate::Method),
+}
+
+/// An arm that the program has connected.
+#[derive(Debug, Default)]
+pub(crate) struct ArmLink {
+    /// As the program calls it.
+    pub(crate) port_name: String,
+    /// All its names.
+    pub(crate) names: Vec<String>,
+    pub(crate) is_virtual: bool,
+    /// Whether its queue is to be started.
+    pub(crate) starts: bool,
+    /// The lease, as long as it has it.
+    pub(crate) lease: Option<String>,
+    pub(crate) waits: Waits,
+    pub(crate) writes: VecDeque<Write>,
+    pub(crate) writing: bool,
+    pub(crate) blocked: Option<HostInstant>,
+    pub(crate) jogs: bool,
+    /// The last command that has finished, as far as is known.
+    pub(crate) current: Option<u64>,
+    /// Alarms that hold the queue.
+    pub(crate) alarm: Option<u8>,
+    /// One that came with the present reading.
+    pub(crate) raised: Option<u8>,
+    pub(crate) fast: Option<Fast>,
+    /// Since when no call waits.
+    pub(crate) idle: Option<HostInstant>,
+}
+
+/// A subscription for calls that wait.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Fast {
+    Asked,
+    Id(u64),
+}

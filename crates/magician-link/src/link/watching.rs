@@ -1,0 +1,231 @@
+//! Calls that wait, and what the station says meanwhile.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use magician_protocol::{Alarm, HostInstant};
+use serde_json::{Value, json};
+
+use super::arm::Fast;
+use super::{Asked, Link, Write};
+use crate::answers::Then;
+use crate::error::{ErrorCode, LinkError};
+use crate::rpc;
+use crate::waits::Wait;
+
+/// The arm is read often for so long after the last call that waited.
+pub(super) const WATCHES_ON: Duration = Duration::from_secs(2);
+/// Readings a second while calls wait: they end within 50 ms.
+const FAST: u32 = 50;
+/// Readings a second otherwise: for what happens meanwhile.
+const SLOW: u32 = 2;
+
+impl Link {
+    /// A call waits until what it queued has ended.
+    pub(super) fn wait(&mut self, now: HostInstant, name: &str, wait: Wait) {
+        let Some(arm) = self.arms.get_mut(name) else {
+            let why = LinkError::cancelled("the arm was disconnected");
+            return self.wait_is_over(wait, Err(why));
+        };
+        arm.idle = None;
+        arm.waits.push(wait);
+        if arm.fast.is_none() {
+            arm.fast = Some(Fast::Asked);
+            self.subscribe(name, FAST);
+        }
+        self.finished(now, name, None);
+    }
+
+    /// The arm has finished what it was at, up to this index.
+    fn finished(&mut self, now: HostInstant, name: &str, index: Option<u64>) {
+        let Some(arm) = self.arms.get_mut(name) else {
+            return;
+        };
+        arm.current = index.max(arm.current);
+        let Some(current) = arm.current else {
+            return;
+        };
+        let raised = arm.raised;
+        for wait in arm.waits.finished(now, current) {
+            let outcome = match raised {
+                Some(code) if wait.index == current && !wait.homing => Err(held_by(code)),
+                _ => Ok(()),
+            };
+            self.wait_is_over(wait, outcome);
+        }
+        self.heed_alarm(name);
+        self.rest(now, name);
+    }
+
+    /// An alarm holds the queue: calls would wait for ever.
+    fn heed_alarm(&mut self, name: &str) {
+        let Some(arm) = self.arms.get_mut(name) else {
+            return;
+        };
+        let Some(code) = arm.alarm else {
+            return;
+        };
+        for wait in arm.waits.held() {
+            self.wait_is_over(wait, Err(held_by(code)));
+        }
+    }
+
+    fn rest(&mut self, now: HostInstant, name: &str) {
+        if let Some(arm) = self.arms.get_mut(name)
+            && arm.waits.is_empty()
+            && arm.fast.is_some()
+        {
+            arm.idle.get_or_insert(now);
+        }
+    }
+
+    /// No call has waited for a while: the arm is read seldom again.
+    pub(super) fn calm_down(&mut self, now: HostInstant, name: &str) {
+        let Some(arm) = self.arms.get_mut(name) else {
+            return;
+        };
+        if arm.idle.is_some_and(|idle| idle + WATCHES_ON <= now)
+            && let Some(Fast::Id(id)) = arm.fast
+        {
+            (arm.fast, arm.idle) = (None, None);
+            self.unsubscribe(id);
+        }
+    }
+
+    pub(crate) fn subscribe(&mut self, name: &str, rate: u32) {
+        let params = json!({"arm": name, "rate": rate});
+        let fast = rate == FAST;
+        let arm = name.to_owned();
+        self.call("arm.subscribe", params, Then::Subscribed { arm, fast });
+    }
+
+    pub(crate) fn watch(&mut self, name: &str) {
+        self.subscribe(name, SLOW);
+    }
+
+    pub(super) fn unsubscribe(&mut self, id: u64) {
+        self.subscriptions.remove(&id);
+        let params = json!({"subscription": id});
+        self.call("arm.unsubscribe", params, Then::Nothing);
+    }
+
+    pub(crate) fn subscribed(&mut self, name: &str, fast: bool, id: u64) {
+        let Some(arm) = self.arms.get_mut(name) else {
+            return self.unsubscribe(id);
+        };
+        if fast {
+            arm.fast = Some(Fast::Id(id));
+        }
+        self.subscriptions.insert(id, name.to_owned());
+    }
+
+    pub(crate) fn wait_is_over(&mut self, wait: Wait, outcome: Result<(), LinkError>) {
+        let asked = Asked {
+            id: wait.id,
+            method: wait.method,
+            odd: wait.odd,
+        };
+        self.answer(&asked, &outcome.map(|()| json!(true)));
+    }
+
+    /// What waits at an arm, and what was to be queued, will not be done.
+    pub(crate) fn cancel(&mut self, name: &str, why: &LinkError) {
+        let Some(arm) = self.arms.get_mut(name) else {
+            return;
+        };
+        let waits = arm.waits.cancel();
+        let (queued, kept) = std::mem::take(&mut arm.writes)
+            .into_iter()
+            .partition(|write| write.queued);
+        arm.writes = kept;
+        let queued: VecDeque<Write> = queued;
+        for wait in waits {
+            self.wait_is_over(wait, Err(why.clone()));
+        }
+        for write in queued {
+            self.answer(&write.asked, &Err(why.clone()));
+        }
+    }
+
+    /// A state, or what of it has changed.
+    pub(super) fn state(&mut self, now: HostInstant, params: &Value) {
+        let id = params.get("subscription").and_then(Value::as_u64);
+        let Some(name) = id.and_then(|id| self.subscriptions.get(&id)).cloned() else {
+            return;
+        };
+        let state = params.get("state").unwrap_or(&Value::Null);
+        if let Some(alarms) = state.get("alarms").and_then(Value::as_array)
+            && let Some(arm) = self.arms.get_mut(&name)
+        {
+            let codes = alarms.iter().filter_map(Value::as_u64);
+            let mut codes = codes.filter_map(|code| u8::try_from(code).ok());
+            let alarm = codes.find(|code| Alarm::blocks(*code));
+            arm.raised = alarm.filter(|_| arm.alarm.is_none());
+            arm.alarm = alarm;
+        }
+        // The same reading has index and alarms: what was finished last may have been refused.
+        let index = state.get("current_index").and_then(Value::as_u64);
+        self.finished(now, &name, index);
+        if let Some(arm) = self.arms.get_mut(&name) {
+            arm.raised = None;
+        }
+    }
+
+    /// Something happened at an arm.
+    pub(super) fn event(&mut self, params: &Value) {
+        let text = |name: &str| params.get(name).and_then(Value::as_str).unwrap_or_default();
+        let name = text("arm").to_owned();
+        match text("event") {
+            "stop" => {
+                if let Some(arm) = self.arms.get_mut(&name) {
+                    arm.jogs = false;
+                }
+                self.cancel(&name, &LinkError::cancelled("the arm was stopped"));
+            }
+            "reset" => {
+                if let Some(arm) = self.arms.get_mut(&name) {
+                    arm.current = None;
+                }
+                self.cancel(&name, &LinkError::cancelled("the arm was switched off"));
+            }
+            "link-lost" => {
+                let why = LinkError::new(ErrorCode::LINE_LOST, "the line to the arm is lost");
+                self.cancel(&name, &why);
+                if let Some(arm) = self.arms.get(&name) {
+                    let told = json!({"portName": arm.port_name});
+                    let told = rpc::notification("lostConnection", &told);
+                    self.to_program.push_back(told);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Another session may have the arm now.
+    pub(super) fn lease_changed(&mut self, params: &Value) {
+        let name = params
+            .get("arm")
+            .and_then(Value::as_str)
+            .unwrap_or_default();
+        let holder = params
+            .get("holder")
+            .and_then(|holder| holder.get("session"));
+        let holder = holder.and_then(Value::as_str);
+        let own = holder.is_some() && holder == self.session.as_deref();
+        let Some(arm) = self.arms.get_mut(name) else {
+            return;
+        };
+        if !own && arm.lease.take().is_some() {
+            arm.jogs = false;
+            let why = "another session took the arm, or its lease ended";
+            self.cancel(name, &LinkError::cancelled(why));
+        }
+    }
+}
+
+fn held_by(code: u8) -> LinkError {
+    LinkError::cancelled(match Alarm::with_code(code) {
+        Some(alarm) => format!("an alarm holds the queue: {}", alarm.name),
+        None => format!("an alarm holds the queue: 0x{code:02X}"),
+    })
+}
