@@ -43,12 +43,14 @@ pub(crate) enum Kind {
     Address,
     /// Texts, with commas between them as a person types them; a list in the file.
     List,
+    /// A folder.
+    Folder,
     /// true or false.
     Switch,
 }
 
 /// All of them.
-pub(crate) const KEYS: [Key; 15] = [
+pub(crate) const KEYS: [Key; 17] = [
     Key {
         name: "port",
         about: "port of the arm, as for --port",
@@ -154,6 +156,20 @@ pub(crate) const KEYS: [Key; 15] = [
         default: "false",
         kind: Kind::Switch,
     },
+    Key {
+        name: "serve.programs",
+        about: "folder of the programs that a station keeps, as for --programs",
+        variable: None,
+        default: "programs, in the user's data of magician",
+        kind: Kind::Folder,
+    },
+    Key {
+        name: "serve.link",
+        about: "whether programs for DobotLink are answered, as for --link: true or false",
+        variable: None,
+        default: "false",
+        kind: Kind::Switch,
+    },
 ];
 
 impl Key {
@@ -193,6 +209,8 @@ impl Key {
                 let texts: Vec<_> = list(text).map(toml::Value::from).collect();
                 Ok(toml::Value::from(texts).to_string())
             }
+            Kind::Folder if text.is_empty() => Err("expected a folder".to_owned()),
+            Kind::Folder => Ok(quoted(text)),
             Kind::Switch if ["true", "false"].contains(&text) => Ok(text.to_owned()),
             Kind::Switch => Err("expected true or false".to_owned()),
         }
@@ -204,10 +222,10 @@ impl Key {
             (Kind::Sheet, DeValue::Table(_)) => return Ok("calibrated".to_owned()),
             (Kind::Sheet, _) => return Err("expected a table".to_owned()),
             (
-                Kind::Port | Kind::Tool | Kind::Place | Kind::Power | Kind::Address,
+                Kind::Port | Kind::Tool | Kind::Place | Kind::Power | Kind::Address | Kind::Folder,
                 DeValue::String(text),
             ) => text.to_string(),
-            (Kind::Port | Kind::Tool | Kind::Place | Kind::Address, _) => {
+            (Kind::Port | Kind::Tool | Kind::Place | Kind::Address | Kind::Folder, _) => {
                 return Err("expected a quoted string".to_owned());
             }
             (Kind::List, DeValue::Array(texts)) => {
@@ -296,9 +314,15 @@ mod tests {
             Ok("\"0.0.0.0:8910\"".to_owned())
         );
         assert_eq!(write("serve.student_laser", "true"), Ok("true".to_owned()));
+        assert_eq!(
+            write("serve.programs", "/srv/programs"),
+            Ok("\"/srv/programs\"".to_owned())
+        );
         for (name, wrong) in [
             ("serve.listen", "lab.local:8910"),
             ("serve.student_laser", "yes"),
+            ("serve.programs", " "),
+            ("serve.link", "9090"),
             ("port", "nowhere"),
             ("tool", "hammer"),
             ("window", "0"),

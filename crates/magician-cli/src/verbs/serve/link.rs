@@ -41,6 +41,11 @@ pub(super) struct Link {
 }
 
 impl LinkFlags {
+    /// The settings ask for it.
+    pub(super) fn by_settings(&mut self) {
+        self.link.get_or_insert(None);
+    }
+
     /// Listens, where it is asked for.
     pub(super) async fn bind(&self) -> Result<Option<Link>, Failure> {
         let Some(address) = &self.link else {

@@ -198,6 +198,11 @@ impl Serve {
     fn fill_in(&mut self, config: &Config) {
         let listen = || config.says("serve.listen").map(str::to_owned);
         self.listen = self.listen.take().or_else(listen);
+        let programs = || config.says("serve.programs").map(PathBuf::from);
+        self.programs = self.programs.take().or_else(programs);
+        if config.says("serve.link") == Some("true") {
+            self.link.by_settings();
+        }
         for (given, name) in [
             (&mut self.allow_host, "serve.allow_host"),
             (&mut self.allow_origin, "serve.allow_origin"),
