@@ -158,11 +158,12 @@ mod tests {
 
     #[tokio::test]
     async fn a_journal_that_is_not_written_takes_no_more_than_its_room() {
-        let (go, held) = mpsc::channel::<()>();
+        let ((go, held), (begins, begun)) = (mpsc::channel::<()>(), mpsc::channel());
         let held = Mutex::new(held);
         let written = Arc::new(Mutex::new(0));
         let count = Arc::clone(&written);
         let journal = Box::new(move |_: JournalLine| {
+            let _ = begins.send(());
             // The first line waits; what is sent, or hung up, lets it go.
             let _ = held.lock().unwrap().recv();
             *count.lock().unwrap() += 1;
@@ -170,12 +171,13 @@ mod tests {
         let keeper = Keeper::new(journal, Arc::new(NoStore));
         let line = JournalLine::default();
         keeper.keep(vec![line.clone()], None);
-        // Whether the first is at work already or waits still, no more than the room is held beside it.
+        // The first is at work from here on: no more than the room is held beside it.
+        begun.recv().unwrap();
         for _ in 0..3 {
             keeper.keep(vec![line.clone(); LINES], None);
         }
         drop(go);
         keeper.flush().await;
-        assert!((LINES..=LINES + 1).contains(&*written.lock().unwrap()));
+        assert_eq!(*written.lock().unwrap(), LINES + 1);
     }
 }
