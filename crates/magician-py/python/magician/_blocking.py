@@ -1642,8 +1642,8 @@ class Arm(Bound):
         The ending of the name selects the format, as in ``magician record``: ``.mcap``, ``.csv`` and ``.jsonl`` are
         readings (time in s, pose and joints in mm and degrees, queue index and space, alarms); ``.plan.json`` is a
         program that repeats the motion at its own speed and with its pauses, ``.playback`` the same for DobotStudio,
-        with a stop at each point; :func:`magician.load` reads both. It only reads. A virtual arm whose clock leaps (full
-        speed or virtual time) is sampled on its own clock while it moves, another arm by this computer's clock.
+        with a stop at each point; :func:`magician.load` reads both. It only reads. A virtual arm whose clock leaps
+        (full speed or virtual time) is sampled on its own clock while it moves, another arm by this computer's clock.
 
         :param path: The file.
         :param rate: Readings per second, 0.1 to 500; a line at 115200 baud carries about 50.
