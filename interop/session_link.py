@@ -153,6 +153,7 @@ def kit(checks, magician, udp, station):
 def main():
     _path, udp, tcp, _speed, magician, which = sys.argv[1:]
     sys.meta_path.insert(0, StandIns())
+    magician = os.path.abspath(magician)
     # DobotRPC leaves a log where it is.
     os.chdir(tempfile.mkdtemp(prefix="magician-"))
     checks = Checks()
