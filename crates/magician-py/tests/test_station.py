@@ -349,7 +349,8 @@ def test_every_example_of_the_document_succeeds(tmp_path: Path) -> None:
                 (example,) = method["examples"]
                 params = {each["name"]: each["value"] for each in example["params"]}
                 if "x-after" in example:
-                    earlier = results[example["x-after"]]
+                    # Some are called for what they do, and answer null.
+                    earlier = results[example["x-after"]] or {}
                     params.update({each: earlier[each] for each in params if each in earlier})
                 if name == "session.hello" or method["x-notification"]:
                     continue
