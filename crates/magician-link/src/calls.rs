@@ -295,15 +295,14 @@ impl Link {
     ) -> Result<(), LinkError> {
         let bytes = wire::encode(given)?;
         let reads = method.access == Access::Read;
-        let params = json!({
-            "arm": name, "id": method.id, "params": bytes,
-            "write": !reads, "queued": manner.queued, "moves": method.moves,
-        });
+        let mut params = json!({"arm": name, "id": method.id, "params": bytes});
         if reads {
             let asked = asked.clone();
             self.call("link.read", params, Then::Raw { asked, method });
             return Ok(());
         }
+        params["queued"] = json!(manner.queued);
+        params["moves"] = json!(method.moves);
         let end = match (method.results.is_empty(), manner.queued) {
             (false, _) => WriteEnd::Raw(method),
             (true, true) => WriteEnd::Index,

@@ -1,4 +1,4 @@
-//! Every call of the table, made once on a virtual arm and once on one that is none: each is answered.
+//! Every call of the table, made on a virtual arm: each is answered. On a real one, frames beyond the table are sent.
 
 use magician_link::{Access, Class, Kind, Method, methods};
 use magician_station::link::LinkOptions;
@@ -98,4 +98,22 @@ async fn every_call_is_answered_on_a_virtual_arm() {
             "{name}: {told} {why}"
         );
     }
+}
+
+#[tokio::test(start_paused = true)]
+async fn frames_beyond_the_table_are_sent_to_a_real_arm() {
+    let bench = Bench::real(1).await;
+    let mut options = LinkOptions::default();
+    options.dangerous = true;
+    let mut program = Program::with(&bench, options);
+    program.ok("ConnectDobot", json!({})).await;
+    let beyond =
+        { methods().iter() }.filter(|method| method.command.is_none() && method.refused.is_none());
+    for method in beyond {
+        // This arm knows none of them, and says nothing.
+        let code = program.code(&method.name, sample(method)).await;
+        assert_eq!(code, 150, "{}", method.name);
+    }
+    let beyond = { bench.arms[0].state().alarms }.contains(0x01);
+    assert!(beyond, "the alarm of an unknown command tells that it came");
 }
