@@ -70,7 +70,7 @@ pub(crate) fn find(patience: Duration) -> Result<Vec<FoundStation>, mdns_sd::Err
     let events = daemon.browse(KIND)?;
     let mut found = BTreeMap::new();
     while let Ok(event) = events.recv_deadline(until) {
-        // One of many addresses is told of more than once; the last time of most.
+        // A station with many addresses is reported more than once; the last report has the most.
         if let ServiceEvent::ServiceResolved(service) = event
             && let Some(station) = station(&service)
         {

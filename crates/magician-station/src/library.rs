@@ -124,7 +124,7 @@ pub trait ProgramStore: Send + Sync {
     /// One to be read, and its size. It stays the same while it is read, whatever becomes of its name.
     ///
     /// # Errors
-    /// There is none, or it cannot be read.
+    /// It is not there, or cannot be read.
     fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError>;
 
     /// One that is to be kept: under its name when it is [finished](Upload::finish), and not at all before.
@@ -136,7 +136,7 @@ pub trait ProgramStore: Send + Sync {
     /// Removes one.
     ///
     /// # Errors
-    /// There is none, or it cannot be removed.
+    /// It is not there, or cannot be removed.
     fn delete(&self, name: &ProgramName) -> Result<(), LibraryError>;
 }
 

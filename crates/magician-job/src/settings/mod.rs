@@ -15,7 +15,7 @@ use toml::de::DeTable;
 
 use crate::files::replace;
 
-/// A file larger than this is none of settings.
+/// A larger file cannot be one of settings.
 const LARGEST: u64 = 1 << 20;
 
 /// The text of a file of settings; one that is not there says nothing.

@@ -141,7 +141,7 @@ class Station(Bound):
         return made(ArmState, self.call("arm.state", arm=arm))
 
     def stop(self, arm: str | None = None) -> dict[str, Mapping[str, float]]:
-        """Stops an arm, or all of them, whoever moves them: where each of them stands."""
+        """Stops an arm, or all of them, also when others move them: where each of them stands."""
         stopped = self.call("arm.stop", arm=arm)
         return {each["arm"]: each["pose"] for each in stopped["arms"]}
 

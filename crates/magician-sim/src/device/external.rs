@@ -97,7 +97,7 @@ impl Device {
         }
     }
 
-    /// A hand puts an object of the world somewhere; false if there is none of that name.
+    /// A hand puts an object of the world somewhere; false if none has that name.
     pub(crate) fn place(&mut self, name: &str, at: [f64; 3]) -> bool {
         if at.iter().any(|part| !part.is_finite()) {
             return false;

@@ -86,7 +86,7 @@ impl World {
             .override_input(Action::Analog { address, value })
     }
 
-    /// A hand puts an object somewhere; false if there is none of that name.
+    /// A hand puts an object somewhere; false if none has that name.
     pub(crate) fn place(
         &mut self,
         now: ArmInstant,

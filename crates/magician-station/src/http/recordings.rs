@@ -1,4 +1,4 @@
-//! Recordings as files, and their way to whoever asks for one.
+//! Recordings as files, and how one is sent to a client.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufWriter, Read, Write};

@@ -1,4 +1,4 @@
-//! Recordings as files, and their way to whoever asks for one.
+//! Recordings as files, and how one is sent to a client.
 
 use magician_station::Role;
 use serde_json::{Value, json};

@@ -108,7 +108,7 @@ impl WorldState {
         self.events.push(now, WorldEventKind::Picked(object));
     }
 
-    /// A hand puts an object somewhere; false if there is none of that name.
+    /// A hand puts an object somewhere; false if none has that name.
     pub(in crate::world) fn place(
         &mut self,
         now: ArmInstant,
