@@ -1,11 +1,8 @@
 //! From an answer of the station to that of a program, or to the next call.
 
-use std::time::Duration;
-
 use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
-use crate::calls::plain;
 use crate::error::{ErrorCode, LinkError};
 use crate::link::{ArmLink, Asked, Link, Write, WriteEnd};
 use crate::methods::Method;
@@ -131,10 +128,7 @@ impl Link {
         match then {
             Then::Nothing => {}
             Then::Hello => {
-                let session = { outcome.as_ref().ok() }
-                    .and_then(|value| value.get("session"))
-                    .and_then(Value::as_str);
-                self.session = session.map(str::to_owned);
+                self.session = text_in(&outcome, "session");
             }
             Then::Ports {
                 asked,
@@ -317,12 +311,8 @@ impl Link {
                 is_virtual: found.is_virtual,
                 ..ArmLink::default()
             });
-        let lease = { outcome.as_ref().ok() }
-            .and_then(|value| value.get("lease"))
-            .and_then(Value::as_str);
-        if let Some(lease) = lease {
-            arm.lease = Some(lease.to_owned());
-        }
+        let lease = text_in(&outcome, "lease");
+        arm.lease = lease.or(arm.lease.take());
         arm.starts = found.start;
         if found.start && arm.lease.is_some() {
             self.start(&found.arm);
@@ -347,11 +337,9 @@ impl Link {
     }
 
     fn leased(&mut self, name: &str, outcome: Result<Value, LinkError>) {
-        let lease = { outcome.as_ref().ok() }
-            .and_then(|value| value.get("lease"))
-            .and_then(Value::as_str);
+        let lease = text_in(&outcome, "lease");
         if let (Some(arm), Some(lease)) = (self.arms.get_mut(name), lease) {
-            arm.lease = Some(lease.to_owned());
+            arm.lease = Some(lease);
         }
     }
 
@@ -378,25 +366,9 @@ impl Link {
         let fields = json!({
             "ptp_mode": 1, "x": pose["x"], "y": pose["y"], "z": pose["z"], "r": turn.r,
         });
-        let end = match (turn.manner.waits, turn.manner.queued) {
-            (true, _) => WriteEnd::Wait { homing: false },
-            (false, true) => WriteEnd::Index,
-            (false, false) => WriteEnd::True,
-        };
-        let method = if turn.manner.queued {
-            "arm.enqueue"
-        } else {
-            "arm.set"
-        };
-        let write = Write {
-            asked: turn.asked,
-            method,
-            params: json!({"arm": turn.arm, "command": "PTPCmd", "fields": fields}),
-            queued: turn.manner.queued,
-            timeout: Duration::from_millis(turn.manner.timeout_ms),
-            end,
-            give_up: None,
-        };
+        let params = json!({"arm": turn.arm, "command": "PTPCmd", "fields": fields});
+        let (manner, end) = (&turn.manner, turn.manner.end(false));
+        let write = Write::new(&turn.asked, manner.method(), params, end).by(manner);
         self.write(now, &turn.arm, write);
     }
 
@@ -426,7 +398,11 @@ impl Link {
             Some(value) => {
                 fields[name] = json!(value);
                 let params = json!({"arm": arm, "command": command, "fields": fields});
-                self.write(now, arm, plain(asked, "arm.set", params));
+                self.write(
+                    now,
+                    arm,
+                    Write::new(asked, "arm.set", params, WriteEnd::True),
+                );
             }
         }
     }
@@ -439,6 +415,12 @@ pub(crate) fn raw(method: &Method, value: &Value) -> Value {
     }
     let params = value.get("params").and_then(Value::as_str);
     wire::decode(method, params.unwrap_or_default())
+}
+
+/// A text of an answer; none of a refusal.
+fn text_in(outcome: &Result<Value, LinkError>, name: &str) -> Option<String> {
+    let text = outcome.as_ref().ok()?.get(name)?.as_str()?;
+    Some(text.to_owned())
 }
 
 /// A port as DobotLink names it: the last part of a path, `COM3`; the name of the arm where it has no such port.

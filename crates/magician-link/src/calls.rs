@@ -1,14 +1,12 @@
 //! From a call of a program to calls of the station.
 
-use std::time::Duration;
-
-use magician_protocol::{HostInstant, Row};
+use magician_protocol::HostInstant;
 use serde_json::{Map, Value, json};
 
 use crate::answers::{Then, Turn};
 use crate::error::{ErrorCode, LinkError};
 use crate::link::{Asked, Link, Write, WriteEnd};
-use crate::methods::{Access, Class, Method, VirtualAnswer};
+use crate::methods::{Access, Method, VirtualAnswer};
 use crate::params::{Given, Manner};
 use crate::rpc::Request;
 use crate::wire;
@@ -202,11 +200,7 @@ impl Link {
             let why = "firmware and restart are not for programs";
             return Err(LinkError::new(ErrorCode::NEVER, why));
         }
-        let row = method
-            .command
-            .as_deref()
-            .and_then(|name| Row::find(name).ok());
-        let dangerous = method.dangerous || row.is_some_and(|row| row.dangerous);
+        let dangerous = method.dangerous || method.row().is_some_and(|row| row.dangerous);
         if dangerous && method.access == Access::Write && !self.options.dangerous {
             let why = format!(
                 "{} can brick, uncalibrate or unlock the arm: start with --link-dangerous",
@@ -254,32 +248,15 @@ impl Link {
             params["fields"] = Value::Object(fields);
         }
         // Each flag allows its own alone: the station asks for what is dangerous and for what burns.
-        let dangerous = Row::find(command).is_ok_and(|row| row.dangerous);
-        if dangerous || self.options.laser {
+        if method.row().is_some_and(|row| row.dangerous) || self.options.laser {
             params["yes"] = json!(true);
         }
         let end = match command {
             _ if stops => WriteEnd::Ends,
             "JOGCmd" => WriteEnd::Jog(given.number("cmd") != 0.0),
-            _ if manner.waits => WriteEnd::Wait {
-                homing: command == "HOMECmd",
-            },
-            _ if manner.queued => WriteEnd::Index,
-            _ => WriteEnd::True,
+            _ => manner.end(command == "HOMECmd"),
         };
-        let write = Write {
-            asked: asked.clone(),
-            method: if manner.queued {
-                "arm.enqueue"
-            } else {
-                "arm.set"
-            },
-            params,
-            queued: manner.queued,
-            timeout: Duration::from_millis(manner.timeout_ms),
-            end,
-            give_up: None,
-        };
+        let write = Write::new(asked, manner.method(), params, end).by(manner);
         self.write(now, name, write);
     }
 
@@ -293,10 +270,8 @@ impl Link {
         given: &Given,
         manner: &Manner,
     ) -> Result<(), LinkError> {
-        let bytes = wire::encode(given)?;
-        let reads = method.access == Access::Read;
-        let mut params = json!({"arm": name, "id": method.id, "params": bytes});
-        if reads {
+        let mut params = json!({"arm": name, "id": method.id, "params": wire::encode(given)?});
+        if method.access == Access::Read {
             let asked = asked.clone();
             self.call("link.read", params, Then::Raw { asked, method });
             return Ok(());
@@ -308,15 +283,7 @@ impl Link {
             (true, true) => WriteEnd::Index,
             (true, false) => WriteEnd::True,
         };
-        let write = Write {
-            asked: asked.clone(),
-            method: "link.write",
-            params,
-            queued: manner.queued,
-            timeout: Duration::from_millis(manner.timeout_ms),
-            end,
-            give_up: None,
-        };
+        let write = Write::new(asked, "link.write", params, end).by(manner);
         self.write(now, name, write);
         Ok(())
     }
@@ -348,7 +315,12 @@ impl Link {
             Some(VirtualAnswer::Tool) => {
                 let tool = crate::answers::TOOLS.get(which as usize);
                 let tool = tool.ok_or_else(|| LinkError::params("`type` is 0 to 2"))?;
-                let write = plain(&asked, "arm.tool", json!({"arm": name, "tool": tool}));
+                let write = Write::new(
+                    &asked,
+                    "arm.tool",
+                    json!({"arm": name, "tool": tool}),
+                    WriteEnd::True,
+                );
                 self.write(now, name, write);
             }
             Some(VirtualAnswer::ArmSpeed | VirtualAnswer::RailSpeed) => {
@@ -410,19 +382,6 @@ impl Link {
     }
 }
 
-/// A write that is answered with true.
-pub(crate) fn plain(asked: &Asked, method: &'static str, params: Value) -> Write {
-    Write {
-        asked: asked.clone(),
-        method,
-        params,
-        queued: false,
-        timeout: Duration::ZERO,
-        end: WriteEnd::True,
-        give_up: None,
-    }
-}
-
 fn no_api(api: &str) -> LinkError {
     let name: String = api
         .chars()
@@ -430,12 +389,4 @@ fn no_api(api: &str) -> LinkError {
         .take(60)
         .collect();
     LinkError::new(ErrorCode::NO_API, format!("there is no {name}"))
-}
-
-impl Method {
-    /// Whether it may go to the queue.
-    #[must_use]
-    pub fn may_be_queued(&self) -> bool {
-        self.class != Class::Plain
-    }
 }

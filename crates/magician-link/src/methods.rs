@@ -2,6 +2,7 @@
 
 use std::sync::OnceLock;
 
+use magician_protocol::Row;
 use serde::Deserialize;
 use serde_json::Value;
 
@@ -125,6 +126,21 @@ pub enum Kind {
     Outputs,
 }
 
+impl Kind {
+    /// What it is, as in "must be ..".
+    pub(crate) const fn wanted(self) -> &'static str {
+        match self {
+            Self::Number => "a number",
+            Self::Integer => "a whole number",
+            Self::Bool => "true or false",
+            Self::Text => "a text",
+            Self::Numbers => "numbers",
+            Self::Point => "an object of the numbers x, y, z, r",
+            Self::Outputs => "objects of the whole numbers ratio, port, level",
+        }
+    }
+}
+
 /// How a value lies in a frame, where the protocol's table has no row: little endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -191,6 +207,12 @@ pub fn methods() -> &'static [Method] {
 }
 
 impl Method {
+    /// The row of the protocol's table that it is.
+    #[must_use]
+    pub fn row(&self) -> Option<&'static Row> {
+        Row::find(self.command.as_deref()?).ok()
+    }
+
     /// The call of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<&'static Self> {

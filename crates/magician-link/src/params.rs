@@ -1,9 +1,10 @@
 //! The parameters of a call, as the fields of a command.
 
-use magician_protocol::{FieldType, Row};
+use magician_protocol::FieldType;
 use serde_json::{Map, Value, json};
 
 use crate::error::LinkError;
+use crate::link::WriteEnd;
 use crate::methods::{Class, Kind, Method, Param};
 
 /// What every call may have beside its own parameters.
@@ -95,11 +96,7 @@ impl Given {
 
 /// A name of the row's, such as that of a mode, is one that it has: the arm would take another for a move that has ended.
 fn known_to_row(method: &Method, param: &Param, value: &Value) -> Result<(), LinkError> {
-    let row = method
-        .command
-        .as_deref()
-        .and_then(|name| Row::find(name).ok());
-    let layout = row.and_then(|row| row.set.or(row.query));
+    let layout = method.row().and_then(|row| row.set.or(row.query));
     let fields = layout.map_or(&[][..], |layout| layout.fields);
     let field = { fields.iter() }.find(|field| Some(field.name) == param.field.as_deref());
     let Some(field) = field.filter(|field| matches!(field.ty, FieldType::Enum(..))) else {
@@ -128,8 +125,8 @@ fn find<'a>(params: &'a Map<String, Value>, path: &str) -> Option<&'a Value> {
 
 /// The value, if it is what the parameter may be, in one form.
 fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
-    let wrong = |wanted: &str| {
-        let name = &param.name;
+    let wrong = || {
+        let (name, wanted) = (&param.name, param.kind.wanted());
         Err(LinkError::params(format!("`{name}` must be {wanted}")))
     };
     match (param.kind, value) {
@@ -137,7 +134,7 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
         (Kind::Number, Value::Number(number)) => match number.as_f64() {
             // The arm's numbers have four bytes.
             Some(number) if (number as f32).is_finite() => Ok(value.clone()),
-            _ => wrong("a number of the arm's"),
+            _ => wrong(),
         },
         (Kind::Bool, Value::Bool(_)) => Ok(value.clone()),
         (Kind::Bool, _) if value.as_f64() == Some(0.0) => Ok(json!(false)),
@@ -148,7 +145,7 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
             (None, Some(number)) if number.fract() == 0.0 && number.abs() < 9e15 => {
                 Ok(json!(number as i64))
             }
-            _ => wrong("a whole number"),
+            _ => wrong(),
         },
         (Kind::Numbers, Value::Array(items)) if items.iter().all(Value::is_number) => {
             Ok(value.clone())
@@ -160,7 +157,7 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
                 .all(|number| number.is_some_and(Value::is_number))
             {
                 true => Ok(json!(numbers)),
-                false => wrong("an object of the numbers x, y, z, r"),
+                false => wrong(),
             }
         }
         (Kind::Outputs, Value::Array(items)) => {
@@ -172,18 +169,10 @@ fn fits(param: &Param, value: &Value) -> Result<Value, LinkError> {
             let outputs: Option<Vec<_>> = items.iter().map(output).collect();
             match outputs {
                 Some(outputs) => Ok(json!(outputs)),
-                None => wrong("objects of the whole numbers ratio, port, level"),
+                None => wrong(),
             }
         }
-        (kind, _) => wrong(match kind {
-            Kind::Number => "a number",
-            Kind::Integer => "a whole number",
-            Kind::Bool => "true or false",
-            Kind::Text => "a text",
-            Kind::Numbers => "numbers",
-            Kind::Point => "an object of the numbers x, y, z, r",
-            Kind::Outputs => "objects of ratio, port, level",
-        }),
+        _ => wrong(),
     }
 }
 
@@ -213,6 +202,24 @@ const HOMING: u64 = 30_000;
 const HOME: u8 = 31;
 
 impl Manner {
+    /// The station's method for it.
+    pub(crate) fn method(&self) -> &'static str {
+        if self.queued {
+            "arm.enqueue"
+        } else {
+            "arm.set"
+        }
+    }
+
+    /// How it is answered; an alarm ends the wait, but for homing.
+    pub(crate) fn end(&self, homing: bool) -> WriteEnd {
+        match (self.waits, self.queued) {
+            (true, _) => WriteEnd::Wait { homing },
+            (false, true) => WriteEnd::Index,
+            (false, false) => WriteEnd::True,
+        }
+    }
+
     /// How a call asks to be carried out.
     ///
     /// # Errors

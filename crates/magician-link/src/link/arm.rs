@@ -7,6 +7,7 @@ use magician_protocol::HostInstant;
 use serde_json::Value;
 
 use super::Asked;
+use crate::params::Manner;
 use crate::waits::Waits;
 
 /// Something that is to be written to an arm, one after the other.
@@ -23,6 +24,30 @@ pub(crate) struct Write {
     pub(crate) end: WriteEnd,
     /// When a queue that stays full is given up.
     pub(crate) give_up: Option<HostInstant>,
+}
+
+impl Write {
+    /// One that acts at once.
+    pub(crate) fn new(asked: &Asked, method: &'static str, params: Value, end: WriteEnd) -> Self {
+        Self {
+            asked: asked.clone(),
+            method,
+            params,
+            queued: false,
+            timeout: Duration::ZERO,
+            end,
+            give_up: None,
+        }
+    }
+
+    /// Carried out as the program asks for it.
+    pub(crate) fn by(self, manner: &Manner) -> Self {
+        Self {
+            queued: manner.queued,
+            timeout: Duration::from_millis(manner.timeout_ms),
+            ..self
+        }
+    }
 }
 
 /// How a write is answered.

@@ -59,6 +59,17 @@ pub(crate) struct Asked {
     pub(crate) odd: Vec<String>,
 }
 
+impl Asked {
+    /// One that is not counted under its name.
+    fn unknown(id: Option<Value>) -> Self {
+        Self {
+            id,
+            method: "unknown".to_owned(),
+            odd: Vec::new(),
+        }
+    }
+}
+
 /// One connection of a program to DobotLink, as sessions of a station.
 ///
 /// What the program sends goes to [`receive`](Self::receive), what the station says to [`hear`](Self::hear);
@@ -106,29 +117,19 @@ impl Link {
     /// A message of the program.
     pub fn receive(&mut self, now: HostInstant, text: &str) {
         self.heard = now;
-        let request = match Request::parse(text) {
-            // As DobotLink does.
-            None => return,
-            Some(Ok(request)) => request,
-            Some(Err((id, error))) => {
-                let asked = Asked {
-                    id,
-                    method: "unknown".to_owned(),
-                    odd: Vec::new(),
-                };
-                self.unanswered += 1;
-                return self.answer(&asked, &Err(error));
-            }
+        // What is no JSON is not answered, as DobotLink does.
+        let Some(request) = Request::parse(text) else {
+            return;
         };
         self.unanswered += 1;
+        let request = match request {
+            Ok(request) => request,
+            Err((id, error)) => return self.answer(&Asked::unknown(id), &Err(error)),
+        };
         if self.unanswered > UNANSWERED {
-            let asked = Asked {
-                id: request.id,
-                method: "unknown".to_owned(),
-                odd: Vec::new(),
-            };
             let why = format!("more than {UNANSWERED} calls wait for their answers");
-            return self.answer(&asked, &Err(LinkError::new(ErrorCode::BUSY, why)));
+            let busy = LinkError::new(ErrorCode::BUSY, why);
+            return self.answer(&Asked::unknown(request.id), &Err(busy));
         }
         self.take(now, request);
     }

@@ -52,11 +52,7 @@ impl LinkListener {
 
     /// Serves programs until `over` says so.
     pub async fn serve(self, service: LinkService, over: watch::Receiver<bool>) {
-        let talk = move |socket, peer: SocketAddr, over| {
-            let service = service.clone();
-            async move { talk(socket, &service, peer, over).await }
-        };
-        serve(self.0, over, talk).await;
+        serve(self.0, Talk::Link(service), over).await;
     }
 }
 
@@ -75,14 +71,34 @@ impl ImageStub {
 
     /// Accepts until `over` says so.
     pub async fn serve(self, over: watch::Receiver<bool>) {
-        let hush = |mut socket: WebSocketStream<TcpStream>, _, mut over: watch::Receiver<bool>| async move {
-            let silence = async { while let Some(Ok(_)) = socket.next().await {} };
-            tokio::select! {
-                () = silence => {}
-                () = crate::http::ended(&mut over) => {}
+        serve(self.0, Talk::Nothing, over).await;
+    }
+}
+
+/// What a program that connects is told.
+#[derive(Clone)]
+enum Talk {
+    Link(LinkService),
+    Nothing,
+}
+
+impl Talk {
+    async fn with(
+        self,
+        mut socket: WebSocketStream<TcpStream>,
+        peer: SocketAddr,
+        mut over: watch::Receiver<bool>,
+    ) {
+        match self {
+            Self::Link(service) => talk(socket, &service, peer, over).await,
+            Self::Nothing => {
+                let silence = async { while let Some(Ok(_)) = socket.next().await {} };
+                tokio::select! {
+                    () = silence => {}
+                    () = crate::http::ended(&mut over) => {}
+                }
             }
-        };
-        serve(self.0, over, hush).await;
+        }
     }
 }
 
@@ -97,29 +113,15 @@ async fn at_home(address: Option<&str>, usual: u16) -> Result<Listener, ListenEr
     }
 }
 
-async fn serve<F, T>(listeners: Listener, over: watch::Receiver<bool>, talk: F)
-where
-    F: Fn(WebSocketStream<TcpStream>, SocketAddr, watch::Receiver<bool>) -> T
-        + Clone
-        + Send
-        + 'static,
-    T: Future<Output = ()> + Send + 'static,
-{
+async fn serve(listeners: Listener, talk: Talk, over: watch::Receiver<bool>) {
     let mut accepting = JoinSet::new();
     for listener in listeners.listeners {
-        accepting.spawn(accept(listener, over.clone(), talk.clone()));
+        accepting.spawn(accept(listener, talk.clone(), over.clone()));
     }
     accepting.join_all().await;
 }
 
-async fn accept<F, T>(listener: TcpListener, mut over: watch::Receiver<bool>, talk: F)
-where
-    F: Fn(WebSocketStream<TcpStream>, SocketAddr, watch::Receiver<bool>) -> T
-        + Clone
-        + Send
-        + 'static,
-    T: Future<Output = ()> + Send + 'static,
-{
+async fn accept(listener: TcpListener, talk: Talk, mut over: watch::Receiver<bool>) {
     let mut programs = JoinSet::new();
     loop {
         while programs.try_join_next().is_some() {}
@@ -136,7 +138,7 @@ where
         let (talk, over) = (talk.clone(), over.clone());
         programs.spawn(async move {
             if let Ok(Some(socket)) = timeout(HEAD, open(stream, peer)).await {
-                talk(socket, peer, over).await;
+                talk.with(socket, peer, over).await;
             }
         });
     }
@@ -144,7 +146,7 @@ where
     let _ = timeout(Duration::from_secs(2), farewell).await;
 }
 
-/// Lets a program in, by the rules of all listeners. A page of another site is none of this machine's programs.
+/// Lets a program in, by the rules of all listeners. Pages of other sites are refused.
 #[allow(
     clippy::result_large_err,
     reason = "the type of a refusal is the library's"
