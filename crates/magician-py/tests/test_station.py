@@ -350,7 +350,7 @@ def test_every_example_of_the_document_succeeds(tmp_path: Path) -> None:
                 params = {each["name"]: each["value"] for each in example["params"]}
                 if "x-after" in example:
                     # Some are called for what they do, and answer null.
-                    earlier = results[example["x-after"]] or {}
+                    earlier: dict[str, Any] = results[example["x-after"]] or {}
                     params.update({each: earlier[each] for each in params if each in earlier})
                 if name == "session.hello" or method["x-notification"]:
                     continue
