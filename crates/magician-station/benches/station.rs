@@ -216,7 +216,7 @@ impl Programs {
             .expect("a port");
         let url = format!("ws://{}/", listener.addresses()[0]);
         let service = LinkService::new(station, LinkOptions::default());
-        tokio::spawn(listener.serve(service, ends));
+        tokio::spawn(listener.serve(service, Admission::default(), ends));
         let (socket, _) = tokio_tungstenite::connect_async(url)
             .await
             .expect("it listens");

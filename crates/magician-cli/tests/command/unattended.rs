@@ -104,6 +104,23 @@ fn the_settings_say_what_flags_do_not() {
     assert_eq!(admitted(&url, "other.local"), 200);
 }
 
+#[test]
+fn how_dobotlink_is_answered_may_be_said_where_the_settings_ask_for_it() {
+    let refused = run(&[&["serve", "--link-laser"][..], &SIM].concat());
+    assert_eq!(refused.status, 2, "{refused:?}");
+    assert!(refused.err.contains("--link-laser"), "{refused:?}");
+    let folder = tempfile::tempdir().unwrap();
+    let config = folder.path().join("config.toml");
+    std::fs::write(&config, "[serve]\nlink = true\n").unwrap();
+    let mut command = command();
+    command.env("MAGICIAN_CONFIG", &config);
+    let nowhere = folder.path().join("tokens");
+    command.args(["serve", "--link-laser", "--token-file"]);
+    let refused = command.args([&nowhere]).args(SIM).output().unwrap();
+    // The file that is not there is all that is wrong.
+    assert_eq!(refused.status.code(), Some(3), "{refused:?}");
+}
+
 /// The status of a request under a name of a host.
 fn admitted(url: &str, host: &str) -> u16 {
     use std::io::{Read, Write};

@@ -1,6 +1,7 @@
 //! Where programs for DobotLink connect: any path of a port of this machine.
 
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum::http::{Request, Response, StatusCode};
@@ -50,9 +51,14 @@ impl LinkListener {
         self.0.addresses()
     }
 
-    /// Serves programs until `over` says so.
-    pub async fn serve(self, service: LinkService, over: watch::Receiver<bool>) {
-        serve(self.0, Talk::Link(service), over).await;
+    /// Serves programs until `over` says so; those that come from pages of other sites where `admission` lets them in.
+    pub async fn serve(
+        self,
+        service: LinkService,
+        admission: Admission,
+        over: watch::Receiver<bool>,
+    ) {
+        serve(self.0, Talk::Link(service), admission, over).await;
     }
 }
 
@@ -71,7 +77,7 @@ impl ImageStub {
 
     /// Accepts until `over` says so.
     pub async fn serve(self, over: watch::Receiver<bool>) {
-        serve(self.0, Talk::Nothing, over).await;
+        serve(self.0, Talk::Nothing, Admission::default(), over).await;
     }
 }
 
@@ -113,15 +119,22 @@ async fn at_home(address: Option<&str>, usual: u16) -> Result<Listener, ListenEr
     }
 }
 
-async fn serve(listeners: Listener, talk: Talk, over: watch::Receiver<bool>) {
+async fn serve(listeners: Listener, talk: Talk, admission: Admission, over: watch::Receiver<bool>) {
+    let admission = Arc::new(admission);
     let mut accepting = JoinSet::new();
     for listener in listeners.listeners {
-        accepting.spawn(accept(listener, talk.clone(), over.clone()));
+        let (talk, admission) = (talk.clone(), admission.clone());
+        accepting.spawn(accept(listener, talk, admission, over.clone()));
     }
     accepting.join_all().await;
 }
 
-async fn accept(listener: TcpListener, talk: Talk, mut over: watch::Receiver<bool>) {
+async fn accept(
+    listener: TcpListener,
+    talk: Talk,
+    admission: Arc<Admission>,
+    mut over: watch::Receiver<bool>,
+) {
     let mut programs = JoinSet::new();
     loop {
         while programs.try_join_next().is_some() {}
@@ -135,9 +148,9 @@ async fn accept(listener: TcpListener, talk: Talk, mut over: watch::Receiver<boo
             tokio::time::sleep(Duration::from_millis(100)).await;
             continue;
         };
-        let (talk, over) = (talk.clone(), over.clone());
+        let (talk, admission, over) = (talk.clone(), admission.clone(), over.clone());
         programs.spawn(async move {
-            if let Ok(Some(socket)) = timeout(HEAD, open(stream, peer)).await {
+            if let Ok(Some(socket)) = timeout(HEAD, open(stream, peer, &admission)).await {
                 talk.with(socket, peer, over).await;
             }
         });
@@ -146,12 +159,16 @@ async fn accept(listener: TcpListener, talk: Talk, mut over: watch::Receiver<boo
     let _ = timeout(Duration::from_secs(2), farewell).await;
 }
 
-/// Lets a program in, by the rules of all listeners. Pages of other sites are refused.
+/// Lets a program in, by the rules of all listeners.
 #[allow(
     clippy::result_large_err,
     reason = "the type of a refusal is the library's"
 )]
-async fn open(stream: TcpStream, peer: SocketAddr) -> Option<WebSocketStream<TcpStream>> {
+async fn open(
+    stream: TcpStream,
+    peer: SocketAddr,
+    admission: &Admission,
+) -> Option<WebSocketStream<TcpStream>> {
     let local = stream.local_addr().ok()?;
     let _ = stream.set_nodelay(true);
     let ends = Ends {
@@ -159,16 +176,15 @@ async fn open(stream: TcpStream, peer: SocketAddr) -> Option<WebSocketStream<Tcp
         peer,
         tls: false,
     };
-    let admit = |request: &Request<()>, response: Response<()>| match Admission::default()
-        .lets_in(request, ends)
-    {
-        Ok(()) => Ok(response),
-        Err((status, why)) => {
-            let mut refused = Response::new(Some(why));
-            *refused.status_mut() = status;
-            Err(refused)
-        }
-    };
+    let admit =
+        |request: &Request<()>, response: Response<()>| match admission.lets_in(request, ends) {
+            Ok(()) => Ok(response),
+            Err((status, why)) => {
+                let mut refused = Response::new(Some(why));
+                *refused.status_mut() = status;
+                Err(refused)
+            }
+        };
     let config = WebSocketConfig::default().max_message_size(Some(MESSAGE));
     accept_hdr_async_with_config(stream, admit, Some(config))
         .await

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use magician_station::RunningStation;
-use magician_station::http::{LinkCalls, ListenError};
+use magician_station::http::{Admission, LinkCalls, ListenError};
 use magician_station::link::{ImageStub, LinkListener, LinkOptions, LinkService};
 use tokio::sync::watch;
 
@@ -18,19 +18,19 @@ pub(super) struct LinkFlags {
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, require_equals = true)]
     link: Option<Option<String>>,
     /// Answer ConnectDobot with empty texts, as DobotLink does
-    #[arg(long, requires = "link")]
+    #[arg(long)]
     link_empty_connect: bool,
     /// Refuse parameters that a call does not have, instead of only counting them
-    #[arg(long, requires = "link")]
+    #[arg(long)]
     link_strict: bool,
     /// Let programs write serial numbers, calibrations and Wi-Fi settings
-    #[arg(long, requires = "link")]
+    #[arg(long)]
     link_dangerous: bool,
     /// Let programs switch the laser of a real arm on
-    #[arg(long, requires = "link")]
+    #[arg(long)]
     link_laser: bool,
     /// Accept at port 10001, for which DobotEDU waits when it is imported
-    #[arg(long, requires = "link")]
+    #[arg(long)]
     link_image: bool,
 }
 
@@ -44,6 +44,24 @@ impl LinkFlags {
     /// The settings ask for it.
     pub(super) fn by_settings(&mut self) {
         self.link.get_or_insert(None);
+    }
+
+    /// Refuses what says how programs are answered where none are. The settings may ask for the link, so that no flag can require another.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        let given = [
+            (self.link_empty_connect, "--link-empty-connect"),
+            (self.link_strict, "--link-strict"),
+            (self.link_dangerous, "--link-dangerous"),
+            (self.link_laser, "--link-laser"),
+            (self.link_image, "--link-image"),
+        ];
+        match { given.iter() }.find(|(given, _)| *given && self.link.is_none()) {
+            Some((_, flag)) => Err(Failure::usage(format!(
+                "{flag} is for programs for DobotLink, and none are answered"
+            ))
+            .hint("add --link, or set serve.link")),
+            None => Ok(()),
+        }
     }
 
     /// Listens, where it is asked for.
@@ -92,12 +110,18 @@ impl Link {
     }
 
     /// Serves programs until `over` says so.
-    pub(super) async fn serve(self, service: LinkService, over: watch::Receiver<bool>) {
+    pub(super) async fn serve(
+        self,
+        service: LinkService,
+        admission: Admission,
+        over: watch::Receiver<bool>,
+    ) {
         let image = async {
             if let Some(image) = self.image {
                 image.serve(over.clone()).await;
             }
         };
-        tokio::join!(self.listener.serve(service, over.clone()), image);
+        let link = self.listener.serve(service, admission, over.clone());
+        tokio::join!(link, image);
     }
 }

@@ -126,6 +126,7 @@ impl Serve {
         let targets = self.targets(context)?;
         let config = context.config()?;
         self.fill_in(&config);
+        self.link.check()?;
         let student_laser = config.says("serve.student_laser") == Some("true");
         let scenario = self
             .scenario
@@ -170,11 +171,13 @@ impl Serve {
             let link = self.link.bind().await?;
             let mut connected = Vec::new();
             for (_, target, options) in &arms {
-                let opened = match (target, &scenario) {
-                    (Target::Sim(speed), Some(scenario)) => {
-                        let world = magician::sim::World::from_scenario(scenario);
+                let opened = match target {
+                    Target::Sim(speed) => {
+                        let scenario = scenario.clone().unwrap_or_default();
+                        let world = magician::sim::World::from_scenario(&scenario);
                         let arm = Controller::in_world(magician::sim::Profile::default(), world);
-                        Arm::simulated(VirtualArm::new(arm, *speed), options.clone()).await
+                        let arm = VirtualArm::new(arm, *speed).with_breaking_lines();
+                        Arm::simulated(arm, options.clone()).await
                     }
                     _ => Arm::connect_with(target, options.clone()).await,
                 };
@@ -308,11 +311,12 @@ impl Serve {
         let announced = (exposed && !self.no_announce)
             .then(|| Announcement::new(listener.addresses(), listener.is_encrypted(), &names));
         let service = link.is_some().then(|| self.link.service(&station));
+        let admission = Admission {
+            hosts: self.allow_host.clone(),
+            origins: self.allow_origin.clone(),
+        };
         let options = HttpOptions {
-            admission: Admission {
-                hosts: self.allow_host.clone(),
-                origins: self.allow_origin.clone(),
-            },
+            admission: admission.clone(),
             tokens: store.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             tries: Tries::default(),
@@ -322,9 +326,11 @@ impl Serve {
         let (over, ends) = watch::channel(false);
         let linked = link.as_ref().map(Link::url);
         let linking = match (link, &service) {
-            (Some(link), Some(service)) => {
-                Some(tokio::spawn(link.serve(service.clone(), ends.clone())))
-            }
+            (Some(link), Some(service)) => Some(tokio::spawn(link.serve(
+                service.clone(),
+                admission,
+                ends.clone(),
+            ))),
             _ => None,
         };
         let serving = tokio::spawn(listener.serve(station.clone(), options, ends));
