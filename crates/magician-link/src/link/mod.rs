@@ -10,6 +10,7 @@ use std::time::Duration;
 use magician_protocol::HostInstant;
 use serde_json::{Value, json};
 
+use self::arm::Fast;
 pub(crate) use self::arm::{ArmLink, Write, WriteEnd};
 use self::watching::WATCHES_ON;
 use crate::answers::Then;
@@ -193,9 +194,11 @@ impl Link {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let of_arm = |arm: &ArmLink| {
-            let blocked = arm.blocked.filter(|_| !arm.writes.is_empty());
+            let waiting = !(arm.writing || arm.writes.is_empty());
+            let blocked = arm.blocked.filter(|_| waiting);
             let jog = arm.jogs.then(|| self.heard + SILENCE);
-            let calm = arm.idle.map(|idle| idle + WATCHES_ON);
+            let watched = matches!(arm.fast, Some(Fast::Id(_)));
+            let calm = arm.idle.filter(|_| watched).map(|idle| idle + WATCHES_ON);
             [arm.waits.due(), blocked, jog, calm]
                 .into_iter()
                 .flatten()

@@ -1,0 +1,140 @@
+//! Programs that send anything, stations that answer anything: nothing panics, each call is answered once, and nothing goes on for ever.
+
+mod host;
+
+use magician_link::{Kind, LinkOptions, methods};
+use proptest::collection::vec;
+use proptest::prelude::*;
+use proptest::sample::{Index, select};
+use proptest::test_runner::RngSeed;
+use serde_json::{Map, Value, json};
+
+use self::host::Life;
+
+/// Values that nothing asks for, and such as are asked for often.
+fn value() -> BoxedStrategy<Value> {
+    prop_oneof![
+        10 => (-300..300_i32).prop_map(Value::from),
+        4 => any::<bool>().prop_map(Value::from),
+        1 => Just(Value::Null),
+        1 => any::<i64>().prop_map(Value::from),
+        1 => any::<u64>().prop_map(Value::from),
+        1 => select(vec![1e308, -1e308, 1e-308, 4e9, -0.0, 65536.5]).prop_map(Value::from),
+        1 => ".{0,8}".prop_map(Value::from),
+        1 => vec(-300.0..300.0_f64, 0..70).prop_map(Value::from),
+        1 => (1..120_usize).prop_map(|depth| (0..depth).fold(json!(0), |inner, _| json!([inner]))),
+    ]
+    .boxed()
+}
+
+/// Something that a parameter may be.
+fn good(kind: Kind) -> BoxedStrategy<Value> {
+    match kind {
+        Kind::Number => (-300.0..300.0_f64).prop_map(Value::from).boxed(),
+        Kind::Integer => (0..20_u32).prop_map(Value::from).boxed(),
+        Kind::Bool => any::<bool>().prop_map(Value::from).boxed(),
+        Kind::Text => "[a-z]{0,4}".prop_map(Value::from).boxed(),
+        Kind::Numbers => vec(0..200_u32, 0..70).prop_map(Value::from).boxed(),
+        Kind::Point => Just(json!({"x": 200, "y": 0, "z": 50, "r": 0})).boxed(),
+        Kind::Outputs => Just(json!([{"ratio": 50, "port": 4, "level": 1}])).boxed(),
+    }
+}
+
+/// A call of a program: most as they should be.
+fn call() -> BoxedStrategy<String> {
+    let known = any::<Index>().prop_flat_map(|at| {
+        let method = at.get(methods());
+        let params = (method.params.iter())
+            .map(|param| {
+                let name = param.name.clone();
+                prop_oneof![20 => good(param.kind).prop_map(Some), 1 => value().prop_map(Some), 1 => Just(None)]
+                    .prop_map(move |value| value.map(|value| (name.clone(), value)))
+            })
+            .collect::<Vec<_>>();
+        (Just(method.name.clone()), params)
+    });
+    let often = select(vec![
+        "ConnectDobot",
+        "ConnectDobot",
+        "SetPTPCmd",
+        "SetCPCmd",
+        "DisconnectDobot",
+    ]);
+    let often = often.prop_map(|name| {
+        let place = ["ptpMode", "cpMode", "x", "y", "z", "r", "velocity"];
+        let params = place.map(|name| Some((name.to_owned(), json!(1))));
+        (name.to_owned(), params.to_vec())
+    });
+    let port = select(vec!["sim", "arm", "ttyUSB0", "nowhere"]);
+    let waits = (any::<bool>(), select(vec![0, 1, 5000, u64::MAX]));
+    (
+        prop_oneof![3 => known, 1 => often],
+        port,
+        waits,
+        0..2000_i64,
+    )
+        .prop_map(|((name, params), port, (waits, timeout), id)| {
+            let mut all: Map<String, Value> = params.into_iter().flatten().collect();
+            all.insert("portName".to_owned(), json!(port));
+            if waits {
+                all.insert("isWaitForFinish".to_owned(), json!(true));
+                all.insert("timeout".to_owned(), json!(timeout));
+            }
+            let method = format!("dobotlink.Magician.{name}");
+            json!({"id": id, "method": method, "params": all}).to_string()
+        })
+        .boxed()
+}
+
+/// A line of a script.
+fn line() -> BoxedStrategy<String> {
+    let mark = |marks: &'static [&'static str], most: u32| {
+        (select(marks), 0..most).prop_map(|(mark, number)| format!("{mark}{number}"))
+    };
+    prop_oneof![
+        30 => call(),
+        2 => ".{0,30}".prop_map(|text| format!("m{text}")),
+        2 => value().prop_map(|value| format!("v{value}")),
+        1 => value().prop_map(|value| format!("s{}", json!({"method": "arm.state", "params": {"subscription": 1, "state": value}}))),
+        10 => Just("A".to_owned()),
+        6 => mark(&["a", "e"], 100),
+        6 => mark(&["f", "t"], 5000),
+        2 => mark(&["!", "x", "l", "p"], 256),
+    ]
+    .boxed()
+}
+
+fn all(strict: bool) -> LinkOptions {
+    let mut options = LinkOptions::default();
+    (options.strict, options.dangerous, options.laser) = (strict, true, true);
+    options
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig {
+        cases: 300,
+        rng_seed: RngSeed::Fixed(1),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    })]
+
+    #[test]
+    fn each_call_is_answered_once_whatever_comes(script in vec(line(), 1..150), strict in any::<bool>()) {
+        let mut life = Life::new(all(strict));
+        life.live(&script.join("\n"));
+        life.end();
+    }
+}
+
+#[test]
+fn a_flood_of_calls_is_answered() {
+    let mut life = Life::new(all(false));
+    let connect = json!({"id": "c", "method": "dobotlink.Magician.ConnectDobot", "params": {"portName": "sim"}});
+    life.live(&format!("A\n{connect}\nA"));
+    for id in 0..3000 {
+        let params = json!({"portName": "sim", "ptpMode": 1, "x": 200, "y": 0, "z": 50, "r": 0});
+        let call = json!({"id": id, "method": "dobotlink.Magician.SetPTPCmd", "params": params});
+        life.live(&call.to_string());
+    }
+    life.end();
+}

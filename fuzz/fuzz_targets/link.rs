@@ -1,0 +1,16 @@
+#![no_main]
+//! A program for DobotLink that sends anything, and a station that answers anything: no panic, each call answered once, an end.
+
+use libfuzzer_sys::fuzz_target;
+use magician_link::LinkOptions;
+
+#[path = "../../crates/magician-link/tests/hostile/host/mod.rs"]
+mod host;
+
+fuzz_target!(|script: &[u8]| {
+    let mut options = LinkOptions::default();
+    (options.dangerous, options.laser) = (true, true);
+    let mut life = host::Life::new(options);
+    life.live(&String::from_utf8_lossy(script));
+    life.end();
+});
