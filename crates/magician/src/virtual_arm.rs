@@ -138,6 +138,32 @@ impl VirtualArm {
         self
     }
 
+    /// The same arm with lines that break when its cable is pulled, as those of a USB adapter do that is gone: a connection then has
+    /// lost its arm ([`Link`](crate::Link)), and finds it again once the cable is in. Without this what is sent meanwhile is lost, as
+    /// over Wi-Fi, and the connection hears nothing.
+    ///
+    /// ```
+    /// use magician::{Arm, ErrorKind, Options, VirtualArm, commands::Pose, sim::ExternalEvent};
+    ///
+    /// # #[tokio::main(flavor = "current_thread")]
+    /// # async fn main() -> magician::Result<()> {
+    /// let outside = VirtualArm::default().with_breaking_lines();
+    /// let arm = Arm::simulated(outside.clone(), Options::default()).await?;
+    /// outside.with(|arm| arm.inject(ExternalEvent::Cable { plugged: false }));
+    /// let lost = arm.get::<Pose>().await.unwrap_err();
+    /// assert_eq!(lost.kind(), ErrorKind::Port);
+    /// outside.with(|arm| arm.inject(ExternalEvent::Cable { plugged: true }));
+    /// arm.reconnected().await?;
+    /// arm.get::<Pose>().await?;
+    /// # Ok(())
+    /// # }
+    /// ```
+    #[must_use]
+    pub fn with_breaking_lines(self) -> Self {
+        self.lock().break_lines();
+        self
+    }
+
     /// Lets so much time pass at once, as if the program had waited for it: belts run on, scenarios go on, jogs go their way.
     /// At full speed and in virtual time it is time of the arm's clock, else time of the wall's.
     pub fn advance(&self, time: Duration) {

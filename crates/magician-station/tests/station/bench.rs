@@ -65,7 +65,8 @@ impl Bench {
         let mut entries = Vec::new();
         for at in 0..count {
             let controller = Controller::new(Profile::default());
-            let virtual_arm = VirtualArm::new(controller, SimSpeed::Times(1.0));
+            let virtual_arm =
+                VirtualArm::new(controller, SimSpeed::Times(1.0)).with_breaking_lines();
             let options = Options::default().laser_pins(true);
             arms.push(Arm::simulated(virtual_arm.clone(), options).await.unwrap());
             virtual_arms.push(virtual_arm);

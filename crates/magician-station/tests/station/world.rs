@@ -5,7 +5,7 @@ use std::time::Duration;
 use magician_station::Role;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bench::{Bench, Tester};
 
 const CUBES: &str = r#"
 tool = { kind = "suction" }
@@ -166,21 +166,30 @@ async fn an_arm_is_guided_while_its_key_is_held_and_homed_by_the_key_at_its_base
 }
 
 #[tokio::test(start_paused = true)]
-async fn a_pulled_cable_is_silence_until_it_is_plugged_in_again() {
+async fn a_pulled_cable_is_a_lost_line_until_it_is_plugged_in_again() {
     let bench = Bench::new(1).await;
-    let mut anna = bench.join("Anna").await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    let links = |viewer: &Tester| {
+        let states = viewer.noticed("arm.state").into_iter();
+        let links = states.filter_map(|seen| seen["state"]["link"].as_str());
+        links.map(str::to_owned).collect::<Vec<_>>()
+    };
     anna.lease().await;
-    let moving = anna.send("arm.move", json!({"to": [220, 60, 20, 0]}));
-    anna.listen(Duration::from_millis(200)).await;
+    ben.ok("arm.subscribe", json!({"rate": 20})).await;
+    anna.send("arm.move", json!({"to": [220, 60, 20, 0]}));
+    ben.listen(Duration::from_millis(200)).await;
     anna.ok("world.unplug", json!({"plugged": false})).await;
-    assert!(!bench.arms[0].with(|arm| arm.line().plugged));
-    let look = anna.ok("world.look", json!({})).await;
+    ben.listen(Duration::from_secs(1)).await;
+    assert_eq!(links(&ben), ["up", "lost"]);
+    for refused in ["arm.state", "arm.info"] {
+        let refused = ben.call(refused, json!({})).await.unwrap_err();
+        assert_eq!(refused["data"]["kind"], json!("port"), "{refused}");
+    }
+    let look = ben.ok("world.look", json!({})).await;
     assert_eq!(look["plugged"], json!(false));
-    let refused = anna.call("arm.info", json!({})).await.unwrap_err();
-    let kind = refused["data"]["kind"].as_str().unwrap();
-    assert!(["timeout", "port"].contains(&kind), "{refused}");
     anna.ok("world.unplug", json!({"plugged": true})).await;
-    let _ = anna.answer(moving).await;
+    ben.listen(Duration::from_secs(3)).await;
+    assert_eq!(links(&ben).last().map(String::as_str), Some("up"));
     anna.ok("arm.move", json!({"to": [220, 0, 20, 0]})).await;
     assert!((bench.arms[0].state().pose.x - 220.0).abs() < 1e-3);
 }

@@ -111,7 +111,7 @@ impl Arm {
     pub async fn simulated(arm: impl Into<crate::VirtualArm>, options: Options) -> Result<Self> {
         let arm = arm.into();
         let model = arm.with(|controller| *controller.arm_model());
-        let breaks = options.unplugs();
+        let breaks = options.unplugs() || arm.lock().breaks();
         Self::go(
             transport::Route::to_virtual(arm),
             breaks,

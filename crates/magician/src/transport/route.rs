@@ -1,5 +1,7 @@
 use std::fmt;
 #[cfg(feature = "sim")]
+use std::io;
+#[cfg(feature = "sim")]
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 #[cfg(all(feature = "sim", feature = "faults"))]
@@ -18,13 +20,15 @@ use super::lines::Lines;
 #[cfg(feature = "trace")]
 use super::traced::{Traced, Tracer};
 use super::{Line, Transport};
+#[cfg(any(feature = "sim", not(all(feature = "ble", feature = "lines"))))]
+use crate::Error;
+#[cfg(not(all(feature = "sim", feature = "ble", feature = "lines")))]
+use crate::ErrorCode;
 #[cfg(feature = "sim")]
 use crate::VirtualArm;
 use crate::connection::Settings;
 #[cfg(feature = "faults")]
 use crate::faults::Faults;
-#[cfg(not(all(feature = "sim", feature = "ble", feature = "lines")))]
-use crate::{Error, ErrorCode};
 use crate::{Options, Result, Target};
 
 /// The way to an arm, to be gone again when its line was lost.
@@ -157,6 +161,11 @@ impl Route {
             Target::Sim(speed) => {
                 let powered_up = || VirtualArm::powered_up(*speed);
                 let arm = lock(&self.arm).get_or_insert_with(powered_up).clone();
+                let gone = { arm.lock() }.is_gone();
+                if gone {
+                    let message = "the cable of the virtual arm is not plugged in";
+                    return Err(Error::port(message, io::ErrorKind::NotConnected.into()));
+                }
                 let settings = Settings {
                     free_clock: arm.lock().can_be_led(),
                     ..Settings::ORDERED

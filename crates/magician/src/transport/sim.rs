@@ -14,15 +14,21 @@ use crate::VirtualArm;
 pub(crate) struct Sim {
     arm: VirtualArm,
     link: LinkId,
+    /// How often the cable had been pulled when this line was opened.
+    pulls: u64,
     alarm: Pin<Box<Sleep>>,
 }
 
 impl Sim {
     pub(crate) fn new(arm: VirtualArm) -> Self {
-        let link = arm.lock().open();
+        let (link, pulls) = {
+            let mut cell = arm.lock();
+            (cell.open(), cell.runner.pulls())
+        };
         Self {
             arm,
             link,
+            pulls,
             alarm: Box::pin(sleep_until(Instant::now())),
         }
     }
@@ -41,6 +47,9 @@ impl Transport for Sim {
         loop {
             let now = cell.now();
             cell.runner.handle_timeout(now);
+            if cell.breaks() && cell.runner.pulls() != self.pulls {
+                return Poll::Ready(Err(io::Error::other("the cable was pulled")));
+            }
             let count = cell.hear(now, self.link, bytes);
             if count > 0 {
                 return Poll::Ready(Ok(count));

@@ -38,6 +38,8 @@ pub(crate) struct Cell {
     free: Speed,
     /// What looks at the arm, once something does.
     samplers: Option<Samplers>,
+    /// Whether a line breaks when the cable is pulled; else what is sent meanwhile is lost.
+    breaks: bool,
 }
 
 /// The host's end of a line.
@@ -61,6 +63,7 @@ impl Cell {
             servers: Vec::new(),
             free: runner.speed(),
             samplers: None,
+            breaks: false,
             runner,
         }
     }
@@ -156,6 +159,20 @@ impl Cell {
         if !self.servers.iter().any(|known| known.will_wake(waker)) {
             self.servers.push(waker.clone());
         }
+    }
+
+    pub(super) fn break_lines(&mut self) {
+        self.breaks = true;
+    }
+
+    /// Whether lines break, at each change of the [pulls](Runner::pulls) of the cable.
+    pub(crate) fn breaks(&self) -> bool {
+        self.breaks
+    }
+
+    /// Whether no line can be opened, because the cable is out.
+    pub(crate) fn is_gone(&self) -> bool {
+        self.breaks && !self.runner.plugged()
     }
 
     /// The arm's pending bytes for this line are dropped.
