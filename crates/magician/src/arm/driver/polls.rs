@@ -17,16 +17,16 @@ const READS: usize = 4;
 /// How long an answer may take. Nothing else is read for the onlookers meanwhile.
 const PATIENCE: Micros = 1_000_000;
 
-/// Whose turn it is to be read.
+/// Whose turn it is to be read. A round reads everything, one thing after the other as soon as the one before was answered: so it is of
+/// one moment, and the program wakes for a round and its answers alone.
 #[derive(Debug, Default)]
 pub(super) struct Polls {
-    /// When the next read is due; `None` without watches.
+    /// When the next round is due; `None` without watches.
     next: Option<Micros>,
+    /// What of a round is read next; 0 between rounds.
     turn: usize,
-    /// One has not been answered: what is due meanwhile is left out.
+    /// One has not been answered: a round that is due meanwhile is left out.
     under_way: bool,
-    /// The answer that is under way is the last of a round.
-    completes: bool,
 }
 
 impl Polls {
@@ -45,46 +45,41 @@ impl Driver {
     pub(super) fn poll_state(&mut self, now: Micros) {
         let (period, pins) = {
             let watches = held(&self.shared.watches);
-            match watches.period() {
-                None => {
-                    self.polls.next = None;
-                    return;
-                }
-                Some(period) if self.polls.next.is_some_and(|at| at > now) => {
-                    // A new watch may want it sooner.
-                    let soon = now.saturating_add(micros(period));
-                    self.polls.next = self.polls.next.map(|at| at.min(soon));
-                    return;
-                }
-                Some(period) => (period, watches.pins()),
-            }
+            let Some(period) = watches.period() else {
+                (self.polls.next, self.polls.turn) = (None, 0);
+                return;
+            };
+            (micros(period).max(1), watches.pins())
         };
-        let reads = READS + pins.len();
-        let pause = micros(period / u32::try_from(reads).unwrap_or(u32::MAX)).max(1);
-        let due = self.polls.next.unwrap_or(now).saturating_add(pause);
+        let due = self.polls.next.unwrap_or(now);
+        // A new watch may want it sooner.
+        let soon = now.saturating_add(period);
         self.polls.next = Some(if due > now {
-            due
+            due.min(soon)
         } else {
-            now.saturating_add(pause)
+            let next = due.saturating_add(period);
+            if next > now { next } else { soon }
         });
-        if self.polls.under_way {
+        if self.polls.under_way || (self.polls.turn == 0 && due > now) {
             return;
         }
-        let turn = self.polls.turn % reads;
-        let Ok(request) = read(turn, &pins) else {
+        let Ok(request) = read(self.polls.turn, &pins) else {
             return;
         };
-        self.polls.turn = turn + 1;
         self.polls.under_way = true;
-        self.polls.completes = turn + 1 == reads;
         let deadline: Instant = self.at(now.saturating_add(PATIENCE));
         self.submit(request, deadline, To::Poll);
     }
 
     /// A read for the onlookers has ended; what it said was seen as it passed.
     pub(super) fn polled(&mut self) {
-        self.polls.under_way = false;
-        if std::mem::take(&mut self.polls.completes) {
+        if !std::mem::take(&mut self.polls.under_way) {
+            // The round was given up with its line.
+            return;
+        }
+        self.polls.turn += 1;
+        if self.polls.turn >= READS + held(&self.shared.watches).pins().len() {
+            self.polls.turn = 0;
             self.publish_status();
         }
     }
