@@ -14,6 +14,7 @@ pub mod client;
 pub mod control;
 mod engine;
 mod fence;
+mod frame;
 #[cfg(feature = "http")]
 pub mod http;
 mod job;
@@ -30,6 +31,7 @@ mod station;
 
 pub use api::Role;
 pub use engine::ArmEngine;
+pub use frame::{FRAME, FRAME_FIELDS, FrameError, StateFrame};
 pub use job::{
     FormatReader, JobStore, NoStore, ProgramReading, ReadProgram, Reader, ReadingArm, Source,
     SourceBytes,
@@ -41,7 +43,7 @@ pub use library::{
 pub use order::{
     ArmAct, ArmOrder, ArmRead, ArmReport, JobEnd, JobNews, JobOrder, JobStart, Outcome, WorldAct,
 };
-pub use reading::{ArmReading, FIELDS, FRAME, FRAME_FIELDS, ToolReading};
+pub use reading::{ArmReading, FIELDS, ToolReading};
 pub use recording::{
     NoRecordings, RecordOrder, RecordReport, RecordingFile, RecordingStore, Sample,
 };

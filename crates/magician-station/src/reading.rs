@@ -8,6 +8,7 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use crate::api::RpcError;
+use crate::frame::{FRAME_FIELDS, StateFrame};
 
 /// The names of a subscription in JSON.
 pub const FIELDS: [&str; 23] = [
@@ -35,29 +36,6 @@ pub const FIELDS: [&str; 23] = [
     "jog",
     "holder",
 ];
-
-/// The names of a frame of bytes, in their order.
-pub const FRAME_FIELDS: [&str; 13] = [
-    "t",
-    "x",
-    "y",
-    "z",
-    "r",
-    "j1",
-    "j2",
-    "j3",
-    "j4",
-    "rail",
-    "current_index",
-    "left_space",
-    "flags",
-];
-
-/// Bytes before the values of a frame: mark, version, subscription, sequence number.
-const HEAD: usize = 8;
-
-/// Bytes of a frame.
-pub const FRAME: usize = HEAD + 8 * FRAME_FIELDS.len();
 
 /// What the tools of an arm do, as far as is known.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -178,7 +156,7 @@ impl ArmReading {
         fields
     }
 
-    /// A frame of bytes: 112 of them, little endian.
+    /// A frame of bytes.
     pub(crate) fn frame(&self, beside: &StateContext, subscription: u16, sequence: u32) -> Vec<u8> {
         let bits = [
             self.link,
@@ -207,14 +185,12 @@ impl ArmReading {
             f64::from(self.left_space),
             f64::from(flags),
         ];
-        let mut bytes = Vec::with_capacity(FRAME);
-        bytes.extend([0x4D, 1]);
-        bytes.extend(subscription.to_le_bytes());
-        bytes.extend(sequence.to_le_bytes());
-        for value in values {
-            bytes.extend(value.to_le_bytes());
-        }
-        bytes
+        let frame = StateFrame {
+            subscription,
+            sequence,
+            values,
+        };
+        frame.to_bytes()
     }
 }
 

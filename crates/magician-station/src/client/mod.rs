@@ -16,6 +16,7 @@ pub use self::address::StationAddress;
 pub use self::line::{LineEnd, StationLine};
 use self::task::{Order, Task};
 pub use self::trust::Trust;
+use crate::frame::StateFrame;
 
 /// Notifications that are kept for a slow reader.
 const KEPT: usize = 256;
@@ -108,6 +109,7 @@ pub enum Connection {
 pub struct StationClient {
     orders: mpsc::UnboundedSender<Order>,
     notices: broadcast::Sender<Notice>,
+    frames: broadcast::Sender<StateFrame>,
     connection: watch::Receiver<Connection>,
     /// What the first hello was answered with.
     hello: Arc<Value>,
@@ -143,6 +145,7 @@ impl StationClient {
         let connector = address.encrypted.then(|| trust.connector()).transpose()?;
         let (orders, inbox) = mpsc::unbounded_channel();
         let (notices, _) = broadcast::channel(KEPT);
+        let (frames, _) = broadcast::channel(KEPT);
         let (connected, connection) = watch::channel(Connection::Up);
         let client = json!({"name": name});
         let task = Task::new(
@@ -150,7 +153,7 @@ impl StationClient {
             client,
             token,
             inbox,
-            notices.clone(),
+            (notices.clone(), frames.clone()),
             connected,
         );
         let (task, socket, hello) = task.greet().await?;
@@ -159,6 +162,7 @@ impl StationClient {
         Ok(Self {
             orders,
             notices,
+            frames,
             connection,
             hello: Arc::new(hello),
             leases: Arc::default(),
@@ -245,6 +249,12 @@ impl StationClient {
     #[must_use]
     pub fn notices(&self) -> broadcast::Receiver<Notice> {
         self.notices.subscribe()
+    }
+
+    /// The frames of its subscriptions with `frame: "binary"` from now on. A reader may fall 256 behind; then it misses the oldest.
+    #[must_use]
+    pub fn frames(&self) -> broadcast::Receiver<StateFrame> {
+        self.frames.subscribe()
     }
 
     /// Whether it is connected, and news of that.

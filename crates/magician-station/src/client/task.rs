@@ -15,6 +15,7 @@ use tokio_tungstenite::{WebSocketStream, client_async};
 
 use super::trust::{Stream, encrypt};
 use super::{ClientError, Connection, Notice, StationAddress};
+use crate::frame::StateFrame;
 
 pub(super) type Socket = WebSocketStream<Box<dyn Stream>>;
 type Reply = oneshot::Sender<Result<Value, ClientError>>;
@@ -43,6 +44,7 @@ pub(super) struct Task {
     resume: Option<String>,
     inbox: mpsc::UnboundedReceiver<Order>,
     notices: broadcast::Sender<Notice>,
+    frames: broadcast::Sender<StateFrame>,
     connected: watch::Sender<Connection>,
     waiting: BTreeMap<u64, Reply>,
     next: u64,
@@ -63,7 +65,7 @@ impl Task {
         client: Value,
         token: Option<&str>,
         inbox: mpsc::UnboundedReceiver<Order>,
-        notices: broadcast::Sender<Notice>,
+        (notices, frames): (broadcast::Sender<Notice>, broadcast::Sender<StateFrame>),
         connected: watch::Sender<Connection>,
     ) -> Self {
         Self {
@@ -74,6 +76,7 @@ impl Task {
             resume: None,
             inbox,
             notices,
+            frames,
             connected,
             waiting: BTreeMap::new(),
             next: 0,
@@ -224,6 +227,7 @@ impl Task {
                 }
                 heard = socket.next() => match heard {
                     Some(Ok(Message::Text(text))) => self.hear(&text),
+                    Some(Ok(Message::Binary(bytes))) => self.see(&bytes),
                     Some(Ok(Message::Close(frame))) => {
                         let code = frame.map_or(0, |frame| u16::from(frame.code));
                         // Too slow or too much is begun anew; what is refused is not.
@@ -234,6 +238,13 @@ impl Task {
                     Some(Err(_)) | None => return End::Broken,
                 },
             }
+        }
+    }
+
+    fn see(&self, bytes: &[u8]) {
+        if let Ok(frame) = StateFrame::read(bytes) {
+            // Looking is optional.
+            let _ = self.frames.send(frame);
         }
     }
 

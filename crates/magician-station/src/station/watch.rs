@@ -12,8 +12,9 @@ use super::state::told;
 use super::{Outgoing, SocketId, Station};
 use crate::api::{Params, RpcError, notification};
 use crate::control::ArmId;
+use crate::frame::FRAME_FIELDS;
 use crate::order::ArmOrder;
-use crate::reading::{FIELDS, FRAME_FIELDS};
+use crate::reading::FIELDS;
 
 /// Every so many states a whole one is sent.
 const WHOLE: u32 = 100;

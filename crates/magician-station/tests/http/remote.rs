@@ -5,6 +5,7 @@ use std::time::Duration;
 use magician::commands::{Pose, PtpCommonParams};
 use magician::words::{self, Axis};
 use magician::{Arm, ErrorKind, Options};
+use magician_station::FRAME_FIELDS;
 use magician_station::client::{ClientError, Connection, StationClient, StationLine};
 use serde_json::json;
 
@@ -157,4 +158,22 @@ async fn a_station_that_ends_is_looked_for_and_requests_fail_meanwhile() {
         .unwrap();
     let lost = anna.call("server.info", json!({})).await.unwrap_err();
     assert_eq!(lost, ClientError::Lost);
+}
+
+#[tokio::test]
+async fn a_client_gets_the_frames_of_a_binary_subscription() {
+    let bench = Bench::new().await;
+    let anna = client(&bench, "Anna").await;
+    let mut frames = anna.frames();
+    let wanted = json!({"rate": 50, "frame": "binary"});
+    let made = anna.call("arm.subscribe", wanted).await.unwrap();
+    let first = frames.recv().await.unwrap();
+    assert_eq!(json!(first.subscription), made["subscription"]);
+    assert_eq!(first.sequence, 0);
+    let names: Vec<_> = FRAME_FIELDS.iter().map(|name| json!(name)).collect();
+    assert_eq!(made["fields"], json!(names));
+    let x = bench.arm.state().pose.x as f32;
+    assert_eq!(first.value("x"), Some(f64::from(x)));
+    assert!(first.value("rail").unwrap().is_nan());
+    assert!(frames.recv().await.unwrap().sequence > 0);
 }
