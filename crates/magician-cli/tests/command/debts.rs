@@ -4,9 +4,12 @@
 use std::path::PathBuf;
 use std::process::{Child, Command, Output, Stdio};
 
+use ::magician::blocking::Arm;
+use ::magician::commands::WaitCmd;
+use serde_json::Value;
+
 use crate::magician::command;
 use crate::magician::served::Served;
-use serde_json::Value;
 
 const BEFORE: &str = "restored now: PTPCommonParams";
 const OWED: &str = "the next command that moves or sets restores: PTPCommonParams";
@@ -96,6 +99,15 @@ impl Place {
         child.wait().expect("it ends");
     }
 
+    /// From now on the arm's queue is not empty until it is cleared.
+    fn waits(door: &str) {
+        let arm = Arm::connect(door).expect("it answers");
+        arm.enqueue(&WaitCmd { timeout: 3_600_000 })
+            .expect("there is room");
+        arm.detach();
+        arm.close();
+    }
+
     fn files(&self) -> usize {
         let files = std::fs::read_dir(self.path("state/magician/debts"));
         files.map_or(0, |files| files.count())
@@ -107,6 +119,7 @@ fn a_killed_run_leaves_its_speeds_to_the_next_verb_that_moves_or_sets() {
     let mut place = Place::new(&["--pty", "DIR/arm"], 1);
     let door = place.path("arm").to_str().expect("UTF-8").to_owned();
     place.killed(&door);
+    Place::waits(&door);
     assert_eq!(place.files(), 1);
     // Verbs that only look change nothing and say it.
     for look in [&["info"][..], &["pose"], &["queue"], &["alarms"], &["io"]] {

@@ -264,6 +264,20 @@ mod tests {
         assert_eq!((size, read.as_slice()), (3, &b"old"[..]));
     }
 
+    #[test]
+    fn parts_of_uploads_that_were_cut_off_long_ago_are_removed() {
+        let place = tempfile::tempdir().unwrap();
+        for (part, age) in [("1-0", STALE * 2), ("2-0", STALE / 2)] {
+            let file = File::create(place.path().join(format!("{PART}{part}"))).unwrap();
+            let then = std::time::SystemTime::now() - age;
+            file.set_modified(then).unwrap();
+        }
+        let _folder = ProgramFolder::at(place.path());
+        assert!(!place.path().join(format!("{PART}1-0")).exists());
+        // It may be under way.
+        assert!(place.path().join(format!("{PART}2-0")).exists());
+    }
+
     #[cfg(unix)]
     #[test]
     fn links_folders_and_hidden_files_are_no_programs() {
@@ -280,6 +294,8 @@ mod tests {
         assert_eq!(folder.list(), Ok(Vec::new()));
         assert!(folder.open(&name("link")).is_err());
         assert!(folder.delete(&name("folder")).is_err());
+        assert!(folder.delete(&name("link")).is_err());
+        assert!(inside.join("link").is_symlink());
         assert!(keep(&folder, &name("folder"), b"x").is_err());
         // What takes the name of a link is a file of its own.
         keep(&folder, &name("link"), b"mine").unwrap();

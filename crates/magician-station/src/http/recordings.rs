@@ -168,6 +168,13 @@ mod tests {
         assert_eq!(bytes.len() as u64, length);
         let text = String::from_utf8_lossy(&bytes);
         assert!(text.contains("0.019"), "the last reading");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            let path = folder.path().join("recordings/arm-20261123-120000.mcap");
+            let mode = path.metadata().unwrap().permissions().mode();
+            assert_eq!(mode & 0o777, 0o600, "its user's alone");
+        }
         // None takes the place of another, and no name leads out of the folder.
         assert!(store.begin("arm-20261123-120000.mcap", 0.0, 1).is_err());
         std::fs::write(folder.path().join("secret.mcap"), "secret").unwrap();

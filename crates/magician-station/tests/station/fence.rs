@@ -44,6 +44,10 @@ async fn teachers_change_the_members_they_name_and_all_see_it() {
     });
     let seen = ben.ok("arm.fence", json!({})).await;
     assert_eq!(seen, json!({"fence": whole}));
+    // What is not named stays.
+    let faster = anna.ok("arm.fence", json!({"set": {"speed": 130.0}})).await;
+    assert_eq!(faster["fence"]["keep_out"], keep_out);
+    assert_eq!(faster["fence"]["box"], within);
     let set = json!({"set": {"box": null, "keep_out": [], "speed": null, "power": null}});
     let left = anna.ok("arm.fence", set).await;
     assert_eq!(
@@ -61,7 +65,7 @@ async fn teachers_change_the_members_they_name_and_all_see_it() {
     let results: Vec<_> = fences.map(|line| line.result.as_str()).collect();
     assert_eq!(
         results,
-        ["forbidden", "forbidden", "ok", "ok", "ok", "ok"],
+        ["forbidden", "forbidden", "ok", "ok", "ok", "ok", "ok"],
         "changes are in the journal, looks are not"
     );
 }

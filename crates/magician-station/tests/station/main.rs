@@ -1,5 +1,6 @@
 //! A station, its engines and virtual arms, in virtual time: the clients are tests, time passes when nothing else is to be done.
 
+mod bare;
 mod bench;
 mod day;
 mod examples;
@@ -14,9 +15,11 @@ mod messages;
 mod moves;
 mod programs;
 mod recordings;
+mod ring;
 mod setups;
 mod shelf;
 mod stale;
 mod tools;
+mod turns;
 mod watching;
 mod world;

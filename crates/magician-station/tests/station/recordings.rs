@@ -135,6 +135,10 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
     let tape = tapes.tape(&name);
     let (first, last) = (tape.samples[0], tape.samples[tape.samples.len() - 1]);
     let rate = (tape.samples.len() - 1) as f64 / (last.t - first.t);
+    let seconds = over["seconds"].as_f64().unwrap();
+    // What was read since the last flush is written too.
+    let since = tape.epoch + seconds - last.t;
+    assert!(since < 0.2, "the last reading is {since} s old");
     assert!((9.0..=11.0).contains(&rate), "{rate}");
     assert!(tape.whole && tape.rate == 10 && tape.epoch == 1_000_000.0);
     assert!((last.pose.x - 220.0).abs() < 1e-3 && first.pose.x > 250.0);
@@ -143,7 +147,6 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
         "{:?}",
         tape.notes
     );
-    let seconds = over["seconds"].as_f64().unwrap();
     assert!((6.0..12.0).contains(&seconds), "{over}");
     assert_eq!(over["bytes"], json!(tape.samples.len() * 100));
     // It is over, and the arm is not asked any more.

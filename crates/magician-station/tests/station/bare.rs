@@ -1,0 +1,124 @@
+//! A station whose arm and time are the test, without an engine.
+
+use std::time::Duration;
+
+use magician::commands::Pose;
+use magician_protocol::HostInstant;
+use magician_station::control::ArmId;
+use magician_station::{
+    ArmEntry, ArmReading, ArmReport, Grant, Outgoing, Peer, Role, SocketId, Station, StationConfig,
+    ToolReading,
+};
+use serde_json::{Value, json};
+
+pub(crate) const ARM: ArmId = ArmId(0);
+
+/// A station, and a teacher who is connected to it.
+pub(crate) struct BareStation {
+    pub(crate) station: Station,
+    pub(crate) socket: SocketId,
+    pub(crate) now: HostInstant,
+    pub(crate) frames: usize,
+}
+
+impl BareStation {
+    pub(crate) fn new() -> Self {
+        Self::with(StationConfig::new(vec![ArmEntry::simulated("arm")], "0"))
+    }
+
+    pub(crate) fn with(config: StationConfig) -> Self {
+        let now = HostInstant::from_micros(1_000_000);
+        let mut station = Self {
+            station: Station::new(config),
+            socket: SocketId(0),
+            now,
+            frames: 0,
+        };
+        station.socket = station.join("Anna");
+        station.heard();
+        station
+    }
+
+    /// Another teacher comes.
+    pub(crate) fn join(&mut self, name: &str) -> SocketId {
+        let role = Role::Teacher;
+        let token = Some(format!("token of {name}"));
+        let peer = Peer {
+            grant: Some(Grant { role, token }),
+            address: String::new(),
+            secret: format!("secret of {name}"),
+        };
+        let socket = self.station.open(self.now, peer);
+        self.ask(socket, "session.hello", &json!({"client": {"name": name}}));
+        socket
+    }
+
+    pub(crate) fn ask(&mut self, socket: SocketId, method: &str, params: &Value) {
+        let message = json!({"jsonrpc": "2.0", "id": 1, "method": method, "params": params});
+        self.station.receive(self.now, socket, &message.to_string());
+    }
+
+    pub(crate) fn send(&mut self, method: &str, params: &Value) {
+        self.ask(self.socket, method, params);
+    }
+
+    pub(crate) fn report(&mut self, report: ArmReport) {
+        self.station.report(self.now, ARM, report);
+    }
+
+    /// A reading with this `x`, so old.
+    pub(crate) fn read(&mut self, x: f32, age: Duration) {
+        let pose = Pose {
+            x,
+            y: 0.0,
+            z: 0.0,
+            r: 0.0,
+            joint_angle: [0.0; 4],
+        };
+        self.report(ArmReport::Reading(Box::new(ArmReading {
+            age,
+            pose,
+            current_index: 0,
+            left_space: 32,
+            alarms: Vec::new(),
+            alarm_holds: false,
+            link: true,
+            moving: false,
+            homed: None,
+            rail: None,
+            tool: ToolReading::default(),
+            speed: None,
+            pins: Vec::new(),
+        })));
+    }
+
+    /// The messages that wait.
+    pub(crate) fn heard(&mut self) -> Vec<Value> {
+        let mut heard = Vec::new();
+        while let Some(outgoing) = self.station.poll_send(self.socket) {
+            match outgoing {
+                Outgoing::Text(text) => heard.push(serde_json::from_str(&text).unwrap()),
+                Outgoing::Frame(_) => self.frames += 1,
+                Outgoing::Close(code) => panic!("{code:?}"),
+            }
+        }
+        heard
+    }
+
+    /// The states among them.
+    pub(crate) fn states(&mut self) -> Vec<Value> {
+        let heard = self.heard().into_iter();
+        let states = heard.filter(|message| message["method"] == json!("arm.state"));
+        states
+            .map(|message| message["params"]["state"].clone())
+            .collect()
+    }
+
+    pub(crate) fn subscribe(&mut self, frame: &str) {
+        self.send("arm.subscribe", &json!({"rate": 50, "frame": frame}));
+    }
+
+    pub(crate) fn line(&mut self, up: bool) {
+        self.report(ArmReport::Link(up));
+    }
+}
