@@ -225,6 +225,16 @@ def test_rates_are_called_and_assigned() -> None:
     assert edu.get_ptpjump_params() == {"jumpHeight": 20, "zLimit": 100}
 
 
+def test_a_search_says_which_arm_the_program_is_connected_to() -> None:
+    edu = dobotedu.dobot_edu.magician
+    (arm,) = edu.search_dobot()
+    assert arm["status"] == "unconnected"
+    edu.connect_dobot(arm["portName"])
+    assert [found["status"] for found in edu.search_dobot()] == ["connected"]
+    edu.disconnect_dobot(arm["portName"])
+    assert edu.search_dobot() == [arm]
+
+
 def test_the_port_may_be_named_in_front_by_keyword_or_not() -> None:
     edu = dobotedu.dobot_edu
     port = edu.magician.search_dobot()[0]["portName"]

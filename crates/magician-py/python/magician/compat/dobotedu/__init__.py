@@ -123,9 +123,17 @@ class MagicianApi:
             super().__setattr__(name, value)
 
     def search_dobot(self) -> list[dict[str, str]]:
-        """The ports that an arm may be at."""
+        """The ports that an arm may be at, and which of them this program is connected to."""
         first = comports()[:1] if elsewhere() else comports()
-        return [{"portName": p.device, "status": "unconnected", "description": p.description} for p in first]
+        connected = {line.name for line in [*_lines.values()] if not line.closed}
+        return [
+            {
+                "portName": port.device,
+                "status": "connected" if port.device in connected else "unconnected",
+                "description": port.description,
+            }
+            for port in first
+        ]
 
     def connect_dobot(self, port_name: str | None = None, queue_start: bool = True, is_queued: bool = False) -> bool:
         """Connects; the first call does too."""
