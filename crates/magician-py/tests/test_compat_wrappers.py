@@ -219,3 +219,24 @@ robot = Robot()
 def test_a_destructor_speaks_to_the_arm_at_the_end_of_a_program(tmp_path: Path) -> None:
     done = run(tmp_path, {"main.py": DESTRUCTOR})
     assert (done.returncode, done.stdout, done.stderr) == (0, "home\n", "")
+
+
+def test_a_destructor_after_an_exception_says_nothing_of_the_end_of_python(tmp_path: Path) -> None:
+    # A destructor that runs this late cannot import, and so cannot raise what the native part raises.
+    done = run(tmp_path, {"main.py": DESTRUCTOR + "robot.unknown"})
+    assert done.returncode == 1 and "no attribute 'unknown'" in done.stderr and "home" not in done.stdout
+    assert "SetPTPCmd after the end of the program: nothing was done" in done.stderr
+    assert "ImportError" not in done.stderr
+
+
+def test_a_late_call_of_pydobot_finds_the_connection_closed(tmp_path: Path) -> None:
+    program = """
+from pydobot import Dobot
+class Robot:
+    def __init__(self): self.arm = Dobot("COM3")
+    def __del__(self): self.arm.move_to(210, 0, 30, 0, wait=True)
+robot = Robot()
+robot.unknown
+"""
+    done = run(tmp_path, {"main.py": program})
+    assert done.returncode == 1 and "the connection is closed" in done.stderr and "ImportError" not in done.stderr

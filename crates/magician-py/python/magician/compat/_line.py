@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import re
 import threading
@@ -12,7 +13,7 @@ from .._magician import Call, Cell, Core
 from .._native import opened as remembered
 from .._native import wait, wait_done, wait_stopped
 from .._ports import ports
-from ..errors import Error, PortError
+from ..errors import ClosedError, Error, PortError
 
 __all__ = ["Line", "find", "opened", "send_elsewhere"]
 
@@ -39,6 +40,14 @@ def elsewhere() -> str | None:
 def opened() -> list[Line]:
     """The lines that are open."""
     return [line for line in _opened if not line.closed]
+
+
+@atexit.register
+def _end() -> None:
+    """At the end of a program its connections are over: what destructors ask for after that is answered without the
+    native part, which cannot raise any more."""
+    for line in opened():
+        line.closed = True
 
 
 def find(port: str | None) -> str:
@@ -97,6 +106,8 @@ class Line:
         ``patient``. It is sent once; when its answer is lost, the arm's indices say whether it was taken. What can
         brick, unlearn or unlock something is sent if ``allow`` or ``MAGICIAN_ALLOW`` names it.
         """
+        if self.closed:
+            raise ClosedError("the connection is closed")
         allow = f"{allow},{os.environ.get('MAGICIAN_ALLOW', '')}"
         if self._stopped and self.running and ctrl & QUEUED == QUEUED:
             self._stopped = False

@@ -84,6 +84,7 @@ class Door:
         self._last = threading.local()
         self._noted: set[str] = set()
         self._noted_late: set[tuple[str, int]] = set()
+        self._when = "DisconnectDobot"
 
     def dobot_call(self, name: str, arguments: Sequence[Any]) -> int:
         """Does what the C function of this name does with these arguments, and returns its code."""
@@ -93,6 +94,11 @@ class Door:
             if own is not None:
                 return own(*arguments)
             line = self._arm(arguments)
+            if not isinstance(line, int) and line.closed:
+                # The program is over, and this is the destructor of one of its objects.
+                self._when = "the end of the program"
+                self._call_DisconnectDobot(self._id(arguments))
+                line = self._arm(arguments)
             if isinstance(line, int):
                 late = self._id(arguments) in self._let_go and (name == CURRENT_INDEX or not name.startswith("Get"))
                 return self._too_late(name, arguments) if late else line
@@ -174,13 +180,13 @@ class Door:
             index.value = int.from_bytes(params[:8], "little")
 
     def _too_late(self, name: str, arguments: Sequence[Any]) -> int:
-        """A call after DisconnectDobot, as in a program's destructor, does nothing and succeeds, as a call does that it
-        cuts short. What was queued counts as done, so that loops which wait for it end. Other readings are refused as
-        without a connection: there is nothing that they could be."""
+        """A call after DisconnectDobot or the program's end, as in a destructor, does nothing and succeeds, as a call
+        does that it cuts short. What was queued counts as done, so that loops which wait for it end. Other readings are
+        refused as without a connection: there is nothing that they could be."""
         id = self._id(arguments)
         if (name, id) not in self._noted_late:
             self._noted_late.add((name, id))
-            print(f"magician: {name} after DisconnectDobot: nothing was done", file=sys.stderr)
+            print(f"magician: {name} after {self._when}: nothing was done", file=sys.stderr)
         for place in map(_given, self._prototypes[name][self._ids :], arguments[self._ids :]):
             if _is_place(place):
                 ctypes.memset(ctypes.addressof(place), 0, ctypes.sizeof(place))
