@@ -236,6 +236,27 @@ def test_jobs_are_checked_run_paused_and_stopped(station: Station, other: Statio
     assert [each.state for each in station.jobs.list("left")][-2:] == ["done", "stopped"]
 
 
+def test_a_drawing_is_placed_by_its_setup_and_a_kept_program_runs_by_its_name(station: Station) -> None:
+    size = 'width="40mm" height="20mm" viewBox="0 0 40 20"'
+    box = f'<svg xmlns="http://www.w3.org/2000/svg" {size}><path d="M0 0H40V20H0Z"/></svg>'.encode()
+    setup = {"tool": "pen", "surface": -40, "at": [220, -30], "rotate": 90}
+    found = station.jobs.check(box, arm="left", format="svg", setup=setup)
+    assert found["ok"] is True and found["drawn_mm"] == pytest.approx(120, abs=0.1)
+    turned = found["bounds"]
+    level = station.jobs.check(box, arm="left", format="svg", setup={**setup, "rotate": 0})["bounds"]
+    assert turned["x"][1] - turned["x"][0] == pytest.approx(level["y"][1] - level["y"][0], abs=0.1)
+    station.call("program.put", name="box.svg", text=box.decode())
+    with station.lease("left"):
+        done = station.jobs.start(name="box.svg", arm="left", setup=setup).wait()
+    assert (done.state, done.drawn_mm) == ("done", pytest.approx(120, abs=0.1))
+    with station.lease("left"), pytest.raises(errors.InvalidInputError, match="nothing"):
+        station.jobs.start(box, arm="left", format="svg", setup={"nothing": 1})
+    with pytest.raises(TypeError, match="one program"):
+        station.jobs.check()
+    with pytest.raises(TypeError, match="one program"):
+        station.jobs.check(box, name="box.svg")
+
+
 def test_a_stop_by_anybody_ends_the_wait_for_a_job(station: Station, other: Station) -> None:
     with station.lease("right"):
         station.call("arm.home", arm="right")

@@ -417,27 +417,38 @@ class Jobs(Bound):
         return f"<Jobs of {self._station!r}>"
 
     async def check(
-        self, program: Plan | str | os.PathLike[str] | bytes | None, *, arm: str | None = None, **options: Any
+        self,
+        program: Plan | str | os.PathLike[str] | bytes | None = None,
+        *,
+        name: str | None = None,
+        arm: str | None = None,
+        **options: Any,
     ) -> dict[str, Any]:
         """Checks a program from where the arm stands; nothing moves.
 
         It returns what ``magician run --check --json`` prints. As for :meth:`start`.
         """
-        found: dict[str, Any] = await self._station.call("job.check", arm=arm, **source(program, options))
+        found: dict[str, Any] = await self._station.call("job.check", arm=arm, **source(program, name, options))
         return found
 
     async def start(
-        self, program: Plan | str | os.PathLike[str] | bytes | None, *, arm: str | None = None, **options: Any
+        self,
+        program: Plan | str | os.PathLike[str] | bytes | None = None,
+        *,
+        name: str | None = None,
+        arm: str | None = None,
+        **options: Any,
     ) -> StationJob:
         """Checks a program and runs it, and returns as soon as it runs. It needs the lease of the arm.
 
         :param program: a :class:`magician.Plan`, the path of a file, or a file's bytes.
+        :param name: instead of it, the name of a program that the station keeps.
         :param arm: its name; it may be left out while the station has one arm.
-        :param options: further parameters of ``job.start``: ``loops``, ``from_``, ``unhomed``, ``yes``, ``on_lost``, ..
+        :param options: further parameters of ``job.start``: ``setup``, ``loops``, ``from_``, ``unhomed``, ..
 
         Raises :class:`~magician.errors.CheckFailedError` when the arm cannot do all of it: nothing was sent then.
         """
-        started = await self._station.call("job.start", arm=arm, **source(program, options))
+        started = await self._station.call("job.start", arm=arm, **source(program, name, options))
         return StationJob(self._station, started["job"])
 
     async def list(self, arm: str | None = None) -> list[JobState]:

@@ -230,10 +230,14 @@ def read(answer: str) -> Any:
     return json.loads(answer)
 
 
-def source(program: Plan | str | os.PathLike[str] | bytes | None, options: dict[str, Any]) -> dict[str, Any]:
+def source(
+    program: Plan | str | os.PathLike[str] | bytes | None, name: str | None, options: dict[str, Any]
+) -> dict[str, Any]:
     """The program as a station takes it."""
-    if program is None:
-        return options
+    if program is None or name is not None:
+        if name is None or program is not None:
+            raise TypeError("a job is of one program: give it, or the name of one that the station keeps")
+        return {"program": text("name", name), **options}
     if isinstance(program, Plan):
         return {"text": program.to_json(), "format": "plan", **options}
     from base64 import b64encode

@@ -131,6 +131,7 @@ async fn a_recording_has_the_arm_read_at_its_rate_and_says_what_happens() {
     let tape = tapes.tape(&name);
     assert!(!tape.whole && tape.flushed > 50, "{}", tape.flushed);
     viewer.ok("arm.stop", json!({})).await;
+    anna.listen(Duration::from_millis(500)).await;
     let over = anna.ok("record.stop", json!({})).await;
     let tape = tapes.tape(&name);
     let (first, last) = (tape.samples[0], tape.samples[tape.samples.len() - 1]);
