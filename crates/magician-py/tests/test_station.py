@@ -248,7 +248,7 @@ def test_a_drawing_is_placed_by_its_setup_and_a_kept_program_runs_by_its_name(st
     station.call("program.put", name="box.svg", text=box.decode())
     with station.lease("left"):
         done = station.jobs.start(name="box.svg", arm="left", setup=setup).wait()
-    assert (done.state, done.drawn_mm) == ("done", pytest.approx(120, abs=0.1))
+    assert done.state == "done" and done.drawn_mm == pytest.approx(120, abs=0.1)
     with station.lease("left"), pytest.raises(errors.InvalidInputError, match="nothing"):
         station.jobs.start(box, arm="left", format="svg", setup={"nothing": 1})
     with pytest.raises(TypeError, match="one program"):
