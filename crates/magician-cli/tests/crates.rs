@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What each crate depends on among ours, in any section but dev-dependencies: all of it, and nothing else.
-const DEPENDENCIES: [(&str, &[&str]); 20] = [
+const DEPENDENCIES: [(&str, &[&str]); 21] = [
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),
@@ -97,6 +97,15 @@ const DEPENDENCIES: [(&str, &[&str]); 20] = [
             "magician-cli",
         ],
     ),
+    (
+        "magician-wasm",
+        &[
+            "magician",
+            "magician-program",
+            "magician-job",
+            "magician-station",
+        ],
+    ),
     // Compares systems with each other.
     (
         "magician-everywhere",
@@ -136,11 +145,15 @@ const DEPENDENCIES: [(&str, &[&str]); 20] = [
     ),
 ];
 
-/// What each crate of the two workspaces depends on among ours, and with which features, but for its tests.
+/// What each crate of the three workspaces depends on among ours, and with which features, but for its tests.
 fn members() -> BTreeMap<String, BTreeMap<String, BTreeSet<String>>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut members = BTreeMap::new();
-    for manifest in ["Cargo.toml", "crates/magician-py/Cargo.toml"] {
+    for manifest in [
+        "Cargo.toml",
+        "crates/magician-py/Cargo.toml",
+        "crates/magician-wasm/Cargo.toml",
+    ] {
         let output = Command::new(env!("CARGO"))
             .args(["metadata", "--format-version=1", "--no-deps", "--offline"])
             .arg("--manifest-path")

@@ -232,6 +232,7 @@ fn no_dependency_wants_a_newer_compiler_than_the_workspace_says() {
     for manifest in [
         "Cargo.toml",
         "crates/magician-py/Cargo.toml",
+        "crates/magician-wasm/Cargo.toml",
         "fuzz/Cargo.toml",
     ] {
         for package in packages(manifest) {

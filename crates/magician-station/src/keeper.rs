@@ -58,7 +58,7 @@ impl Keeper {
             drop(waiting);
             let keeper = Arc::clone(self);
             // A page has no other thread, and no disk.
-            if cfg!(target_family = "wasm") {
+            if cfg!(any(target_family = "wasm", feature = "single-thread")) {
                 keeper.write();
             } else {
                 self.runtime.spawn_blocking(move || keeper.write());

@@ -79,6 +79,7 @@ struct Shared {
     recordings: Arc<dyn RecordingStore>,
     library: Arc<dyn ProgramStore>,
     reader: Arc<dyn Reader>,
+    #[cfg(feature = "http")]
     read_only: bool,
     this: Weak<Shared>,
     runtime: Handle,
@@ -125,6 +126,7 @@ impl RunningStation {
             Shared {
                 recordings: Arc::clone(&config.recordings),
                 library: Arc::clone(&config.programs),
+                #[cfg(feature = "http")]
                 read_only: config.read_only,
                 this: Weak::clone(shared),
                 runtime: Handle::current(),

@@ -232,7 +232,7 @@ fn checked(
 }
 
 /// Computes beside the tasks of the runtime, where there are threads.
-#[cfg(not(target_family = "wasm"))]
+#[cfg(not(any(target_family = "wasm", feature = "single-thread")))]
 pub(super) async fn beside<T: Send + 'static>(
     compute: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Error> {
@@ -240,7 +240,7 @@ pub(super) async fn beside<T: Send + 'static>(
     computed.map_err(|error| Error::new(magician::ErrorCode::Closed, error.to_string()))
 }
 
-#[cfg(target_family = "wasm")]
+#[cfg(any(target_family = "wasm", feature = "single-thread"))]
 pub(super) async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, Error> {
     tokio::task::yield_now().await;
     Ok(compute())

@@ -413,7 +413,7 @@ async fn read(
 }
 
 /// Computes beside the tasks of the runtime, where there are threads.
-#[cfg(not(target_family = "wasm"))]
+#[cfg(not(any(target_family = "wasm", feature = "single-thread")))]
 pub(crate) async fn beside<T: Send + 'static>(
     compute: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, RpcError> {
@@ -421,7 +421,7 @@ pub(crate) async fn beside<T: Send + 'static>(
     computed.map_err(|error| RpcError::internal(error.to_string()))
 }
 
-#[cfg(target_family = "wasm")]
+#[cfg(any(target_family = "wasm", feature = "single-thread"))]
 pub(crate) async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, RpcError> {
     tokio::task::yield_now().await;
     Ok(compute())

@@ -217,6 +217,10 @@ impl Route {
 }
 
 fn is_pseudo_terminal(path: &str) -> bool {
+    // Without lines no path is opened, and a module for a page asks for no files.
+    if !cfg!(feature = "lines") {
+        return false;
+    }
     let real = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     let real = real.to_string_lossy();
     let pipes = ["/dev/pts/", "/dev/ttys", r"\\.\pipe\"];

@@ -1,0 +1,146 @@
+//! What a station is opened with.
+//!
+//! ```json
+//! {"arms": [{"name": "arm", "sim": {"speed": 1, "scenario": "table = { height = -60 }"}}],
+//!  "epoch": "k3x9", "unix_zero": 1763932800.25, "role": "teacher"}
+//! ```
+//!
+//! | member | is |
+//! |---|---|
+//! | `arms` | one or more: `name`, and either `sim` or `line: true` |
+//! | `sim` | a virtual arm: `speed` (more than 0, at most 100; 1 unless given), `scenario` (the text of one, TOML) |
+//! | `line` | the real arm at the other end of the line, one at most |
+//! | `epoch` | what ids begin with, another text for each opening, if they are not to be used twice |
+//! | `unix_zero` | Unix seconds when `now` is 0; 0 unless given |
+//! | `role` | of all sessions: `viewer`, `student` or `teacher` (which it is unless given) |
+
+use magician::sim::{Controller, Profile, Scenario, World};
+use magician::{SimSpeed, VirtualArm};
+use magician_station::Role;
+use serde::Deserialize;
+
+/// An arm's clock runs so many times as fast as a real arm's, at most.
+const FASTEST: f64 = 100.0;
+/// Arms of one station, at most.
+const MOST: usize = 64;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Written {
+    arms: Vec<WrittenArm>,
+    #[serde(default)]
+    epoch: String,
+    #[serde(default)]
+    unix_zero: f64,
+    role: Option<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenArm {
+    name: String,
+    sim: Option<WrittenSim>,
+    #[serde(default)]
+    line: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenSim {
+    speed: Option<f64>,
+    scenario: Option<String>,
+}
+
+/// What a station is opened with, checked.
+#[derive(Debug)]
+pub(crate) struct Config {
+    pub(crate) arms: Vec<(String, Place)>,
+    pub(crate) epoch: String,
+    pub(crate) unix_zero: f64,
+    pub(crate) role: Role,
+}
+
+/// Where an arm is.
+#[derive(Debug)]
+pub(crate) enum Place {
+    /// In this process.
+    Here(VirtualArm),
+    /// At the other end of the line.
+    Line,
+}
+
+impl Config {
+    /// Reads it; the error is a sentence.
+    pub(crate) fn read(json: &[u8]) -> Result<Self, String> {
+        let written: Written =
+            serde_json::from_slice(json).map_err(|error| format!("configuration: {error}"))?;
+        let role = match written.role.as_deref() {
+            None => Role::Teacher,
+            Some(name) => Role::named(name).ok_or("`role` must be viewer, student or teacher")?,
+        };
+        if !(written.unix_zero.is_finite() && written.unix_zero.abs() < 1e12) {
+            return Err("`unix_zero` must be Unix seconds".to_owned());
+        }
+        if written.epoch.len() > 64 {
+            return Err("`epoch` must have at most 64 bytes".to_owned());
+        }
+        if written.arms.is_empty() || written.arms.len() > MOST {
+            return Err(format!("`arms` must have 1 to {MOST} arms"));
+        }
+        let mut arms: Vec<(String, Place)> = Vec::new();
+        for arm in written.arms {
+            if !is_name(&arm.name) {
+                return Err(
+                    "`name` of an arm must be 1 to 32 of a-z, 0-9, _ and -, the first of a-z, 0-9"
+                        .to_owned(),
+                );
+            }
+            if arms.iter().any(|(name, _)| *name == arm.name) {
+                return Err(format!("two arms have the name {}", arm.name));
+            }
+            let has_line = arms.iter().any(|(_, place)| matches!(place, Place::Line));
+            let place = match (arm.sim, arm.line) {
+                (Some(sim), false) => sim.place().map_err(|why| format!("{}: {why}", arm.name))?,
+                (None, true) if !has_line => Place::Line,
+                (None, true) => return Err("only one arm can be at the line".to_owned()),
+                _ => return Err(format!("{}: either `sim` or `line: true`", arm.name)),
+            };
+            arms.push((arm.name, place));
+        }
+        Ok(Self {
+            arms,
+            epoch: written.epoch,
+            unix_zero: written.unix_zero,
+            role,
+        })
+    }
+}
+
+impl WrittenSim {
+    fn place(self) -> Result<Place, String> {
+        let speed = self.speed.unwrap_or(1.0);
+        if !(speed > 0.0 && speed <= FASTEST) {
+            return Err(format!(
+                "`speed` must be more than 0 and at most {FASTEST}, not {speed}"
+            ));
+        }
+        let scenario = match self.scenario {
+            None => Scenario::default(),
+            Some(text) => {
+                Scenario::from_toml(&text).map_err(|error| format!("`scenario`: {error}"))?
+            }
+        };
+        let world = World::from_scenario(&scenario);
+        let arm = Controller::in_world(Profile::default(), world);
+        Ok(Place::Here(VirtualArm::new(arm, SimSpeed::Times(speed))))
+    }
+}
+
+fn is_name(name: &str) -> bool {
+    let plain = |sign: u8| sign.is_ascii_lowercase() || sign.is_ascii_digit();
+    (1..=32).contains(&name.len())
+        && name
+            .bytes()
+            .all(|sign| plain(sign) || b"_-".contains(&sign))
+        && name.bytes().next().is_some_and(plain)
+}

@@ -1,0 +1,90 @@
+//! The exports of the module: what [`table`](crate::table) does, by addresses in its memory.
+#![allow(unsafe_code)] // What the page hands over is an address and a length, and exports have names without a crate's.
+
+use std::slice;
+
+use crate::table;
+
+/// Bytes that were handed in.
+///
+/// # Safety
+/// They are `count` bytes at `at`, which stay as they are during the call: those of [`alloc`], or none.
+unsafe fn given<'a>(at: *const u8, count: usize) -> &'a [u8] {
+    if at.is_null() || count == 0 {
+        return &[];
+    }
+    // SAFETY: by the caller's word; `alloc` gives no more than there can be.
+    unsafe { slice::from_raw_parts(at, count) }
+}
+
+unsafe extern "C" {
+    fn malloc(count: usize) -> *mut u8;
+}
+
+/// Memory for so many bytes; null if there is none. The export `free` is that of the C library below, which knows how many they are
+/// (`build.rs`): two of that name cannot be in one module.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn alloc(count: usize) -> *mut u8 {
+    // SAFETY: it takes any size.
+    unsafe { malloc(count) }
+}
+
+/// Opens a station.
+///
+/// # Safety
+/// As for all bytes that are handed in: they are there.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn station_open(config: *const u8, count: usize) -> u32 {
+    // SAFETY: by the caller's word.
+    table::station_open(unsafe { given(config, count) })
+}
+
+/// Text of a session.
+///
+/// # Safety
+/// As for all bytes that are handed in: they are there.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn station_rpc(
+    handle: u32,
+    session: u32,
+    text: *const u8,
+    count: usize,
+) {
+    // SAFETY: by the caller's word.
+    table::station_rpc(handle, session, unsafe { given(text, count) });
+}
+
+/// Does what is due.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn station_turn(handle: u32, now: f64) -> f64 {
+    table::station_turn(handle, now)
+}
+
+/// What comes out, as address and length; 0 if nothing does.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn station_out(handle: u32) -> u64 {
+    let place = |bytes: &[u8]| (bytes.as_ptr().addr() as u64) << 32 | bytes.len() as u64;
+    table::station_out(handle, place).unwrap_or(0)
+}
+
+/// Bytes of the real arm.
+///
+/// # Safety
+/// As for all bytes that are handed in: they are there.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn line_in(handle: u32, bytes: *const u8, count: usize) {
+    // SAFETY: by the caller's word.
+    table::line_in(handle, unsafe { given(bytes, count) });
+}
+
+/// The line broke.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn line_lost(handle: u32) {
+    table::line_lost(handle);
+}
+
+/// The line is there again.
+#[unsafe(no_mangle)]
+pub(crate) extern "C" fn line_found(handle: u32) {
+    table::line_found(handle);
+}

@@ -1,0 +1,33 @@
+//! `arm.wasm`: a station with its arms in one WebAssembly module without thread, socket, file or clock of its own. A worker of a page turns
+//! it by hand; what a client of a station says over a socket elsewhere it says here by [`PageStation::rpc`].
+//!
+//! # The module
+//!
+//! | export | does |
+//! |---|---|
+//! | `alloc(n) -> p`, `free(p, n)` | memory for what is handed in; 0 where there is none. It may be given back when the call is over |
+//! | `station_open(p, n) -> h` | opens a station by its [configuration](config) (JSON); 0 if something is wrong with it: `station_out(0)` says what |
+//! | `station_rpc(h, session, p, n)` | text of a session, 1 to 65535. A new number opens one; without text (`n` 0) it ends, and its number is free |
+//! | `station_turn(h, now) -> next` | does what is due at `now`, us of any clock that does not go back; when it wants to be turned next, on the same clock; -1: never |
+//! | `station_out(h) -> p << 32 \| n` | what comes out, until 0: a byte for its kind, the session (two bytes, little endian), then the payload. It lies there until the next call |
+//! | `line_in(h, p, n)`, `line_lost(h)`, `line_found(h)` | the line to a real arm |
+//!
+//! Kinds that come out: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its close code (two bytes). Text of session
+//! 0 is the station's own: `{"ready":true,"arms":[..]}` when all arms are connected, `{"error":{"kind","message"}}` if that went
+//! wrong, after which nothing else comes.
+//!
+//! Text, bytes and the state of the line are taken at once and acted upon by the next turn: turn behind each call. The clock is put
+//! forward before text is read, so that a page that was asleep finds its jog ended and its lease gone.
+//!
+//! Memory of the module may move with every call: make views on it anew. `_initialize` is called once, before all else.
+
+mod clock;
+pub mod config;
+#[cfg(target_family = "wasm")]
+mod exports;
+mod line;
+mod page;
+mod stores;
+pub mod table;
+
+pub use page::PageStation;

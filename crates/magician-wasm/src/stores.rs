@@ -1,0 +1,171 @@
+//! What a station keeps, in memory: a page has no files.
+
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use magician_job::{Journal, JournalError, JournalKey};
+use magician_program::Format;
+use magician_program::resume::Checkpoint;
+use magician_station::{
+    JobStore, LARGEST_PROGRAM, LibraryError, ProgramEntry, ProgramName, ProgramStore, Upload,
+};
+use serde_json::Value;
+use tokio::time::Instant;
+
+fn locked<T>(what: &Mutex<T>) -> MutexGuard<'_, T> {
+    what.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Unix time.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Calendar {
+    /// Unix seconds at an instant.
+    pub(crate) unix: f64,
+    pub(crate) at: Instant,
+}
+
+impl Calendar {
+    fn now(self) -> f64 {
+        self.unix + self.at.elapsed().as_secs_f64()
+    }
+}
+
+/// A library of programs, as large together as one may be elsewhere.
+#[derive(Clone)]
+pub(crate) struct MemoryPrograms {
+    programs: Arc<Mutex<BTreeMap<ProgramName, Kept>>>,
+    calendar: Calendar,
+}
+
+struct Kept {
+    bytes: Arc<[u8]>,
+    modified: f64,
+}
+
+impl MemoryPrograms {
+    pub(crate) fn new(calendar: Calendar) -> Self {
+        Self {
+            programs: Arc::default(),
+            calendar,
+        }
+    }
+
+    /// Bytes of all programs but this.
+    fn taken_beside(&self, name: &ProgramName) -> u64 {
+        let programs = locked(&self.programs);
+        let others = programs.iter().filter(|(other, _)| *other != name);
+        others.map(|(_, kept)| kept.bytes.len() as u64).sum()
+    }
+}
+
+impl ProgramStore for MemoryPrograms {
+    fn folder(&self) -> Option<&Path> {
+        None
+    }
+
+    fn list(&self) -> Result<Vec<ProgramEntry>, LibraryError> {
+        let programs = locked(&self.programs);
+        let entry = |(name, kept): (&ProgramName, &Kept)| ProgramEntry {
+            name: name.clone(),
+            bytes: kept.bytes.len() as u64,
+            modified: kept.modified,
+            format: Format::of(name.as_str(), &kept.bytes),
+        };
+        Ok(programs.iter().map(entry).collect())
+    }
+
+    fn open(&self, name: &ProgramName) -> Result<(u64, Box<dyn Read + Send>), LibraryError> {
+        let programs = locked(&self.programs);
+        let kept = programs.get(name).ok_or(LibraryError::Unknown)?;
+        let bytes = Arc::clone(&kept.bytes);
+        Ok((bytes.len() as u64, Box::new(Cursor::new(bytes))))
+    }
+
+    fn upload(&self, name: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+        Ok(Box::new(Coming {
+            library: self.clone(),
+            name: name.clone(),
+            bytes: Vec::new(),
+        }))
+    }
+
+    fn delete(&self, name: &ProgramName) -> Result<(), LibraryError> {
+        let mut programs = locked(&self.programs);
+        programs.remove(name).map(drop).ok_or(LibraryError::Unknown)
+    }
+}
+
+struct Coming {
+    library: MemoryPrograms,
+    name: ProgramName,
+    bytes: Vec<u8>,
+}
+
+impl Upload for Coming {
+    fn write(&mut self, bytes: &[u8]) -> Result<(), LibraryError> {
+        let size = self.bytes.len() as u64 + bytes.len() as u64;
+        if size > LARGEST_PROGRAM {
+            return Err(LibraryError::TooLarge);
+        }
+        if self.library.taken_beside(&self.name) + size > LARGEST_PROGRAM {
+            return Err(LibraryError::Full);
+        }
+        self.bytes.extend_from_slice(bytes);
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<bool, LibraryError> {
+        let kept = Kept {
+            bytes: self.bytes.into(),
+            modified: self.library.calendar.now(),
+        };
+        let before = locked(&self.library.programs).insert(self.name, kept);
+        Ok(before.is_none())
+    }
+}
+
+/// Journals of jobs, by program and arm.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct MemoryJobs(Arc<Mutex<BTreeMap<(String, String), Checkpoint>>>);
+
+impl JobStore for MemoryJobs {
+    fn load(&self) -> Value {
+        Value::Null
+    }
+
+    /// The station has them, and no other comes after it.
+    fn save(&self, _: &Value) {}
+
+    fn journal(&self) -> Box<dyn Journal> {
+        Box::new(MemoryJournal {
+            kept: self.clone(),
+            key: (String::new(), String::new()),
+        })
+    }
+}
+
+struct MemoryJournal {
+    kept: MemoryJobs,
+    key: (String, String),
+}
+
+impl Journal for MemoryJournal {
+    fn open(&mut self, key: &JournalKey) {
+        self.key = (key.program.clone(), key.arm.clone());
+    }
+
+    fn left(&self) -> Result<Checkpoint, JournalError> {
+        let journals = locked(&self.kept.0);
+        { journals.get(&self.key).cloned() }.ok_or(JournalError::Nothing)
+    }
+
+    fn write(&mut self, checkpoint: &Checkpoint) {
+        locked(&self.kept.0).insert(self.key.clone(), checkpoint.clone());
+    }
+
+    fn remove(&mut self) {
+        locked(&self.kept.0).remove(&self.key);
+    }
+}

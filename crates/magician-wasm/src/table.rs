@@ -1,0 +1,83 @@
+//! The stations of the module by their numbers: its exports, in safe words. A number of no station does nothing.
+
+use std::cell::RefCell;
+
+use crate::PageStation;
+use crate::page::failure;
+
+#[derive(Default)]
+struct Table {
+    /// A station lasts as long as the module: threads of tests that end have no runtime any more to end one in.
+    stations: Vec<&'static mut PageStation>,
+    /// Why the last one was not opened.
+    refused: Option<String>,
+    shown: Vec<u8>,
+}
+
+thread_local! {
+    static TABLE: RefCell<Table> = RefCell::default();
+}
+
+fn with<T>(handle: u32, act: impl FnOnce(&mut PageStation) -> T) -> Option<T> {
+    TABLE.with_borrow_mut(|table| {
+        let at = usize::try_from(handle.checked_sub(1)?).ok()?;
+        table.stations.get_mut(at).map(|station| act(station))
+    })
+}
+
+/// Opens a station; 0 if something is wrong with its configuration.
+#[must_use]
+pub fn station_open(config: &[u8]) -> u32 {
+    TABLE.with_borrow_mut(|table| match PageStation::open(config) {
+        Ok(station) => {
+            table.stations.push(Box::leak(Box::new(station)));
+            u32::try_from(table.stations.len()).unwrap_or(0)
+        }
+        Err(why) => {
+            table.refused = Some(failure("invalid-input", &why).to_string());
+            0
+        }
+    })
+}
+
+/// Text of a session.
+pub fn station_rpc(handle: u32, session: u32, text: &[u8]) {
+    if let Ok(session) = u16::try_from(session) {
+        with(handle, |station| station.rpc(session, text));
+    }
+}
+
+/// Does what is due at `now`, us; when the next turn is due, or -1.
+#[must_use]
+pub fn station_turn(handle: u32, now: f64) -> f64 {
+    with(handle, |station| station.turn(now))
+        .flatten()
+        .unwrap_or(-1.0)
+}
+
+/// Shows what comes out next, if anything does; of station 0 why the last one was not opened.
+pub fn station_out<T>(handle: u32, show: impl FnOnce(&[u8]) -> T) -> Option<T> {
+    if handle > 0 {
+        return with(handle, |station| station.out().map(show)).flatten();
+    }
+    TABLE.with_borrow_mut(|table| {
+        let why = table.refused.take()?;
+        table.shown = [&[0; 3], why.as_bytes()].concat();
+        Some(show(&table.shown))
+    })
+}
+
+/// Bytes of the real arm of a station.
+pub fn line_in(handle: u32, bytes: &[u8]) {
+    with(handle, |station| station.line_in(bytes));
+}
+
+/// The line to the real arm broke.
+pub fn line_lost(handle: u32) {
+    with(handle, PageStation::line_lost);
+}
+
+/// The line is there again.
+pub fn line_found(handle: u32) {
+    with(handle, PageStation::line_found);
+}

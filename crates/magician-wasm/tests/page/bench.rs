@@ -1,0 +1,209 @@
+//! A page: what it hands in, what comes out, and its clock, which the test puts forward.
+
+use std::collections::BTreeMap;
+
+use arm::table;
+use magician::sim::{Controller, HostInstant, LineTiming, LinkId, Profile, Runner, Speed};
+use serde_json::{Value, json};
+
+/// From one turn to the next, us.
+const TURN: f64 = 4_000.0;
+/// No answer takes longer, us.
+const PATIENCE: f64 = 120e6;
+
+/// A real arm, as far as the page knows: at the other end of its line.
+pub(crate) struct FarEnd {
+    pub(crate) runner: Runner,
+    /// Nothing comes from it.
+    pub(crate) mute: bool,
+}
+
+impl FarEnd {
+    pub(crate) fn new() -> Self {
+        let line = LineTiming {
+            baud: Some(115_200),
+            ..LineTiming::default()
+        };
+        let arm = Controller::new(Profile::default());
+        Self {
+            runner: Runner::new(arm, Speed::Times(1.0), line),
+            mute: false,
+        }
+    }
+}
+
+#[derive(Default)]
+pub(crate) struct Page {
+    pub(crate) handle: u32,
+    /// us.
+    pub(crate) now: f64,
+    ids: u64,
+    /// What came for each session and was not looked for yet.
+    pub(crate) texts: BTreeMap<u16, Vec<Value>>,
+    pub(crate) frames: Vec<(u16, Vec<u8>)>,
+    pub(crate) closed: Vec<(u16, u16)>,
+    pub(crate) far: Option<FarEnd>,
+    /// Bytes that were said to the arm.
+    pub(crate) said: usize,
+}
+
+impl Page {
+    /// A station of this configuration, before its first turn.
+    pub(crate) fn of(config: &Value) -> Self {
+        let handle = table::station_open(config.to_string().as_bytes());
+        assert!(handle > 0, "{:?}", refusal());
+        Self {
+            handle,
+            // Some clock, which has run for a while.
+            now: 77e6,
+            ..Self::default()
+        }
+    }
+
+    /// One virtual arm, ready.
+    pub(crate) fn ready() -> Self {
+        let arms = json!([{"name": "arm", "sim": {}}]);
+        let mut page = Self::of(&json!({"arms": arms, "epoch": "t", "unix_zero": 1_000_000.0}));
+        page.becomes_ready();
+        page
+    }
+
+    pub(crate) fn becomes_ready(&mut self) {
+        let told = self.own();
+        assert_eq!(told["ready"], json!(true), "{told}");
+    }
+
+    /// What the station says for itself.
+    pub(crate) fn own(&mut self) -> Value {
+        let end = self.now + PATIENCE;
+        while self.now < end {
+            self.turn();
+            if let Some(told) = self.texts.get_mut(&0).and_then(Vec::pop) {
+                return told;
+            }
+        }
+        panic!("it never becomes ready");
+    }
+
+    /// Lets the time of one turn pass; when the next is due.
+    pub(crate) fn turn(&mut self) -> f64 {
+        self.turn_at(self.now + TURN)
+    }
+
+    pub(crate) fn turn_at(&mut self, now: f64) -> f64 {
+        self.now = now;
+        if let Some(far) = &mut self.far {
+            let now = HostInstant::from_micros(now as u64);
+            far.runner.handle_timeout(now);
+            while let Some(bytes) = far.runner.poll_transmit(now, LinkId(0)) {
+                if !far.mute {
+                    table::line_in(self.handle, bytes.bytes());
+                }
+            }
+        }
+        let next = table::station_turn(self.handle, now);
+        while let Some(bytes) = table::station_out(self.handle, <[u8]>::to_vec) {
+            let (kind, session) = (bytes[0], u16::from_le_bytes([bytes[1], bytes[2]]));
+            let payload = bytes[3..].to_vec();
+            match kind {
+                0 => {
+                    let text = serde_json::from_slice(&payload).expect("JSON");
+                    self.texts.entry(session).or_default().push(text);
+                }
+                1 => self.frames.push((session, payload)),
+                2 => {
+                    self.said += payload.len();
+                    if let Some(far) = &mut self.far {
+                        let now = HostInstant::from_micros(now as u64);
+                        far.runner.receive(now, LinkId(0), &payload);
+                    }
+                }
+                3 => {
+                    let code = u16::from_le_bytes([payload[0], payload[1]]);
+                    self.closed.push((session, code));
+                }
+                other => panic!("kind {other}"),
+            }
+        }
+        next
+    }
+
+    /// Lets time pass, s.
+    pub(crate) fn wait(&mut self, seconds: f64) {
+        let end = self.now + seconds * 1e6;
+        while self.now < end {
+            self.turn();
+        }
+    }
+
+    pub(crate) fn send(&mut self, session: u16, method: &str, params: &Value) -> u64 {
+        self.ids += 1;
+        let text = json!({"jsonrpc": "2.0", "id": self.ids, "method": method, "params": params});
+        table::station_rpc(self.handle, u32::from(session), text.to_string().as_bytes());
+        self.ids
+    }
+
+    pub(crate) fn notify(&mut self, session: u16, method: &str, params: &Value) {
+        let text = json!({"jsonrpc": "2.0", "method": method, "params": params});
+        table::station_rpc(self.handle, u32::from(session), text.to_string().as_bytes());
+    }
+
+    /// The answer to a request.
+    pub(crate) fn answer(&mut self, session: u16, id: u64) -> Result<Value, Value> {
+        let end = self.now + PATIENCE;
+        while self.now < end {
+            self.turn();
+            let texts = self.texts.entry(session).or_default();
+            let found = texts.iter().position(|text| text["id"] == json!(id));
+            if let Some(at) = found {
+                let answer = texts.remove(at);
+                return match answer.get("error") {
+                    Some(error) => Err(error.clone()),
+                    None => Ok(answer["result"].clone()),
+                };
+            }
+        }
+        panic!("no answer to {id}");
+    }
+
+    pub(crate) fn call(
+        &mut self,
+        session: u16,
+        method: &str,
+        params: &Value,
+    ) -> Result<Value, Value> {
+        let id = self.send(session, method, params);
+        self.answer(session, id)
+    }
+
+    pub(crate) fn ok(&mut self, session: u16, method: &str, params: &Value) -> Value {
+        let outcome = self.call(session, method, params);
+        outcome.unwrap_or_else(|error| panic!("{method}: {error}"))
+    }
+
+    /// A session says who it is.
+    pub(crate) fn join(&mut self, session: u16) -> Value {
+        self.ok(
+            session,
+            "session.hello",
+            &json!({"client": {"name": "page"}}),
+        )
+    }
+
+    /// Notifications of this method that came for a session, by their parameters.
+    pub(crate) fn noticed(&self, session: u16, method: &str) -> Vec<&Value> {
+        let texts = self.texts.get(&session).into_iter().flatten();
+        texts
+            .filter(|text| text["method"] == json!(method))
+            .map(|text| &text["params"])
+            .collect()
+    }
+}
+
+/// Why the last station was not opened.
+pub(crate) fn refusal() -> Option<Value> {
+    table::station_out(0, |bytes| {
+        assert_eq!(bytes[..3], [0, 0, 0]);
+        serde_json::from_slice(&bytes[3..]).expect("JSON")
+    })
+}
