@@ -1,17 +1,15 @@
 // arm.wasm with text and bytes instead of addresses, and what it imports: the page's clock, random numbers, and somewhere for a panic's
 // last words. Nothing in it waits: `poll_oneoff` is what a runtime sleeps in, and this one is turned.
-
 const utf8 = new TextDecoder();
 const KINDS = ["text", "frame", "line", "close"];
+const fail = (why) => { throw new Error(why); };
 
 // `now` is the clock of the page in ms: it does not go back. Its zero is `unix_zero` of the configuration.
 export async function load(source, now = () => performance.now()) {
   let wasm;
   const bytes = (at, count) => new Uint8Array(wasm.memory.buffer, at, count);
   const view = () => new DataView(wasm.memory.buffer);
-  const end = (what) => () => {
-    throw new Error(`arm.wasm: ${what}`);
-  };
+  const end = (what) => () => fail(`arm.wasm: ${what}`);
   const wasi = {
     clock_time_get: (_clock, _precision, at) => (view().setBigUint64(at, BigInt(Math.round(now() * 1e6)), true), 0),
     random_get: (at, count) => (crypto.getRandomValues(bytes(at, count)), 0),
@@ -23,19 +21,18 @@ export async function load(source, now = () => performance.now()) {
     fd_write(_file, list, count, written) {
       let sum = 0;
       for (let at = list; at < list + 8 * count; at += 8) {
-        const part = bytes(view().getUint32(at, true), view().getUint32(at + 4, true));
-        console.error(utf8.decode(part));
-        sum += part.length;
+        sum += view().getUint32(at + 4, true);
+        console.error(utf8.decode(bytes(view().getUint32(at, true), view().getUint32(at + 4, true))));
       }
       view().setUint32(written, sum, true);
       return 0;
     },
   };
   wasm = (await WebAssembly.instantiate(source, { wasi_snapshot_preview1: wasi })).instance.exports;
-  wasm._initialize?.();
   const hand = (what, act) => {
     const given = typeof what === "string" ? new TextEncoder().encode(what) : what;
-    const at = wasm.alloc(given.length);
+    const at = wasm.alloc(given.length) >>> 0;
+    if (at === 0 && given.length > 0) fail("there is no memory for it");
     bytes(at, given.length).set(given);
     const answer = act(at, given.length);
     wasm.free(at, given.length);
@@ -44,20 +41,19 @@ export async function load(source, now = () => performance.now()) {
   function out(handle) {
     const place = wasm.station_out(handle);
     if (place === 0n) return null;
-    const what = bytes(Number(place >> 32n), Number(place & 0xffffffffn)).slice();
-    const [kind, session] = [KINDS[what[0]], what[1] | (what[2] << 8)];
-    return { kind, session, payload: kind === "text" ? utf8.decode(what.subarray(3)) : what.subarray(3) };
+    const what = bytes(Number(BigInt.asUintN(32, place >> 32n)), Number(BigInt.asUintN(32, place))).slice();
+    const payload = what[0] === 0 ? utf8.decode(what.subarray(3)) : what.subarray(3);
+    return { kind: KINDS[what[0]], session: what[1] | (what[2] << 8), payload };
   }
   function open(config) {
     const handle = hand(JSON.stringify(config), wasm.station_open) >>> 0;
-    if (handle === 0) throw new Error(JSON.parse(out(0).payload).error.message);
+    if (handle === 0) fail(JSON.parse(out(0).payload).error.message);
     return {
       rpc: (session, text) => hand(text, (at, count) => wasm.station_rpc(handle, session, at, count)),
       turn: () => wasm.station_turn(handle, now() * 1000) / 1000,
       out: () => out(handle),
       lineIn: (what) => hand(what, (at, count) => wasm.line_in(handle, at, count)),
-      lineLost: () => wasm.line_lost(handle),
-      lineFound: () => wasm.line_found(handle),
+      lineIs: (there) => (there ? wasm.line_found(handle) : wasm.line_lost(handle)),
     };
   }
   return { open, memory: wasm.memory };

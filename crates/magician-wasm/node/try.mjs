@@ -76,7 +76,7 @@ assert(!ended(), "it is kept");
 const last = clock;
 while (!ended()) turn();
 assert(ended().params.why === "not-kept" && clock - last < 300, JSON.stringify(ended()));
-for (const until = clock + 500; clock < until; ) turn();
+for (const until = clock + 1000; clock < until; ) turn();
 const pose = call("arm.state");
 assert(!pose.moving && pose.y > there.y + 2, JSON.stringify(pose));
 assert(frames > 20, `${frames} frames`);

@@ -2,6 +2,7 @@
 #![allow(unsafe_code)] // What the page hands over is an address and a length, and exports have names without a crate's.
 
 use std::slice;
+use std::sync::Once;
 
 use crate::table;
 
@@ -19,7 +20,12 @@ unsafe fn given<'a>(at: *const u8, count: usize) -> &'a [u8] {
 
 unsafe extern "C" {
     fn malloc(count: usize) -> *mut u8;
+    fn __wasm_call_ctors();
 }
+
+/// What the C library wants done once. A linker that does not see it called takes the module for a program, and begins and ends that
+/// program in every export.
+static BEGUN: Once = Once::new();
 
 /// Memory for so many bytes; null if there is none. The export `free` is that of the C library below, which knows how many they are
 /// (`build.rs`): two of that name cannot be in one module.
@@ -35,6 +41,8 @@ pub(crate) extern "C" fn alloc(count: usize) -> *mut u8 {
 /// As for all bytes that are handed in: they are there.
 #[unsafe(no_mangle)]
 pub(crate) unsafe extern "C" fn station_open(config: *const u8, count: usize) -> u32 {
+    // SAFETY: it is called once.
+    BEGUN.call_once(|| unsafe { __wasm_call_ctors() });
     // SAFETY: by the caller's word.
     table::station_open(unsafe { given(config, count) })
 }

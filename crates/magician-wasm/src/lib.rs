@@ -19,7 +19,8 @@
 //! Text, bytes and the state of the line are taken at once and acted upon by the next turn: turn behind each call. The clock is put
 //! forward before text is read, so that a page that was asleep finds its jog ended and its lease gone.
 //!
-//! Memory of the module may move with every call: make views on it anew. `_initialize` is called once, before all else.
+//! Memory of the module may grow with every call: make views on it anew. `node/shim.mjs` is what it imports, and all of this as functions; `build`
+//! makes the module.
 
 mod clock;
 pub mod config;

@@ -94,17 +94,16 @@ fn a_jog_goes_on_while_it_is_kept_and_ends_by_itself() {
 fn a_page_that_was_asleep_finds_its_jog_ended_and_its_lease_gone() {
     let mut page = Page::ready();
     page.join(1);
-    page.ok(1, "lease.acquire", &json!({}));
+    let lease = page.ok(1, "lease.acquire", &json!({}))["lease"].clone();
     let jog = page.ok(1, "jog.start", &json!({"axis": "y+"}))["jog"].clone();
     page.notify(1, "jog.keep", &json!({"jog": jog}));
     page.wait(0.1);
     // What the page says as it wakes is judged by the clock.
     page.notify(1, "jog.keep", &json!({"jog": jog}));
+    let renewed = page.send(1, "lease.renew", &json!({"lease": lease}));
     page.turn_at(page.now + 10e6);
     assert_eq!(page.noticed(1, "jog.ended")[0]["why"], json!("not-kept"));
-    let refused = page
-        .call(1, "jog.start", &json!({"axis": "y+"}))
-        .unwrap_err();
+    let refused = page.answer(1, renewed).unwrap_err();
     assert_eq!(refused["code"], json!(-32002));
 }
 
