@@ -18,6 +18,7 @@ mod python;
 mod sentences;
 mod soak;
 mod station;
+mod studio;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -27,6 +28,10 @@ Usage: cargo xtask CHORE
 
   alarms     list the alarms as conformance cases show them: docs/ALARMS.md
   station    list the methods and routes of a station: docs/STATION-API.md
+  studio [--check]
+             build the page for browsers with Node: crates/magician-studio/dist; compare it
+  studio-api [--check]
+             write the methods as types of the page: studio/src/api.ts
   fidelity   list what the virtual arm assumes, and the cases that hold it: docs/FIDELITY.md
   protocol   list every command of the protocol: docs/PROTOCOL.md
   dissector  write the Wireshark dissector: docs/wireshark/magician.lua
@@ -67,6 +72,8 @@ fn main() -> ExitCode {
         Some((chore, [])) if chore == "fidelity" => fidelity::write(&docs),
         Some((chore, [])) if chore == "alarms" => alarms::write(&docs),
         Some((chore, [])) if chore == "station" => station::write(&docs),
+        Some((chore, rest)) if chore == "studio" => studio::bundle::run(rest, &root),
+        Some((chore, rest)) if chore == "studio-api" => studio::api::write(rest, &root),
         Some((chore, [])) if chore == "vendor-headers" => library::headers::write(&root),
         Some((chore, rest)) if chore == "vendor-library" => library::run(rest, &root),
         Some((chore, rest)) if chore == "licences" => dist::licences(rest, &root),

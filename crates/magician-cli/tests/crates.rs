@@ -63,6 +63,8 @@ const DEPENDENCIES: [(&str, &[&str]); 21] = [
             "magician-link",
         ],
     ),
+    // Files.
+    ("magician-studio", &[]),
     (
         "magician-cli",
         &[
@@ -75,6 +77,7 @@ const DEPENDENCIES: [(&str, &[&str]); 21] = [
             "magician-job",
             "magician-record",
             "magician-station",
+            "magician-studio",
         ],
     ),
     ("magician-capi", &["magician"]),

@@ -13,7 +13,7 @@ use magician::commands::{CpCmd, Pose};
 use magician::sim::Controller;
 use magician::{Arm, Options, SimSpeed, Tracer, VirtualArm};
 use magician_protocol::CpMode;
-use magician_station::http::{Admission, HttpOptions, Listener, TokenStore, Tries, Uploads};
+use magician_station::http::{Admission, HttpOptions, Listener, Pages, TokenStore, Tries, Uploads};
 use magician_station::link::{LinkListener, LinkOptions, LinkService};
 use magician_station::{ArmEntry, RunningStation, StationConfig};
 use serde_json::{Value, json};
@@ -147,6 +147,7 @@ async fn main() {
         tries: Tries::default(),
         uploads: Uploads::default(),
         link: None,
+        pages: Pages::default(),
     };
     let mut programs = Programs::at(station.clone(), ends.clone()).await;
     tokio::spawn(listener.serve(station, options, ends));

@@ -7,6 +7,7 @@ mod folder;
 mod jobs;
 mod journal;
 mod listen;
+mod pages;
 mod programs;
 mod recordings;
 mod routes;
@@ -21,6 +22,7 @@ pub use journal::JournalFile;
 pub use listen::{ListenError, Listener};
 #[cfg(feature = "link")]
 pub(crate) use listen::{Wanted, ended};
+pub use pages::{PageFile, Pages};
 pub use programs::Uploads;
 pub use recordings::RecordingFolder;
 pub use routes::{HttpOptions, LinkCalls, ROUTES, Route, RouteNeeds, Tries};

@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 use tokio::sync::watch;
 use tokio::time::Instant;
 
+use super::pages::Pages;
 use super::programs::{self, Uploads};
 use super::security::{Admission, Admitted, Ends, Refused};
 use super::tokens::{self, TokenStore, beside, secret};
@@ -58,6 +59,24 @@ pub struct Route {
 
 /// All routes.
 pub static ROUTES: &[Route] = &[
+    Route {
+        method: "GET",
+        path: "/",
+        needs: RouteNeeds::Nothing,
+        about: "the studio, a page for browsers; 404 where none is served",
+    },
+    Route {
+        method: "GET",
+        path: "/assets/{name}",
+        needs: RouteNeeds::Nothing,
+        about: "its scripts, styles and pictures, by gzip where the browser takes it",
+    },
+    Route {
+        method: "GET",
+        path: "/manifest.webmanifest",
+        needs: RouteNeeds::Nothing,
+        about: "what it is called where it is installed",
+    },
     Route {
         method: "GET",
         path: "/healthz",
@@ -147,6 +166,8 @@ pub struct HttpOptions {
     pub uploads: Uploads,
     /// The calls of programs for DobotLink, where they are served.
     pub link: Option<LinkCalls>,
+    /// The page for browsers, where one is served.
+    pub pages: Pages,
 }
 
 /// Tells the calls of programs for DobotLink.
@@ -297,6 +318,10 @@ async fn answer(here: &Here, request: Request, admitted: &Admitted) -> Response 
                 StatusCode::OK,
                 &json!({"ok": true, "version": version, "api": 1}),
             )
+        }
+        ("GET", "/" | "/assets/{name}" | "/manifest.webmanifest") => {
+            let page = here.options.pages.answer(path, request.headers());
+            page.unwrap_or_else(|| text(StatusCode::NOT_FOUND, "there is nothing at this address"))
         }
         ("GET", "/api/v1/openrpc.json") => object(StatusCode::OK, &crate::api::openrpc()),
         ("GET", "/api/v1/ws") => upgrade(here, request, admitted).await,

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use futures_util::{SinkExt, StreamExt};
 use magician::{Arm, Options, SimSpeed, VirtualArm, sim::Controller};
 use magician_station::http::{
-    Admission, HttpOptions, Listener, ProgramFolder, RecordingFolder, Tls, TokenStore, Tries,
-    Uploads,
+    Admission, HttpOptions, Listener, Pages, ProgramFolder, RecordingFolder, Tls, TokenStore,
+    Tries, Uploads,
 };
 use magician_station::{ArmEntry, Role, RunningStation, StationConfig};
 use serde_json::{Value, json};
@@ -72,6 +72,7 @@ impl Bench {
             tries: Tries::default(),
             uploads: Uploads::default(),
             link: None,
+            pages: Pages::default(),
         };
         tokio::spawn(listener.serve(station.clone(), options, ends));
         Self {

@@ -20,6 +20,7 @@ async fn every_route_is_there_and_has_the_headers_of_safety() {
         let expected = match (route.path, method) {
             ("/api/v1/ws", _) => 426,
             (_, "POST") => 415,
+            ("/" | "/assets/{name}" | "/manifest.webmanifest", _) => 404,
             ("/api/v1/recordings/{name}" | "/api/v1/link", _) => 404,
             (_, "PUT") => 201,
             (_, "DELETE") => 204,

@@ -12,8 +12,8 @@ use clap::{Args, ValueHint};
 use magician::{Arm, SimSpeed, Target, VirtualArm, sim::Controller};
 use magician_job::dirs;
 use magician_station::http::{
-    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, ProgramFolder,
-    RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
+    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, PageFile, Pages,
+    ProgramFolder, RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
 };
 use magician_station::{ArmEntry, FormatReader, ProgramStore, RunningStation, StationConfig};
 use serde_json::json;
@@ -322,6 +322,11 @@ impl Serve {
             tries: Tries::default(),
             uploads: Uploads::default(),
             link: service.clone().map(link::calls),
+            pages: if self.no_studio {
+                Pages::default()
+            } else {
+                studio()
+            },
         };
         let (over, ends) = watch::channel(false);
         let linked = link.as_ref().map(Link::url);
@@ -389,6 +394,17 @@ impl Serve {
         drop((holder, announced));
         Ok(())
     }
+}
+
+/// The page for browsers.
+fn studio() -> Pages {
+    let files = magician_studio::FILES.iter();
+    Pages::new(files.map(|file| PageFile {
+        path: file.path,
+        kind: file.kind,
+        bytes: file.bytes,
+        gzip: file.gzip,
+    }))
 }
 
 /// Where an arm is, as a person would write it.

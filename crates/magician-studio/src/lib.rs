@@ -1,0 +1,44 @@
+#![doc = include_str!("../README.md")]
+#![cfg_attr(docsrs, feature(doc_cfg))]
+#![no_std]
+
+/// A file of the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct File {
+    /// Its path at the server.
+    pub path: &'static str,
+    /// Its type, as `Content-Type` says it.
+    pub kind: &'static str,
+    /// What it holds.
+    pub bytes: &'static [u8],
+    /// The same, compressed by gzip.
+    pub gzip: &'static [u8],
+}
+
+macro_rules! files {
+    ($($path:literal $file:literal $kind:literal),* $(,)?) => {
+        /// All files of the page.
+        pub static FILES: &[File] = &[$(File {
+            path: $path,
+            kind: $kind,
+            bytes: include_bytes!(concat!("../dist/", $file)),
+            gzip: include_bytes!(concat!("../packed/", $file, ".gz")),
+        }),*];
+    };
+}
+
+files! {
+    "/" "index.html" "text/html; charset=utf-8",
+    "/assets/app.css" "assets/app.css" "text/css; charset=utf-8",
+    "/assets/app.js" "assets/app.js" "text/javascript; charset=utf-8",
+    "/assets/icon.svg" "assets/icon.svg" "image/svg+xml",
+    "/assets/scene.js" "assets/scene.js" "text/javascript; charset=utf-8",
+    "/assets/worker.js" "assets/worker.js" "text/javascript; charset=utf-8",
+    "/manifest.webmanifest" "manifest.webmanifest" "application/manifest+json",
+}
+
+/// The file at a path.
+#[must_use]
+pub fn file(path: &str) -> Option<&'static File> {
+    FILES.iter().find(|file| file.path == path)
+}

@@ -1,0 +1,105 @@
+// What people do, each as one call; what is refused is said.
+import type { Params } from "./client";
+import { LINE_ENDED, RpcError } from "./client";
+import { t } from "./i18n";
+import { endJog } from "./jog";
+import { log } from "./log";
+import { call, giveBack, shown, takeControl } from "./session";
+import * as store from "./store";
+
+const DANGEROUS = -32005;
+const STOPPED = -32007;
+
+export function complain(error: unknown): void {
+  if (error instanceof RpcError && error.code === STOPPED) return;
+  const text = error instanceof RpcError && error.code === LINE_ENDED ? t("why.lost") : String((error as Error).message);
+  log(text);
+  store.say(text, true);
+}
+
+/** Stops the shown arm, and whatever the page holds. Never refused, never asked. */
+export async function stop(): Promise<void> {
+  endJog("stopped");
+  store.question.value?.answer(false);
+  const arm = store.armName.value;
+  try {
+    await call("arm.stop", arm === null ? {} : { arm });
+    store.say(t("stop.done"));
+  } catch (error) {
+    if (error instanceof RpcError && error.code !== LINE_ENDED) return complain(error);
+    const text = t("stop.unsent");
+    log(text);
+    store.say(text, true);
+  }
+}
+
+async function tried(work: () => Promise<unknown>): Promise<void> {
+  try {
+    await work();
+  } catch (error) {
+    complain(error);
+  }
+}
+
+export const take = () =>
+  tried(async () => {
+    if (store.lease.value === "other") {
+      const name = store.holder.value?.name ?? "";
+      const sure = await store.ask(t("take.title", { name }), t("take.text", { name }), t("lease.take"));
+      if (!sure) return;
+    }
+    await takeControl();
+  });
+export const release = () =>
+  tried(async () => {
+    endJog("released");
+    await giveBack();
+  });
+export const askFor = () =>
+  tried(async () => {
+    store.asking.value = true;
+    try {
+      const { granted } = await call("lease.ask", shown());
+      if (!granted) store.say(t("lease.kept", { name: store.holder.value?.name ?? "" }));
+    } finally {
+      store.asking.value = false;
+    }
+  });
+export const answer = (grant: boolean) =>
+  tried(async () => {
+    const asked = store.asked.value;
+    store.asked.value = null;
+    if (asked !== null) await call("lease.answer", { ...shown(), session: asked.session, grant });
+  });
+
+const isReal = () => store.arm.value?.virtual === false;
+
+export const home = () =>
+  tried(async () => {
+    if (isReal() && !(await store.ask(t("home.title"), t("home.text"), t("home")))) return;
+    await agreed(t("home"), (yes) => call("arm.home", { ...shown(), ...yes }));
+  });
+export const clearAlarms = () =>
+  tried(() => agreed(t("alarms.clear"), (yes) => call("arm.clear_alarms", { ...shown(), ...yes })));
+
+export const tool = (params: Omit<Params<"arm.tool">, "arm" | "yes">) =>
+  tried(async () => {
+    await call("arm.tool", { ...shown(), ...params });
+    store.say(t("done"));
+  });
+export const laser = (on: boolean) =>
+  tried(async () => {
+    if (on && isReal() && !(await store.ask(t("laser.title"), t("laser.text"), t("laser.yes")))) return;
+    await call("arm.tool", { ...shown(), laser: { on }, ...(on ? { yes: true } : {}) });
+  });
+export const speed = (percent: number) => tried(() => call("arm.speed", { ...shown(), percent }));
+
+/** Once more with `yes` where the station says that it is dangerous and the person agrees. */
+async function agreed(what: string, work: (yes: { yes?: boolean }) => Promise<unknown>): Promise<void> {
+  try {
+    await work({});
+  } catch (error) {
+    if (!(error instanceof RpcError) || error.code !== DANGEROUS) throw error;
+    if (await store.ask(what, error.message, what)) await work({ yes: true });
+  }
+}

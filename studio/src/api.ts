@@ -1,0 +1,781 @@
+// The methods of a station. Written by `cargo xtask studio-api` from the table that the station itself works by.
+
+export interface Holder {
+  session: string;
+  name: string;
+}
+
+export type State = {
+  x: number;
+  y: number;
+  z: number;
+  r: number;
+  j1: number;
+  j2: number;
+  j3: number;
+  j4: number;
+  t: number;
+  arm: string;
+  current_index: number;
+  left_space: number;
+  alarms: number[] | null;
+  link: string;
+  moving: boolean;
+  homed: boolean | null;
+  rail: number | null;
+  tool: {
+    name: string | null;
+    bias: number[] | null;
+    suction: boolean | null;
+    gripper: string | null;
+    laser: boolean | null;
+  };
+  speed: number | null;
+  pins: unknown[];
+  job: string | null;
+  jog: string | null;
+  holder: Holder | null;
+};
+
+export type Job = {
+  job: string | null;
+  arm: string;
+  title: string | null;
+  state: string;
+  step: number;
+  steps: number | null;
+  first_step: number | null;
+  loops: number | null;
+  loop: number;
+  seconds_left: number | null;
+  drawn_mm: number | null;
+  travel_mm: number | null;
+  started: number | null;
+  ended: number | null;
+  holder: Holder | null;
+  part: string | null;
+  reason: string | null;
+  error: { message: string } | null;
+};
+
+export interface Methods {
+  /** Begins the session. The first message of a socket, once. */
+  "session.hello": {
+    params: {
+      client: Record<string, unknown>;
+      token?: string;
+      resume?: string;
+    };
+    result: {
+      session: string;
+      resume: string;
+      resumed: boolean;
+      role: string;
+      api: number;
+      version: string;
+      arms: string[];
+      limits: {
+        message: number;
+        rate: number;
+        sockets: number;
+      };
+    };
+  };
+  /** The sessions of the station. */
+  "session.list": {
+    params: {
+    };
+    result: {
+      sessions: Array<{
+        session: string;
+        name: string;
+        role: string;
+        leases: string[];
+        since: number;
+      }>;
+    };
+  };
+  /** The station itself. */
+  "server.info": {
+    params: {
+    };
+    result: {
+      version: string;
+      api: number;
+      uptime_s: number;
+      arms: string[];
+      programs: string;
+      recording: boolean;
+    };
+  };
+  /** The arms of the station. */
+  "arm.list": {
+    params: {
+    };
+    result: {
+      arms: Array<{
+        name: string;
+        port: string;
+        virtual: boolean;
+        link: string;
+        holder: Holder | null;
+        job: string | null;
+      }>;
+    };
+  };
+  /** Identity and state of an arm. */
+  "arm.info": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      port: string;
+      device_name: string;
+      device_sn: string;
+      firmware: string;
+      device_id: number[];
+      uptime_ms: number;
+      with_l: boolean;
+      alarms: number[] | null;
+      queue_current_index: number;
+      queue_left_space: number;
+      laser: boolean | null;
+      fence: null | null;
+    };
+  };
+  /** The state, read not longer ago than 100 ms. */
+  "arm.state": {
+    params: {
+      arm?: string;
+    };
+    result: State;
+  };
+  /** Sends the state again and again, the newest one when several are due. */
+  "arm.subscribe": {
+    params: {
+      arm?: string;
+      rate: number;
+      frame?: "json" | "binary";
+      pins?: Array<Record<string, unknown>>;
+    };
+    result: {
+      subscription: number;
+      rate: number;
+      fields: string[];
+    };
+  };
+  /** Ends a subscription. */
+  "arm.unsubscribe": {
+    params: {
+      subscription: number;
+    };
+    result: null;
+  };
+  /** Reads a value of the protocol. */
+  "arm.get": {
+    params: {
+      arm?: string;
+      command: string;
+      query?: Record<string, unknown>;
+    };
+    result: Record<string, unknown>;
+  };
+  /** Sends a command that acts at once. */
+  "arm.set": {
+    params: {
+      arm?: string;
+      command: string;
+      fields?: Record<string, unknown>;
+      yes?: boolean;
+    };
+    result: null;
+  };
+  /** Queues a command. */
+  "arm.enqueue": {
+    params: {
+      arm?: string;
+      command: string;
+      fields?: Record<string, unknown>;
+      yes?: boolean;
+    };
+    result: {
+      index: number;
+    };
+  };
+  /** Moves the arm, checked first. */
+  "arm.move": {
+    params: {
+      arm?: string;
+      to: number[];
+      by?: "joint" | "linear" | "jump";
+      frame?: "xyz" | "joints";
+      relative?: boolean;
+      wait?: boolean;
+    };
+    result: State | {
+      index: number;
+    };
+  };
+  /** Homes the arm. */
+  "arm.home": {
+    params: {
+      arm?: string;
+      yes?: boolean;
+    };
+    result: State;
+  };
+  /** Clears the alarms, which releases the queue. */
+  "arm.clear_alarms": {
+    params: {
+      arm?: string;
+      yes?: boolean;
+    };
+    result: State;
+  };
+  /** Chooses the tool, or has it do something. One of the parameters beside `arm` and `yes`. */
+  "arm.tool": {
+    params: {
+      arm?: string;
+      tool?: "none" | "suction" | "gripper" | "pen" | "laser" | number[];
+      suction?: boolean;
+      gripper?: "open" | "closed" | "off";
+      laser?: Record<string, unknown>;
+      yes?: boolean;
+    };
+    result: State;
+  };
+  /** Sets the speed of moves and jogs as a whole, also of a job that runs, or one setting of speeds. */
+  "arm.speed": {
+    params: {
+      arm?: string;
+      percent?: number;
+      row?: string;
+      fields?: Record<string, unknown>;
+    };
+    result: null;
+  };
+  /** The alarms that stand, with cause and remedy. */
+  "arm.alarms": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      alarms: Array<{
+        code: number;
+        name: string;
+        cause: string;
+        cure: string;
+        holds_queue: boolean;
+      }> | null;
+    };
+  };
+  /** Stops an arm, or all; never needs the lease, and lifts no pen. */
+  "arm.stop": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      arms: Array<{
+        stood: boolean;
+        pose: {
+          x: number;
+          y: number;
+          z: number;
+          r: number;
+          j1: number;
+          j2: number;
+          j3: number;
+          j4: number;
+        };
+        arm: string;
+      }>;
+    };
+  };
+  /** The fence of an arm: what crosses it is refused as `unreachable`. A change ends what is under way. */
+  "arm.fence": {
+    params: {
+      arm?: string;
+      set?: Record<string, unknown> | null;
+    };
+    result: {
+      fence: {
+        floor: number | null;
+        box: Record<string, [number, number]> | null;
+        keep_out: unknown[];
+        speed: number | null;
+        power: number | null;
+      } | null;
+    };
+  };
+  /** The arm as a chain of links, its limits and its tool, for pages that draw it. */
+  "arm.model": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      frame: string;
+      links: Array<{
+        name: string;
+        parent: string | null;
+        joint: string | null;
+        axis: number[];
+        at: number[];
+        shape: string;
+        size: number[];
+        turn: number[];
+        color: string;
+      }>;
+      limits: {
+        j1: number[];
+        j2: number[];
+        j3: number[];
+        j4: number[];
+        j2_minus_j3: number[];
+        l: [number, number] | null;
+      };
+      tool: {
+        name: string | null;
+        bias: number[] | null;
+      };
+    };
+  };
+  /** Earlier events of an arm, 1000 at most. */
+  "events.since": {
+    params: {
+      arm?: string;
+      seq: number;
+    };
+    result: {
+      events: Array<{
+        arm: string;
+        seq: number;
+        t: number;
+        event: string;
+      }>;
+      seq: number;
+    };
+  };
+  /** Asks for the lease of an arm: the right to move it. */
+  "lease.acquire": {
+    params: {
+      arm?: string;
+      wait_s?: number;
+    };
+    result: {
+      arm: string;
+      lease: string;
+      ttl_s: number;
+    };
+  };
+  /** Says that its holder is there; any message does. */
+  "lease.renew": {
+    params: {
+      lease: string;
+    };
+    result: null;
+  };
+  /** Gives it back. What the arm has queued goes on. */
+  "lease.release": {
+    params: {
+      lease: string;
+    };
+    result: null;
+  };
+  /** Asks the holder for the lease. Without an answer in 20 s it is granted. */
+  "lease.ask": {
+    params: {
+      arm?: string;
+      message?: string;
+    };
+    result: {
+      granted: boolean;
+      lease: string;
+      ttl_s: number;
+    };
+  };
+  /** Answers a session that asks. */
+  "lease.answer": {
+    params: {
+      arm?: string;
+      session: string;
+      grant: boolean;
+    };
+    result: null;
+  };
+  /** Takes the lease away from its holder, at once. */
+  "lease.take": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      arm: string;
+      lease: string;
+      ttl_s: number;
+    };
+  };
+  /** Jogs until it is stopped, or is not kept up. */
+  "jog.start": {
+    params: {
+      arm?: string;
+      axis: "x+" | "x-" | "y+" | "y-" | "z+" | "z-" | "r+" | "r-" | "j1+" | "j1-" | "j2+" | "j2-" | "j3+" | "j3-" | "j4+" | "j4-" | "l+" | "l-";
+      keep_ms?: number;
+      percent?: number;
+    };
+    result: {
+      jog: string | null;
+    };
+  };
+  /** Keeps a jog up. A notification: it has no answer. */
+  "jog.keep": {
+    params: {
+      jog: string;
+    };
+    result: unknown;
+  };
+  /** Stops a jog. */
+  "jog.stop": {
+    params: {
+      jog: string;
+    };
+    result: {
+      stood: boolean;
+      pose: {
+        x: number;
+        y: number;
+        z: number;
+        r: number;
+        j1: number;
+        j2: number;
+        j3: number;
+        j4: number;
+      };
+    };
+  };
+  /** Moves by a step, checked first. */
+  "jog.step": {
+    params: {
+      arm?: string;
+      axis: "x" | "y" | "z" | "r" | "j1" | "j2" | "j3" | "j4" | "l";
+      by: number;
+      frame?: "base" | "tool";
+      percent?: number;
+    };
+    result: State;
+  };
+  /** Checks a program from where the arm stands; nothing moves. */
+  "job.check": {
+    params: {
+      arm?: string;
+      program?: string;
+      text?: string;
+      data?: string;
+      format?: string;
+      setup?: Record<string, unknown>;
+      preview?: boolean;
+    };
+    result: {
+      ok: boolean;
+      seconds: number;
+      steps: number | null;
+      drawn_mm: number | null;
+      travel_mm: number | null;
+      travel_bounds: {
+        x: number[];
+        y: number[];
+        z: number[];
+      };
+      refused: number;
+      complaints: unknown[];
+    };
+  };
+  /** Checks a program and runs it. */
+  "job.start": {
+    params: {
+      arm?: string;
+      program?: string;
+      text?: string;
+      data?: string;
+      format?: string;
+      setup?: Record<string, unknown>;
+      from?: number;
+      loops?: number;
+      keep?: boolean;
+      require_homed?: boolean;
+      unhomed?: boolean;
+      yes?: boolean;
+      on_lost?: "pause" | "stop" | "continue";
+      after_check?: boolean;
+    };
+    result: {
+      job: string | null;
+    };
+  };
+  /** A job, also one that is over. */
+  "job.get": {
+    params: {
+      job: string;
+    };
+    result: Job;
+  };
+  /** The last 50 jobs of an arm, the newest last. */
+  "job.list": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      jobs: Array<{
+        job: string | null;
+        arm: string;
+        title: string | null;
+        state: string;
+        step: number;
+        steps: number | null;
+        first_step: number | null;
+        loops: number | null;
+        loop: number;
+        seconds_left: number | null;
+        drawn_mm: number | null;
+        travel_mm: number | null;
+        started: number | null;
+        ended: number | null;
+        holder: Holder | null;
+        part: string | null;
+        reason: string | null;
+        error: { message: string } | null;
+      }>;
+    };
+  };
+  /** Pauses a job: nothing of it waits in the arm, the laser is off, the pen is up. The arm may be moved then. */
+  "job.pause": {
+    params: {
+      job: string;
+    };
+    result: Job;
+  };
+  /** Goes on with a job that is paused, or that ended before its end. */
+  "job.resume": {
+    params: {
+      job: string;
+      approach?: boolean;
+      yes?: boolean;
+    };
+    result: Job;
+  };
+  /** Stops a job, and lifts its pen; never needs the lease. */
+  "job.stop": {
+    params: {
+      job: string;
+    };
+    result: Job;
+  };
+  /** Keeps a program in the library; one of this name is replaced. */
+  "program.put": {
+    params: {
+      name: string;
+      text?: string;
+      data?: string;
+    };
+    result: {
+      name: string;
+      bytes: number;
+    };
+  };
+  /** The programs of the library. */
+  "program.list": {
+    params: {
+    };
+    result: {
+      programs: Array<{
+        name: string;
+        bytes: number;
+        modified: number;
+        format: string | null;
+      }>;
+    };
+  };
+  /** A program of the library; one above 700 KiB comes by GET alone. */
+  "program.get": {
+    params: {
+      name: string;
+    };
+    result: {
+      name: string;
+      format: string | null;
+      data: string;
+    };
+  };
+  /** Makes another file of a program. */
+  "program.convert": {
+    params: {
+      name: string;
+      to: string;
+      setup?: Record<string, unknown>;
+    };
+    result: {
+      from: string;
+      to: string;
+      steps: number | null;
+      lost: string[];
+      notes: Array<{
+        code: string;
+        text: string;
+      }>;
+    };
+  };
+  /** Removes a program from the library. */
+  "program.delete": {
+    params: {
+      name: string;
+    };
+    result: null;
+  };
+  /** A step of a program that leads to where the arm stands. */
+  "teach.capture": {
+    params: {
+      arm?: string;
+      by?: "joint" | "linear" | "jump";
+    };
+    result: {
+      step: {
+        move: number[];
+        by: string;
+        name: string;
+      };
+    };
+  };
+  /** The world around a virtual arm. This and its kin are `unsupported` of other arms. */
+  "world.look": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      objects: Array<{
+        name: string;
+        at: number[];
+        size: number[];
+        held: boolean;
+      }>;
+      drawing: string;
+      unlocked: boolean;
+      plugged: boolean;
+    };
+  };
+  /** Presses the key at the base: it runs the program that the arm keeps, or stops it. */
+  "world.press": {
+    params: {
+      arm?: string;
+      long?: boolean;
+    };
+    result: null;
+  };
+  /** Holds or releases the unlock key: while it is held the arm can be guided. */
+  "world.unlock": {
+    params: {
+      arm?: string;
+      held: boolean;
+    };
+    result: null;
+  };
+  /** Pulls the cable, or plugs it in again. */
+  "world.unplug": {
+    params: {
+      arm?: string;
+      plugged: boolean;
+    };
+    result: null;
+  };
+  /** Moves the arm by hand, while the unlock key is held. */
+  "world.guide": {
+    params: {
+      arm?: string;
+      joints: number[];
+    };
+    result: State;
+  };
+  /** Switches the arm off, and on again in the world of a scenario. */
+  "world.scenario": {
+    params: {
+      arm?: string;
+      text: string;
+    };
+    result: {
+      objects: string[];
+    };
+  };
+  /** Puts an object somewhere, by hand. */
+  "world.place": {
+    params: {
+      arm?: string;
+      name: string;
+      at: number[];
+    };
+    result: null;
+  };
+  /** Records an arm into a file, until `record.stop`. */
+  "record.start": {
+    params: {
+      arm?: string;
+      rate?: number;
+    };
+    result: {
+      name: string;
+    };
+  };
+  /** Ends the recording of an arm. */
+  "record.stop": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      name: string;
+      seconds: number;
+      bytes: number;
+    };
+  };
+  /** Writes what was read of an arm lately into a file: as often as its subscribers or a recording had it read. */
+  "record.save_last": {
+    params: {
+      arm?: string;
+      seconds: number;
+    };
+    result: {
+      name: string;
+    };
+  };
+  /** The pose of joints, by the arm's geometry. */
+  "motion.forward": {
+    params: {
+      joints: number[];
+      tool?: "none" | "suction" | "gripper" | "pen" | "laser" | number[];
+    };
+    result: {
+      x: number;
+      y: number;
+      z: number;
+      r: number;
+    };
+  };
+  /** The joints of a pose; refused where the arm does not get there. */
+  "motion.inverse": {
+    params: {
+      pose: number[];
+      tool?: "none" | "suction" | "gripper" | "pen" | "laser" | number[];
+    };
+    result: {
+      j1: number;
+      j2: number;
+      j3: number;
+      j4: number;
+    };
+  };
+  /** What the tip reaches at a height. */
+  "motion.reach": {
+    params: {
+      z: number;
+      tool?: "none" | "suction" | "gripper" | "pen" | "laser" | number[];
+    };
+    result: {
+      outlines: number[][][];
+    };
+  };
+}

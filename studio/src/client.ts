@@ -1,0 +1,97 @@
+// The one client of a station's methods, over any carrier.
+import type { Methods } from "./api";
+import type { Carrier, FromWorker, Wire } from "./carrier";
+
+export type Method = keyof Methods;
+export type Params<M extends Method> = Methods[M]["params"];
+export type Result<M extends Method> = Methods[M]["result"];
+
+/** An error that the station answered, or that the line made of a request. */
+export class RpcError extends Error {
+  constructor(
+    readonly code: number,
+    message: string,
+    readonly data: Record<string, unknown> = {},
+  ) {
+    super(message);
+  }
+}
+
+/** The codes of the page's own: the line ended before the answer. */
+export const LINE_ENDED = 1;
+
+interface Waiting {
+  done: (value: never) => void;
+  failed: (error: RpcError) => void;
+}
+
+export class Client {
+  onNotification: (method: string, params: Record<string, unknown>) => void = () => {};
+  onOpened: () => void = () => {};
+  onClosed: (code: number) => void = () => {};
+  private next = 1;
+  private readonly waiting = new Map<number, Waiting>();
+
+  constructor(private readonly carrier: Carrier) {
+    carrier.heard = (message) => this.heard(message);
+  }
+
+  open(url: string): void {
+    this.carrier.tell({ kind: "open", url });
+  }
+
+  call<M extends Method>(method: M, params: Params<M>): Promise<Result<M>> {
+    const [message, answer] = this.request(method, params);
+    this.carrier.tell({ kind: "send", message });
+    return answer;
+  }
+
+  /** Starts a jog that the carrier keeps up until `release`. */
+  jog(params: Params<"jog.start">, every: number, most: number): Promise<Result<"jog.start">> {
+    const [message, answer] = this.request("jog.start", params);
+    this.carrier.tell({ kind: "jog", message, every, most });
+    return answer;
+  }
+
+  release(): void {
+    this.carrier.tell({ kind: "release" });
+  }
+
+  alive(): void {
+    this.carrier.tell({ kind: "alive" });
+  }
+
+  end(): void {
+    this.fail();
+    this.carrier.end();
+  }
+
+  private request<M extends Method>(method: M, params: Params<M>): [Wire, Promise<Result<M>>] {
+    const id = this.next++;
+    const message: Wire = { jsonrpc: "2.0", id, method, params };
+    const answer = new Promise<Result<M>>((done, failed) => {
+      this.waiting.set(id, { done: done as (value: never) => void, failed });
+    });
+    return [message, answer];
+  }
+
+  private heard(event: FromWorker): void {
+    if (event.kind === "opened") return this.onOpened();
+    if (event.kind === "closed") {
+      this.fail();
+      return this.onClosed(event.code);
+    }
+    const { id, method, params, result, error } = event.message;
+    if (method !== undefined) return this.onNotification(method, params ?? {});
+    const waiting = this.waiting.get(id ?? -1);
+    if (waiting === undefined) return;
+    this.waiting.delete(id ?? -1);
+    if (error) waiting.failed(new RpcError(error.code, error.message, error.data));
+    else waiting.done(result as never);
+  }
+
+  private fail(): void {
+    for (const { failed } of this.waiting.values()) failed(new RpcError(LINE_ENDED, "the connection ended"));
+    this.waiting.clear();
+  }
+}

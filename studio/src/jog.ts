@@ -1,0 +1,148 @@
+// Moving by hand: hold and step. One jog at a time, whoever holds it: a pointer, a key.
+import { computed, effect, signal } from "@preact/signals";
+import { complain } from "./actions";
+import type { Params } from "./client";
+import { t } from "./i18n";
+import { call, line, notified, shown } from "./session";
+import * as store from "./store";
+
+/** A jog that is not kept up ends after so long, ms. */
+const KEEP = 250;
+/** What the station gives beyond that, ms. */
+const GRACE = 50;
+/** How often the page shows the worker that it is alive, ms. */
+const ALIVE = 100;
+
+export type Axis = Params<"jog.step">["axis"];
+export type Frame = "base" | "joint" | "tool";
+export const STEPS = [0.1, 1, 5, 10, 50] as const;
+
+export const mode = signal<"hold" | "step">("hold");
+export const frame = signal<Frame>("base");
+export const stepSize = signal<number>(5);
+export const speed = signal(50);
+export const phase = signal<"idle" | "running" | "ending">("idle");
+/** The axis and direction under way, as `x+`. */
+export const current = signal<string | null>(null);
+/** Why the last jog ended. */
+export const ended = signal<string | null>(null);
+/** Jogs have no tool frame: only steps have. */
+export const steps = computed(() => mode.value === "step" || frame.value === "tool");
+
+let holder: unknown = null;
+let pulse: ReturnType<typeof setInterval> | undefined;
+let jogId: string | null = null;
+let number = 0;
+
+/** A button or key goes down; `by` is who holds it. */
+export function press(axis: Axis, sign: 1 | -1, by: unknown): void {
+  if (store.why.value !== null) {
+    store.say(t(store.why.value), true);
+    return;
+  }
+  if (steps.value) void step(axis, sign);
+  else void hold(axis, sign, by);
+}
+
+/** It goes up: of the one that holds the jog this ends it. */
+export function lift(by: unknown): void {
+  if (by === holder) endJog("released");
+}
+
+/** Ends the jog, if there is one. */
+export function endJog(why: "released" | "stopped"): void {
+  if (phase.value !== "running") return;
+  clearInterval(pulse);
+  holder = null;
+  line.release();
+  phase.value = "ending";
+  ended.value = why;
+  const mine = number;
+  // The answer to its stop may be lost with the line.
+  setTimeout(() => mine === number && phase.value === "ending" && over(), 1500);
+}
+
+function over(): void {
+  clearInterval(pulse);
+  holder = null;
+  jogId = null;
+  phase.value = "idle";
+  current.value = null;
+}
+
+async function hold(axis: Axis, sign: 1 | -1, by: unknown): Promise<void> {
+  endJog("released");
+  const mine = ++number;
+  const direction = `${axis}${sign > 0 ? "+" : "-"}` as Params<"jog.start">["axis"];
+  holder = by;
+  jogId = null;
+  phase.value = "running";
+  current.value = direction;
+  ended.value = null;
+  clearInterval(pulse);
+  pulse = setInterval(() => line.alive(), ALIVE);
+  try {
+    const params = { ...shown(), axis: direction, keep_ms: KEEP, percent: speed.value };
+    const { jog } = await line.jog(params, KEEP / 4, KEEP + GRACE);
+    if (mine === number) jogId = jog;
+  } catch (error) {
+    if (mine !== number) return;
+    over();
+    complain(error);
+  }
+}
+
+let stepping = false;
+async function step(axis: Axis, sign: 1 | -1): Promise<void> {
+  // One after the other: what is pressed while a step is under way is not saved up.
+  if (stepping) return;
+  stepping = true;
+  current.value = `${axis}${sign > 0 ? "+" : "-"}`;
+  try {
+    const ofTool = frame.value === "tool" && ["x", "y", "z", "r"].includes(axis);
+    const by = sign * stepSize.value;
+    await call("jog.step", { ...shown(), axis, by, percent: speed.value, ...(ofTool ? { frame: "tool" as const } : {}) });
+    ended.value = null;
+  } catch (error) {
+    complain(error);
+  } finally {
+    stepping = false;
+    current.value = null;
+  }
+}
+
+notified.add((method, params) => {
+  if (method !== "jog.ended" || params["arm"] !== store.armName.value) return;
+  if (phase.value === "idle") return;
+  // Of a jog that was replaced by the one under way nothing is over.
+  if (params["why"] === "replaced" || (jogId !== null && params["jog"] !== jogId)) return;
+  if (phase.value === "running" && jogId === null) return;
+  if (params["why"] !== "released" || ended.value === null) ended.value = String(params["why"]);
+  over();
+});
+effect(() => {
+  if (store.socket.value !== "up" && phase.peek() !== "idle") {
+    ended.value = "link";
+    over();
+  }
+});
+
+/** The next of a list, or the one before; the ends stay. */
+export function longer(by: 1 | -1): void {
+  const at = STEPS.indexOf(stepSize.value as (typeof STEPS)[number]) + by;
+  stepSize.value = STEPS[Math.max(0, Math.min(STEPS.length - 1, at))] ?? stepSize.value;
+}
+export function faster(by: 1 | -1): void {
+  speed.value = Math.max(1, Math.min(100, Math.round((speed.value + 10 * by) / 10) * 10));
+}
+export function nextFrame(): void {
+  const frames: Frame[] = ["base", "joint", "tool"];
+  frame.value = frames[(frames.indexOf(frame.value) + 1) % frames.length] ?? "base";
+}
+
+// What takes the page away from its person ends a jog.
+addEventListener("blur", () => endJog("released"));
+addEventListener("hashchange", () => endJog("released"));
+addEventListener("pagehide", () => endJog("released"));
+addEventListener("contextmenu", () => endJog("released"));
+document.addEventListener("visibilitychange", () => document.hidden && endJog("released"));

@@ -1,0 +1,77 @@
+// The jog that is held, as a worker keeps it up: off the page's main thread, which may be busy, but not for one that hangs.
+import type { Wire } from "./carrier";
+
+/** A main thread that says nothing for so long (ms) is taken for hung: nobody can release the button then. */
+const HUNG = 600;
+
+export class JogKeeper {
+  private id: number | null = null;
+  private jog: string | null = null;
+  private released = false;
+  private timer: ReturnType<typeof setInterval> | undefined;
+  private kept = 0;
+  private alive = 0;
+
+  constructor(private readonly send: (message: Wire) => void) {}
+
+  start(message: Wire, every: number, most: number): void {
+    this.release();
+    this.id = message.id ?? null;
+    this.jog = null;
+    this.released = false;
+    this.alive = performance.now();
+    this.send(message);
+    this.timer = setInterval(() => this.turn(most), every);
+  }
+
+  /** Ends the jog: at once, or as soon as its id is known. */
+  release(): void {
+    clearInterval(this.timer);
+    this.timer = undefined;
+    if (this.released) return;
+    this.released = true;
+    if (this.jog !== null) this.stop(this.jog);
+    this.jog = null;
+  }
+
+  isAlive(): void {
+    this.alive = performance.now();
+  }
+
+  /** Looks at what the station answers. */
+  heard(message: Wire): void {
+    if (message.id !== undefined && message.id === this.id) {
+      this.id = null;
+      const jog = (message.result as { jog?: string } | undefined)?.jog;
+      if (jog === undefined) {
+        clearInterval(this.timer);
+        this.released = true;
+      } else if (this.released) {
+        this.stop(jog);
+      } else {
+        this.jog = jog;
+        this.kept = performance.now();
+      }
+    } else if (message.method === "jog.ended" && message.params?.["jog"] === this.jog) {
+      clearInterval(this.timer);
+      this.jog = null;
+      this.released = true;
+    }
+  }
+
+  private turn(most: number): void {
+    const now = performance.now();
+    // After a sleep of the computer the jog has ended by itself: it is not begun again by what was held before.
+    const slept = this.jog !== null && now - this.kept > most;
+    if (slept || now - this.alive > HUNG) {
+      this.release();
+    } else if (this.jog !== null) {
+      this.kept = now;
+      this.send({ jsonrpc: "2.0", method: "jog.keep", params: { jog: this.jog } });
+    }
+  }
+
+  private stop(jog: string): void {
+    this.send({ jsonrpc: "2.0", method: "jog.stop", params: { jog } });
+  }
+}

@@ -1,0 +1,28 @@
+// What happened, for people: the log of `#/arms`.
+import { signal } from "@preact/signals";
+
+export interface LogLine {
+  at: Date;
+  text: string;
+}
+
+const MOST = 500;
+
+export const lines = signal<LogLine[]>([]);
+
+export function log(text: string): void {
+  lines.value = [...lines.value.slice(1 - MOST), { at: new Date(), text }];
+}
+
+export function clock(at: Date): string {
+  const two = (number: number) => String(number).padStart(2, "0");
+  return `${two(at.getHours())}:${two(at.getMinutes())}:${two(at.getSeconds())}`;
+}
+
+export function save(name: string, text: string): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/plain" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+}

@@ -1,0 +1,59 @@
+// The page: its frame, its routes, and the state that <body> carries.
+import { effect } from "@preact/signals";
+import { render } from "preact";
+import "./app.css";
+import { phase } from "./jog";
+import { listen } from "./keys";
+import * as session from "./session";
+import * as store from "./store";
+import { App } from "./ui/app";
+
+function follow(): void {
+  const wanted = location.hash.replace(/^#\//, "");
+  store.route.value = store.ROUTES.find((route) => route === wanted) ?? "move";
+}
+
+function carryState(): void {
+  const data = document.body.dataset;
+  const say = (name: string, value: () => unknown) =>
+    effect(() => {
+      data[name] = String(value());
+    });
+  say("backend", () => store.backend.value);
+  say("link", () => store.link.value);
+  say("stale", () => store.stale.value || store.state.value === null);
+  say("lease", () => store.lease.value);
+  say("moving", () => store.isUp.value && store.state.value?.moving === true);
+  say("jog", () => (phase.value === "idle" && store.isUp.value && store.state.value?.jog != null ? "running" : phase.value));
+  say("job", () => store.jobState.value);
+  say("alarm", () => store.alarms.value.length > 0);
+  say("alarmHolds", () => store.holds.value);
+  effect(() => {
+    const route = store.route.value;
+    requestAnimationFrame(() => requestAnimationFrame(() => (data["route"] = route)));
+  });
+}
+
+/** A station that serves this page is the one that is meant. */
+async function connectToOwn(): Promise<void> {
+  try {
+    const answer = await fetch(location.pathname, { method: "HEAD" });
+    if (!answer.ok || !answer.headers.has("x-magician-api")) return;
+  } catch {
+    return;
+  }
+  const url = session.apiUrl(location.origin);
+  if (url !== null && store.backend.value === "none") session.connect(url, session.keptToken());
+}
+
+follow();
+addEventListener("hashchange", follow);
+listen();
+carryState();
+const root = document.getElementById("app");
+if (root !== null) {
+  root.textContent = "";
+  render(<App />, root);
+}
+requestAnimationFrame(() => requestAnimationFrame(() => (document.body.dataset["ready"] = "true")));
+void connectToOwn();

@@ -1,0 +1,87 @@
+// Where an arm comes from.
+import { useSignal } from "@preact/signals";
+import { t } from "../i18n";
+import { apiUrl, connect, disconnect, keptToken } from "../session";
+import * as store from "../store";
+import { Card } from "../ui/parts";
+
+export function Connect() {
+  const url = useSignal(location.protocol.startsWith("http") ? location.host : "127.0.0.1:8910");
+  const token = useSignal(keptToken());
+  const bad = useSignal(false);
+  const refused = store.refused.value;
+  const isOn = store.backend.value !== "none" && refused === null;
+  const go = (event: Event) => {
+    event.preventDefault();
+    const address = apiUrl(url.value.trim());
+    bad.value = address === null;
+    if (address !== null) connect(address, token.value.trim());
+  };
+  return (
+    <Card title={t("connect.title")} class="connect">
+      <div class="ways">
+        <div class="way">
+          <button type="button" data-testid="connect-sim" disabled aria-describedby="sim-why">
+            {t("connect.sim")}
+          </button>
+          <p id="sim-why" class="hint">
+            {t("connect.sim.why")}
+          </p>
+        </div>
+        <div class="way">
+          <button type="button" data-testid="connect-serial" disabled aria-describedby="serial-why">
+            {t("connect.serial")}
+          </button>
+          <p id="serial-why" class="hint">
+            {t("connect.serial.why")}
+          </p>
+        </div>
+      </div>
+      <form class="server" onSubmit={go}>
+        <label class="field">
+          <span>{t("connect.url")}</span>
+          <input
+            type="text"
+            inputMode="url"
+            autoComplete="off"
+            autoCapitalize="off"
+            spellcheck={false}
+            data-testid="station-url"
+            value={url.value}
+            aria-invalid={bad.value}
+            aria-describedby="station-hint"
+            onInput={(event) => (url.value = event.currentTarget.value)}
+          />
+          <small id="station-hint" class={bad.value || refused !== null ? "bad" : ""} role="status">
+            {bad.value ? t("connect.bad") : refused !== null ? t(`connect.${refused}.refused`) : t("connect.station.text")}
+          </small>
+        </label>
+        <label class="field">
+          <span>{t("connect.token")}</span>
+          <input
+            type="text"
+            autoComplete="off"
+            autoCapitalize="off"
+            spellcheck={false}
+            data-testid="station-token"
+            value={token.value}
+            aria-describedby="token-hint"
+            onInput={(event) => (token.value = event.currentTarget.value)}
+          />
+          <small id="token-hint">{t("connect.token.hint")}</small>
+        </label>
+        <div class="server-buttons">
+          <button type="submit" class={isOn ? "" : "primary"} data-testid="connect-station">
+            {t("connect.station")}
+          </button>
+          {isOn ? (
+            <button type="button" class="quiet" onClick={disconnect}>
+              {t("connect.end")}
+            </button>
+          ) : null}
+        </div>
+      </form>
+      {location.protocol === "https:" ? <p class="hint">{t("connect.mixed")}</p> : null}
+    </Card>
+  );
+}

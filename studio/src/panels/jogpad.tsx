@@ -1,0 +1,180 @@
+// The jog pad: a button for each direction, held or pressed.
+import { t } from "../i18n";
+import * as jog from "../jog";
+import * as store from "../store";
+import { Card, Choice } from "../ui/parts";
+
+interface ButtonProps {
+  axis: jog.Axis;
+  sign: 1 | -1;
+  /** The key that does the same, where keys drive this half of the pad. */
+  hint?: string | undefined;
+  place?: string;
+}
+
+function shownAxis(axis: jog.Axis): string {
+  return axis === "l" ? t("jog.rail") : axis.toUpperCase();
+}
+
+function JogButton({ axis, sign, hint, place }: ButtonProps) {
+  const off = store.why.value !== null;
+  const direction = `${axis}${sign > 0 ? "+" : "-"}`;
+  const by = `pointer ${direction}`;
+  const lift = () => jog.lift(by);
+  return (
+    <button
+      type="button"
+      class={`jog ${jog.current.value === direction ? "on" : ""}`}
+      style={place === undefined ? undefined : { gridArea: place }}
+      data-testid={`jog-${axis}-${sign > 0 ? "plus" : "minus"}`}
+      data-axis={axis}
+      data-sign={sign > 0 ? "+" : "-"}
+      aria-label={t(sign > 0 ? "jog.plus" : "jog.minus", { axis: shownAxis(axis) })}
+      disabled={off}
+      aria-describedby={off ? "jog-why" : undefined}
+      onPointerDown={(event) => {
+        if (event.button !== 0) return;
+        event.currentTarget.setPointerCapture(event.pointerId);
+        jog.press(axis, sign, by);
+      }}
+      onPointerUp={lift}
+      onPointerCancel={lift}
+      onLostPointerCapture={lift}
+      onContextMenu={(event) => event.preventDefault()}
+      onClick={(event) => {
+        // Without a pointer or a key: a screen reader presses it. A hold would have no end.
+        if (event.detail === 0 && jog.steps.value) jog.press(axis, sign, by);
+      }}
+    >
+      <span>
+        {shownAxis(axis)}
+        {sign > 0 ? "+" : "−"}
+      </span>
+      {hint ? <kbd aria-hidden="true">{hint}</kbd> : null}
+    </button>
+  );
+}
+
+const JOINTS = [["j1", "←", "→"], ["j2", "↑", "↓"], ["j3", "W", "S"], ["j4", "A", "D"]] as const;
+
+function Status() {
+  const why = store.why.value;
+  const { phase, current, ended } = jog;
+  let text = t(jog.steps.value ? "jog.idle.step" : "jog.idle.hold");
+  if (current.value !== null && phase.value !== "ending") {
+    text = t("jog.running", { axis: current.value.toUpperCase().replace("-", "−") });
+  } else if (ended.value !== null) {
+    text = t(`jog.end.${ended.value}` as "jog.end.stopped");
+  }
+  return (
+    <p id="jog-why" class={`jog-status ${why !== null ? "off" : ""}`} data-testid="jog-status" role="status">
+      {why !== null ? t(why) : text}
+    </p>
+  );
+}
+
+export function JogPad() {
+  const joints = jog.frame.value === "joint";
+  const hint = (key: string) => (joints ? undefined : key);
+  const hasRail = store.model.value?.limits.l != null;
+  return (
+    <Card
+      title={t("jog.title")}
+      class="jog-card"
+      group
+      more={
+        <button type="button" class="quiet small" onClick={() => (store.showsKeys.value = !store.showsKeys.value)}>
+          {t("jog.help")} <kbd aria-hidden="true">?</kbd>
+        </button>
+      }
+    >
+      <Status />
+      <div
+        class={`jog-pad ${joints ? "joints" : "base"}`}
+        data-testid="jog-pad"
+        tabIndex={0}
+        role="group"
+        aria-label={t("jog.pad")}
+        onFocusOut={(event) => {
+          const to = event.relatedTarget;
+          if (!(to instanceof Node) || !event.currentTarget.contains(to)) jog.endJog("released");
+        }}
+      >
+        <div class="pad-base">
+          <JogButton axis="x" sign={1} hint={hint("↑")} place="xp" />
+          <JogButton axis="y" sign={1} hint={hint("←")} place="yp" />
+          <JogButton axis="y" sign={-1} hint={hint("→")} place="ym" />
+          <JogButton axis="x" sign={-1} hint={hint("↓")} place="xm" />
+          <JogButton axis="r" sign={1} hint={hint("A")} place="rp" />
+          <JogButton axis="r" sign={-1} hint={hint("D")} place="rm" />
+          <JogButton axis="z" sign={1} hint={hint("W")} place="zp" />
+          <JogButton axis="z" sign={-1} hint={hint("S")} place="zm" />
+        </div>
+        <div class="pad-joints">
+          {JOINTS.map(([axis, plus, minus]) => (
+            <div class="pair" key={axis}>
+              <JogButton axis={axis} sign={1} hint={joints ? plus : undefined} />
+              <JogButton axis={axis} sign={-1} hint={joints ? minus : undefined} />
+            </div>
+          ))}
+          {hasRail ? (
+            <div class="pair">
+              <JogButton axis="l" sign={1} hint="]" />
+              <JogButton axis="l" sign={-1} hint="[" />
+            </div>
+          ) : null}
+        </div>
+      </div>
+      <div class="jog-options">
+        <Choice
+          name="jog-frame"
+          label={t("jog.frame")}
+          value={jog.frame.value}
+          choose={(frame) => (jog.frame.value = frame)}
+          options={[
+            { value: "base", text: t("jog.base"), testId: "jog-frame-base" },
+            { value: "joint", text: t("jog.joint"), testId: "jog-frame-joint" },
+            { value: "tool", text: t("jog.tool"), testId: "jog-frame-tool" },
+          ]}
+        />
+        <Choice
+          name="jog-mode"
+          label={t("jog.mode")}
+          value={jog.steps.value ? "step" : "hold"}
+          choose={(mode) => (jog.mode.value = mode)}
+          options={[
+            { value: "hold", text: t("jog.hold"), testId: "jog-mode-hold", disabled: jog.frame.value === "tool" },
+            { value: "step", text: t("jog.step"), testId: "jog-mode-step" },
+          ]}
+        />
+        <label class="field">
+          <span>{t("jog.size")}</span>
+          <select
+            data-testid="jog-step-size"
+            value={String(jog.stepSize.value)}
+            onChange={(event) => (jog.stepSize.value = Number(event.currentTarget.value))}
+          >
+            {jog.STEPS.map((n) => (
+              <option key={n} value={String(n)}>
+                {t("jog.unit", { n })}
+              </option>
+            ))}
+          </select>
+        </label>
+        <label class="field">
+          <span>
+            {t("jog.speed")} <b class="number">{jog.speed.value} %</b>
+          </span>
+          <input
+            type="range"
+            min={1}
+            max={100}
+            value={jog.speed.value}
+            data-testid="jog-speed"
+            onInput={(event) => (jog.speed.value = Number(event.currentTarget.value))}
+          />
+        </label>
+      </div>
+    </Card>
+  );
+}

@@ -1,0 +1,24 @@
+import { t } from "../i18n";
+import * as store from "../store";
+import { ArmView } from "../view/view";
+import { Connect } from "./connect";
+import { JogPad } from "./jogpad";
+import { Pose } from "./pose";
+import { ArmCard } from "./tools";
+
+export function Move() {
+  const isEmpty = store.backend.value === "none" || store.refused.value !== null;
+  return (
+    <div class="move">
+      <div class="move-look">
+        {isEmpty ? <Connect /> : null}
+        <ArmView />
+        <Pose />
+      </div>
+      <div class="move-do" aria-label={t("nav.move")} role="group">
+        <JogPad />
+        <ArmCard />
+      </div>
+    </div>
+  );
+}

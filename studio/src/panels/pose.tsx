@@ -1,0 +1,40 @@
+// The eight numbers of a pose.
+import { t } from "../i18n";
+import * as store from "../store";
+
+const TIP = [["x", "mm"], ["y", "mm"], ["z", "mm"], ["r", "°"]] as const;
+const JOINTS = [["j1", "°"], ["j2", "°"], ["j3", "°"], ["j4", "°"]] as const;
+type Name = (typeof TIP)[number][0] | (typeof JOINTS)[number][0];
+
+/** Two digits, and no minus before a zero. */
+function shown(value: number): string {
+  const text = value.toFixed(2);
+  return text === "-0.00" ? "0.00" : text;
+}
+
+function Value({ name, unit }: { name: Name; unit: string }) {
+  const state = store.state.value;
+  const label = name.startsWith("j") ? name.toUpperCase() : name;
+  return (
+    <div class="value">
+      <label for={`pose-${name}`}>{label}</label>
+      <output id={`pose-${name}`} data-testid={`pose-${name}`} aria-live="off">
+        {state === null || state[name] === undefined ? "" : shown(state[name])}
+      </output>
+      <span class="unit">{unit}</span>
+    </div>
+  );
+}
+
+export function Pose() {
+  return (
+    <section class="card pose" role="group" aria-label={t("pose.title")}>
+      <div class="values">
+        {TIP.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}
+      </div>
+      <div class="values">
+        {JOINTS.map(([name, unit]) => <Value key={name} name={name} unit={unit} />)}
+      </div>
+    </section>
+  );
+}

@@ -1,0 +1,109 @@
+// The person's own settings, and the fence of the arm.
+import { t } from "../i18n";
+import { rename } from "../session";
+import { type Language, language, ownName, type Theme, theme } from "../settings";
+import * as store from "../store";
+import { Card, Choice } from "../ui/parts";
+
+type Sides = Record<string, [number, number]>;
+interface FenceData {
+  floor: number | null;
+  box: Sides | null;
+  keep_out: Sides[];
+  speed: number | null;
+  power: number | null;
+}
+
+function Sides({ name, sides }: { name: string; sides: Sides }) {
+  const text = Object.entries(sides).map(([axis, [least, most]]) => `${axis} ${least} … ${most}`);
+  return <Row name={name} value={`${text.join(", ")} mm`} />;
+}
+
+function Row({ name, value }: { name: string; value: string }) {
+  return (
+    <div>
+      <dt>{name}</dt>
+      <dd>{value}</dd>
+    </div>
+  );
+}
+
+function Fence() {
+  const name = store.armName.value;
+  const fence = store.fence.value as FenceData | null;
+  return (
+    <Card title={t("fence.title", { arm: name ?? "–" })}>
+      <div data-testid="fence">
+        {name === null ? (
+          <p class="hint">{t("fence.off")}</p>
+        ) : fence === null ? (
+          <p>{t("fence.none")}</p>
+        ) : (
+          <>
+            <dl class="facts">
+              {fence.floor === null ? null : <Row name={t("fence.floor")} value={`z ≥ ${fence.floor} mm`} />}
+              {fence.box === null ? null : <Sides name={t("fence.box")} sides={fence.box} />}
+              {fence.keep_out.map((sides, at) => (
+                <Sides key={at} name={`${t("fence.out")} ${at + 1}`} sides={sides} />
+              ))}
+              {fence.speed === null ? null : <Row name={t("fence.speed")} value={`${fence.speed} mm/s`} />}
+              {fence.power === null ? null : <Row name={t("fence.power")} value={`${fence.power} %`} />}
+            </dl>
+            <p class="hint">{t("fence.text")}</p>
+          </>
+        )}
+      </div>
+    </Card>
+  );
+}
+
+export function Settings() {
+  return (
+    <div class="columns">
+      <Card title={t("settings.you")}>
+        <label class="field">
+          <span>{t("settings.name")}</span>
+          <input
+            type="text"
+            maxLength={40}
+            autoComplete="nickname"
+            placeholder={t("settings.usualName")}
+            data-testid="settings-name"
+            value={ownName.value}
+            aria-describedby="name-hint"
+            onChange={(event) => {
+              ownName.value = event.currentTarget.value.trim();
+              rename();
+            }}
+          />
+        </label>
+        <p id="name-hint" class="hint">
+          {t("settings.name.hint")}
+        </p>
+        <Choice<Language>
+          name="language"
+          label={t("settings.language")}
+          value={language.value}
+          choose={(value) => (language.value = value)}
+          options={[
+            { value: "en", text: "English", testId: "settings-language-en" },
+            { value: "zh", text: "中文", testId: "settings-language-zh" },
+          ]}
+        />
+        {t("settings.zh") ? <p class="hint">{t("settings.zh")}</p> : null}
+        <Choice<Theme>
+          name="theme"
+          label={t("settings.theme")}
+          value={theme.value}
+          choose={(value) => (theme.value = value)}
+          options={[
+            { value: "system", text: t("settings.system"), testId: "settings-theme-system" },
+            { value: "light", text: t("settings.light"), testId: "settings-theme-light" },
+            { value: "dark", text: t("settings.dark"), testId: "settings-theme-dark" },
+          ]}
+        />
+      </Card>
+      <Fence />
+    </div>
+  );
+}

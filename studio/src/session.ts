@@ -1,0 +1,348 @@
+// The session with a station: connected, kept, found again; what it tells goes to the store.
+import { batch } from "@preact/signals";
+import type { Holder, Job, State } from "./api";
+import { WorkerCarrier } from "./carrier";
+import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError } from "./client";
+import { t } from "./i18n";
+import { log } from "./log";
+import { lastArm, ownName } from "./settings";
+import * as store from "./store";
+
+/** States a second. */
+const RATE = 20;
+/** Pauses before the next try, ms: they grow to the last. */
+const PAUSES = [200, 400, 800, 1600, 3200, 5000];
+const STALE = 1000;
+/** After so long without a word the station is asked for one; after as long again the line counts as dead. */
+const SILENT = 1500;
+const RESUME = "magician.resume";
+/** A token is kept until the tab is closed: tablets are shared. */
+const TOKEN = "magician.token";
+
+let client: Client | null = null;
+let address: { url: string; token: string } | null = null;
+let resume: string | null = null;
+let subscription: number | null = null;
+let leaseId: string | null = null;
+let tries = 0;
+let again: ReturnType<typeof setTimeout> | undefined;
+let wordAt = 0;
+let probedAt: number | null = null;
+
+export const notified = new Set<(method: string, params: Record<string, unknown>) => void>();
+
+/** The address of a station's API, as people write it. */
+export function apiUrl(text: string): string | null {
+  let url: URL;
+  try {
+    url = new URL(/^[a-z]+:\/\//i.test(text) ? text : `http://${text}`);
+  } catch {
+    return null;
+  }
+  const secure = url.protocol === "https:" || url.protocol === "wss:";
+  if (!secure && url.protocol !== "http:" && url.protocol !== "ws:") return null;
+  return `${secure ? "wss" : "ws"}://${url.host}/api/v1/ws`;
+}
+
+export function connect(url: string, token: string): void {
+  disconnect();
+  address = { url, token };
+  try {
+    if (token) sessionStorage.setItem(TOKEN, token);
+    resume = sessionStorage.getItem(RESUME);
+    sessionStorage.removeItem(RESUME);
+  } catch {
+    resume = null;
+  }
+  store.backend.value = "station";
+  open();
+}
+
+export function keptToken(): string {
+  try {
+    return sessionStorage.getItem(TOKEN) ?? "";
+  } catch {
+    return "";
+  }
+}
+
+export function disconnect(): void {
+  clearTimeout(again);
+  client?.end();
+  client = null;
+  address = null;
+  tries = 0;
+  batch(() => {
+    store.backend.value = "none";
+    store.socket.value = "closed";
+    store.refused.value = null;
+    store.since.value = null;
+    forget();
+    store.arms.value = [];
+    store.armName.value = null;
+  });
+}
+
+function forget(): void {
+  subscription = null;
+  leaseId = null;
+  batch(() => {
+    store.state.value = null;
+    store.stale.value = true;
+    store.session.value = null;
+    store.alarms.value = [];
+    store.asked.value = null;
+    store.asking.value = false;
+    store.jobState.value = "none";
+    store.model.value = null;
+    store.fence.value = null;
+  });
+}
+
+function open(): void {
+  if (address === null) return;
+  clearTimeout(again);
+  client?.end();
+  const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+  const made = new Client(new WorkerCarrier(worker));
+  client = made;
+  made.onOpened = () => void hello(made);
+  made.onNotification = hear;
+  made.onClosed = (code) => lost(code);
+  if (store.socket.value !== "lost") store.socket.value = "connecting";
+  probedAt = null;
+  wordAt = performance.now();
+  made.open(address.url);
+}
+
+async function hello(made: Client): Promise<void> {
+  const token = address?.token ?? "";
+  try {
+    const answer = await made.call("session.hello", {
+      client: { name: ownName.value || t("settings.usualName"), version: "studio" },
+      ...(token ? { token } : {}),
+      ...(resume ? { resume } : {}),
+    });
+    const { arms } = await made.call("arm.list", {});
+    const wasLost = store.socket.value === "lost";
+    batch(() => {
+      resume = answer.resume;
+      tries = 0;
+      store.refused.value = null;
+      store.session.value = answer.session;
+      store.role.value = answer.role;
+      store.arms.value = arms;
+      store.since.value = null;
+      store.socket.value = "up";
+      const names = arms.map((arm) => arm.name);
+      const shown = store.armName.value ?? lastArm.value;
+      store.armName.value = names.includes(shown) ? shown : (names[0] ?? null);
+    });
+    log(t(wasLost ? "log.found" : "log.connected", { url: address?.url ?? "" }));
+    await watch();
+  } catch (error) {
+    // The end of the line says why.
+    if (error instanceof RpcError && error.code !== LINE_ENDED) log(error.message);
+  }
+}
+
+/** Shows an arm: its state from now on, its model and alarms. */
+async function watch(): Promise<void> {
+  const arm = store.armName.value;
+  if (arm === null || client === null) return;
+  const before = subscription;
+  subscription = null;
+  leaseId = null;
+  if (before !== null) void client.call("arm.unsubscribe", { subscription: before }).catch(() => {});
+  const made = await client.call("arm.subscribe", { arm, rate: RATE });
+  subscription = made.subscription;
+  const [{ jobs }] = await Promise.all([client.call("job.list", { arm }), look(arm)]);
+  const last = jobs[jobs.length - 1] as Job | undefined;
+  store.jobState.value = last?.state ?? "none";
+}
+
+/** What changes seldom: the arm's model, and its fence. */
+async function look(arm: string): Promise<void> {
+  if (client === null) return;
+  try {
+    const [model, { fence }] = await Promise.all([client.call("arm.model", { arm }), client.call("arm.fence", { arm })]);
+    if (store.armName.value !== arm) return;
+    store.model.value = model;
+    store.fence.value = fence as store.Fence;
+  } catch {
+    // A line that is lost; it is looked at again when it is found.
+  }
+}
+
+export function lookAgain(): void {
+  if (store.armName.value !== null) void look(store.armName.value);
+}
+
+export function show(arm: string): void {
+  if (arm === store.armName.value) return;
+  batch(() => {
+    store.armName.value = arm;
+    lastArm.value = arm;
+    store.state.value = null;
+    store.stale.value = true;
+    store.alarms.value = [];
+    store.model.value = null;
+    store.fence.value = null;
+  });
+  void watch().catch(() => {});
+}
+
+function lost(code: number): void {
+  if (address === null) return;
+  client?.end();
+  client = null;
+  subscription = null;
+  const final = { 4401: "token", 4403: "revoked", 4409: "taken" } as const;
+  const refused = final[code as keyof typeof final] ?? null;
+  batch(() => {
+    store.asking.value = false;
+    store.asked.value = null;
+    if (refused !== null) {
+      store.refused.value = refused;
+      store.socket.value = "closed";
+      forget();
+    } else {
+      const wasUp = store.socket.value === "up";
+      if (wasUp) {
+        store.since.value = new Date();
+        log(t("log.lost"));
+      }
+      if (wasUp || store.socket.value === "lost") store.socket.value = "lost";
+      else store.refused.value = "unreachable";
+      again = setTimeout(open, PAUSES[Math.min(tries++, PAUSES.length - 1)]);
+    }
+  });
+}
+
+function hear(method: string, params: Record<string, unknown>): void {
+  wordAt = performance.now();
+  probedAt = null;
+  const ofShown = params["arm"] === store.armName.value;
+  if (method === "arm.state") {
+    if (params["subscription"] === subscription) take(params["state"] as Partial<State>);
+  } else if (method === "lease.changed") {
+    const holder = params["holder"] as Holder | null;
+    store.arms.value = store.arms.value.map((arm) => (arm.name === params["arm"] ? { ...arm, holder } : arm));
+    if (ofShown && holder?.session !== store.session.value) {
+      leaseId = null;
+      store.asked.value = null;
+    }
+    const name = holder === null ? t("lease.nobody") : holder.name;
+    log(t("log.holder", { arm: String(params["arm"]), name }));
+  } else if (method === "lease.asked") {
+    if (ofShown) store.asked.value = params as unknown as Holder & { message?: string };
+  } else if (method === "job.changed") {
+    const job = params["job"] as Job;
+    if (job.arm === store.armName.value) store.jobState.value = job.state;
+  } else if (method === "arm.event") {
+    told(params);
+  }
+  for (const listener of notified) listener(method, params);
+}
+
+function told(event: Record<string, unknown>): void {
+  const kind = String(event["event"]);
+  if (kind === "lease" || kind === "job" || kind === "command-finished") return;
+  const code = event["code"];
+  const known = store.alarms.value.find((alarm) => alarm.code === code)?.name;
+  const more = [code === undefined ? null : (known ?? `0x${Number(code).toString(16)}`), event["axis"], event["why"]];
+  log([kind, ...more.filter((part) => typeof part === "string")].join(" "));
+}
+
+function take(change: Partial<State>): void {
+  const before = store.state.value;
+  const after = { ...before, ...change } as State;
+  batch(() => {
+    if (change.link !== undefined && change.link !== before?.link) {
+      store.since.value = change.link === "lost" ? new Date() : null;
+      if (before !== null && change.link === "up") lookAgain();
+    }
+    store.state.value = after;
+    store.heardAt.value = performance.now();
+    if (after.link === "up") store.stale.value = false;
+    if (change.holder !== undefined) {
+      store.arms.value = store.arms.value.map((arm) => {
+        return arm.name === after.arm ? { ...arm, holder: after.holder, link: after.link } : arm;
+      });
+    }
+  });
+  if (change.alarms !== undefined) void nameAlarms(after.arm, after.alarms ?? []);
+  if (change.tool !== undefined && before !== null && String(change.tool.bias) !== String(before.tool.bias)) lookAgain();
+}
+
+async function nameAlarms(arm: string, codes: number[]): Promise<void> {
+  if (codes.length === 0) {
+    store.alarms.value = [];
+    return;
+  }
+  try {
+    const { alarms } = await call("arm.alarms", { arm });
+    if (store.armName.value === arm) store.alarms.value = alarms ?? [];
+  } catch {
+    // The next change of the alarms asks again.
+  }
+}
+
+export function call<M extends Method>(method: M, params: Params<M>): Promise<Result<M>> {
+  if (client === null) return Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
+  return client.call(method, params);
+}
+
+/** The arm that is shown, for calls. */
+export const shown = (): { arm: string } => ({ arm: store.armName.value ?? "" });
+
+export const line = {
+  jog: (params: Params<"jog.start">, every: number, most: number) =>
+    client?.jog(params, every, most) ?? Promise.reject(new RpcError(LINE_ENDED, t("why.lost"))),
+  release: () => client?.release(),
+  alive: () => client?.alive(),
+};
+
+export async function takeControl(): Promise<void> {
+  const method = store.lease.value === "other" ? "lease.take" : "lease.acquire";
+  leaseId = (await call(method, shown())).lease;
+}
+
+export async function giveBack(): Promise<void> {
+  // A lease that was kept over a reload, or granted: its holder is told its id again.
+  const lease = leaseId ?? (await call("lease.acquire", shown())).lease;
+  leaseId = null;
+  await call("lease.release", { lease });
+}
+
+/** With another name the session goes on: the station takes it with the same secret. */
+export function rename(): void {
+  if (store.socket.value === "up") open();
+}
+
+setInterval(() => {
+  const now = performance.now();
+  if (now - store.heardAt.value > STALE) store.stale.value = true;
+  if (store.socket.value !== "up" || client === null) return;
+  if (probedAt !== null && now - probedAt > SILENT) {
+    lost(1006);
+  } else if (probedAt === null && now - wordAt > SILENT) {
+    probedAt = now;
+    client.call("server.info", {}).then(() => {
+      probedAt = null;
+      wordAt = performance.now();
+    }, () => {});
+  }
+}, 250);
+
+document.addEventListener("visibilitychange", () => {
+  // After a sleep the next try may be seconds away.
+  if (!document.hidden && (store.socket.value === "lost" || store.refused.value === "unreachable")) open();
+});
+addEventListener("pagehide", () => {
+  try {
+    if (resume !== null) sessionStorage.setItem(RESUME, resume);
+  } catch {
+    // Then the page begins a new session.
+  }
+});

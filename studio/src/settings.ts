@@ -1,0 +1,40 @@
+// What the page keeps of its person, in this browser alone.
+import { effect, signal, type Signal } from "@preact/signals";
+
+function kept<T extends string>(key: string, usual: T, takes: (value: string) => boolean): Signal<T> {
+  let value: string = usual;
+  try {
+    value = localStorage.getItem(`magician.${key}`) ?? usual;
+  } catch {
+    // A browser that keeps nothing has the usual values.
+  }
+  const made = signal<T>((takes(value) ? value : usual) as T);
+  effect(() => {
+    const now = made.value;
+    try {
+      if (now === usual) localStorage.removeItem(`magician.${key}`);
+      else localStorage.setItem(`magician.${key}`, now);
+    } catch {
+      // The same.
+    }
+  });
+  return made;
+}
+
+export type Language = "en" | "zh";
+export type Theme = "system" | "light" | "dark";
+
+const usualLanguage: Language = navigator.language.toLowerCase().startsWith("zh") ? "zh" : "en";
+
+export const language = kept<Language>("language", usualLanguage, (value) => value === "en" || value === "zh");
+export const theme = kept<Theme>("theme", "system", (value) => ["system", "light", "dark"].includes(value));
+export const ownName = kept<string>("name", "", (value) => value.length <= 40);
+/** The arm that was shown last. */
+export const lastArm = kept<string>("arm", "", () => true);
+
+effect(() => {
+  const root = document.documentElement;
+  root.lang = language.value === "zh" ? "zh-Hans" : "en";
+  if (theme.value === "system") delete root.dataset["theme"];
+  else root.dataset["theme"] = theme.value;
+});

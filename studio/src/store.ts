@@ -1,0 +1,96 @@
+// What the page knows: one place for all of it. `session.ts` changes it, the panels show it.
+import { computed, signal } from "@preact/signals";
+import type { Holder, Methods, State } from "./api";
+
+export type ArmEntry = Methods["arm.list"]["result"]["arms"][number];
+export type Model = Methods["arm.model"]["result"];
+export type Alarm = NonNullable<Methods["arm.alarms"]["result"]["alarms"]>[number];
+export type Fence = Methods["arm.fence"]["result"]["fence"];
+
+export type Route = "move" | "arms" | "settings";
+export const ROUTES: readonly Route[] = ["move", "arms", "settings"];
+
+export const route = signal<Route>("move");
+
+/** How the station is reached: `none` before anything is chosen. */
+export const backend = signal<"none" | "station">("none");
+/** `lost`: it was there, and is looked for; `closed`: it is not looked for. */
+export const socket = signal<"closed" | "connecting" | "up" | "lost">("closed");
+export const since = signal<Date | null>(null);
+/** Why the page does not try again: a token is wanted, another page took the session over. */
+export const refused = signal<"token" | "revoked" | "taken" | "unreachable" | null>(null);
+
+export const session = signal<string | null>(null);
+export const role = signal<string>("viewer");
+export const arms = signal<ArmEntry[]>([]);
+export const armName = signal<string | null>(null);
+export const state = signal<State | null>(null);
+/** When the last state came, by the page's clock. */
+export const heardAt = signal(0);
+export const stale = signal(true);
+export const model = signal<Model | null>(null);
+export const alarms = signal<Alarm[]>([]);
+export const fence = signal<Fence>(null);
+export const jobState = signal<string>("none");
+/** Those who ask for control. */
+export const asked = signal<(Holder & { message?: string | null }) | null>(null);
+/** Whether this page has asked, and waits. */
+export const asking = signal(false);
+
+export const arm = computed(() => arms.value.find((entry) => entry.name === armName.value) ?? null);
+export const isUp = computed(() => socket.value === "up" && state.value?.link === "up");
+export const link = computed<"up" | "lost" | "closed">(() => {
+  if (isUp.value) return "up";
+  if (socket.value === "lost" || (socket.value === "up" && state.value?.link === "lost")) return "lost";
+  return "closed";
+});
+export const holder = computed<Holder | null>(() => (socket.value === "up" ? (arm.value?.holder ?? null) : null));
+export const lease = computed<"mine" | "other" | "free">(() => {
+  if (holder.value === null) return "free";
+  return holder.value.session === session.value ? "mine" : "other";
+});
+export const holds = computed(() => alarms.value.some((alarm) => alarm.holds_queue));
+export const isLaserOn = computed(() => isUp.value && state.value?.tool.laser === true);
+/** States of a job in which it has the arm. */
+const BUSY = ["checking", "running", "pausing", "stopping"];
+export const isBusy = computed(() => BUSY.includes(jobState.value));
+
+/** Why nothing can be moved now: a key of the texts, or null. */
+export const why = computed(() => {
+  if (socket.value === "closed") return "why.closed" as const;
+  if (!isUp.value) return "why.lost" as const;
+  if (role.value === "viewer") return "why.viewer" as const;
+  if (lease.value === "other") return "why.other" as const;
+  if (lease.value === "free") return "why.free" as const;
+  if (isBusy.value) return "why.busy" as const;
+  return null;
+});
+
+/** A sentence that passes: what was refused, and why. */
+export const notice = signal<{ text: string; bad: boolean } | null>(null);
+let noticeEnds: ReturnType<typeof setTimeout> | undefined;
+export function say(text: string, bad = false): void {
+  notice.value = { text, bad };
+  clearTimeout(noticeEnds);
+  noticeEnds = setTimeout(() => (notice.value = null), bad ? 12_000 : 5_000);
+}
+
+/** A question that waits for yes or no. */
+export interface Question {
+  title: string;
+  text: string;
+  yes: string;
+  answer: (yes: boolean) => void;
+}
+export const question = signal<Question | null>(null);
+export function ask(title: string, text: string, yes: string): Promise<boolean> {
+  question.value?.answer(false);
+  return new Promise((done) => {
+    const answer = (is: boolean) => {
+      question.value = null;
+      done(is);
+    };
+    question.value = { title, text, yes, answer };
+  });
+}
+export const showsKeys = signal(false);

@@ -1,0 +1,122 @@
+// Questions and lists over the page. They leave Stop reachable: nothing behind them is locked.
+import type { ComponentChildren } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import * as actions from "../actions";
+import { t } from "../i18n";
+import * as store from "../store";
+
+interface SheetProps {
+  role: "alertdialog" | "dialog";
+  id: string;
+  testId: string;
+  title: string;
+  children: ComponentChildren;
+}
+
+function Sheet({ role, id, testId, title, children }: SheetProps) {
+  const ref = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    const before = document.activeElement;
+    ref.current?.querySelector<HTMLElement>("[data-first]")?.focus();
+    return () => {
+      if (before instanceof HTMLElement && before.isConnected) before.focus();
+    };
+  }, []);
+  return (
+    <div class="sheet" ref={ref} role={role} aria-labelledby={`${id}-title`} aria-describedby={`${id}-text`} data-testid={testId}>
+      <h2 id={`${id}-title`}>{title}</h2>
+      {children}
+    </div>
+  );
+}
+
+function Question() {
+  const question = store.question.value;
+  if (question === null) return null;
+  return (
+    <Sheet key={question.title} role="alertdialog" id="confirm" testId="confirm" title={question.title}>
+      <p id="confirm-text">{question.text}</p>
+      <div class="sheet-buttons">
+        <button type="button" data-first data-testid="confirm-no" onClick={() => question.answer(false)}>
+          {t("no")}
+        </button>
+        <button type="button" class="primary" data-testid="confirm-yes" onClick={() => question.answer(true)}>
+          {question.yes}
+        </button>
+      </div>
+    </Sheet>
+  );
+}
+
+function Asked() {
+  const asked = store.asked.value;
+  if (asked === null || store.lease.value !== "mine") return null;
+  return (
+    <Sheet role="alertdialog" id="asked" testId="lease-asked" title={t("lease.asked", { name: asked.name })}>
+      <p id="asked-text">
+        {asked.message ? <q>{asked.message}</q> : null} {t("lease.asked.text")}
+      </p>
+      <div class="sheet-buttons">
+        <button type="button" data-first data-testid="lease-refuse" onClick={() => actions.answer(false)}>
+          {t("lease.refuse")}
+        </button>
+        <button type="button" class="primary" data-testid="lease-grant" onClick={() => actions.answer(true)}>
+          {t("lease.grant")}
+        </button>
+      </div>
+    </Sheet>
+  );
+}
+
+const KEYS = [
+  ["↑ ↓ ← →", "keys.move"],
+  ["W S", "keys.z"],
+  ["A D", "keys.r"],
+  ["] [", "keys.rail"],
+  ["M", "keys.m"],
+  ["F", "keys.f"],
+  ["+ −", "keys.size"],
+  [". ,", "keys.speed"],
+  ["P G L", "keys.tools"],
+  ["H C", "keys.home"],
+  ["Space Esc", "keys.stop"],
+] as const;
+
+function Keys() {
+  if (!store.showsKeys.value) return null;
+  return (
+    <Sheet role="dialog" id="keys" testId="keys" title={t("keys.title")}>
+      <dl id="keys-text" class="keys">
+        {KEYS.map(([keys, text]) => (
+          <div key={text}>
+            <dt>
+              {keys.split(" ").map((key) => (
+                <kbd key={key}>{key}</kbd>
+              ))}
+            </dt>
+            <dd>{t(text)}</dd>
+          </div>
+        ))}
+      </dl>
+      <div class="sheet-buttons">
+        <button type="button" data-first onClick={() => (store.showsKeys.value = false)}>
+          {t("close")}
+        </button>
+      </div>
+    </Sheet>
+  );
+}
+
+export function Dialogs() {
+  const notice = store.notice.value;
+  return (
+    <>
+      <Question />
+      <Asked />
+      <Keys />
+      <div class="notice-place" role="status" data-testid="notice">
+        {notice ? <p class={`notice ${notice.bad ? "bad" : ""}`}>{notice.text}</p> : null}
+      </div>
+    </>
+  );
+}

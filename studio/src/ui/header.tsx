@@ -1,0 +1,148 @@
+// What stands above every route: Stop, what is connected, who has control, where to go.
+import type { ComponentChildren } from "preact";
+import * as actions from "../actions";
+import { t } from "../i18n";
+import { clock } from "../log";
+import * as store from "../store";
+
+const ICONS: Record<store.Route, ComponentChildren> = {
+  move: <path d="M12 3v18M3 12h18M12 3l-3 3M12 3l3 3M12 21l-3-3M12 21l3-3M3 12l3-3M3 12l3 3M21 12l-3-3M21 12l-3 3" />,
+  arms: <path d="M5 20h9M9.500 20V10l8-3v5M9.500 10l3-4" />,
+  settings: <path d="M4 7h9m4 0h3M4 17h3m4 0h9M15 4.800v4.400M9 14.800v4.400" />,
+};
+
+function Nav() {
+  return (
+    <nav aria-label={t("skip.nav")}>
+      {store.ROUTES.map((route) => (
+        <a key={route} href={`#/${route}`} aria-current={store.route.value === route ? "page" : undefined}>
+          <svg viewBox="0 0 24 24" aria-hidden="true">
+            {ICONS[route]}
+          </svg>
+          <span>{t(`nav.${route}`)}</span>
+        </a>
+      ))}
+    </nav>
+  );
+}
+
+function What() {
+  const arm = store.arm.value;
+  const kind = arm === null ? "none" : arm.virtual ? "virtual" : "real";
+  return (
+    <div class="what">
+      <span class={`badge ${kind}`} data-testid="header-arm">
+        {t(`arm.${kind}`)}
+        {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
+      </span>
+      {store.isLaserOn.value ? (
+        <span class="badge laser" data-testid="header-laser">
+          {t("arm.laser")}
+        </span>
+      ) : null}
+    </div>
+  );
+}
+
+function Lease() {
+  if (store.socket.value !== "up" || store.armName.value === null) return null;
+  const lease = store.lease.value;
+  const isViewer = store.role.value === "viewer";
+  const isTeacher = store.role.value === "teacher";
+  const name = store.holder.value?.name ?? "";
+  const text = lease === "mine" ? t("lease.mine") : lease === "other" ? t("lease.other", { name }) : t("lease.free");
+  const noTake = isViewer || (lease === "other" && !isTeacher);
+  return (
+    <div class={`lease ${lease}`}>
+      <span data-testid="lease-holder" class="holder" title={text}>
+        {text}
+      </span>
+      <div class="lease-buttons">
+      {lease === "mine" ? (
+        <button type="button" class="quiet" data-testid="lease-release" onClick={actions.release}>
+          {t("lease.release")}
+        </button>
+      ) : null}
+      {lease === "other" ? (
+        <button type="button" class="primary" data-testid="lease-ask" disabled={isViewer || store.asking.value} onClick={actions.askFor}>
+          {store.asking.value ? t("lease.asking") : t("lease.ask")}
+        </button>
+      ) : null}
+      {lease !== "mine" ? (
+        <button
+          type="button"
+          class={lease === "free" ? "primary" : "quiet"}
+          data-testid="lease-take"
+          disabled={noTake}
+          aria-describedby={noTake ? "no-take" : undefined}
+          onClick={actions.take}
+        >
+          {t("lease.take")}
+        </button>
+      ) : null}
+      </div>
+      {noTake ? (
+        <span id="no-take" class="unseen">
+          {t(isViewer ? "why.viewer" : "lease.teacher")}
+        </span>
+      ) : null}
+    </div>
+  );
+}
+
+export function Header() {
+  return (
+    <header>
+      <button type="button" class="stop" data-testid="stop" title={t("stop.hint")} onClick={() => void actions.stop()}>
+        {t("stop")}
+      </button>
+      <What />
+      <Lease />
+      <Nav />
+    </header>
+  );
+}
+
+/** That the connection is lost, and since when. */
+export function LinkLost() {
+  const since = store.since.value;
+  if (store.link.value !== "lost" || since === null) return null;
+  return (
+    <div class="banner lost" role="status">
+      <p>
+        <b>
+          {t("link.lost")}{" "}
+          <time data-testid="link-since" dateTime={since.toISOString()}>
+            {clock(since)}
+          </time>
+        </b>{" "}
+        {t("link.again")}
+      </p>
+    </div>
+  );
+}
+
+/** The alarms that stand, each with cause and cure. */
+export function Alarms() {
+  const alarms = store.alarms.value;
+  const holds = store.holds.value;
+  return (
+    <div role="alert" data-testid="alarm-banner" class={alarms.length > 0 ? `banner alarm ${holds ? "holds" : "notes"}` : "unseen"}>
+      {alarms.length > 0 ? (
+        <>
+          <ul>
+            {alarms.map((alarm) => (
+              <li key={alarm.code} data-testid={`alarm-${alarm.code}`}>
+                <b>{alarm.name}</b> <span>{alarm.cause}.</span>{" "}
+                <span class="cure">
+                  {t("alarms.cure")}: {alarm.cure}.
+                </span>
+              </li>
+            ))}
+          </ul>
+          {holds ? <p>{t("alarms.hold")}</p> : null}
+        </>
+      ) : null}
+    </div>
+  );
+}

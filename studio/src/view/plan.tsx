@@ -1,0 +1,47 @@
+// The arm from above, for browsers without WebGL: x up, y to the left, as keys move it.
+import { useSignalEffect } from "@preact/signals";
+import { useRef } from "preact/hooks";
+import * as store from "../store";
+import { reach } from "./reach";
+
+const HALF = 360;
+const MOST = 200;
+
+export function Plan({ place }: { place: { current: HTMLElement | null } }) {
+  const svg = useRef<SVGSVGElement>(null);
+  const trail = useRef<string[]>([]);
+  const state = store.state.value;
+  useSignalEffect(() => {
+    const now = store.state.value;
+    const box = svg.current?.getBoundingClientRect();
+    const outer = place.current?.getBoundingClientRect();
+    if (now === null || box === undefined || outer === undefined) return;
+    const scale = Math.min(box.width, box.height) / (2 * HALF);
+    const at = [box.left - outer.left + box.width / 2 - now.y * scale, box.top - outer.top + box.height / 2 - now.x * scale];
+    place.current?.setAttribute("data-tip", at.map((value) => value.toFixed(2)).join(","));
+  });
+  const here = state === null ? null : `${(-state.y).toFixed(1)},${(-state.x).toFixed(1)}`;
+  if (here !== null && trail.current[trail.current.length - 1] !== here) trail.current = [...trail.current.slice(1 - MOST), here];
+  const outlines = reach.value?.outlines ?? [];
+  const path = outlines.map((outline) => `M${outline.map(([x = 0, y = 0]) => `${(-y).toFixed(1)} ${(-x).toFixed(1)}`).join("L")}Z`);
+  const turned = state === null ? 0 : -state.r;
+  return (
+    <svg ref={svg} class="plan" viewBox={`${-HALF} ${-HALF} ${2 * HALF} ${2 * HALF}`} aria-hidden="true">
+      <path class="reach" d={path.join("")} />
+      <path class="axes" d={`M0 ${HALF}V${-HALF}M${-HALF} 0H${HALF}`} />
+      <text x="8" y={-HALF + 22}>x</text>
+      <text x={-HALF + 6} y="-8">y</text>
+      <rect class="base" x="-79" y="-79" width="158" height="158" rx="14" />
+      {state !== null && here !== null ? (
+        <>
+          <path class="arm" d={`M0 0L${here}`} />
+          <polyline class="trail" points={trail.current.join(" ")} />
+          <g transform={`translate(${here}) rotate(${turned})`}>
+            <circle class="tip" r="12" />
+            <path class="heading" d="M0 -12V-30" />
+          </g>
+        </>
+      ) : null}
+    </svg>
+  );
+}

@@ -1,0 +1,222 @@
+//! The page's bundle: built by Node, kept in the repository, embedded without Node.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use flate2::{Compression, GzBuilder};
+
+const CRATE: &str = "crates/magician-studio";
+/// What a browser loads first, and what it loads to show an arm: files, and bytes by gzip at most.
+const SIZES: [(&str, &[&str], usize); 2] = [
+    (
+        "shell",
+        &[
+            "index.html",
+            "assets/app.js",
+            "assets/app.css",
+            "assets/icon.svg",
+            "manifest.webmanifest",
+        ],
+        50_000,
+    ),
+    (
+        "live view",
+        &[
+            "index.html",
+            "assets/app.js",
+            "assets/app.css",
+            "assets/icon.svg",
+            "assets/scene.js",
+            "assets/worker.js",
+            "manifest.webmanifest",
+        ],
+        200_000,
+    ),
+];
+
+type Files = BTreeMap<String, Vec<u8>>;
+
+/// `studio [--check]`: builds the page anew; with `--check` only compares it with what is kept.
+pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
+    let check = match words {
+        [] => false,
+        [word] if word == "--check" => true,
+        _ => return Err("studio takes --check or nothing".into()),
+    };
+    super::api::write(words, root)?;
+    let studio = root.join("studio");
+    let made = root.join("target/studio");
+    let npm = |words: &[&str]| {
+        let mut npm = Command::new("npm");
+        npm.args(words).current_dir(&studio);
+        done(npm)
+    };
+    npm(&["ci", "--ignore-scripts", "--no-audit", "--no-fund"])?;
+    npm(&["run", "--silent", "check"])?;
+    let mut vite = Command::new("npm");
+    vite.args([
+        "run",
+        "--silent",
+        "build",
+        "--",
+        "--logLevel",
+        "warn",
+        "--outDir",
+    ]);
+    vite.arg(std::path::absolute(&made)?).current_dir(&studio);
+    done(vite)?;
+    let built = files(&made)?;
+    plain(&built, root)?;
+    sizes(&built)?;
+    let kept = root.join(CRATE);
+    let packed: Files = built
+        .iter()
+        .map(|(name, bytes)| Ok((format!("{name}.gz"), gzip(bytes)?)))
+        .collect::<Result<_, std::io::Error>>()?;
+    for (folder, wanted) in [("dist", &built), ("packed", &packed)] {
+        let folder = kept.join(folder);
+        if check {
+            same(&files(&folder)?, wanted)?;
+        } else {
+            fs::remove_dir_all(&folder).or_else(|error| match error.kind() {
+                std::io::ErrorKind::NotFound => Ok(()),
+                _ => Err(error),
+            })?;
+            for (name, bytes) in wanted {
+                let path = folder.join(name);
+                fs::create_dir_all(path.parent().unwrap_or(&folder))?;
+                fs::write(path, bytes)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn done(mut command: Command) -> Result<(), Box<dyn Error>> {
+    match command.status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{command:?}: {status}").into()),
+        Err(error) => Err(format!("{command:?}: {error}; the page is built by Node 20").into()),
+    }
+}
+
+/// All files of a folder, by their path within it.
+fn files(folder: &Path) -> Result<Files, Box<dyn Error>> {
+    let mut all = Files::new();
+    let mut folders = vec![PathBuf::new()];
+    while let Some(within) = folders.pop() {
+        let listed = folder.join(&within);
+        for entry in
+            fs::read_dir(&listed).map_err(|error| format!("{}: {error}", listed.display()))?
+        {
+            let entry = entry?;
+            let path = within.join(entry.file_name());
+            if entry.file_type()?.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.to_string_lossy().replace('\\', "/");
+                all.insert(name, fs::read(entry.path())?);
+            }
+        }
+    }
+    Ok(all)
+}
+
+/// Nothing of this machine or day may be in a bundle that is compared byte for byte.
+fn plain(files: &Files, root: &Path) -> Result<(), Box<dyn Error>> {
+    let here = std::path::absolute(root)?;
+    let here = here.to_string_lossy();
+    for (name, bytes) in files {
+        let text = String::from_utf8_lossy(bytes);
+        for unwanted in ["sourceMappingURL", "\r", &*here] {
+            if text.contains(unwanted) {
+                return Err(format!("{name} has {unwanted:?} in it").into());
+            }
+        }
+    }
+    Ok(())
+}
+
+fn gzip(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
+    // Without a name and a time.
+    let mut gzip = GzBuilder::new().write(Vec::new(), Compression::best());
+    gzip.write_all(bytes)?;
+    gzip.finish()
+}
+
+fn sizes(files: &Files) -> Result<(), Box<dyn Error>> {
+    let mut too_large = Vec::new();
+    for (what, names, most) in SIZES {
+        let mut size = 0;
+        for name in names {
+            let bytes = files
+                .get(*name)
+                .ok_or_else(|| format!("{name} is missing"))?;
+            size += gzip(bytes)?.len();
+        }
+        println!("{what:<10} {size:>7} of {most} bytes (gzip)");
+        if size > most {
+            too_large.push(what);
+        }
+    }
+    if too_large.is_empty() {
+        Ok(())
+    } else {
+        Err(format!("too large: {}", too_large.join(", ")).into())
+    }
+}
+
+fn same(kept: &Files, wanted: &Files) -> Result<(), Box<dyn Error>> {
+    let names = kept.keys().chain(wanted.keys());
+    let mut stale: Vec<_> = names
+        .filter(|name| kept.get(*name) != wanted.get(*name))
+        .collect();
+    stale.sort();
+    stale.dedup();
+    if stale.is_empty() {
+        return Ok(());
+    }
+    Err(format!("not what the sources make: {stale:?}; cargo xtask studio").into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kept(folder: &str) -> Files {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        files(&root.join(CRATE).join(folder)).unwrap()
+    }
+
+    #[test]
+    fn what_is_packed_is_what_is_kept_and_all_of_it_is_served() {
+        let (dist, packed) = (kept("dist"), kept("packed"));
+        assert_eq!(dist.len(), packed.len());
+        for (name, bytes) in &dist {
+            assert_eq!(
+                packed[&format!("{name}.gz")],
+                gzip(bytes).unwrap(),
+                "{name}"
+            );
+        }
+        let list = fs::read_to_string(
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/magician-studio/src/lib.rs"),
+        )
+        .unwrap();
+        let served = list
+            .lines()
+            .filter_map(|line| line.trim().strip_prefix("\"/"));
+        let mut served: Vec<_> = served.filter_map(|line| line.split('"').nth(2)).collect();
+        served.sort_unstable();
+        assert_eq!(served, dist.keys().map(String::as_str).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn the_page_is_small() {
+        sizes(&kept("dist")).unwrap();
+    }
+}

@@ -1,0 +1,4 @@
+//! The page of a station: its types, and its bundle.
+
+pub(crate) mod api;
+pub(crate) mod bundle;
