@@ -31,8 +31,10 @@ export type FromWorker =
 export interface Carrier {
   tell(message: ToWorker): void;
   heard: (message: FromWorker) => void;
-  end(): void;
 }
+
+/** The code of `closed` where the worker itself could not be started. */
+export const NO_WORKER = 0;
 
 /** A worker, or anything with its two ends, as a carrier. */
 export class WorkerCarrier implements Carrier {
@@ -40,15 +42,10 @@ export class WorkerCarrier implements Carrier {
 
   constructor(private readonly worker: Worker) {
     worker.onmessage = (event: MessageEvent<FromWorker>) => this.heard(event.data);
+    worker.onerror = () => this.heard({ kind: "closed", code: NO_WORKER });
   }
 
   tell(message: ToWorker): void {
     this.worker.postMessage(message);
-  }
-
-  end(): void {
-    this.heard = () => {};
-    this.worker.postMessage({ kind: "close" } satisfies ToWorker);
-    setTimeout(() => this.worker.terminate(), 200);
   }
 }

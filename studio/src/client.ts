@@ -61,9 +61,10 @@ export class Client {
     this.carrier.tell({ kind: "alive" });
   }
 
-  end(): void {
+  /** Ends the connection; `open` makes another one. */
+  close(): void {
     this.fail();
-    this.carrier.end();
+    this.carrier.tell({ kind: "close" });
   }
 
   private request<M extends Method>(method: M, params: Params<M>): [Wire, Promise<Result<M>>] {

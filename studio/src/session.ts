@@ -1,7 +1,7 @@
 // The session with a station: connected, kept, found again; what it tells goes to the store.
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
-import { WorkerCarrier } from "./carrier";
+import { NO_WORKER, WorkerCarrier } from "./carrier";
 import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError } from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
@@ -68,8 +68,7 @@ export function keptToken(): string {
 
 export function disconnect(): void {
   clearTimeout(again);
-  client?.end();
-  client = null;
+  client?.close();
   address = null;
   tries = 0;
   batch(() => {
@@ -102,17 +101,22 @@ function forget(): void {
 function open(): void {
   if (address === null) return;
   clearTimeout(again);
-  client?.end();
-  const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
-  const made = new Client(new WorkerCarrier(worker));
-  client = made;
-  made.onOpened = () => void hello(made);
-  made.onNotification = hear;
-  made.onClosed = (code) => lost(code);
+  client?.close();
+  client ??= made();
   if (store.socket.value !== "lost") store.socket.value = "connecting";
   probedAt = null;
   wordAt = performance.now();
-  made.open(address.url);
+  client.open(address.url);
+}
+
+/** The worker is kept while the station is looked for: its script may come from there. */
+function made(): Client {
+  const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+  const client = new Client(new WorkerCarrier(worker));
+  client.onOpened = () => void hello(client);
+  client.onNotification = hear;
+  client.onClosed = lost;
+  return client;
 }
 
 async function hello(made: Client): Promise<void> {
@@ -194,8 +198,9 @@ export function show(arm: string): void {
 
 function lost(code: number): void {
   if (address === null) return;
-  client?.end();
-  client = null;
+  client?.close();
+  // The script itself did not come.
+  if (code === NO_WORKER) client = null;
   subscription = null;
   const final = { 4401: "token", 4403: "revoked", 4409: "taken" } as const;
   const refused = final[code as keyof typeof final] ?? null;
@@ -289,7 +294,8 @@ async function nameAlarms(arm: string, codes: number[]): Promise<void> {
 }
 
 export function call<M extends Method>(method: M, params: Params<M>): Promise<Result<M>> {
-  if (client === null) return Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
+  // A client that looks for its station would lose what it is given.
+  if (client === null || store.socket.value !== "up") return Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
   return client.call(method, params);
 }
 

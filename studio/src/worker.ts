@@ -11,6 +11,7 @@ const send = (message: Wire) => {
 const keeper = new JogKeeper(send);
 
 function open(url: string): void {
+  socket?.close();
   let made: WebSocket;
   try {
     made = new WebSocket(url, "magician.v1");
@@ -19,8 +20,9 @@ function open(url: string): void {
     return;
   }
   socket = made;
-  made.onopen = () => tell({ kind: "opened" });
+  made.onopen = () => socket === made && tell({ kind: "opened" });
   made.onmessage = (event: MessageEvent<string>) => {
+    if (socket !== made) return;
     const message = JSON.parse(event.data) as Wire;
     keeper.heard(message);
     tell({ kind: "heard", message });

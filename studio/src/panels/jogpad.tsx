@@ -28,6 +28,7 @@ function JogButton({ axis, sign, hint, place }: ButtonProps) {
       style={place === undefined ? undefined : { gridArea: place }}
       data-testid={`jog-${axis}-${sign > 0 ? "plus" : "minus"}`}
       data-axis={axis}
+      data-key={hint}
       data-sign={sign > 0 ? "+" : "-"}
       aria-label={t(sign > 0 ? "jog.plus" : "jog.minus", { axis: shownAxis(axis) })}
       disabled={off}
@@ -50,7 +51,6 @@ function JogButton({ axis, sign, hint, place }: ButtonProps) {
         {shownAxis(axis)}
         {sign > 0 ? "+" : "−"}
       </span>
-      {hint ? <kbd aria-hidden="true">{hint}</kbd> : null}
     </button>
   );
 }

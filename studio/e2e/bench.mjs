@@ -1,0 +1,148 @@
+// What the suite stands on: a station with a virtual arm, a browser, and a look at the station past the page.
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { setTimeout as sleep } from "node:timers/promises";
+import { chromium } from "playwright-core";
+
+const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+
+/** `magician serve`, as people start it. */
+export class Station {
+  constructor(program) {
+    this.program = program;
+    this.state = mkdtempSync(join(tmpdir(), "studio-"));
+    this.listen = "127.0.0.1:0";
+  }
+
+  async start(...more) {
+    const words = ["serve", "--port", "sim", "--listen", this.listen, "--json", ...more];
+    const env = { ...process.env, XDG_STATE_HOME: this.state, XDG_DATA_HOME: this.state, XDG_CONFIG_HOME: this.state, MAGICIAN_PORT: "" };
+    this.child = spawn(this.program, words, { env, stdio: ["ignore", "pipe", "inherit"] });
+    let said = "";
+    for await (const piece of this.child.stdout) {
+      said += piece;
+      if (said.includes("\n")) break;
+    }
+    this.url = JSON.parse(said).url;
+    this.listen = new URL(this.url).host;
+  }
+
+  async kill(signal = "SIGKILL") {
+    const over = once(this.child, "exit");
+    this.child.kill(signal);
+    await over;
+  }
+
+  async end() {
+    await this.kill("SIGTERM");
+    rmSync(this.state, { recursive: true, force: true });
+  }
+
+  /** A call past the page. */
+  async call(method, params = {}) {
+    const body = JSON.stringify({ jsonrpc: "2.0", id: 1, method, params });
+    const answer = await fetch(`${this.url}api/v1/rpc`, { method: "POST", headers: { "content-type": "application/json" }, body });
+    const { result, error } = await answer.json();
+    if (error) throw new Error(`${method}: ${error.message}`);
+    return result;
+  }
+
+  isThere() {
+    return fetch(`${this.url}healthz`).then(() => true, () => false);
+  }
+
+  pose() {
+    return this.call("arm.state");
+  }
+
+  /** Waits until the arm is as it should be. */
+  async until(what, is, within = 10_000) {
+    const ends = Date.now() + within;
+    for (;;) {
+      const state = await this.pose();
+      if (is(state)) return state;
+      if (Date.now() > ends) throw new Error(`the arm: ${what}: ${JSON.stringify(state)}`);
+      await sleep(20);
+    }
+  }
+
+  /** The arm stands: two readings that are equal. */
+  async stands() {
+    await this.until("stands", (state) => !state.moving && state.jog === null);
+    const one = await this.pose();
+    await sleep(150);
+    const two = await this.pose();
+    for (const name of ["x", "y", "z", "r"]) if (one[name] !== two[name]) throw new Error(`it moves: ${name}`);
+    return two;
+  }
+
+  async events() {
+    return (await this.call("events.since", { seq: 0 })).events;
+  }
+}
+
+/** Pages, and all that a browser complains of in them. */
+export class Browser {
+  complaints = [];
+
+  async start() {
+    this.browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", args: FLAGS });
+  }
+
+  async page(url, options = {}) {
+    const { init, ...rest } = options;
+    const context = await this.browser.newContext({ viewport: { width: 1280, height: 860 }, ...rest });
+    const page = await context.newPage();
+    if (init) await page.addInitScript(init);
+    await page.addInitScript(() => {
+      document.addEventListener("securitypolicyviolation", (event) => console.error(`CSP: ${event.violatedDirective} ${event.blockedURI}`));
+    });
+    page.on("console", (message) => {
+      // A station that is gone refuses connections.
+      if (message.type() === "error" && !/ERR_CONNECTION|WebSocket connection/.test(message.text())) this.complaints.push(message.text());
+    });
+    page.on("pageerror", (error) => this.complaints.push(String(error)));
+    page.on("request", (request) => {
+      const to = new URL(request.url());
+      if (to.protocol.startsWith("http") && to.origin !== new URL(url).origin) this.complaints.push(`asked ${to}`);
+    });
+    await page.goto(url);
+    await is(page, "ready", "true");
+    return page;
+  }
+
+  /** One that is connected. */
+  async connected(url, options) {
+    const page = await this.page(url, options);
+    await is(page, "link", "up");
+    await is(page, "stale", "false");
+    return page;
+  }
+
+  /** One that has control. */
+  async inControl(url, options) {
+    const page = await this.connected(url, options);
+    await page.getByTestId("lease-take").click();
+    await is(page, "lease", "mine");
+    return page;
+  }
+
+  end() {
+    return this.browser.close();
+  }
+}
+
+/** Waits for what the body says. */
+export async function is(page, name, value, within = 20_000) {
+  try {
+    await page.waitForFunction(([name, value]) => document.body.dataset[name] === value, [name, value], { timeout: within });
+  } catch {
+    const said = await page.evaluate(() => JSON.stringify(document.body.dataset));
+    throw new Error(`data-${name} is not ${value}: ${said}`);
+  }
+}
+
+export const near = (one, two, within = 0.02) => Math.abs(one - two) <= within;

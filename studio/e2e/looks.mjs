@@ -1,0 +1,66 @@
+// How the studio looks: no horizontal scroll, no finding of axe, and pictures for people to look at.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+import { setTimeout as sleep } from "node:timers/promises";
+import { is } from "./bench.mjs";
+
+const ROUTES = ["move", "arms", "settings"];
+const SIZES = { phone: [360, 740], tablet: [768, 1024], desktop: [1440, 900], "at-200": [640, 450] };
+const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+
+async function findings(page) {
+  await page.evaluate(axe);
+  const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+  return violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => `${node.target} ${node.failureSummary}`).join("; ")}`);
+}
+
+export function looks(test, { browser, station, shots }) {
+  for (const colorScheme of ["light", "dark"]) {
+    test(`every route in ${colorScheme}: fits, and axe finds nothing`, async () => {
+      for (const [size, [width, height]] of Object.entries(SIZES)) {
+        const page = await browser.connected(station.url, { colorScheme, viewport: { width, height }, bypassCSP: true });
+        const inControl = size === "desktop" || size === "phone";
+        if (inControl) {
+          await page.getByTestId("lease-take").click();
+          await is(page, "lease", "mine");
+        }
+        await page.locator("[data-testid=view][data-camera]").waitFor();
+        for (const route of ROUTES) {
+          await page.goto(`${station.url}#/${route}`);
+          await is(page, "route", route);
+          if (route === "move") await page.locator("[data-testid=view][data-camera]").waitFor();
+          await sleep(400);
+          const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+          assert.ok(over <= 0, `${route} ${size}: ${over} px too wide`);
+          if (size !== "at-200") await page.screenshot({ path: join(shots, `${route}-${colorScheme}-${size}.png`) });
+          assert.deepEqual(await findings(page), [], `${route} ${size}`);
+        }
+        if (inControl) {
+          await page.getByTestId("lease-release").click();
+          await is(page, "lease", "free");
+        }
+        await page.context().close();
+      }
+    });
+  }
+
+  test("Chinese is complete, fits, and is found right by axe", async () => {
+    const page = await browser.connected(station.url, { viewport: { width: 360, height: 740 }, bypassCSP: true });
+    await page.goto(`${station.url}#/settings`);
+    await page.getByTestId("settings-language-zh").check({ force: true });
+    assert.equal(await page.getByTestId("stop").textContent(), "停止");
+    assert.match(await page.locator("main").textContent(), /母语/);
+    for (const route of ROUTES) {
+      await page.goto(`${station.url}#/${route}`);
+      await is(page, "route", route);
+      await sleep(300);
+      const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok(over <= 0, `${route}: ${over} px too wide`);
+      await page.screenshot({ path: join(shots, `${route}-zh.png`) });
+      assert.deepEqual(await findings(page), [], route);
+    }
+    await page.context().close();
+  });
+}

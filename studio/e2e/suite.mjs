@@ -1,0 +1,412 @@
+// The studio in a browser, judged at the station: node e2e/suite.mjs [WORD of the tests' names]
+import assert from "node:assert/strict";
+import { existsSync, mkdirSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { setTimeout as sleep } from "node:timers/promises";
+import { fileURLToPath } from "node:url";
+import { Browser, Station, is, near } from "./bench.mjs";
+import { looks } from "./looks.mjs";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const program = process.env.MAGICIAN ?? join(here, "../../target/debug/magician");
+assert.ok(existsSync(program), `${program} is not built`);
+export const shots = join(here, "shots");
+mkdirSync(shots, { recursive: true });
+
+const station = new Station(program);
+const browser = new Browser();
+const tests = [];
+const test = (name, body) => tests.push([name, body]);
+const url = () => station.url;
+/** Closes a page; what it had control of is free for the next. */
+async function closed(page) {
+  const back = page.getByTestId("lease-release");
+  if (await back.isVisible()) {
+    await back.click();
+    await is(page, "lease", "free");
+  }
+  await page.context().close();
+}
+
+test("connects by itself and shows the pose", async () => {
+  const page = await browser.connected(url());
+  await is(page, "backend", "station");
+  await is(page, "route", "move");
+  const state = await station.pose();
+  for (const name of ["x", "y", "z", "r", "j1", "j2", "j3", "j4"]) {
+    const text = await page.getByTestId(`pose-${name}`).textContent();
+    assert.match(text, /^-?\d+\.\d\d$/);
+    assert.ok(near(Number(text), state[name]), `${name}: ${text} and ${state[name]}`);
+  }
+  assert.equal(await page.getByTestId("header-arm").textContent(), "Virtual arm");
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement.dataset.testid), "stop");
+  const { width, height } = await page.getByTestId("stop").boundingBox();
+  assert.ok(width >= 44 && height >= 44);
+  await closed(page);
+});
+
+test("what is not allowed is disabled and says why", async () => {
+  const page = await browser.connected(url());
+  const button = page.getByRole("button", { name: "Jog X plus" });
+  assert.ok(await button.isDisabled());
+  const why = await button.getAttribute("aria-describedby");
+  assert.match(await page.locator(`#${why}`).textContent(), /Take control/);
+  await page.getByRole("button", { name: "Take control" }).click();
+  await is(page, "lease", "mine");
+  assert.ok((await station.pose()).holder !== null);
+  assert.ok(await button.isEnabled());
+  await page.getByTestId("lease-release").click();
+  await is(page, "lease", "free");
+  assert.equal((await station.pose()).holder, null);
+  await closed(page);
+});
+
+test("alarms have name, cause and cure, and are cleared", async () => {
+  const page = await browser.inControl(url());
+  await is(page, "alarm", "true");
+  const { alarms } = await station.call("arm.alarms");
+  const text = await page.getByTestId(`alarm-${alarms[0].code}`).textContent();
+  for (const part of ["name", "cause", "cure"]) assert.ok(text.includes(alarms[0][part]), `${part}: ${text}`);
+  await page.getByTestId("clear-alarms").click();
+  await is(page, "alarm", "false");
+  assert.deepEqual((await station.pose()).alarms, []);
+  await closed(page);
+});
+
+test("a held button moves the arm until it is let go", async () => {
+  const page = await browser.inControl(url());
+  let why = null;
+  // On a machine that is busy elsewhere the page may not be heard in time, and the jog ends by itself.
+  for (let tries = 0; tries < 5 && why !== "released"; tries++) {
+    const before = await station.stands();
+    await page.getByTestId("jog-z-plus").hover();
+    await page.mouse.down();
+    await is(page, "jog", "running");
+    await station.until("rises", (state) => state.z > before.z + 5 || state.jog === null);
+    await page.mouse.up();
+    await is(page, "jog", "idle");
+    const after = await station.stands();
+    assert.ok(after.z > before.z && near(after.x, before.x) && near(after.y, before.y));
+    why = (await station.events()).filter((event) => event.event === "jog").at(-1).why;
+  }
+  assert.equal(why, "released");
+  await closed(page);
+});
+
+test("the browser's menu, a cancelled touch and a hidden page end a jog", async () => {
+  const page = await browser.inControl(url());
+  for (const end of ["contextmenu", "pointercancel", "blur", "hidden", "route"]) {
+    await page.getByTestId("jog-y-plus").hover();
+    await page.mouse.down();
+    await is(page, "jog", "running");
+    await station.until("moves", (state) => state.moving);
+    await page.evaluate((end) => {
+      const button = document.querySelector("[data-testid=jog-y-plus]");
+      if (end === "contextmenu") button.dispatchEvent(new MouseEvent("contextmenu", { bubbles: true, cancelable: true }));
+      if (end === "pointercancel") button.dispatchEvent(new PointerEvent("pointercancel", { bubbles: true }));
+      if (end === "blur") dispatchEvent(new Event("blur"));
+      if (end === "route") location.hash = "#/arms";
+      if (end === "hidden") {
+        Object.defineProperty(document, "hidden", { configurable: true, get: () => true });
+        document.dispatchEvent(new Event("visibilitychange"));
+        delete document.hidden;
+      }
+    }, end);
+    await is(page, "jog", "idle");
+    await station.stands();
+    await page.mouse.up();
+  }
+  await closed(page);
+});
+
+test("keys jog, and one that loses the focus stops", async () => {
+  const page = await browser.inControl(url());
+  const before = await station.stands();
+  await page.getByTestId("jog-pad").focus();
+  await page.keyboard.down("ArrowDown");
+  await is(page, "jog", "running");
+  await station.until("goes back", (state) => state.x < before.x - 4);
+  await page.keyboard.up("ArrowDown");
+  await is(page, "jog", "idle");
+  const middle = await station.stands();
+  await page.keyboard.down("ArrowUp");
+  await is(page, "jog", "running");
+  await page.getByTestId("settings-name").or(page.getByTestId("jog-speed")).first().focus();
+  await is(page, "jog", "idle");
+  const after = await station.stands();
+  assert.ok(after.x > middle.x);
+  await page.keyboard.up("ArrowUp");
+  await closed(page);
+});
+
+test("Escape and Space stop, and the key that was down does nothing more", async () => {
+  const page = await browser.inControl(url());
+  await page.getByTestId("jog-pad").focus();
+  for (const key of ["Escape", " "]) {
+    await page.keyboard.down("w");
+    await is(page, "jog", "running");
+    await station.until("moves", (state) => state.moving);
+    await page.keyboard.press(key);
+    await is(page, "jog", "idle");
+    const stood = await station.stands();
+    await page.keyboard.down("w");
+    await sleep(300);
+    assert.equal((await station.pose()).z, stood.z);
+    await page.keyboard.up("w");
+    await page.keyboard.down("s");
+    await is(page, "jog", "running");
+    await page.keyboard.up("s");
+    await is(page, "jog", "idle");
+  }
+  await closed(page);
+});
+
+test("a step is a step: by button, by key, in the frame of the tool", async () => {
+  const page = await browser.inControl(url());
+  await page.getByTestId("jog-mode-step").check({ force: true });
+  await page.getByTestId("jog-step-size").selectOption("10");
+  let before = await station.stands();
+  await page.getByTestId("jog-x-minus").click();
+  await station.until("10 mm back", (state) => near(state.x, before.x - 10) && !state.moving);
+  await page.getByTestId("jog-pad").focus();
+  await page.keyboard.press("-");
+  assert.equal(await page.getByTestId("jog-step-size").inputValue(), "5");
+  before = await station.stands();
+  await page.keyboard.press("ArrowLeft");
+  await station.until("5 mm to the left", (state) => near(state.y, before.y + 5) && !state.moving);
+  await page.getByTestId("jog-frame-joint").check({ force: true });
+  before = await station.stands();
+  await page.getByTestId("jog-pad").focus();
+  await page.keyboard.press("a");
+  await station.until("J4 by 5", (state) => near(state.j4, before.j4 + 5) && !state.moving);
+  await page.getByTestId("jog-frame-tool").check({ force: true });
+  assert.ok(await page.getByTestId("jog-mode-hold").isDisabled());
+  before = await station.stands();
+  await page.getByTestId("jog-x-plus").click();
+  await station.until("5 mm ahead", (state) => !state.moving && near(Math.hypot(state.x - before.x, state.y - before.y), 5, 0.05));
+  await closed(page);
+});
+
+test("Stop stops what moves", async () => {
+  const page = await browser.inControl(url());
+  await station.stands();
+  await page.getByTestId("home").click();
+  await is(page, "moving", "true");
+  await page.getByTestId("stop").click();
+  await is(page, "moving", "false");
+  await station.stands();
+  assert.ok((await station.events()).some((event) => event.event === "stop" && event.by !== null));
+  await closed(page);
+});
+
+test("homes", async () => {
+  const page = await browser.inControl(url());
+  await page.getByTestId("home").click();
+  await is(page, "moving", "true");
+  await is(page, "moving", "false", 40_000);
+  await station.stands();
+  await closed(page);
+});
+
+test("tools and speed reach the arm", async () => {
+  const page = await browser.inControl(url());
+  await page.getByRole("switch", { name: "Suction" }).click();
+  await station.until("sucks", (state) => state.tool.suction === true);
+  await page.getByTestId("tool-gripper-closed").click();
+  await station.until("grips", (state) => state.tool.gripper === "closed");
+  await page.getByTestId("tool-gripper-off").click();
+  await page.getByTestId("tool-select").selectOption("pen");
+  await station.until("has a pen", (state) => state.tool.name === "pen");
+  await page.getByTestId("tool-select").selectOption("laser");
+  await station.until("has a laser", (state) => state.tool.name === "laser");
+  await page.getByTestId("tool-laser").click();
+  await page.getByTestId("header-laser").waitFor();
+  await page.getByTestId("tool-laser").click();
+  await page.getByTestId("header-laser").waitFor({ state: "detached" });
+  await page.getByTestId("tool-select").selectOption("suction");
+  await page.getByTestId("arm-speed").fill("80");
+  await station.until("is faster", (state) => state.speed === 80);
+  await closed(page);
+});
+
+test("the picture is the arm's: the tip is where its pose is projected", async () => {
+  const page = await browser.connected(url());
+  for (const view of ["corner", "front", "side", "top"]) {
+    await page.getByTestId(`view-${view}`).click();
+    await page.locator("[data-testid=view][data-camera]").waitFor();
+    await sleep(700);
+    const { x, y, z } = await station.pose();
+    const { camera, tip, box } = await page.getByTestId("view").evaluate((view) => ({
+      camera: view.dataset.camera.split(",").map(Number),
+      tip: view.dataset.tip.split(",").map(Number),
+      box: [view.clientWidth, view.clientHeight],
+    }));
+    const row = (at) => camera[at] * x + camera[at + 4] * y + camera[at + 8] * z + camera[at + 12];
+    const at = [((row(0) / row(3) + 1) / 2) * box[0], ((1 - row(1) / row(3)) / 2) * box[1]];
+    assert.ok(near(at[0], tip[0], 1.5) && near(at[1], tip[1], 1.5), `${view}: ${at} and ${tip}`);
+  }
+  await closed(page);
+});
+
+test("without WebGL the arm is seen from above", async () => {
+  const init = () => {
+    HTMLCanvasElement.prototype.getContext = () => null;
+  };
+  const page = await browser.connected(url(), { init });
+  await page.locator(".plan .reach[d^=M]").waitFor();
+  assert.match(await page.getByTestId("view").getAttribute("data-tip"), /^[\d.]+,[\d.]+$/);
+  await closed(page);
+});
+
+test("a second page sees, asks, gets, and a teacher takes back", async () => {
+  const one = await browser.inControl(url());
+  const two = await browser.connected(url());
+  await two.goto(`${url()}#/settings`);
+  await two.getByTestId("settings-name").fill("Ada");
+  await two.getByTestId("settings-name").press("Tab");
+  await two.goto(`${url()}#/move`);
+  await is(two, "lease", "other");
+  await one.getByTestId("jog-mode-step").check({ force: true });
+  const { z: low } = await station.stands();
+  await one.getByTestId("jog-z-plus").click();
+  const { z } = await station.until("a step up", (state) => state.z > low + 1 && !state.moving);
+  await two.waitForFunction((z) => Math.abs(Number(document.querySelector("[data-testid=pose-z]").textContent) - z) < 0.02, z);
+  await two.getByTestId("lease-ask").click();
+  await one.getByRole("alertdialog", { name: "Ada asks for control" }).waitFor();
+  await one.getByTestId("lease-refuse").click();
+  await two.getByTestId("lease-ask").click();
+  await one.getByTestId("lease-grant").click();
+  await is(two, "lease", "mine");
+  await is(one, "lease", "other");
+  assert.match(await one.getByTestId("lease-holder").textContent(), /Ada/);
+  await one.getByTestId("lease-take").click();
+  await one.getByTestId("confirm-yes").click();
+  await is(one, "lease", "mine");
+  await is(two, "lease", "other");
+  await closed(two);
+  await closed(one);
+});
+
+test("a reload keeps control", async () => {
+  const page = await browser.inControl(url());
+  const { holder } = await station.pose();
+  await page.reload();
+  await is(page, "lease", "mine");
+  assert.equal((await station.pose()).holder.session, holder.session);
+  await closed(page);
+});
+
+test("a page that is closed holds no jog", async () => {
+  const page = await browser.inControl(url());
+  await page.getByTestId("jog-r-plus").hover();
+  await page.mouse.down();
+  await is(page, "jog", "running");
+  await page.close();
+  await station.stands();
+  await station.until("is free", (state) => state.holder === null, 8000);
+});
+
+test("a page that hangs holds no jog", async () => {
+  const page = await browser.inControl(url());
+  await page.getByTestId("jog-r-minus").hover();
+  await page.mouse.down();
+  await is(page, "jog", "running");
+  const hung = page.evaluate(() => {
+    for (const ends = performance.now() + 3000; performance.now() < ends; );
+  });
+  await station.until("stands while the page hangs", (state) => !state.moving && state.jog === null, 2000);
+  await hung;
+  await page.mouse.up();
+  await is(page, "jog", "idle");
+  await closed(page);
+});
+
+test("a station that dies is named lost, and found again", async () => {
+  const page = await browser.inControl(url());
+  await station.kill();
+  await is(page, "link", "lost");
+  await page.getByTestId("link-since").waitFor();
+  assert.ok(await page.getByTestId("jog-x-plus").isDisabled());
+  assert.ok(await page.getByTestId("stop").isEnabled());
+  await is(page, "stale", "true");
+  await page.getByTestId("stop").click();
+  await page.getByTestId("notice").getByText("did not reach").waitFor();
+  await station.start();
+  await is(page, "link", "up", 10_000);
+  await page.getByTestId("link-since").waitFor({ state: "detached" });
+  await is(page, "stale", "false");
+  await closed(page);
+});
+
+test("without a station the page says so, and connects when it is told where", async () => {
+  const page = await browser.connected(url());
+  await page.goto(`${url()}#/arms`);
+  await page.getByRole("button", { name: "Disconnect" }).click();
+  await is(page, "backend", "none");
+  await is(page, "link", "closed");
+  assert.ok(await page.getByTestId("connect-sim").isDisabled());
+  assert.ok(await page.getByTestId("connect-serial").isDisabled());
+  await page.getByTestId("station-url").fill("not:an:address");
+  await page.getByTestId("connect-station").click();
+  await page.getByText("This is no address").waitFor();
+  await page.getByTestId("station-url").fill(new URL(url()).host);
+  await page.getByTestId("station-token").fill("wrong");
+  await page.getByTestId("connect-station").click();
+  await page.getByText("wants a good token").waitFor();
+  await page.getByTestId("station-token").fill("");
+  await page.getByTestId("connect-station").click();
+  await is(page, "link", "up");
+  assert.match(await page.getByTestId("log").textContent(), /connected to/);
+  await closed(page);
+});
+
+test("everything is reached by Tab, and nothing traps it", async () => {
+  for (const route of ["move", "arms", "settings"]) {
+    const page = await browser.inControl(`${url()}#/${route}`);
+    await page.evaluate(() => document.activeElement?.blur());
+    const seen = new Set();
+    let first = null;
+    for (let press = 0; press < 90; press++) {
+      await page.keyboard.press("Tab");
+      const at = await page.evaluate(() => {
+        const now = document.activeElement;
+        return now === document.body ? "" : (now.dataset.testid ?? now.textContent);
+      });
+      if (at === first) break;
+      if (at === "") continue;
+      first ??= at;
+      seen.add(at);
+    }
+    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], arms: ["station-url", "log"], settings: ["settings-name"] };
+    for (const name of wanted[route]) assert.ok(seen.has(name), `${route}: ${name} of ${[...seen]}`);
+    await closed(page);
+  }
+});
+
+looks(test, { browser, station, shots });
+
+test("no page complained", async () => assert.deepEqual(browser.complaints, []));
+
+await station.start();
+await browser.start();
+let failed = 0;
+for (const [name, body] of tests) {
+  if (process.argv[2] && !name.includes(process.argv[2])) continue;
+  const began = Date.now();
+  try {
+    await body();
+    console.log(`ok    ${name} (${((Date.now() - began) / 1000).toFixed(1)} s)`);
+  } catch (error) {
+    failed++;
+    console.log(`FAIL  ${name}\n${error.stack}`);
+    // The next one has its own page.
+    for (const context of browser.browser.contexts()) await context.close();
+    if (!(await station.isThere())) await station.start();
+    await station.until("is free", (state) => state.holder === null, 8000);
+  }
+}
+await browser.end();
+await station.end();
+console.log(failed === 0 ? "all passed" : `${failed} failed`);
+process.exitCode = failed === 0 ? 0 : 1;
