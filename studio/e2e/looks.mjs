@@ -46,6 +46,23 @@ export function looks(test, { browser, station, shots }) {
     });
   }
 
+  test("the picture of the guide", async () => {
+    const page = await browser.inControl(station.url, { viewport: { width: 1280, height: 860 } });
+    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true") await page.getByTestId("clear-alarms").click();
+    await is(page, "alarm", "false");
+    for (const [button, ms] of [["z-plus", 900], ["y-plus", 1600], ["x-minus", 900], ["z-minus", 700], ["x-plus", 600]]) {
+      await page.getByTestId(`jog-${button}`).hover();
+      await page.mouse.down();
+      await sleep(ms);
+      if (button === "x-plus") await page.screenshot({ path: join(shots, "studio.png") });
+      await page.mouse.up();
+      await is(page, "jog", "idle");
+    }
+    await page.getByTestId("lease-release").click();
+    await is(page, "lease", "free");
+    await page.context().close();
+  });
+
   test("Chinese is complete, fits, and is found right by axe", async () => {
     const page = await browser.connected(station.url, { viewport: { width: 360, height: 740 }, bypassCSP: true });
     await page.goto(`${station.url}#/settings`);

@@ -261,6 +261,12 @@ function told(event: Record<string, unknown>): void {
 
 function take(change: Partial<State>): void {
   const before = store.state.value;
+  // An arm that stands is drawn once: only that it was heard is new.
+  if (before !== null && Object.keys(change).every((name) => name === "t")) {
+    store.heardAt.value = performance.now();
+    if (before.link === "up") store.stale.value = false;
+    return;
+  }
   const after = { ...before, ...change } as State;
   batch(() => {
     if (change.link !== undefined && change.link !== before?.link) {

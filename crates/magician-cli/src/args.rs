@@ -220,6 +220,7 @@ pub(crate) enum Verb {
     Demo(demo::Demo),
     Sim(Box<sim::Sim>),
     Proxy(Box<proxy::Proxy>),
+    Studio(Box<serve::Studio>),
     Serve(Box<serve::Serve>),
     Station(station::Station),
     Conform(conform::Conform),
@@ -248,6 +249,7 @@ impl Verb {
                 | Self::Replay(_)
                 | Self::Serve(_)
                 | Self::Sim(_)
+                | Self::Studio(_)
         )
     }
 
@@ -288,6 +290,7 @@ impl Verb {
             Self::Demo(verb) => verb.run(context),
             Self::Sim(verb) => verb.run(context),
             Self::Proxy(verb) => verb.run(context),
+            Self::Studio(verb) => verb.run(context),
             Self::Serve(verb) => verb.run(context),
             Self::Station(verb) => verb.run(context),
             Self::Conform(verb) => verb.run(context),

@@ -108,6 +108,7 @@ export class ArmScene {
   setModel(model: Model): void {
     this.root.clear();
     this.joints.length = 0;
+    this.trail.length = 0;
     const groups = new Map<string, Group>();
     for (const row of model.links) {
       const group = new Group();
@@ -135,7 +136,10 @@ export class ArmScene {
   setState(state: State): void {
     const { j1, j2, j3, j4, rail } = state;
     const next = { j1, j2, j3, j4, rail: rail ?? 0 };
-    const first = this.wanted === null;
+    const before = this.wanted;
+    // An arm that stands costs no frame.
+    if (before !== null && (Object.keys(next) as Joint[]).every((joint) => next[joint] === before[joint])) return;
+    const first = before === null;
     this.from = { ...this.shown };
     this.wanted = next;
     this.moveAt = performance.now();
@@ -285,7 +289,7 @@ export class ArmScene {
   /** The way of the tip, older pieces fainter; whether any is still seen. */
   private drawTrail(tip: Vector3, now: number): boolean {
     const last = this.trail[this.trail.length - 1];
-    if (this.wanted !== null && (last === undefined || last.at.distanceTo(tip) > 0.8)) {
+    if (this.wanted !== null && this.joints.length > 0 && (last === undefined || last.at.distanceTo(tip) > 0.8)) {
       this.trail.push({ at: tip.clone(), t: now });
       if (this.trail.length > TRAIL) this.trail.shift();
     }

@@ -101,6 +101,63 @@ fn an_arm_is_served_moved_and_told_of() {
 }
 
 #[test]
+fn the_page_is_served_unless_it_is_left_out() {
+    let station = Station::start(&["--port", "sim"]);
+    let (status, page) = station.request("GET", "/", "", "");
+    assert_eq!(status, 200);
+    assert!(page.starts_with("<!doctype html>"), "{page}");
+    for name in page.split("./assets/").skip(1) {
+        let name = name.split('"').next().unwrap_or_default();
+        assert_eq!(
+            station.request("GET", &format!("/assets/{name}"), "", "").0,
+            200,
+            "{name}"
+        );
+    }
+    assert_eq!(station.request("GET", "/assets/nothing.js", "", "").0, 404);
+    let station = Station::start(&["--port", "sim", "--no-studio"]);
+    assert_eq!(station.request("GET", "/", "", "").0, 404);
+}
+
+#[test]
+fn studio_opens_the_address_in_a_browser() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let opened = folder.path().join("opened");
+    let browser = folder.path().join(if cfg!(target_os = "macos") {
+        "open"
+    } else {
+        "xdg-open"
+    });
+    let script = format!(
+        "#!/bin/sh\nprintf %s \"$1\" >'{0}.part' && mv '{0}.part' '{0}'\n",
+        opened.display()
+    );
+    std::fs::write(&browser, script).expect("written");
+    let runnable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+    std::fs::set_permissions(&browser, runnable).expect("it can be run");
+    let mut magician = command();
+    let path = std::env::var("PATH").unwrap_or_default();
+    magician.env("PATH", format!("{}:{path}", folder.path().display()));
+    let served = Served::of(
+        magician,
+        "studio",
+        &["--port", "sim", "--listen", "127.0.0.1:0"],
+        1,
+    );
+    let url = served.door("http");
+    while !opened.exists() {
+        std::thread::yield_now();
+    }
+    let opened = std::fs::read_to_string(opened).expect("read");
+    assert!(
+        url.contains(opened.trim_end_matches('/')),
+        "{opened} of {url}"
+    );
+    let refused = run(&["studio", "--port", "sim", "--no-studio"]);
+    assert_eq!(refused.status, 2);
+}
+
+#[test]
 fn what_moves_is_stopped_at_the_end() {
     let folder = tempfile::tempdir().unwrap();
     let port = folder.path().join("arm").to_str().unwrap().to_owned();

@@ -38,14 +38,19 @@ impl Bench {
 
     /// One in which nobody is more than a viewer.
     pub(crate) async fn read_only() -> Self {
-        Self::of(Admission::default(), None, true).await
+        Self::of(Admission::default(), None, true, Pages::default()).await
     }
 
     pub(crate) async fn made(admission: Admission, tls: Option<Tls>) -> Self {
-        Self::of(admission, tls, false).await
+        Self::of(admission, tls, false, Pages::default()).await
     }
 
-    async fn of(admission: Admission, tls: Option<Tls>, read_only: bool) -> Self {
+    /// One that serves a page.
+    pub(crate) async fn paged(pages: Pages) -> Self {
+        Self::of(Admission::default(), None, false, pages).await
+    }
+
+    async fn of(admission: Admission, tls: Option<Tls>, read_only: bool, pages: Pages) -> Self {
         let arm = VirtualArm::new(Controller::default(), SimSpeed::Times(20.0));
         let driver = Arm::simulated(arm.clone(), Options::default())
             .await
@@ -72,7 +77,7 @@ impl Bench {
             tries: Tries::default(),
             uploads: Uploads::default(),
             link: None,
-            pages: Pages::default(),
+            pages,
         };
         tokio::spawn(listener.serve(station.clone(), options, ends));
         Self {

@@ -25,7 +25,7 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ("Teach", &["teach", "play"]),
     (
         "Share and serve",
-        &["serve", "station", "sim", "proxy", "shell"],
+        &["studio", "serve", "station", "sim", "proxy", "shell"],
     ),
     (
         "Protocol",

@@ -2,6 +2,7 @@
 
 mod holder;
 mod link;
+mod studio;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -12,8 +13,8 @@ use clap::{Args, ValueHint};
 use magician::{Arm, SimSpeed, Target, VirtualArm, sim::Controller};
 use magician_job::dirs;
 use magician_station::http::{
-    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, PageFile, Pages,
-    ProgramFolder, RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
+    Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, Pages, ProgramFolder,
+    RecordingFolder, Tls, TlsError, TokenError, TokenStore, Tries, Uploads,
 };
 use magician_station::{ArmEntry, FormatReader, ProgramStore, RunningStation, StationConfig};
 use serde_json::json;
@@ -32,6 +33,7 @@ use crate::serving::say_ready;
 use crate::verbs::job;
 use crate::verbs::station::tokens;
 pub(crate) use holder::{Holder, stations, url_of};
+pub(crate) use studio::Studio;
 
 /// How long arms get to stop at the end.
 const STOPPING: Duration = Duration::from_secs(2);
@@ -91,6 +93,9 @@ pub(crate) struct Serve {
     /// World of the virtual arms
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
+    /// Whether a browser is shown the page.
+    #[arg(skip)]
+    opens: bool,
 }
 
 /// What a station keeps, and reads programs with.
@@ -325,7 +330,7 @@ impl Serve {
             pages: if self.no_studio {
                 Pages::default()
             } else {
-                studio()
+                studio::pages()
             },
         };
         let (over, ends) = watch::channel(false);
@@ -356,6 +361,9 @@ impl Serve {
             tell(format_args!(
                 "code {code}, good for one token within two minutes"
             ));
+        }
+        if self.opens {
+            studio::open(&url);
         }
         if json {
             say_addresses(&url, &api, linked.as_deref(), &entries)?;
@@ -394,17 +402,6 @@ impl Serve {
         drop((holder, announced));
         Ok(())
     }
-}
-
-/// The page for browsers.
-fn studio() -> Pages {
-    let files = magician_studio::FILES.iter();
-    Pages::new(files.map(|file| PageFile {
-        path: file.path,
-        kind: file.kind,
-        bytes: file.bytes,
-        gzip: file.gzip,
-    }))
 }
 
 /// Where an arm is, as a person would write it.

@@ -1,0 +1,86 @@
+//! The files of a page: as they are stored, once, and never what is not one of them.
+
+use magician_station::http::{PageFile, Pages};
+
+use crate::bench::Bench;
+
+const FILES: [PageFile; 2] = [
+    PageFile {
+        path: "/",
+        kind: "text/html; charset=utf-8",
+        bytes: b"<!doctype html>",
+        gzip: b"packed page",
+    },
+    PageFile {
+        path: "/assets/app.js",
+        kind: "text/javascript; charset=utf-8",
+        bytes: b"export {}",
+        gzip: b"packed script",
+    },
+];
+
+#[tokio::test]
+async fn a_page_is_served_as_it_is_stored() {
+    let bench = Bench::paged(Pages::new(FILES)).await;
+    let page = bench.get("/", "").await;
+    assert_eq!((page.status, page.body.as_str()), (200, "<!doctype html>"));
+    assert_eq!(
+        page.header("content-type"),
+        Some("text/html; charset=utf-8")
+    );
+    assert_eq!(page.header("x-magician-api"), Some("1"));
+    assert_eq!(page.header("cache-control"), Some("no-cache"));
+    let head = bench
+        .raw("HEAD / HTTP/1.1\nhost: {host}\nconnection: close\n\n")
+        .await;
+    assert_eq!(
+        (head.header("x-magician-api"), head.body.as_str()),
+        (Some("1"), "")
+    );
+    let script = bench.get("/assets/app.js", "").await;
+    assert_eq!(script.body, "export {}");
+    assert_eq!(script.header("x-magician-api"), None);
+    assert_eq!(bench.get("/assets/other.js", "").await.status, 404);
+    assert_eq!(bench.get("/manifest.webmanifest", "").await.status, 404);
+    assert_eq!(bench.get("/assets/../app.js", "").await.status, 404);
+}
+
+#[tokio::test]
+async fn gzip_is_for_browsers_that_take_it() {
+    let bench = Bench::paged(Pages::new(FILES)).await;
+    for (wanted, body, coding) in [
+        ("gzip, deflate, br", "packed script", Some("gzip")),
+        ("br;q=1, gzip;q=0.5", "packed script", Some("gzip")),
+        ("gzip;q=0", "export {}", None),
+        ("br", "export {}", None),
+    ] {
+        let headers = format!("accept-encoding: {wanted}\n");
+        let answer = bench.get("/assets/app.js", &headers).await;
+        assert_eq!(
+            (answer.body.as_str(), answer.header("content-encoding")),
+            (body, coding)
+        );
+        assert_eq!(answer.header("vary"), Some("Accept-Encoding"));
+    }
+}
+
+#[tokio::test]
+async fn what_is_known_is_not_sent_again() {
+    let bench = Bench::paged(Pages::new(FILES)).await;
+    let first = bench.get("/assets/app.js", "").await;
+    let tag = first.header("etag").unwrap();
+    let known = format!("if-none-match: \"other\", {tag}\n");
+    let again = bench.get("/assets/app.js", &known).await;
+    assert_eq!((again.status, again.body.as_str()), (304, ""));
+    assert_eq!(again.header("etag"), Some(tag));
+    // The same under another coding is another thing.
+    let zipped = format!("{known}accept-encoding: gzip\n");
+    assert_eq!(bench.get("/assets/app.js", &zipped).await.status, 200);
+    assert_eq!(
+        bench
+            .get("/assets/app.js", "if-none-match: \"other\"\n")
+            .await
+            .status,
+        200
+    );
+}
