@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What each crate depends on among ours, in any section but dev-dependencies: all of it, and nothing else.
-const DEPENDENCIES: [(&str, &[&str]); 21] = [
+const DEPENDENCIES: &[(&str, &[&str])] = &[
     ("magician-protocol", &[]),
     ("magician-motion", &[]),
     ("magician-sim", &["magician-protocol", "magician-motion"]),

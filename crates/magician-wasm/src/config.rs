@@ -132,7 +132,8 @@ impl WrittenSim {
         };
         let world = World::from_scenario(&scenario);
         let arm = Controller::in_world(Profile::default(), world);
-        Ok(Place::Here(VirtualArm::new(arm, SimSpeed::Times(speed))))
+        let arm = VirtualArm::new(arm, SimSpeed::Times(speed));
+        Ok(Place::Here(arm.with_breaking_lines()))
     }
 }
 
