@@ -65,18 +65,20 @@ export class Station {
       const state = await this.pose();
       if (is(state)) return state;
       if (Date.now() > ends) throw new Error(`the arm: ${what}: ${JSON.stringify(state)}`);
-      await sleep(20);
+      // A state is read anew after 100 ms.
+      await sleep(120);
     }
   }
 
   /** The arm stands: two readings that are equal. */
   async stands() {
-    await this.until("stands", (state) => !state.moving && state.jog === null);
-    const one = await this.pose();
-    await sleep(150);
-    const two = await this.pose();
-    for (const name of ["x", "y", "z", "r"]) if (one[name] !== two[name]) throw new Error(`it moves: ${name}`);
-    return two;
+    let before = null;
+    return this.until("stands", (state) => {
+      const now = ["x", "y", "z", "r"].map((name) => state[name]).join();
+      const same = now === before && !state.moving && state.jog === null;
+      before = now;
+      return same;
+    });
   }
 
   async events() {

@@ -302,6 +302,7 @@ test("a page that is closed holds no jog", async () => {
   await page.getByTestId("jog-r-plus").hover();
   await page.mouse.down();
   await is(page, "jog", "running");
+  await station.until("moves", (state) => state.moving);
   await page.close();
   await station.stands();
   await station.until("is free", (state) => state.holder === null, 8000);
