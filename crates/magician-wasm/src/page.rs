@@ -27,15 +27,15 @@ const FRAME: u8 = 1;
 const LINE: u8 = 2;
 const CLOSE: u8 = 3;
 
-/// A session is a page of this process, whose end is told: it counts as alive, and so often this is said to the station, us. Elsewhere
-/// it is the browser that answers pings.
+/// How often the station is told that its sessions are alive, us. Over a socket the browser answers pings, whatever its page is busy with;
+/// here the worker does, until the page says that a session ends.
 const ALIVE: f64 = 2e6;
-/// Tokio does not tell when its next timer is due. While something is going on a turn is due so soon, us: half of what its steps could do
-/// at once, and a tenth of what a jog may be late ..
+/// Tokio does not tell when its next timer is due, so a turn is asked for so soon, us: while something is going on as often as timers of a
+/// page fire, so that a stop that is due is no later than that ..
 const BUSY: f64 = 4_000.0;
-/// .. else so soon, us.
+/// .. and at rest less often.
 const IDLE: f64 = 20_000.0;
-/// Something was going on so long after the last byte in or out, us.
+/// Something is going on until so long after the last byte in or out, us.
 const GOING_ON: f64 = 200_000.0;
 /// Close codes of WebSockets: no text, and no room for another session.
 const NO_TEXT: u16 = 1007;
