@@ -87,6 +87,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("sim", &["sim"], &["alone"]),
     ("proxy", &["proxy"], &["alone"]),
     ("serve", &["serve"], &["alone"]),
+    ("studio", &["serve/studio.rs"], &[]),
     ("station", &["station.rs"], &[]),
     ("conform", &["conform"], &["alone", "attending"]),
     (
