@@ -208,6 +208,7 @@ const VERBS: &[(&str, &[Through])] = &[
         ])],
     ),
     ("serve", &[Refuses(&["serve"])]),
+    ("studio", &[Refuses(&["studio", "--no-open"])]),
     (
         "station",
         &[NoArm(&["station", "token", "--list", "--json"])],
