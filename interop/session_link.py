@@ -15,6 +15,7 @@ import tempfile
 import types
 
 from checks import PATIENCE, Checks
+from station import serving
 
 # Imported by DobotRPC and DobotEDU, used by neither for the arm.
 STAND_INS = {"demjson", "cv2", "scipy", "sounddevice", "soundfile", "playsound", "requests", "tkinter"}
@@ -41,12 +42,8 @@ class Station:
     """A `magician serve` with a link, from `ready` to its end."""
 
     def __init__(self, magician, tcp, *flags):
-        command = [magician, "--port", f"tcp:127.0.0.1:{tcp}", "--json", "serve", "--listen", "localhost:0", *flags]
-        self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, text=True)
-        line = self.process.stdout.readline()
-        if not line:
-            raise AssertionError("the station did not come up")
-        self.ready = json.loads(line)
+        words = [magician, "serve", "--port", f"tcp:127.0.0.1:{tcp}", "--listen", "localhost:0", *flags]
+        self.process, self.ready = serving(words, os.environ)
 
     def report(self):
         """The calls so far, as GET /api/v1/link has them."""

@@ -1,4 +1,4 @@
-// Moving by hand: hold and step. One jog at a time, whoever holds it: a pointer, a key.
+// Moving by hand: hold and step. One jog at a time, held by a pointer or a key.
 import { computed, effect, signal } from "@preact/signals";
 import { complain } from "./actions";
 import type { Params } from "./client";

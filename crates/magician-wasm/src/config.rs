@@ -14,7 +14,7 @@
 //! | `unix_zero` | Unix seconds when `now` is 0; 0 unless given |
 //! | `role` | of all sessions: `viewer`, `student` or `teacher` (which it is unless given) |
 
-use magician::sim::{Controller, Profile, Scenario, World};
+use magician::sim::Scenario;
 use magician::{SimSpeed, VirtualArm};
 use magician_station::Role;
 use serde::Deserialize;
@@ -130,9 +130,7 @@ impl WrittenSim {
                 Scenario::from_toml(&text).map_err(|error| format!("`scenario`: {error}"))?
             }
         };
-        let world = World::from_scenario(&scenario);
-        let arm = Controller::in_world(Profile::default(), world);
-        let arm = VirtualArm::new(arm, SimSpeed::Times(speed));
+        let arm = VirtualArm::in_scenario_at(&scenario, SimSpeed::Times(speed));
         Ok(Place::Here(arm.with_breaking_lines()))
     }
 }

@@ -27,7 +27,7 @@ unsafe extern "C" {
 /// program in every export.
 static BEGUN: Once = Once::new();
 
-/// Memory for so many bytes; null if there is none. The export `free` is that of the C library below, which knows how many they are
+/// Memory for so many bytes; null where no more can be had. The export `free` is that of the C library below, which knows how many they are
 /// (`build.rs`): two of that name cannot be in one module.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn alloc(count: usize) -> *mut u8 {

@@ -5,7 +5,7 @@
 //!
 //! | export | does |
 //! |---|---|
-//! | `alloc(n) -> p`, `free(p, n)` | memory for what is handed in; 0 where there is none. It may be given back when the call is over |
+//! | `alloc(n) -> p`, `free(p, n)` | memory for what is handed in; 0 where no more can be had. It may be given back when the call is over |
 //! | `station_open(p, n) -> h` | opens a station by its [configuration](config) (JSON); 0 if something is wrong with it: `station_out(0)` says what |
 //! | `station_rpc(h, session, p, n)` | text of a session, 1 to 65535. A new number opens one; without text (`n` 0) it ends, and its number is free |
 //! | `station_turn(h, now) -> next` | does what is due at `now`, us of any clock that does not go back; when it wants to be turned next, on the same clock; -1: never |

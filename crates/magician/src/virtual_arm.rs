@@ -94,7 +94,14 @@ impl VirtualArm {
     /// An arm that has just been switched on in the world of a scenario, at full speed.
     #[must_use]
     pub fn in_scenario(scenario: &Scenario) -> Self {
-        Controller::in_world(Profile::default(), World::from_scenario(scenario)).into()
+        Self::in_scenario_at(scenario, SimSpeed::Max)
+    }
+
+    /// As [`in_scenario`](Self::in_scenario), at this speed.
+    #[must_use]
+    pub fn in_scenario_at(scenario: &Scenario, speed: SimSpeed) -> Self {
+        let world = World::from_scenario(scenario);
+        Self::new(Controller::in_world(Profile::default(), world), speed)
     }
 
     /// The same arm with another tool chosen before it was switched on: its poses are those of that tool. It has the suction cup

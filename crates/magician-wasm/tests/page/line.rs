@@ -65,7 +65,7 @@ fn a_line_that_is_lost_is_found_again() {
     assert!(page.noticed(1, "arm.state").iter().any(lost));
     let refused = page.call(1, "arm.state", &json!({})).unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("port"), "{refused}");
-    // Bytes of a line that is lost are none of the next one.
+    // Bytes of a line that is lost do not belong to the next one.
     table::line_in(page.handle, &[0xAA; 100]);
     page.wait(3.0);
     let said = page.said;

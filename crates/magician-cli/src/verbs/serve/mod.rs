@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use clap::{Args, ValueHint};
-use magician::{Arm, SimSpeed, Target, VirtualArm, sim::Controller};
+use magician::{Arm, SimSpeed, Target, VirtualArm};
 use magician_job::dirs;
 use magician_station::http::{
     Admission, HttpOptions, JobFile, JournalFile, ListenError, Listener, Pages, ProgramFolder,
@@ -137,7 +137,7 @@ impl Serve {
             .scenario
             .is_some()
             .then(|| scenario_of(self.scenario.as_deref()));
-        let scenario = scenario.transpose()?;
+        let scenario = scenario.transpose()?.unwrap_or_default();
         let mut store = tokens()?;
         if let Some(path) = &self.token_file {
             store = store.with_list(path)?;
@@ -178,11 +178,8 @@ impl Serve {
             for (_, target, options) in &arms {
                 let opened = match target {
                     Target::Sim(speed) => {
-                        let scenario = scenario.clone().unwrap_or_default();
-                        let world = magician::sim::World::from_scenario(&scenario);
-                        let arm = Controller::in_world(magician::sim::Profile::default(), world);
-                        let arm = VirtualArm::new(arm, *speed).with_breaking_lines();
-                        Arm::simulated(arm, options.clone()).await
+                        let arm = VirtualArm::in_scenario_at(&scenario, *speed);
+                        Arm::simulated(arm.with_breaking_lines(), options.clone()).await
                     }
                     _ => Arm::connect_with(target, options.clone()).await,
                 };

@@ -110,7 +110,7 @@ async fn frames_beyond_the_table_are_sent_to_a_real_arm() {
     let beyond =
         { methods().iter() }.filter(|method| method.command.is_none() && method.refused.is_none());
     for method in beyond {
-        // This arm knows none of them, and says nothing.
+        // This arm does not know them, and says nothing.
         let code = program.code(&method.name, sample(method)).await;
         assert_eq!(code, 150, "{}", method.name);
     }
