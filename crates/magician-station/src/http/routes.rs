@@ -19,7 +19,7 @@ use super::pages::Pages;
 use super::programs::{self, Uploads};
 use super::security::{Admission, Admitted, Ends, Refused};
 use super::tokens::{self, TokenStore, beside, secret};
-use super::{recordings, socket};
+use super::{READ_BUFFER, recordings, socket};
 use crate::Role;
 use crate::running::RunningStation;
 use crate::station::{Grant, Peer};
@@ -447,6 +447,7 @@ async fn upgrade(here: &Here, request: Request, admitted: &Admitted) -> Response
         .max_message_size(2 * BODY)
         .max_frame_size(2 * BODY)
         .write_buffer_size(0)
+        .read_buffer_size(READ_BUFFER)
         .on_upgrade(move |socket| socket::carry(socket, client, tokens, over))
 }
 

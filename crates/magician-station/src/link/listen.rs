@@ -17,7 +17,7 @@ use tokio_tungstenite::tungstenite::{Error, Message};
 use tokio_tungstenite::{WebSocketStream, accept_hdr_async_with_config};
 
 use super::{Heard, LinkService};
-use crate::http::{Admission, Ends, ListenError, Listener, Wanted};
+use crate::http::{Admission, Ends, ListenError, Listener, READ_BUFFER, Wanted};
 use crate::station::{MESSAGE, SOCKETS};
 
 /// The port of DobotLink.
@@ -185,7 +185,9 @@ async fn open(
                 Err(refused)
             }
         };
-    let config = WebSocketConfig::default().max_message_size(Some(MESSAGE));
+    let config = WebSocketConfig::default()
+        .max_message_size(Some(MESSAGE))
+        .read_buffer_size(READ_BUFFER);
     accept_hdr_async_with_config(stream, admit, Some(config))
         .await
         .ok()

@@ -11,6 +11,8 @@ use tokio::time::{Instant, sleep};
 use crate::desk::Desk;
 
 const POSE: u8 = 10;
+const ALARMS: u8 = 20;
+const LEFT_SPACE: u8 = 247;
 
 /// Polls of the pose in ten seconds.
 async fn poses(desk: &Desk) -> usize {
@@ -72,6 +74,22 @@ async fn reads_are_spread_evenly_and_each_watch_has_its_own_rate() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn what_seldom_changes_is_read_ten_times_a_second_at_least() {
+    let desk = Desk::new();
+    let arm = desk.connect(Options::default()).await;
+    for (rate, seldom) in [(10.0, 100), (19.0, 190), (20.0, 100), (50.0, 250)] {
+        let _watch = arm.state(rate).unwrap();
+        desk.heard();
+        sleep(Duration::from_secs(10)).await;
+        let heard = desk.heard();
+        for id in [ALARMS, LEFT_SPACE] {
+            let asked = heard.iter().filter(|(heard, _)| *heard == id).count();
+            assert!(asked.abs_diff(seldom) <= 1, "{asked} of {id} at {rate}");
+        }
+    }
+}
+
+#[tokio::test(start_paused = true)]
 async fn a_watch_sees_the_arm_move() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
@@ -96,10 +114,10 @@ async fn a_watch_sees_the_arm_move() {
 async fn a_busy_line_is_polled_less_often() {
     let desk = Desk::new();
     let arm = desk.connect(Options::default()).await;
-    // An answer takes some 3 ms: 1000 readings a second of four reads each cannot be.
+    // An answer takes some 2 ms: 1000 readings a second of three reads each cannot be.
     let _watch = arm.state(1000.0).unwrap();
     let asked = poses(&desk).await;
-    assert!((700..1300).contains(&asked), "{asked}");
+    assert!((1200..2000).contains(&asked), "{asked}");
     let begun = Instant::now();
     arm.alarms().await.unwrap();
     assert!(

@@ -14,10 +14,13 @@ use crate::connection::{Micros, Request};
 
 /// Reads of the state before the pins.
 const READS: usize = 4;
+/// Those among them whose answers seldom change. Each round reads one of them in turn, as long as neither gets older than this.
+const SELDOM: [usize; 2] = [2, 3];
+const OLDEST: Micros = 100_000;
 /// How long an answer may take. Nothing else is read for the onlookers meanwhile.
 const PATIENCE: Micros = 1_000_000;
 
-/// Whose turn it is to be read. A round reads everything, one thing after the other as soon as the one before was answered: so it is of
+/// Whose turn it is to be read. A round reads one thing after the other as soon as the one before was answered: so it is of
 /// one moment, and the program wakes for a round and its answers alone.
 #[derive(Debug, Default)]
 pub(super) struct Polls {
@@ -27,6 +30,8 @@ pub(super) struct Polls {
     turn: usize,
     /// One has not been answered: a round that is due meanwhile is left out.
     under_way: bool,
+    /// Rounds since everything was read; the first on a line reads everything.
+    rounds: usize,
 }
 
 impl Polls {
@@ -36,7 +41,18 @@ impl Polls {
 
     /// The line broke, and what was under way with it.
     pub(super) fn interrupt(&mut self) {
-        (self.under_way, self.turn) = (false, 0);
+        (self.under_way, self.turn, self.rounds) = (false, 0, 0);
+    }
+
+    /// The read of this round after `turn`.
+    fn after(&self, turn: usize, period: Micros) -> usize {
+        let left_out = SELDOM[self.rounds % SELDOM.len()];
+        let next = turn + 1;
+        if self.rounds > 0 && next == left_out && period.saturating_mul(2) <= OLDEST {
+            next + 1
+        } else {
+            next
+        }
     }
 }
 
@@ -77,9 +93,14 @@ impl Driver {
             // The round was given up with its line.
             return;
         }
-        self.polls.turn += 1;
-        if self.polls.turn >= READS + held(&self.shared.watches).pins().len() {
+        let (period, pins) = {
+            let watches = held(&self.shared.watches);
+            (watches.period().map_or(0, micros), watches.pins().len())
+        };
+        self.polls.turn = self.polls.after(self.polls.turn, period);
+        if self.polls.turn >= READS + pins {
             self.polls.turn = 0;
+            self.polls.rounds = self.polls.rounds % SELDOM.len() + 1;
             self.publish_status();
         }
     }
