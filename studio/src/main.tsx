@@ -48,6 +48,11 @@ async function connectToOwn(): Promise<void> {
 
 follow();
 addEventListener("hashchange", follow);
+// Closing the page stops what it has set going: the browser asks first.
+addEventListener("beforeunload", (event) => {
+  const goesOn = store.isBusy.value || (store.isUp.value && store.state.value?.moving === true);
+  if (goesOn && store.lease.value === "mine") event.preventDefault();
+});
 listen();
 carryState();
 const root = document.getElementById("app");

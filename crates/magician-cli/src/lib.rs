@@ -41,6 +41,7 @@ use crate::args::{COMMAND_LINE, Cli, asks_for_json, usage};
 use crate::context::Context;
 use crate::failure::{Failure, Kind};
 use crate::output::Output;
+use crate::verbs::serve::is_started_by_hand;
 
 /// Runs the command and returns its exit status. The first of the arguments is the name it was started by.
 ///
@@ -58,6 +59,9 @@ pub fn run(arguments: &[OsString]) -> u8 {
 
 fn follow(arguments: &[OsString]) -> Result<(), Failure> {
     let mut output = Output::stdout();
+    let by_hand = arguments.len() <= 1 && is_started_by_hand();
+    let by_hand = by_hand.then(|| ["magician", "studio", "--app"].map(OsString::from));
+    let arguments = by_hand.as_ref().map_or(arguments, |words| &words[..]);
     let cli = match Cli::read(arguments) {
         Ok(cli) => cli,
         Err(error) => {

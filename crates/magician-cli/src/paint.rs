@@ -103,6 +103,11 @@ impl Paint {
         self.on
     }
 
+    /// Without colours.
+    pub(crate) const fn plain() -> Self {
+        Self { on: false }
+    }
+
     pub(crate) fn for_stderr() -> Self {
         Self::wanted(&io::stderr())
     }

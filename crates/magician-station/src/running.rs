@@ -213,6 +213,12 @@ impl RunningStation {
         self.shared.read_only
     }
 
+    /// How many sockets are open.
+    #[must_use]
+    pub fn sockets(&self) -> usize {
+        self.shared.lock().station.size().sockets
+    }
+
     /// What it holds at present, and how many orders its arms have not carried out.
     #[doc(hidden)]
     #[must_use]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use magician::sim::Controller;
-use magician::{Arm, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
+use magician::{Arm, ErrorCode, LineOptions, Options, SimSpeed, Target, Tracer, VirtualArm};
 use magician_station::client::{ClientError, LineEnd, StationAddress, StationClient, StationLine};
 use tokio::task::JoinHandle;
 use tokio::time::timeout;
@@ -12,6 +12,7 @@ use tokio::time::timeout;
 use super::policy::{Rules, UnderWay};
 use super::{Context, FAREWELL};
 use crate::failure::{Failure, Kind};
+use crate::paint::tell;
 use crate::serving::create;
 use crate::verbs::serve::url_of;
 
@@ -20,8 +21,18 @@ use crate::verbs::serve::url_of;
 pub(crate) struct Sim {
     /// Speed of its clock where the port does not say.
     pub(crate) speed: SimSpeed,
-    /// Whether it is taken without being asked for.
-    pub(crate) unasked: bool,
+    pub(crate) taken: Taken,
+}
+
+/// When the virtual arm in this process is taken without a port that names it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Taken {
+    /// Never: it has to be asked for.
+    IfAsked,
+    /// Where no arm is found.
+    IfAlone,
+    /// Always.
+    Unasked,
 }
 
 /// An open connection, and what it was opened for.
@@ -302,8 +313,17 @@ impl Context {
         let speed = sim.map_or(SimSpeed::Max, |sim| sim.speed);
         Ok(match (given, sim) {
             (Some(port), _) => Target::parse(port, speed)?,
-            (None, Some(sim)) if sim.unasked => Target::Sim(speed),
-            (None, _) => Target::discover()?,
+            (None, Some(sim)) if sim.taken == Taken::Unasked => Target::Sim(speed),
+            (None, sim) => match Target::discover() {
+                Err(error)
+                    if error.code() == ErrorCode::NoArm
+                        && sim.is_some_and(|sim| sim.taken == Taken::IfAlone) =>
+                {
+                    tell(format_args!("{error}; here is a virtual one"));
+                    Target::Sim(speed)
+                }
+                found => found?,
+            },
         })
     }
 }

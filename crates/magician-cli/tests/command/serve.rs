@@ -3,7 +3,8 @@
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use magician_program::{Action, Origin, Plan, Travel};
 use serde_json::{Value, json};
@@ -119,42 +120,74 @@ fn the_page_is_served_unless_it_is_left_out() {
     assert_eq!(station.request("GET", "/", "", "").0, 404);
 }
 
-#[test]
-fn studio_opens_the_address_in_a_browser() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let opened = folder.path().join("opened");
-    let browser = folder.path().join(if cfg!(target_os = "macos") {
-        "open"
-    } else {
-        "xdg-open"
-    });
+/// A command whose browsers, by these names, only write what they were asked to show; and the file that they write.
+fn with_browser(folder: &Path, names: &[&str]) -> (Command, PathBuf) {
+    let opened = folder.join("opened");
     let script = format!(
-        "#!/bin/sh\nprintf %s \"$1\" >'{0}.part' && mv '{0}.part' '{0}'\n",
+        "#!/bin/sh\necho \"$@\" >'{0}.part' && mv '{0}.part' '{0}'\n",
         opened.display()
     );
-    std::fs::write(&browser, script).expect("written");
-    let runnable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
-    std::fs::set_permissions(&browser, runnable).expect("it can be run");
+    for name in names {
+        let browser = folder.join(name);
+        std::fs::write(&browser, &script).expect("written");
+        let runnable = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+        std::fs::set_permissions(&browser, runnable).expect("it can be run");
+    }
     let mut magician = command();
     let path = std::env::var("PATH").unwrap_or_default();
-    magician.env("PATH", format!("{}:{path}", folder.path().display()));
-    let served = Served::of(
-        magician,
-        "studio",
-        &["--port", "sim", "--listen", "127.0.0.1:0"],
-        1,
-    );
-    let url = served.door("http");
+    magician.env("PATH", format!("{}:{path}", folder.display()));
+    (magician, opened)
+}
+
+fn shown(opened: &Path) -> String {
     while !opened.exists() {
         std::thread::yield_now();
     }
-    let opened = std::fs::read_to_string(opened).expect("read");
+    std::fs::read_to_string(opened).expect("read")
+}
+
+#[test]
+fn studio_opens_the_address_in_a_browser() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (magician, opened) = with_browser(folder.path(), &["open", "xdg-open"]);
+    let words = ["--port", "sim", "--listen", "127.0.0.1:0"];
+    let served = Served::of(magician, "studio", &words, 1);
+    let url = served.door("http");
+    let opened = shown(&opened);
     assert!(
-        url.contains(opened.trim_end_matches('/')),
+        url.contains(opened.trim().trim_end_matches('/')),
         "{opened} of {url}"
     );
     let refused = run(&["studio", "--port", "sim", "--no-studio"]);
     assert_eq!(refused.status, 2);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn studio_opens_a_window_of_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (magician, opened) = with_browser(folder.path(), &["chromium"]);
+    let words = ["--app", "--port", "sim", "--listen", "127.0.0.1:0"];
+    let served = Served::of(magician, "studio", &words, 1);
+    let url = served.door("http");
+    let opened = shown(&opened);
+    let (app, rest) = opened.split_once(' ').expect("more than one word");
+    let app = app.strip_prefix("--app=").expect("an application");
+    assert!(url.contains(app.trim_end_matches('/')), "{app} of {url}");
+    // Apart from the person's own browser, which would take the page over.
+    assert!(rest.starts_with("--user-data-dir=/"), "{rest}");
+    let refused = run(&["studio", "--app", "--no-open", "--port", "sim"]);
+    assert_eq!(refused.status, 2);
+}
+
+#[test]
+fn a_command_without_arguments_in_a_script_is_a_mistake_and_opens_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (mut magician, opened) = with_browser(folder.path(), &["chromium", "xdg-open", "open"]);
+    // A screen is there; the output is read by the script.
+    let ended = magician.env("DISPLAY", ":0").output().expect("it runs");
+    assert_eq!(ended.status.code(), Some(2));
+    assert!(!opened.exists());
 }
 
 #[test]

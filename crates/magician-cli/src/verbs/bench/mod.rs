@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::{Args, ValueEnum};
 use magician::{SimSpeed, Target};
 
-use crate::context::{Context, Sim, StopPolicy};
+use crate::context::{Context, Sim, StopPolicy, Taken};
 use crate::failure::Failure;
 use crate::options::seconds;
 use figures::Figures;
@@ -81,7 +81,7 @@ impl Bench {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let sim = Sim {
             speed: SimSpeed::Times(1.0),
-            unasked: false,
+            taken: Taken::IfAsked,
         };
         let target = context.target(Some(sim))?;
         let allowed = context.global.yes || matches!(target, Target::Sim(_));

@@ -19,7 +19,7 @@ use magician_job::{Job, JobSpec, NoJournal};
 use serde::Serialize;
 
 use crate::columns::wrap;
-use crate::context::{Context, Sim, StopPolicy};
+use crate::context::{Context, Sim, StopPolicy, Taken};
 use crate::failure::Failure;
 use crate::output::Output;
 use crate::saved::SavedSettings;
@@ -71,7 +71,7 @@ impl Demo {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let sim = Sim {
             speed: self.speed.unwrap_or(SimSpeed::Times(SPEED)),
-            unasked: true,
+            taken: Taken::Unasked,
         };
         let target = context.target(Some(sim))?;
         let is_virtual = matches!(target, Target::Sim(_));

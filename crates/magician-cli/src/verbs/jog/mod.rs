@@ -17,7 +17,7 @@ use magician_job::jog::Axis;
 
 use super::pose::ShowPose;
 use super::rail::needs_rail;
-use crate::context::{Context, Sim, StopPolicy};
+use crate::context::{Context, Sim, StopPolicy, Taken};
 use crate::failure::Failure;
 use crate::options::number;
 use crate::progress::attended;
@@ -53,7 +53,7 @@ pub(crate) struct Jog {
 /// A pad's virtual arm moves as fast as a real one, so that it can be watched.
 pub(super) const AT_SIGHT: Sim = Sim {
     speed: SimSpeed::Times(1.0),
-    unasked: false,
+    taken: Taken::IfAsked,
 };
 
 impl Jog {

@@ -3,6 +3,7 @@
 mod holder;
 mod link;
 mod studio;
+mod window;
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -24,7 +25,7 @@ use tokio::time::timeout;
 use self::link::{Link, LinkFlags};
 use super::sim::scenario_of;
 use crate::config::Config;
-use crate::context::{Context, Sim, held};
+use crate::context::{Context, Sim, Taken, held};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Signals;
 use crate::mdns::Announcement;
@@ -34,6 +35,7 @@ use crate::verbs::job;
 use crate::verbs::station::tokens;
 pub(crate) use holder::{Holder, stations, url_of};
 pub(crate) use studio::Studio;
+pub(crate) use window::is_started_by_hand;
 
 /// How long arms get to stop at the end.
 const STOPPING: Duration = Duration::from_secs(2);
@@ -93,9 +95,21 @@ pub(crate) struct Serve {
     /// World of the virtual arms
     #[arg(long, value_name = "FILE")]
     scenario: Option<PathBuf>,
-    /// Whether a browser is shown the page.
     #[arg(skip)]
-    opens: bool,
+    shown: Shown,
+}
+
+/// How the page is shown when everything accepts connections.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Shown {
+    #[default]
+    No,
+    /// By its address alone: those who want it open it.
+    AsAddress,
+    /// In the browser of the system.
+    InBrowser,
+    /// In a window of its own, with which the station ends.
+    InWindow,
 }
 
 /// What a station keeps, and reads programs with.
@@ -199,6 +213,12 @@ impl Serve {
         })
     }
 
+    /// Whether nothing says which arm is served, or where.
+    fn is_as_usual(&self, context: &Context) -> bool {
+        let port = context.global.port.as_deref().unwrap_or_default();
+        self.arm.is_empty() && self.listen.is_none() && port.is_empty()
+    }
+
     /// What the settings say where no flag does.
     fn fill_in(&mut self, config: &Config) {
         let listen = || config.says("serve.listen").map(str::to_owned);
@@ -222,7 +242,10 @@ impl Serve {
     fn targets(&self, context: &mut Context) -> Result<Vec<(String, Target)>, Failure> {
         let sim = Sim {
             speed: SimSpeed::Times(1.0),
-            unasked: false,
+            taken: match self.shown {
+                Shown::InWindow => Taken::IfAlone,
+                _ => Taken::IfAsked,
+            },
         };
         if self.arm.is_empty() {
             let config = context.config()?;
@@ -359,15 +382,20 @@ impl Serve {
                 "code {code}, good for one token within two minutes"
             ));
         }
-        if self.opens {
-            studio::open(&url);
+        if exposed && self.shown != Shown::No && !json {
+            studio::show_address(&studio::seen_from_elsewhere(&url));
         }
+        studio::show(self.shown, &url);
         if json {
             say_addresses(&url, &api, linked.as_deref(), &entries)?;
         } else {
             say_ready();
         }
-        signals.next().await;
+        let mut never_shown = None;
+        tokio::select! {
+            _ = signals.next() => {}
+            closed = window::closed(&station), if self.shown == Shown::InWindow => never_shown = closed.err(),
+        }
         // A second signal ends at once.
         let stopping = async {
             let stops = arms.iter().map(|arm| timeout(STOPPING, quiet(arm)));
@@ -397,7 +425,7 @@ impl Serve {
             let _ = timeout(Duration::from_millis(500), arm.close()).await;
         }
         drop((holder, announced));
-        Ok(())
+        never_shown.map_or(Ok(()), Err)
     }
 }
 

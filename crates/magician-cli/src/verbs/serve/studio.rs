@@ -1,11 +1,14 @@
 //! `studio`: serves, and shows the page in a browser.
 
-use std::process::{Command, Stdio};
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, UdpSocket};
 
 use clap::Args;
 use magician_station::http::{PageFile, Pages};
+use qrcode::QrCode;
+use qrcode::render::unicode::Dense1x2;
 
-use super::Serve;
+use super::{Serve, Shown, stations, window};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::paint::tell;
@@ -13,10 +16,14 @@ use crate::paint::tell;
 /// See and move an arm in the browser
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Serves like `magician serve`, prints the address, and opens it in the browser. Ends with Ctrl-C: what moves is stopped where it is, the laser is off.
+Serves like `magician serve`, prints the address, and opens it in the browser. Ends with Ctrl-C: what moves is stopped where it is, the laser is off. \
+A double click on `magician` is `magician studio --app`.
 
   magician studio                      the arm that is found
   magician studio --port sim           a virtual arm
+  magician studio --app                in a window of its own; closing it ends all
+  magician studio --listen 0.0.0.0:8910 --pair
+                                       for tablets, too: with a code for their cameras
   magician studio --no-open            for a browser of your choice")]
 pub(crate) struct Studio {
     #[command(flatten)]
@@ -24,6 +31,9 @@ pub(crate) struct Studio {
     /// Open no browser
     #[arg(long)]
     no_open: bool,
+    /// Open a window of its own, and end when it is closed; a virtual arm where none is found
+    #[arg(long, conflicts_with = "no_open")]
+    app: bool,
 }
 
 impl Studio {
@@ -32,8 +42,23 @@ impl Studio {
             return Err(Failure::usage("--no-studio leaves nothing to open")
                 .hint("use `magician serve --no-studio`"));
         }
-        self.serve.opens = !self.no_open;
-        self.serve.run(context)
+        self.serve.shown = match (self.app, self.no_open) {
+            (true, _) => Shown::InWindow,
+            (_, true) => Shown::AsAddress,
+            _ => Shown::InBrowser,
+        };
+        if !self.app {
+            return self.serve.run(context);
+        }
+        // A second double click.
+        if self.serve.is_as_usual(context)
+            && let Some((url, _)) = stations().next()
+        {
+            tell(format_args!("a station runs already: {url}"));
+            show(Shown::InWindow, &url);
+            return Ok(());
+        }
+        self.serve.run(context).inspect_err(window::show_failure)
     }
 }
 
@@ -48,21 +73,55 @@ pub(super) fn pages() -> Pages {
     }))
 }
 
-/// Shows an address in the person's browser; where that fails the address is enough.
-pub(super) fn open(url: &str) {
-    let (program, words): (_, &[&str]) = if cfg!(windows) {
-        ("rundll32", &["url.dll,FileProtocolHandler"])
-    } else if cfg!(target_os = "macos") {
-        ("open", &[])
-    } else {
-        ("xdg-open", &[])
+/// Shows the page as it is wanted; where that fails the address is enough.
+pub(super) fn show(how: Shown, url: &str) {
+    let shown = match how {
+        Shown::No | Shown::AsAddress => Ok(()),
+        Shown::InBrowser => window::open_in_browser(url),
+        Shown::InWindow => window::open(url),
     };
-    let mut browser = Command::new(program);
-    browser.args(words).arg(url);
-    browser.stdin(Stdio::null());
-    browser.stdout(Stdio::null());
-    browser.stderr(Stdio::null());
-    if browser.spawn().is_err() {
+    if shown.is_err() {
         tell(format_args!("no browser was found: open {url} yourself"));
+    }
+}
+
+/// An address of a station as other computers have it: one that listens at all addresses is told by the one that the computer has to others.
+pub(super) fn seen_from_elsewhere(url: &str) -> String {
+    let outward = || -> io::Result<IpAddr> {
+        // Nothing is sent: the system only says from where it would be.
+        let socket = UdpSocket::bind((Ipv4Addr::UNSPECIFIED, 0))?;
+        socket.connect((Ipv4Addr::new(192, 0, 2, 1), 9))?;
+        Ok(socket.local_addr()?.ip())
+    };
+    match outward() {
+        Ok(own) => ["127.0.0.1", "[::1]"]
+            .iter()
+            .fold(url.to_owned(), |url, home| url.replacen(home, &own.to_string(), 1)),
+        Err(_) => url.to_owned(),
+    }
+}
+
+/// An address for the camera of a tablet. It holds no token.
+pub(super) fn show_address(url: &str) {
+    let Ok(code) = QrCode::new(url) else { return };
+    // Dark signs on a light ground, which most terminals do not have.
+    let drawn = { code.render::<Dense1x2>() }
+        .dark_color(Dense1x2::Light)
+        .light_color(Dense1x2::Dark)
+        .build();
+    let drawn = drawn.lines().fold(String::new(), |drawn, line| drawn + "  " + line + "\n");
+    tell(format_args!("\n{drawn}\n  {url}\n"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_an_address_of_this_computer_alone_is_told_otherwise() {
+        let told = seen_from_elsewhere("http://192.168.1.5:8910/");
+        assert_eq!(told, "http://192.168.1.5:8910/");
+        let told = seen_from_elsewhere("http://127.0.0.1:8910/");
+        assert!(told.starts_with("http://") && told.ends_with(":8910/"), "{told}");
     }
 }
