@@ -1,5 +1,5 @@
 ; The installer for Windows: for the person who runs it, without an administrator. `cargo xtask dist` gives it
-; VERSION, FROM (the folder of the archive), ICON and OUT.
+; VERSION, FROM (the folder of the archive), LISTS (where the lists of files are), ICON and OUT.
 ;
 ;   magician-VERSION-setup.exe /S /D=C:\Users\me\magician     without a question, and where
 
@@ -55,13 +55,9 @@ BrandingText "Magician ${VERSION}"
 
 Section "Magician"
   SetOutPath "$INSTDIR"
-  File "${ICON}"
-  File "${FROM}\README.txt"
-  File "${FROM}\CHANGELOG.md"
-  File /r "${FROM}\bin"
-  File /r "${FROM}\licenses"
-  File /r "${FROM}\completions"
-  File /r "${FROM}\dobotdll"
+  ; What is installed, file by file, and what is deleted again: written by `cargo xtask dist`.
+  !include "${LISTS}\install.nsh"
+  SetOutPath "$INSTDIR"
   WriteUninstaller "$INSTDIR\uninstall.exe"
   CreateDirectory "$SMPROGRAMS\Magician"
   ; The console stays small: it says what happens, and closing it ends the studio.
@@ -108,13 +104,13 @@ Section "Uninstall"
   Delete "$SMPROGRAMS\Magician\Uninstall Magician.lnk"
   RMDir "$SMPROGRAMS\Magician"
   Delete "$DESKTOP\Magician Studio.lnk"
-  RMDir /r "$INSTDIR\bin"
-  RMDir /r "$INSTDIR\licenses"
-  RMDir /r "$INSTDIR\completions"
-  RMDir /r "$INSTDIR\dobotdll"
-  Delete "$INSTDIR\magician.ico"
-  Delete "$INSTDIR\README.txt"
-  Delete "$INSTDIR\CHANGELOG.md"
+  ; Only what was installed: the folder may have been the person's before.
+  !include "${LISTS}\uninstall.nsh"
+  ${If} ${FileExists} "$INSTDIR\bin\magician.exe"
+    MessageBox MB_ICONEXCLAMATION "The studio is running. Close it and try again." /SD IDOK
+    SetErrorLevel 1
+    Abort
+  ${EndIf}
   Delete "$INSTDIR\uninstall.exe"
   RMDir "$INSTDIR"
   DeleteRegKey HKCU "${KEY}"

@@ -1,6 +1,7 @@
 // Where an arm comes from.
 import { useSignal } from "@preact/signals";
 import { t } from "../i18n";
+import { tokenFor } from "../pairing";
 import { apiUrl, connect, disconnect, keptToken } from "../session";
 import * as store from "../store";
 import { Card } from "../ui/parts";
@@ -11,11 +12,15 @@ export function Connect() {
   const bad = useSignal(false);
   const refused = store.refused.value;
   const isOn = store.backend.value !== "none" && refused === null;
-  const go = (event: Event) => {
+  const go = async (event: Event) => {
     event.preventDefault();
     const address = apiUrl(url.value.trim());
     bad.value = address === null;
-    if (address !== null) connect(address, token.value.trim());
+    if (address === null) return;
+    const found = await tokenFor(address, token.value.trim());
+    if (found === null) return store.say(t("connect.code.refused"), true);
+    token.value = found;
+    connect(address, found);
   };
   return (
     <Card title={t("connect.title")} class="connect">

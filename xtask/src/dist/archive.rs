@@ -11,7 +11,7 @@ use flate2::write::GzEncoder;
 use zip::write::SimpleFileOptions;
 
 use super::system::{Builder, Family, System};
-use super::{Build, licences_of, output};
+use super::{Build, desktop, licences_of, output};
 use crate::library;
 
 /// Shells that completions are made for, with the name of the file that each looks for.
@@ -60,6 +60,7 @@ pub(super) fn write(
     let packaging = builder.root.join("packaging");
     if system.family == Family::Linux {
         fs::copy(packaging.join(RULES), room("udev")?.join(RULES))?;
+        desktop::entry(builder, &folder)?;
     }
     // What starts a station with the computer.
     let services: &[&str] = match system.family {
@@ -97,7 +98,7 @@ pub(super) fn write(
 }
 
 /// Packs a folder, the same bytes for the same files.
-fn pack(archives: &Path, name: &str, ending: &str) -> Result<PathBuf, Box<dyn Error>> {
+pub(super) fn pack(archives: &Path, name: &str, ending: &str) -> Result<PathBuf, Box<dyn Error>> {
     let archive = archives.join(format!("{name}.{ending}"));
     let file = File::create(&archive)?;
     match ending {

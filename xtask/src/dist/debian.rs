@@ -9,6 +9,7 @@ use std::process::Command;
 use flate2::{Compression, GzBuilder};
 
 use super::archive::{RULES, SERVICE};
+use super::desktop::{ENTRY, FOLDER, PICTURE};
 use super::output;
 use super::system::{Builder, GLIBC, System};
 
@@ -63,6 +64,10 @@ pub(super) fn write(
         from.join("udev").join(RULES),
         folder.join("usr/lib/udev/rules.d").join(RULES),
     ));
+    let pictures = "usr/share/icons/hicolor/scalable/apps";
+    for (file, place) in [(ENTRY, "usr/share/applications"), (PICTURE, pictures)] {
+        places.push((from.join(FOLDER).join(file), folder.join(place).join(file)));
+    }
     let [service, users] = SERVICE.map(|file| from.join("service").join(file));
     places.push((
         service,

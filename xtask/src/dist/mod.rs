@@ -3,6 +3,7 @@
 
 mod archive;
 mod debian;
+mod desktop;
 mod licences;
 mod manifests;
 mod metadata;
@@ -119,6 +120,21 @@ fn release_of(
     rows.push(archive);
     let Some(sum) = sum else { return };
     made.push((*system, sum));
+    if let Some(name) = desktop::name(builder, system) {
+        let studio = || -> Result<_, Box<dyn Error>> {
+            match system.family {
+                Family::MacOs(oldest) => {
+                    let made = desktop::application(builder, system, oldest, archives)?;
+                    file(&made, "not run; the program is the archive's".to_owned())
+                }
+                _ => {
+                    let made = desktop::installer(builder, system, archives)?;
+                    file(&made, tried::installed(builder, &made)?)
+                }
+            }
+        };
+        rows.push(row(&name, studio()));
+    }
     if system.family == Family::Linux {
         let package = || -> Result<_, Box<dyn Error>> {
             let package = debian::write(builder, system, archives)?;

@@ -93,6 +93,13 @@ pub(super) fn started(
     Ok(format!("{how}: --version, run rabbit.svg --port sim"))
 }
 
+/// Installs the studio under Wine, uses it, and takes it away again.
+pub(super) fn installed(builder: &Builder, installer: &Path) -> Result<String, Box<dyn Error>> {
+    let script = builder.root.join("interop/installer");
+    output(Command::new("python3").arg("-B").arg(script).arg(installer))?;
+    Ok("Wine: installed, a house drawn, the page served, removed".to_owned())
+}
+
 /// Has a program that was written for the vendor's library load the one in an archive.
 fn drop_in(builder: &Builder, folder: &Path) -> Result<(), Box<dyn Error>> {
     let mut program = Command::new("python3");

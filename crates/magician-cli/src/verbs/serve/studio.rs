@@ -96,7 +96,9 @@ pub(super) fn seen_from_elsewhere(url: &str) -> String {
     match outward() {
         Ok(own) => ["127.0.0.1", "[::1]"]
             .iter()
-            .fold(url.to_owned(), |url, home| url.replacen(home, &own.to_string(), 1)),
+            .fold(url.to_owned(), |url, home| {
+                url.replacen(home, &own.to_string(), 1)
+            }),
         Err(_) => url.to_owned(),
     }
 }
@@ -109,7 +111,9 @@ pub(super) fn show_address(url: &str) {
         .dark_color(Dense1x2::Light)
         .light_color(Dense1x2::Dark)
         .build();
-    let drawn = drawn.lines().fold(String::new(), |drawn, line| drawn + "  " + line + "\n");
+    let drawn = drawn
+        .lines()
+        .fold(String::new(), |drawn, line| drawn + "  " + line + "\n");
     tell(format_args!("\n{drawn}\n  {url}\n"));
 }
 
@@ -122,6 +126,9 @@ mod tests {
         let told = seen_from_elsewhere("http://192.168.1.5:8910/");
         assert_eq!(told, "http://192.168.1.5:8910/");
         let told = seen_from_elsewhere("http://127.0.0.1:8910/");
-        assert!(told.starts_with("http://") && told.ends_with(":8910/"), "{told}");
+        assert!(
+            told.starts_with("http://") && told.ends_with(":8910/"),
+            "{told}"
+        );
     }
 }

@@ -144,8 +144,10 @@ pub(crate) fn is_started_by_hand() -> bool {
             (io::stdout().is_terminal(), "/dev/stdout"),
             (io::stderr().is_terminal(), "/dev/stderr"),
         ];
-        has_screen(|name| env::var_os(name).is_some_and(|value| !value.is_empty()))
-            && { streams.into_iter() }.all(|(terminal, path)| !terminal && !is_read(path))
+        has_screen(|name| env::var_os(name).is_some_and(|value| !value.is_empty())) && {
+            streams.into_iter()
+        }
+        .all(|(terminal, path)| !terminal && !is_read(path))
     }
 }
 
