@@ -19,8 +19,8 @@ export class Station {
 
   async start(...more) {
     const words = ["serve", "--port", "sim", "--listen", this.listen, "--json", ...more];
-    const env = { ...process.env, XDG_STATE_HOME: this.state, XDG_DATA_HOME: this.state, XDG_CONFIG_HOME: this.state, MAGICIAN_PORT: "" };
-    this.child = spawn(this.program, words, { env, stdio: ["ignore", "pipe", "inherit"] });
+    this.env = { ...process.env, XDG_STATE_HOME: this.state, XDG_DATA_HOME: this.state, XDG_CONFIG_HOME: this.state, MAGICIAN_PORT: "" };
+    this.child = spawn(this.program, words, { env: this.env, stdio: ["ignore", "pipe", "inherit"] });
     let said = "";
     for await (const piece of this.child.stdout) {
       said += piece;

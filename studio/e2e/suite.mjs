@@ -4,6 +4,7 @@ import { existsSync, mkdirSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
+import { app } from "./app.mjs";
 import { Browser, Station, is, near } from "./bench.mjs";
 import { looks } from "./looks.mjs";
 
@@ -385,6 +386,7 @@ test("everything is reached by Tab, and nothing traps it", async () => {
   }
 });
 
+app(test, { browser, program });
 looks(test, { browser, station, shots });
 
 test("no page complained", async () => assert.deepEqual(browser.complaints, []));

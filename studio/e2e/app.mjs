@@ -1,0 +1,82 @@
+// The window of its own, which is the program to its user; and the code that lets a tablet in.
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { networkInterfaces, tmpdir } from "node:os";
+import { delimiter, join } from "node:path";
+import { setTimeout as sleep } from "node:timers/promises";
+import { Station, is } from "./bench.mjs";
+
+/** `magician studio --app`, whose browser only writes down what it was to show. */
+async function started(program, ...words) {
+  const home = mkdtempSync(join(tmpdir(), "studio-app-"));
+  const asked = join(home, "asked");
+  writeFileSync(join(home, "chromium"), `#!/bin/sh\necho "$@" >'${asked}.part' && mv '${asked}.part' '${asked}'\n`);
+  chmodSync(join(home, "chromium"), 0o755);
+  const env = { ...process.env, XDG_STATE_HOME: home, XDG_CONFIG_HOME: home, XDG_DATA_HOME: home, MAGICIAN_PORT: "" };
+  env.PATH = `${home}${delimiter}${process.env.PATH}`;
+  const child = spawn(program, ["studio", "--app", "--port", "sim", "--listen", "127.0.0.1:0", ...words], { env, stdio: "ignore" });
+  const over = once(child, "exit");
+  for (let tries = 0; !existsSync(asked) && tries < 200; tries++) await sleep(50);
+  const url = readFileSync(asked, "utf8").match(/--app=(\S+)/)[1];
+  return { url, over, end: () => (child.kill(), rmSync(home, { recursive: true, force: true })) };
+}
+
+export function app(test, { browser, program }) {
+  test("the station of a window ends when it is closed, and not when it is loaded again", async () => {
+    const studio = await started(program);
+    const page = await browser.connected(studio.url);
+    await page.reload();
+    await is(page, "link", "up");
+    const ended = Promise.race([studio.over, sleep(30_000, ["late"])]);
+    const closed = Date.now();
+    await page.context().close();
+    assert.deepEqual((await ended)[0], 0);
+    assert.ok(Date.now() - closed > 5000, "a page that is loaded again would find nothing");
+    studio.end();
+  });
+
+  test("closing the window asks when something moves", async () => {
+    const studio = await started(program);
+    const page = await browser.inControl(studio.url);
+    const asked = [];
+    page.on("dialog", (dialog) => {
+      asked.push(dialog.type());
+      void dialog.dismiss();
+    });
+    await page.getByTestId("home").click();
+    await is(page, "moving", "true");
+    await page.close({ runBeforeUnload: true });
+    for (let tries = 0; asked.length === 0 && tries < 100; tries++) await sleep(50);
+    assert.deepEqual(asked, ["beforeunload"]);
+    assert.equal(page.isClosed(), false);
+    await page.getByTestId("stop").click();
+    await is(page, "moving", "false");
+    await page.context().close();
+    studio.end();
+  });
+
+  test("a tablet comes in by a code of six digits", async () => {
+    const addresses = Object.values(networkInterfaces()).flat();
+    const own = addresses.find(({ family, internal }) => family === "IPv4" && !internal);
+    if (own === undefined) return console.log("      no network: not tried");
+    const station = new Station(program);
+    station.listen = `${own.address}:0`;
+    await station.start("--no-announce");
+    try {
+      const paired = spawn(program, ["station", "pair"], { env: station.env, stdio: ["ignore", "pipe", "inherit"] });
+      const [said] = await once(paired.stdout, "data");
+      const code = String(said).match(/\d{6}/)[0];
+      const page = await browser.page(`${station.url}#/arms`);
+      await page.getByText("The server wants a good token.").waitFor();
+      await page.getByTestId("station-token").fill(code);
+      await page.getByTestId("connect-station").click();
+      await is(page, "link", "up");
+      assert.equal((await page.getByTestId("station-token").inputValue()).length > 30, true);
+      await page.context().close();
+    } finally {
+      await station.end();
+    }
+  });
+}
