@@ -151,7 +151,7 @@ fn lists(from: &Path, icon: &Path, inside: &[PathBuf]) -> (String, String) {
             .ancestors()
             .filter(|folder| folder.iter().next().is_some())
         {
-            if !folders.iter().any(|known| *known == folder) {
+            if !folders.contains(&folder) {
                 folders.push(folder);
             }
         }
