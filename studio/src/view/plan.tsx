@@ -2,6 +2,7 @@
 import { useSignalEffect } from "@preact/signals";
 import { useRef } from "preact/hooks";
 import * as store from "../store";
+import { type Box, layers, type Lines } from "./layers";
 import { reach } from "./reach";
 
 const HALF = 360;
@@ -31,6 +32,7 @@ export function Plan({ place }: { place: { current: HTMLElement | null } }) {
       <path class="axes" d={`M0 ${HALF}V${-HALF}M${-HALF} 0H${HALF}`} />
       <text x="8" y={-HALF + 22}>x</text>
       <text x={-HALF + 6} y="-8">y</text>
+      {[...layers.value.values()].map(({ lines, boxes }) => [...boxes.map(Rect), ...lines.map(Path)])}
       <rect class="base" x="-79" y="-79" width="158" height="158" rx="14" />
       {state !== null && here !== null ? (
         <>
@@ -44,4 +46,18 @@ export function Plan({ place }: { place: { current: HTMLElement | null } }) {
       ) : null}
     </svg>
   );
+}
+
+const colorOf = (color: string) => (color.startsWith("--") ? `var(${color})` : color);
+
+function Path({ points, color, closed, dots, opacity }: Lines) {
+  const ends = points.map(([x = 0, y = 0]) => `${(-y).toFixed(1)} ${(-x).toFixed(1)}`);
+  // A line of no length with round ends is a dot.
+  const d = dots ? ends.map((end) => `M${end}h0`).join("") : `M${ends.join("L")}${closed ? "Z" : ""}`;
+  return ends.length === 0 ? null : <path d={d} fill="none" stroke={colorOf(color)} stroke-width={dots ? 9 : 3} stroke-linecap="round" opacity={opacity ?? 1} />;
+}
+
+function Rect({ at: [x = 0, y = 0], size: [length = 0, width = 0], turn = 0, color, opacity }: Box) {
+  const place = `translate(${-y} ${-x}) rotate(${-turn})`;
+  return <rect transform={place} x={-width / 2} y={-length / 2} width={width} height={length} fill={colorOf(color)} opacity={opacity ?? 1} />;
 }

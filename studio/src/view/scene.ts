@@ -7,6 +7,8 @@ import {
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { State } from "../api";
 import type { Model } from "../store";
+import type { Layer, Shapes } from "./layers";
+import { type Css, dragging, drop, shapesOf } from "./shapes";
 
 export type View = "corner" | "front" | "side" | "top";
 type Joint = "j1" | "j2" | "j3" | "j4" | "rail";
@@ -62,6 +64,8 @@ export class ArmScene {
   private fps: number | null = null;
   private floor = 0;
   private readonly sizes: ResizeObserver;
+  private readonly layers = new Map<Layer, { group: Group; shapes: Shapes }>();
+  private readonly endDragging: () => void;
 
   constructor(private readonly place: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
@@ -90,6 +94,8 @@ export class ArmScene {
     this.sizes.observe(place);
     this.resize();
     this.look("corner", true);
+    const turned = (is: boolean) => (this.controls.enabled = is);
+    this.endDragging = dragging(place, this.camera, () => this.layers.get("objects")?.group, turned, () => this.wake());
   }
 
   private light(): void {
@@ -166,6 +172,22 @@ export class ArmScene {
     this.wake();
   }
 
+  /** Shows these layers and no others. */
+  setLayers(layers: ReadonlyMap<Layer, Shapes>, css: Css, anew = false): void {
+    for (const [name, { group, shapes }] of this.layers) {
+      if (!anew && layers.get(name) === shapes) continue;
+      drop(group);
+      this.layers.delete(name);
+    }
+    for (const [name, shapes] of layers) {
+      if (this.layers.has(name)) continue;
+      const group = shapesOf(shapes, css);
+      this.layers.set(name, { group, shapes });
+      this.scene.add(group);
+    }
+    this.wake();
+  }
+
   /** The table, in the colours of the page. */
   setColors(lines: string, strong: string): void {
     this.grid.clear();
@@ -210,6 +232,8 @@ export class ArmScene {
     cancelAnimationFrame(this.frame);
     clearTimeout(this.faded);
     this.sizes.disconnect();
+    this.endDragging();
+    for (const { group } of this.layers.values()) drop(group);
     this.controls.dispose();
     this.renderer.dispose();
     this.renderer.domElement.remove();

@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
 import { theme } from "../settings";
 import * as store from "../store";
+import { layers } from "./layers";
 import { Plan } from "./plan";
 import { reach } from "./reach";
 import type { ArmScene, View } from "./scene";
@@ -31,7 +32,11 @@ function bind(scene: ArmScene, place: HTMLElement, letters: Record<"x" | "y", HT
     }
   };
   const css = (name: string) => getComputedStyle(place).getPropertyValue(name).trim();
-  const colors = () => scene.setColors(css("--grid"), css("--grid-strong"));
+  const color = (name: string) => (name.startsWith("--") ? css(name) : name);
+  const colors = () => {
+    scene.setColors(css("--grid"), css("--grid-strong"));
+    scene.setLayers(layers.peek(), color, true);
+  };
   const dark = matchMedia("(prefers-color-scheme: dark)");
   dark.addEventListener("change", colors);
   const ends = [
@@ -53,6 +58,7 @@ function bind(scene: ArmScene, place: HTMLElement, letters: Record<"x" | "y", HT
       const now = reach.value;
       scene.setReach(now?.outlines ?? [], now?.z ?? 0, css("--accent"));
     }),
+    effect(() => scene.setLayers(layers.value, color)),
   ];
   return () => {
     dark.removeEventListener("change", colors);
