@@ -143,6 +143,73 @@ export interface Methods {
       fence: null | null;
     };
   };
+  /** What the pins, sensors and steppers of an arm are and do, by the protocol's table: for pages that know no command. */
+  "arm.io": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      analog: {
+        counts: number;
+        volts: number;
+      };
+      functions: Array<{
+        value: number;
+        name: string;
+        about: string;
+        watch: string | null;
+      }>;
+      pins: Array<{
+        address: number;
+        function: number;
+        can: number[] | null;
+        level: number | null;
+        frequency: number | null;
+        duty_cycle: number | null;
+      }>;
+      rows: Array<{
+        role: string;
+        command: string;
+        about: string;
+        asks: Array<{
+          name: string;
+          about: string;
+          unit: string;
+          kind: string;
+          least: number | null;
+          most: number | null;
+          choices: Array<{
+            value: number;
+            name: string;
+          }>;
+        }> | null;
+        tells: Array<{
+          name: string;
+          about: string;
+          unit: string;
+          kind: string;
+          least: number | null;
+          most: number | null;
+          choices: Array<{
+            value: number;
+            name: string;
+          }>;
+        }> | null;
+        sets: Array<{
+          name: string;
+          about: string;
+          unit: string;
+          kind: string;
+          least: number | null;
+          most: number | null;
+          choices: Array<{
+            value: number;
+            name: string;
+          }>;
+        }> | null;
+      }>;
+    };
+  };
   /** The state, read not longer ago than 100 ms. */
   "arm.state": {
     params: {
@@ -647,17 +714,52 @@ export interface Methods {
   "world.look": {
     params: {
       arm?: string;
+      mark?: string;
     };
     result: {
       objects: Array<{
         name: string;
         at: number[];
+        turn: number;
         size: number[];
+        color: string;
         held: boolean;
       }>;
-      drawing: string;
+      title: string | null;
+      table: {
+        height: number;
+        x: number[];
+        y: number[];
+      } | null;
+      belt: {
+        start: number[];
+        direction: number;
+        length: number;
+        width: number;
+        height: number;
+        travel: number;
+      } | null;
+      drawing: string | null;
+      strokes: Array<{
+        burnt: boolean;
+        points: number[][];
+      }> | null;
+      mark: string;
       unlocked: boolean;
       plugged: boolean;
+    };
+  };
+  /** The scenarios that need no file, for `world.scenario`. */
+  "world.scenarios": {
+    params: {
+      arm?: string;
+    };
+    result: {
+      scenarios: Array<{
+        name: string;
+        title: string | null;
+        text: string;
+      }>;
     };
   };
   /** Presses the key at the base: it runs the program that the arm keeps, or stops it. */
@@ -708,6 +810,27 @@ export interface Methods {
       arm?: string;
       name: string;
       at: number[];
+    };
+    result: null;
+  };
+  /** Drives an input from outside: from now on it reads this. */
+  "world.input": {
+    params: {
+      arm?: string;
+      address: number;
+      level?: boolean;
+      value?: number;
+    };
+    result: null;
+  };
+  /** Lets something go wrong, also while a job runs. */
+  "world.fault": {
+    params: {
+      arm?: string;
+      fault: "alarm" | "slip" | "reset";
+      alarm?: number;
+      joint?: number;
+      degrees?: number;
     };
     result: null;
   };

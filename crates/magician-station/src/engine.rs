@@ -1,6 +1,7 @@
 //! An arm of the driver at the orders of a station.
 
 mod acts;
+mod io;
 mod jobs;
 mod model;
 mod reads;

@@ -41,7 +41,8 @@ pub use library::{
     ProgramStore, Upload,
 };
 pub use order::{
-    ArmAct, ArmOrder, ArmRead, ArmReport, JobEnd, JobNews, JobOrder, JobStart, Outcome, WorldAct,
+    ArmAct, ArmOrder, ArmRead, ArmReport, Fault, JobEnd, JobNews, JobOrder, JobStart, Outcome,
+    WorldAct,
 };
 pub use reading::{ArmReading, FIELDS, ToolReading};
 pub use recording::{

@@ -161,7 +161,12 @@ pub enum ArmRead {
     /// Its links, limits and tool.
     Model,
     /// The world around a virtual arm.
-    World,
+    World {
+        /// The mark of the drawing that is known.
+        mark: Option<String>,
+    },
+    /// What its pins, sensors and steppers are, and do.
+    Io,
     /// Its alarms.
     Alarms,
     /// Its state.
@@ -264,8 +269,36 @@ pub enum WorldAct {
         /// The middle of its underside.
         at: [f64; 3],
     },
+    /// An input reads something else from now on.
+    Input {
+        /// EIO address.
+        address: u8,
+        /// Whether it is a voltage.
+        analog: bool,
+        /// The level, or counts of the voltage.
+        value: u16,
+    },
+    /// Something goes wrong.
+    Fault(Fault),
     /// The arm is switched off, and on again in the world of a scenario.
     Scenario(String),
+}
+
+/// What goes wrong in the world of a virtual arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Fault {
+    /// The alarm of this code is raised.
+    Alarm(u8),
+    /// A joint slips.
+    Slip {
+        /// J1 to J4 as 1 to 4.
+        joint: u8,
+        /// By how much, deg.
+        degrees: f64,
+    },
+    /// The controller resets.
+    Reset,
 }
 
 /// What a request comes to.

@@ -93,6 +93,23 @@ impl Scenario {
     /// ```
     pub const PICK_AND_SORT: &str = include_str!("../../scenarios/pick_and_sort.toml");
 
+    /// Scenarios to begin with, by short names.
+    ///
+    /// ```
+    /// use magician_sim::Scenario;
+    ///
+    /// for (name, text) in Scenario::BUILT_IN {
+    ///     assert!(Scenario::from_toml(text)?.title().is_some(), "{name}");
+    /// }
+    /// # Ok::<(), magician_sim::ScenarioError>(())
+    /// ```
+    pub const BUILT_IN: [(&str, &str); 4] = [
+        ("cubes", include_str!("../../scenarios/cubes.toml")),
+        ("drawing", include_str!("../../scenarios/drawing.toml")),
+        ("pick_and_sort", Self::PICK_AND_SORT),
+        ("faults", include_str!("../../scenarios/faults.toml")),
+    ];
+
     /// Reads a scenario.
     ///
     /// # Errors

@@ -105,6 +105,13 @@ pub static METHODS: &[Method] = &[
         "as `info --json`",
     ),
     method(
+        "arm.io",
+        Viewer,
+        &[ARM],
+        "What the pins, sensors and steppers of an arm are and do, by the protocol's table: for pages that know no command.",
+        "{analog: {counts, volts}, functions: [{value, name, about, watch}], pins: [{address, function, can, level, frequency, duty_cycle}], rows: [{role, command, about, asks, tells, sets}]}: `watch` is what `arm.subscribe` calls such a pin, `can` the functions that the pin's connector is made for, null where that is not known; `asks`, `tells`, `sets` are fields {name, about, unit, kind, least, most, choices: [{value, name}]}, null where the command has no such form",
+    ),
+    method(
         "arm.state",
         Viewer,
         &[ARM],
@@ -623,9 +630,23 @@ pub static METHODS: &[Method] = &[
     method(
         "world.look",
         Viewer,
-        &[ARM],
+        &[
+            ARM,
+            may(
+                "mark",
+                NAME,
+                "the `mark` of an earlier look: while the drawing is the same, `drawing` and `strokes` are null",
+            ),
+        ],
         "The world around a virtual arm. This and its kin are `unsupported` of other arms.",
-        "{objects: [{name, at, size, held}], drawing: SVG, unlocked, plugged}",
+        "{objects: [{name, at, turn, size, color, held}], title, table: {height, x, y}, belt: {start, direction, length, width, height, travel}, drawing: SVG, strokes: [{burnt, points: [[x, y]]}], mark, unlocked, plugged}; `table` and `belt` null where the scenario has no such thing",
+    ),
+    method(
+        "world.scenarios",
+        Viewer,
+        &[ARM],
+        "The scenarios that need no file, for `world.scenario`.",
+        "{scenarios: [{name, title, text}]}",
     ),
     method(
         "world.press",
@@ -693,6 +714,37 @@ pub static METHODS: &[Method] = &[
         "null",
     )
     .leased(Setting),
+    method(
+        "world.input",
+        Student,
+        &[
+            ARM,
+            needed("address", Kind::Integer(1, 20), "EIO address"),
+            may("level", Kind::Switch, "whether it is high; or `value`"),
+            may("value", Kind::Integer(0, 4095), "its voltage in counts, 4095 at 3.3 V"),
+        ],
+        "Drives an input from outside: from now on it reads this.",
+        "null",
+    )
+    .leased(JobSetting),
+    method(
+        "world.fault",
+        Student,
+        &[
+            ARM,
+            needed(
+                "fault",
+                Kind::Choice(&["alarm", "slip", "reset"]),
+                "an alarm, a joint that slips, or a reset of the controller",
+            ),
+            may("alarm", Kind::Integer(0, 255), "code of the alarm"),
+            may("joint", Kind::Integer(1, 4), "the joint that slips; 1 unless given"),
+            may("degrees", Kind::Number(-90.0, 90.0), "by how much, deg"),
+        ],
+        "Lets something go wrong, also while a job runs.",
+        "null",
+    )
+    .leased(JobSetting),
     method(
         "record.start",
         Student,

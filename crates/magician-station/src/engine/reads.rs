@@ -175,7 +175,8 @@ async fn value(arm: &Arm, read: ArmRead) -> std::result::Result<Value, RpcError>
     match read {
         ArmRead::Info => to_value(&ArmInfo::read(arm).await?),
         ArmRead::Model => super::model::model(arm).await,
-        ArmRead::World => super::world::look(arm).await,
+        ArmRead::World { mark } => super::world::look(arm, mark).await,
+        ArmRead::Io => super::io::io(arm).await,
         ArmRead::Alarms => to_value(&AlarmReport::read(arm).await?),
         ArmRead::Stand => {
             arm.wait_still().await?;

@@ -2,7 +2,9 @@
 
 use magician::commands::DeviceTime;
 #[cfg(feature = "sim")]
-use magician::sim::world::Press;
+use magician::sim::scenario::{Color, Conveyor, Table};
+#[cfg(feature = "sim")]
+use magician::sim::world::{ObjectView, Press, Stroke, StrokeKind};
 #[cfg(feature = "sim")]
 use magician::sim::{ExternalEvent, Scenario};
 use magician::{Arm, ErrorKind};
@@ -14,6 +16,8 @@ use super::reads;
 use super::{TaskResult, Work};
 use crate::api::RpcError;
 use crate::control::RequestId;
+#[cfg(feature = "sim")]
+use crate::order::Fault;
 use crate::order::{ArmRead, ArmReport, Outcome, WorldAct};
 
 impl Work {
@@ -62,7 +66,7 @@ fn happens(_: &Arm, _: WorldAct) -> Result<Value, RpcError> {
 }
 
 #[cfg(not(feature = "sim"))]
-pub(super) async fn look(_: &Arm) -> Result<Value, RpcError> {
+pub(super) async fn look(_: &Arm, _: Option<String>) -> Result<Value, RpcError> {
     Err(unsupported())
 }
 
@@ -89,6 +93,25 @@ fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
                 return Err(RpcError::param("name", why));
             }
         }
+        WorldAct::Input {
+            address,
+            analog,
+            value,
+        } => arm.with(|arm| {
+            if analog {
+                arm.set_analog(address, value);
+            } else {
+                arm.set_input(address, value != 0);
+            }
+        }),
+        WorldAct::Fault(fault) => {
+            let fault = match fault {
+                Fault::Alarm(code) => ExternalEvent::Alarm(code),
+                Fault::Slip { joint, degrees } => ExternalEvent::Slip { joint, degrees },
+                Fault::Reset => ExternalEvent::Reset,
+            };
+            arm.with(|arm| arm.inject(fault));
+        }
         WorldAct::Scenario(text) => {
             let scenario = Scenario::from_toml(&text);
             let scenario = scenario.map_err(|error| RpcError::param("text", error.to_string()))?;
@@ -101,33 +124,102 @@ fn happens(arm: &Arm, act: WorldAct) -> Result<Value, RpcError> {
     Ok(Value::Null)
 }
 
-/// The objects, what pen and laser have drawn, and what a hand does.
+/// The objects, what stands around them, what pen and laser have drawn, and what a hand does. The drawing is left out where it
+/// is still the one of `mark`: pages look often, and drawings are long.
 #[cfg(feature = "sim")]
-pub(super) async fn look(arm: &Arm) -> Result<Value, RpcError> {
+pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcError> {
     let arm = arm.virtual_arm().ok_or_else(unsupported)?;
-    let short = |value: f64| (value * 1e6).round() / 1e6 + 0.0;
-    let (objects, drawing, unlocked, plugged) = arm.with(|arm| {
-        let look = arm.look();
-        let object = |object: magician::sim::world::ObjectView<'_>| {
-            let place = object.place();
-            let at = [place.x, place.y, place.z].map(short);
-            json!({
-                "name": object.name(),
-                "at": at,
-                "size": object.size(),
-                "held": object.is_held(),
-            })
-        };
-        let objects: Vec<_> = look.objects().map(object).collect();
+    let (mut seen, drawing) = arm.with(|arm| {
+        let view = arm.look();
+        let objects: Vec<_> = view.objects().map(|object| object_of(&object)).collect();
         let (state, line) = (arm.state(), arm.line());
-        (objects, arm.drawing(), state.unlocked, line.plugged)
+        let scenario = arm.world().scenario();
+        let seen = json!({
+            "objects": objects,
+            "title": scenario.and_then(Scenario::title),
+            "table": scenario.and_then(Scenario::table).map(table_of),
+            "belt": scenario.and_then(Scenario::conveyor).map(|belt| belt_of(belt, view.belt_travel())),
+            "unlocked": state.unlocked,
+            "plugged": line.plugged,
+        });
+        (seen, arm.drawing())
     });
+    let strokes = drawing.strokes();
+    let points: usize = strokes.iter().map(|stroke| stroke.points.len()).sum();
+    // A stroke under way grows by its last point.
+    let last = strokes.last().and_then(|stroke| stroke.points.last());
+    let now = last.map_or_else(String::new, |[x, y]| format!("{points}:{x:.2}:{y:.2}"));
+    let is_known = mark.as_deref() == Some(&now);
+    seen["mark"] = json!(now);
+    if is_known {
+        (seen["drawing"], seen["strokes"]) = (Value::Null, Value::Null);
+        return Ok(seen);
+    }
     // The arm goes on while the picture is drawn.
-    let drawing = super::jobs::beside(move || drawing.to_svg()).await?;
-    Ok(json!({
-        "objects": objects,
-        "drawing": drawing,
-        "unlocked": unlocked,
-        "plugged": plugged,
-    }))
+    let (svg, strokes) = super::jobs::beside(move || {
+        let strokes: Vec<_> = { drawing.strokes().iter() }
+            .map(|stroke| stroke_of(stroke, points.div_ceil(MOST_POINTS)))
+            .collect();
+        (drawing.to_svg(), strokes)
+    })
+    .await?;
+    seen["drawing"] = json!(svg);
+    seen["strokes"] = json!(strokes);
+    Ok(seen)
+}
+
+/// As many points of a drawing go out as strokes, about.
+#[cfg(feature = "sim")]
+const MOST_POINTS: usize = 20_000;
+
+#[cfg(feature = "sim")]
+fn short(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6 + 0.0
+}
+
+#[cfg(feature = "sim")]
+fn object_of(object: &ObjectView<'_>) -> Value {
+    let place = object.place();
+    let at = [place.x, place.y, place.z].map(short);
+    let Color([red, green, blue]) = object.color();
+    json!({
+        "name": object.name(),
+        "at": at,
+        "turn": short(place.yaw),
+        "size": object.size(),
+        "color": format!("#{red:02x}{green:02x}{blue:02x}"),
+        "held": object.is_held(),
+    })
+}
+
+#[cfg(feature = "sim")]
+fn table_of(table: &Table) -> Value {
+    json!({"height": table.height, "x": table.x, "y": table.y})
+}
+
+#[cfg(feature = "sim")]
+fn belt_of(belt: &Conveyor, travel: f64) -> Value {
+    json!({
+        "start": belt.start,
+        "direction": belt.direction,
+        "length": belt.length,
+        "width": belt.width,
+        "height": belt.height,
+        "travel": short(travel),
+    })
+}
+
+/// A stroke with each so manieth of its points, and its last.
+#[cfg(feature = "sim")]
+fn stroke_of(stroke: &Stroke, each: usize) -> Value {
+    let short = |[x, y]: &[f64; 2]| [x, y].map(|value| (value * 100.0).round() / 100.0 + 0.0);
+    let mut points: Vec<_> = { stroke.points.iter().step_by(each.max(1)) }
+        .map(short)
+        .collect();
+    if let Some(last) = stroke.points.last().map(short)
+        && points.last() != Some(&last)
+    {
+        points.push(last);
+    }
+    json!({"burnt": stroke.kind == StrokeKind::Burn, "points": points})
 }

@@ -62,6 +62,7 @@ impl Station {
             }
             ("arm.stop", arm) => Ok(self.stop(call, arm)),
             ("arm.info", Some(arm)) => Ok(self.read(call, arm, ArmRead::Info)),
+            ("arm.io", Some(arm)) => Ok(self.read(call, arm, ArmRead::Io)),
             ("arm.model", Some(arm)) => Ok(self.read(call, arm, ArmRead::Model)),
             ("arm.fence", Some(arm)) => self.fence(call, arm),
             ("arm.alarms", Some(arm)) => Ok(self.read(call, arm, ArmRead::Alarms)),

@@ -1,12 +1,13 @@
 //! The world of a virtual arm: looked at by anybody, changed by the holder of the lease.
 
 use magician::ErrorKind;
+use serde_json::{Value, json};
 
 use super::dispatch::{Call, Handled};
 use super::{Awaited, Station};
 use crate::api::{Method, Needs, RpcError};
 use crate::control::ArmId;
-use crate::order::{ArmOrder, ArmRead, WorldAct};
+use crate::order::{ArmOrder, ArmRead, Fault, WorldAct};
 
 impl Station {
     pub(super) fn world_call(
@@ -15,6 +16,9 @@ impl Station {
         call: &Call<'_>,
         arm: ArmId,
     ) -> Result<Handled, RpcError> {
+        if method.name == "world.scenarios" {
+            return Ok(Handled::Now(scenarios()));
+        }
         let act = act_of(method.name, call)?;
         let entry = &self.arm(arm).entry;
         if !entry.is_virtual {
@@ -22,7 +26,8 @@ impl Station {
             return Err(RpcError::arm(ErrorKind::Unsupported, why));
         }
         let (Some(act), Needs::Lease(kind)) = (act, method.needs) else {
-            return Ok(self.read(call, arm, ArmRead::World));
+            let mark = call.params.text("mark").map(str::to_owned);
+            return Ok(self.read(call, arm, ArmRead::World { mark }));
         };
         let request = call.request;
         self.take_lease(call, arm);
@@ -33,6 +38,21 @@ impl Station {
         self.order(arm, ArmOrder::World { request, act });
         Ok(Handled::Later(request, Awaited::Arm(arm)))
     }
+}
+
+/// The scenarios that need no file.
+fn scenarios() -> Value {
+    #[cfg(feature = "sim")]
+    let scenarios: Vec<_> = { magician::sim::Scenario::BUILT_IN.iter() }
+        .map(|(name, text)| {
+            let title = magician::sim::Scenario::from_toml(text).ok();
+            let title = title.as_ref().and_then(|scenario| scenario.title());
+            json!({"name": name, "title": title.unwrap_or(name), "text": text})
+        })
+        .collect();
+    #[cfg(not(feature = "sim"))]
+    let scenarios: Vec<Value> = Vec::new();
+    json!({"scenarios": scenarios})
 }
 
 /// What a method does there; none for a look.
@@ -57,6 +77,26 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<Option<WorldAct>, RpcError> {
                 at: at.map_err(wrong)?,
             }
         }
+        "world.input" => {
+            let level = params.switch("level").map(u16::from);
+            let value = params.integer("value").map(|value| value as u16);
+            let ((Some(value), None) | (None, Some(value))) = (level, value) else {
+                return Err(RpcError::param("level", "give `level` or `value`"));
+            };
+            WorldAct::Input {
+                address: params.integer("address").unwrap_or_default() as u8,
+                analog: level.is_none(),
+                value,
+            }
+        }
+        "world.fault" => WorldAct::Fault(match params.text("fault") {
+            Some("alarm") => Fault::Alarm(params.integer("alarm").unwrap_or_default() as u8),
+            Some("slip") => Fault::Slip {
+                joint: params.integer("joint").unwrap_or(1) as u8,
+                degrees: params.number("degrees").unwrap_or_default(),
+            },
+            _ => Fault::Reset,
+        }),
         "world.scenario" => WorldAct::Scenario(params.text("text").unwrap_or_default().to_owned()),
         _ => return Ok(None),
     }))

@@ -178,9 +178,14 @@ async fn every_method_does_something() {
                 "joints" => json!([0, 45, 45, 0]),
                 "pose" => json!([220, 0, 50, 0]),
                 "z" => json!(0),
+                "address" => json!(5),
+                "fault" => json!("reset"),
                 "job" => job.clone(),
                 _ => json!("nonsense"),
             };
+        }
+        if method.name == "world.input" {
+            params["level"] = json!(true);
         }
         if ["arm.set", "arm.enqueue"].contains(&method.name) {
             params["fields"] = json!({"timeout": 10});

@@ -93,7 +93,7 @@ async fn a_scenario_puts_objects_there_that_are_placed_and_picked() {
     let look = anna.ok("world.look", json!({})).await;
     assert_eq!(
         object(&look, "red cube"),
-        &json!({"name": "red cube", "at": [230.0, -40.0, -60.0], "size": [20.0, 20.0, 20.0], "held": false})
+        &json!({"name": "red cube", "at": [230.0, -40.0, -60.0], "turn": 0.0, "size": [20.0, 20.0, 20.0], "color": "#808080", "held": false})
     );
     // Onto the other one.
     let place = json!({"name": "red cube", "at": [220, 60, 100]});
@@ -227,4 +227,127 @@ async fn a_page_can_draw_the_arm_by_its_links() {
     let model = anna.ok("arm.model", json!({})).await;
     assert_eq!(model["limits"]["l"], json!([0.0, 1000.0]));
     assert_eq!(model["links"][0]["joint"], json!("l"));
+}
+
+#[tokio::test(start_paused = true)]
+async fn scenarios_without_a_file_are_told_and_begin() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join_as("Anna", Role::Teacher).await;
+    anna.lease().await;
+    let told = anna.ok("world.scenarios", json!({})).await;
+    let told = told["scenarios"].as_array().unwrap();
+    assert_eq!(told[0]["name"], json!("cubes"));
+    for scenario in told {
+        let text = json!({"text": scenario["text"]});
+        anna.ok("world.scenario", text).await;
+        let look = anna.ok("world.look", json!({})).await;
+        assert_eq!(look["title"], scenario["title"]);
+        assert!(look["table"]["height"].is_number());
+    }
+    anna.ok("world.scenario", json!({"text": told[0]["text"]}))
+        .await;
+    let look = anna.ok("world.look", json!({})).await;
+    assert_eq!(object(&look, "red cube")["color"], json!("#ff0000"));
+    assert_eq!(look["belt"], Value::Null);
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_drawing_is_told_again_only_when_it_has_changed() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join_as("Anna", Role::Teacher).await;
+    anna.lease().await;
+    let paper = json!({"text": "tool = { kind = \"pen\" }\ntable = { height = -60 }"});
+    anna.ok("world.scenario", paper).await;
+    let blank = anna.ok("world.look", json!({})).await;
+    assert_eq!(
+        (&blank["strokes"], &blank["mark"]),
+        (&json!([]), &json!(""))
+    );
+    for to in [[220.0, 0.0, -60.0, 0.0], [240.0, 10.0, -60.0, 0.0]] {
+        anna.ok("arm.move", json!({"to": to, "by": "linear"})).await;
+    }
+    let seen = anna.ok("world.look", json!({"mark": ""})).await;
+    let stroke = seen["strokes"][0]["points"].as_array().unwrap();
+    let (first, last) = (&stroke[0], &stroke[stroke.len() - 1]);
+    assert_eq!(
+        (first, last, &seen["strokes"][0]["burnt"]),
+        (&json!([220.02, 0.0]), &json!([240.0, 10.0]), &json!(false))
+    );
+    assert!(seen["drawing"].as_str().unwrap().contains("<path"));
+    let mark = json!({"mark": seen["mark"]});
+    let same = anna.ok("world.look", mark.clone()).await;
+    assert_eq!(
+        (&same["drawing"], &same["strokes"], &same["mark"]),
+        (&Value::Null, &Value::Null, &seen["mark"])
+    );
+    let further = json!({"to": [240, -10, -60, 0], "by": "linear"});
+    anna.ok("arm.move", further).await;
+    assert!(anna.ok("world.look", mark).await["strokes"].is_array());
+}
+
+#[tokio::test(start_paused = true)]
+async fn things_go_wrong_at_a_call_also_under_a_job() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let alarm = json!({"fault": "alarm", "alarm": 0x40});
+    anna.ok("world.fault", alarm).await;
+    let alarms = anna.ok("arm.alarms", json!({})).await;
+    let mut alarms = alarms["alarms"].as_array().unwrap().iter();
+    assert!(alarms.any(|alarm| alarm["code"] == json!(0x40)));
+    anna.ok("arm.clear_alarms", json!({})).await;
+    let steps: Vec<_> = (0..20)
+        .map(|at| json!({"move": [220, at, 20, 0]}))
+        .collect();
+    let plan = json!({"format": "magician-plan", "version": 1, "steps": steps});
+    anna.ok("job.start", json!({"text": plan.to_string()}))
+        .await;
+    let slip = json!({"fault": "slip", "joint": 1, "degrees": 5});
+    anna.ok("world.fault", slip).await;
+    let state = bench.arms[0].state();
+    let apart = state.true_joints.to_array()[0] - state.joints.to_array()[0];
+    assert!((apart - 5.0).abs() < 1e-6, "{apart}");
+    let press = anna.code("world.press", json!({})).await;
+    assert_eq!(press, -32003);
+}
+
+#[tokio::test(start_paused = true)]
+async fn pins_are_told_by_the_table_and_driven_from_outside() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let io = anna.ok("arm.io", json!({})).await;
+    let row = |role: &str| {
+        let mut rows = io["rows"].as_array().unwrap().iter();
+        rows.find(|row| row["role"] == json!(role)).unwrap().clone()
+    };
+    let function = row("function");
+    assert_eq!(function["sets"][0]["most"], json!(20));
+    assert_eq!(row("sensor")["tells"][0]["unit"], json!("counts"));
+    let analog = io["functions"][4].clone();
+    assert_eq!(
+        (&analog["watch"], &analog["value"]),
+        (&json!("analog"), &json!(4))
+    );
+    let able = |pin: usize| io["pins"][pin - 1]["can"].clone();
+    assert_eq!(
+        (able(1), able(5)),
+        (json!([0, 1, 3, 4, 5, 6]), json!([0, 3, 5, 6]))
+    );
+    let fields = json!({"address": 9, "multiplex": 4});
+    let set = json!({"command": function["command"], "fields": fields});
+    anna.ok("arm.set", set).await;
+    anna.ok("world.input", json!({"address": 9, "value": 2048}))
+        .await;
+    let io = anna.ok("arm.io", json!({})).await;
+    assert_eq!(io["pins"][8]["function"], json!(4));
+    let pins = json!([{"kind": "analog", "address": 9}]);
+    anna.ok("arm.subscribe", json!({"rate": 20, "pins": pins}))
+        .await;
+    anna.listen(Duration::from_millis(500)).await;
+    let seen = anna.noticed("arm.state");
+    let mut values = seen.iter().map(|seen| &seen["state"]["pins"][0]["value"]);
+    assert!(values.any(|value| *value == json!(2048)), "{seen:?}");
+    let both = json!({"address": 9, "value": 1, "level": true});
+    assert_eq!(anna.code("world.input", both).await, -32602);
 }

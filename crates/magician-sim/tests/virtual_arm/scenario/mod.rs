@@ -7,14 +7,7 @@ mod schema;
 use magician_sim::scenario::{On, Scenario, SensorKind, ToolKind};
 
 /// Every example beside the schema.
-const EXAMPLES: [(&str, &str); 3] = [
-    ("drawing", include_str!("../../../scenarios/drawing.toml")),
-    ("faults", include_str!("../../../scenarios/faults.toml")),
-    (
-        "pick_and_sort",
-        include_str!("../../../scenarios/pick_and_sort.toml"),
-    ),
-];
+const EXAMPLES: [(&str, &str); 4] = Scenario::BUILT_IN;
 
 #[test]
 fn every_example_is_a_scenario() {

@@ -1,0 +1,142 @@
+//! Pins, sensors and steppers by the protocol's table, so that a page needs to know no command.
+
+use magician::commands::{GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm};
+use magician::{Arm, ErrorKind};
+use magician_protocol::{Field, FieldType, IoFunction, LayoutInfo, Row};
+use serde_json::{Value, json};
+
+use crate::api::RpcError;
+
+const PINS: u8 = 20;
+
+/// What each of these commands is for.
+const ROLES: [(&str, &str); 7] = [
+    ("function", "IOMultiplexing"),
+    ("output", "IODO"),
+    ("signal", "IOPWM"),
+    ("stepper", "EMotor"),
+    ("stepper", "EMotorS"),
+    ("sensor", "ColorSensor"),
+    ("sensor", "IRSwitch"),
+];
+
+/// What pins, sensors and steppers are, and what the pins do now.
+pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
+    let mut pins = Vec::new();
+    for number in 1..=PINS {
+        let address = Some(number);
+        let asked = GetIoMultiplexing { address };
+        let function = arm.get_with::<IoMultiplexing>(&asked).await?.multiplex;
+        let mut pin = json!({
+            "address": address,
+            "function": u8::from(function),
+            "can": abilities(arm, number),
+            "level": null,
+            "frequency": null,
+            "duty_cycle": null,
+        });
+        match function {
+            IoFunction::DigitalOutput => {
+                let output = arm.get_with::<IoDo>(&GetIoDo { address }).await?;
+                pin["level"] = json!(u8::from(output.level.is_on()));
+            }
+            IoFunction::Pwm => {
+                let signal = arm.get_with::<IoPwm>(&GetIoPwm { address }).await?;
+                pin["frequency"] = json!(signal.frequency);
+                pin["duty_cycle"] = json!(signal.duty_cycle);
+            }
+            _ => {}
+        }
+        pins.push(pin);
+    }
+    let rows = ROLES.iter().map(|(role, command)| {
+        let row = Row::find(command);
+        let row = row.map_err(|_| RpcError::arm(ErrorKind::Unsupported, *command))?;
+        Ok(json!({
+            "role": role,
+            "command": row.name,
+            "about": row.doc,
+            "asks": row.query.map(fields),
+            "tells": row.value.map(fields),
+            "sets": row.set.map(fields),
+        }))
+    });
+    let functions = IoFunction::INFO.variants.iter().map(|function| {
+        json!({
+            "value": function.value,
+            "name": function.name,
+            "about": function.doc.trim_end_matches('.'),
+            "watch": watch(IoFunction::from(function.value)),
+        })
+    });
+    Ok(json!({
+        "analog": {"counts": 4095, "volts": 3.3},
+        "functions": functions.collect::<Vec<_>>(),
+        "pins": pins,
+        "rows": rows.collect::<Result<Vec<_>, RpcError>>()?,
+    }))
+}
+
+/// What subscribers call a pin of this function.
+fn watch(function: IoFunction) -> Option<&'static str> {
+    match function {
+        IoFunction::DigitalOutput => Some("output"),
+        IoFunction::DigitalInput
+        | IoFunction::DigitalInputPullUp
+        | IoFunction::DigitalInputPullDown => Some("input"),
+        IoFunction::AnalogInput => Some("analog"),
+        _ => None,
+    }
+}
+
+fn fields(layout: &LayoutInfo) -> Vec<Value> {
+    layout.fields.iter().map(field).collect()
+}
+
+fn field(field: &Field) -> Value {
+    let bounds = field.range.bounds();
+    let (kind, choices) = match field.ty {
+        FieldType::Flag => ("switch", Vec::new()),
+        FieldType::Enum(info) => {
+            let named = info.variants.iter().map(|variant| {
+                json!({"value": variant.value, "name": variant.doc.trim_end_matches('.')})
+            });
+            ("choice", named.collect())
+        }
+        _ => ("number", Vec::new()),
+    };
+    json!({
+        "name": field.name,
+        "about": field.doc.trim_end_matches('.'),
+        "unit": field.unit,
+        "kind": kind,
+        "least": bounds.minimum,
+        "most": bounds.maximum,
+        "choices": choices,
+    })
+}
+
+/// The functions that the connector of a pin is made for.
+#[cfg(feature = "sim")]
+fn abilities(_: &Arm, address: u8) -> Option<Vec<u8>> {
+    // A real arm's connectors are those that the virtual one's are made after.
+    let profile = magician::sim::Profile::default();
+    let pin = profile.io.pins.get(usize::from(address).checked_sub(1)?)?;
+    let functions = IoFunction::INFO.variants.iter();
+    let able = functions.filter(|function| match IoFunction::from(function.value) {
+        IoFunction::None => true,
+        IoFunction::DigitalOutput => pin.digital_output,
+        IoFunction::Pwm => pin.pwm,
+        IoFunction::AnalogInput => pin.analog_input,
+        IoFunction::DigitalInput
+        | IoFunction::DigitalInputPullUp
+        | IoFunction::DigitalInputPullDown => pin.digital_input,
+        IoFunction::Unknown(_) => false,
+    });
+    Some(able.map(|function| function.value).collect())
+}
+
+#[cfg(not(feature = "sim"))]
+fn abilities(_: &Arm, _: u8) -> Option<Vec<u8>> {
+    None
+}
