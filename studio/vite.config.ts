@@ -1,6 +1,9 @@
 // The bundle is committed and rebuilt byte for byte: fixed names, no source maps, no hashes.
 import { defineConfig } from "vite";
 
+/** What every page begins with; the panels of other routes and the picture come when they are opened. */
+const SHELL = /src.(?!main|worker|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen)).*\.tsx?$/;
+
 export default defineConfig({
   base: "./",
   oxc: { jsx: { runtime: "automatic", importSource: "preact" } },
@@ -9,15 +12,16 @@ export default defineConfig({
     emptyOutDir: true,
     target: "es2022",
     sourcemap: false,
-    cssCodeSplit: false,
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
     reportCompressedSize: false,
     rollupOptions: {
       output: {
         entryFileNames: "assets/app.js",
+        codeSplitting: { groups: [{ name: "preact", test: /node_modules.@?preact/ }, { name: "shell", test: SHELL }] },
         chunkFileNames: "assets/[name].js",
-        assetFileNames: "assets/app[extname]",
+        // What the page begins with is `app`, what a panel brings has the panel's name.
+        assetFileNames: ({ names }) => (names.includes("index.css") ? "assets/app.css" : "assets/[name][extname]"),
       },
     },
   },

@@ -6,7 +6,7 @@ import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { is } from "./bench.mjs";
 
-const ROUTES = ["move", "arms", "settings"];
+const ROUTES = ["move", "io", "plots", "world", "arms", "settings"];
 const SIZES = { phone: [360, 740], tablet: [768, 1024], desktop: [1440, 900], "at-200": [640, 450] };
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
@@ -30,7 +30,7 @@ export function looks(test, { browser, station, shots }) {
         for (const route of ROUTES) {
           await page.goto(`${station.url}#/${route}`);
           await is(page, "route", route);
-          if (route === "move") await page.locator("[data-testid=view][data-camera]").waitFor();
+          if (["move", "world"].includes(route)) await page.locator("[data-testid=view][data-camera]").waitFor();
           await sleep(400);
           const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
           assert.ok(over <= 0, `${route} ${size}: ${over} px too wide`);

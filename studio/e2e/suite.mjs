@@ -7,6 +7,7 @@ import { fileURLToPath } from "node:url";
 import { app } from "./app.mjs";
 import { Browser, Station, is, near } from "./bench.mjs";
 import { looks } from "./looks.mjs";
+import { worlds } from "./world.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const program = process.env.MAGICIAN ?? join(here, "../../target/debug/magician");
@@ -364,12 +365,12 @@ test("without a station the page says so, and connects when it is told where", a
 });
 
 test("everything is reached by Tab, and nothing traps it", async () => {
-  for (const route of ["move", "arms", "settings"]) {
+  for (const route of ["move", "io", "plots", "world", "arms", "settings"]) {
     const page = await browser.inControl(`${url()}#/${route}`);
     await page.evaluate(() => document.activeElement?.blur());
     const seen = new Set();
     let first = null;
-    for (let press = 0; press < 90; press++) {
+    for (let press = 0; press < 130; press++) {
       await page.keyboard.press("Tab");
       const at = await page.evaluate(() => {
         const now = document.activeElement;
@@ -380,13 +381,14 @@ test("everything is reached by Tab, and nothing traps it", async () => {
       first ??= at;
       seen.add(at);
     }
-    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], arms: ["station-url", "log"], settings: ["settings-name"] };
+    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], io: ["pin-1-function", "pin-20-function"], plots: ["plot-pause", "plot-scrub"], world: ["world-scenario", "world-scenario-open", "world-unlock", "world-reset"], arms: ["station-url", "log"], settings: ["settings-name"] };
     for (const name of wanted[route]) assert.ok(seen.has(name), `${route}: ${name} of ${[...seen]}`);
     await closed(page);
   }
 });
 
 app(test, { browser, program });
+worlds(test, { browser, station, shots, closed });
 looks(test, { browser, station, shots });
 
 test("no page complained", async () => assert.deepEqual(browser.complaints, []));

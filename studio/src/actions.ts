@@ -95,7 +95,7 @@ export const laser = (on: boolean) =>
 export const speed = (percent: number) => tried(() => call("arm.speed", { ...shown(), percent }));
 
 /** Once more with `yes` where the station says that it is dangerous and the person agrees. */
-async function agreed(what: string, work: (yes: { yes?: boolean }) => Promise<unknown>): Promise<void> {
+export async function agreed(what: string, work: (yes: { yes?: boolean }) => Promise<unknown>): Promise<void> {
   try {
     await work({});
   } catch (error) {

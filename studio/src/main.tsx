@@ -4,6 +4,7 @@ import { render } from "preact";
 import "./app.css";
 import { phase } from "./jog";
 import { listen } from "./keys";
+import "./ring";
 import * as session from "./session";
 import * as store from "./store";
 import { App } from "./ui/app";
@@ -30,6 +31,7 @@ function carryState(): void {
   say("alarmHolds", () => store.holds.value);
   effect(() => {
     const route = store.route.value;
+    if (!store.shows.value) return;
     requestAnimationFrame(() => requestAnimationFrame(() => (data["route"] = route)));
   });
 }

@@ -22,7 +22,6 @@ const TOKEN = "magician.token";
 let client: Client | null = null;
 let address: { url: string; token: string } | null = null;
 let resume: string | null = null;
-let subscription: number | null = null;
 let leaseId: string | null = null;
 let tries = 0;
 let again: ReturnType<typeof setTimeout> | undefined;
@@ -83,7 +82,7 @@ export function disconnect(): void {
 }
 
 function forget(): void {
-  subscription = null;
+  store.subscription.value = null;
   leaseId = null;
   batch(() => {
     store.state.value = null;
@@ -154,12 +153,12 @@ async function hello(made: Client): Promise<void> {
 async function watch(): Promise<void> {
   const arm = store.armName.value;
   if (arm === null || client === null) return;
-  const before = subscription;
-  subscription = null;
+  const before = store.subscription.value;
+  store.subscription.value = null;
   leaseId = null;
   if (before !== null) void client.call("arm.unsubscribe", { subscription: before }).catch(() => {});
   const made = await client.call("arm.subscribe", { arm, rate: RATE });
-  subscription = made.subscription;
+  store.subscription.value = made.subscription;
   const [{ jobs }] = await Promise.all([client.call("job.list", { arm }), look(arm)]);
   const last = jobs[jobs.length - 1] as Job | undefined;
   store.jobState.value = last?.state ?? "none";
@@ -201,7 +200,7 @@ function lost(code: number): void {
   client?.close();
   // The script itself did not come.
   if (code === NO_WORKER) client = null;
-  subscription = null;
+  store.subscription.value = null;
   const final = { 4401: "token", 4403: "revoked", 4409: "taken" } as const;
   const refused = final[code as keyof typeof final] ?? null;
   batch(() => {
@@ -229,7 +228,7 @@ function hear(method: string, params: Record<string, unknown>): void {
   probedAt = null;
   const ofShown = params["arm"] === store.armName.value;
   if (method === "arm.state") {
-    if (params["subscription"] === subscription) take(params["state"] as Partial<State>);
+    if (params["subscription"] === store.subscription.value) take(params["state"] as Partial<State>);
   } else if (method === "lease.changed") {
     const holder = params["holder"] as Holder | null;
     store.arms.value = store.arms.value.map((arm) => (arm.name === params["arm"] ? { ...arm, holder } : arm));

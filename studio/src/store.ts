@@ -7,10 +7,13 @@ export type Model = Methods["arm.model"]["result"];
 export type Alarm = NonNullable<Methods["arm.alarms"]["result"]["alarms"]>[number];
 export type Fence = Methods["arm.fence"]["result"]["fence"];
 
-export type Route = "move" | "arms" | "settings";
-export const ROUTES: readonly Route[] = ["move", "arms", "settings"];
+export type Route = "move" | "teach" | "run" | "io" | "plots" | "world" | "arms" | "settings";
+/** Those that are there, as they stand in the page's frame. */
+export const ROUTES: readonly Route[] = ["move", "io", "plots", "world", "arms", "settings"];
 
 export const route = signal<Route>("move");
+/** Whether the panel of the route is there. */
+export const shows = signal(true);
 
 /** How the station is reached: `none` before anything is chosen. */
 export const backend = signal<"none" | "station">("none");
@@ -20,6 +23,8 @@ export const since = signal<Date | null>(null);
 /** Why the page does not try again: a token is wanted, another page took the session over. */
 export const refused = signal<"token" | "revoked" | "taken" | "unreachable" | null>(null);
 
+/** The subscription to the shown arm. */
+export const subscription = signal<number | null>(null);
 export const session = signal<string | null>(null);
 export const role = signal<string>("viewer");
 export const arms = signal<ArmEntry[]>([]);

@@ -1,5 +1,6 @@
 // What stands above every route: Stop, what is connected, who has control, where to go.
 import type { ComponentChildren } from "preact";
+import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
 import { t } from "../i18n";
 import { clock } from "../log";
@@ -7,13 +8,22 @@ import * as store from "../store";
 
 const ICONS: Record<store.Route, ComponentChildren> = {
   move: <path d="M12 3v18M3 12h18M12 3l-3 3M12 3l3 3M12 21l-3-3M12 21l3-3M3 12l3-3M3 12l3 3M21 12l-3-3M21 12l-3 3" />,
+  teach: <path d="M5 20V5h9l5 5v10zM14 5v5h5M8 13h6M8 16.500h8" />,
+  run: <path d="M7 4.500v15l12-7.500z" />,
+  io: <path d="M4 8h4v8H4zM8 10h3m-3 4h3M20 8h-4v8h4zM16 12h-5" />,
+  plots: <path d="M4 4v16h16M7 15l4-5 3 3 5-7" />,
+  world: <path d="M12 3.500 19.500 8v8L12 20.500 4.500 16V8zM4.500 8 12 12.300 19.500 8M12 12.300v8.200" />,
   arms: <path d="M5 20h9M9.500 20V10l8-3v5M9.500 10l3-4" />,
   settings: <path d="M4 7h9m4 0h3M4 17h3m4 0h9M15 4.800v4.400M9 14.800v4.400" />,
 };
 
 function Nav() {
+  const nav = useRef<HTMLElement>(null);
+  const route = store.route.value;
+  // On a phone the bar is longer than the screen.
+  useEffect(() => nav.current?.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" }), [route]);
   return (
-    <nav aria-label={t("skip.nav")}>
+    <nav ref={nav} aria-label={t("skip.nav")}>
       {store.ROUTES.map((route) => (
         <a key={route} href={`#/${route}`} aria-current={store.route.value === route ? "page" : undefined}>
           <svg viewBox="0 0 24 24" aria-hidden="true">

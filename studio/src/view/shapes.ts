@@ -31,6 +31,7 @@ export function shapesOf({ lines, boxes }: Shapes, css: Css): Group {
     const opacity = box.opacity ?? 1;
     const mesh = new Mesh(geometry, new MeshStandardMaterial({ color, opacity, transparent: opacity < 1, depthWrite: opacity === 1, roughness: 0.7 }));
     mesh.castShadow = opacity === 1;
+    mesh.receiveShadow = true;
     if (opacity < 1) mesh.add(new LineSegments(new EdgesGeometry(geometry), new LineBasicMaterial({ color, transparent: true, opacity: 0.8 })));
     mesh.position.fromArray([...box.at]);
     mesh.rotation.z = ((box.turn ?? 0) * Math.PI) / 180;

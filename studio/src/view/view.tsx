@@ -5,6 +5,7 @@ import { t } from "../i18n";
 import { theme } from "../settings";
 import * as store from "../store";
 import { layers } from "./layers";
+import { watchWorld } from "./seen";
 import { Plan } from "./plan";
 import { reach } from "./reach";
 import type { ArmScene, View } from "./scene";
@@ -74,6 +75,7 @@ export function ArmView() {
   const isPlan = useSignal(false);
   const view = useSignal<View>("corner");
   const follows = useSignal(false);
+  useEffect(watchWorld, []);
   useEffect(() => {
     let unbind: (() => void) | null = null;
     let gone = false;

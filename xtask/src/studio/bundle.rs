@@ -17,6 +17,8 @@ const SIZES: [(&str, &[&str], usize); 2] = [
         &[
             "index.html",
             "assets/app.js",
+            "assets/preact.js",
+            "assets/shell.js",
             "assets/app.css",
             "assets/icon.svg",
             "manifest.webmanifest",
@@ -28,6 +30,8 @@ const SIZES: [(&str, &[&str], usize); 2] = [
         &[
             "index.html",
             "assets/app.js",
+            "assets/preact.js",
+            "assets/shell.js",
             "assets/app.css",
             "assets/icon.svg",
             "assets/scene.js",

@@ -1,0 +1,181 @@
+// The world of a virtual arm, and its pins: what the page does, and what the station then knows.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { is, near } from "./bench.mjs";
+
+/** Waits until the station says what is wanted of a call. */
+async function until(station, method, params, what, is) {
+  const ends = Date.now() + 10_000;
+  for (;;) {
+    const answer = await station.call(method, params);
+    if (is(answer)) return answer;
+    assert.ok(Date.now() < ends, `${what}: ${JSON.stringify(answer)}`);
+    await new Promise((done) => setTimeout(done, 100));
+  }
+}
+
+export function worlds(test, { browser, station, shots, closed }) {
+  const look = (what, is) => until(station, "world.look", {}, what, is);
+  const cube = (seen, name = "blue cube") => seen.objects.find((object) => object.name === name);
+  const open = async (route, options) => {
+    const page = await browser.inControl(`${station.url}#/${route}`, options);
+    await is(page, "route", route);
+    return page;
+  };
+  const begin = async (page, name, title) => {
+    await page.getByTestId("world-scenario").selectOption(name);
+    await look(title, (seen) => seen.title === title);
+  };
+
+  test("world: a scenario begins, and a cube is dragged by pointer and by keyboard", async () => {
+    const page = await open("world");
+    await begin(page, "cubes", "Three cubes");
+    await page.getByTestId("world-object-blue cube").waitFor();
+    await page.locator("[data-testid=view][data-camera]").waitFor();
+    // The picture has its size, and stands.
+    await page.waitForFunction(() => {
+      const { camera } = document.querySelector("[data-testid=view]").dataset;
+      const same = window.before === camera;
+      window.before = camera;
+      return same;
+    }, undefined, { polling: 400 });
+    const { camera, box } = await page.getByTestId("view").evaluate((view) => ({
+      camera: view.dataset.camera.split(",").map(Number),
+      box: view.getBoundingClientRect().toJSON(),
+    }));
+    const at = ([x, y, z]) => {
+      const row = (nth) => camera[nth] * x + camera[nth + 4] * y + camera[nth + 8] * z + camera[nth + 12];
+      return [box.x + ((row(0) / row(3) + 1) / 2) * box.width, box.y + ((1 - row(1) / row(3)) / 2) * box.height];
+    };
+    // The middle of its top is taken, and put 50 mm on.
+    await page.mouse.move(...at([230, -40, -35]));
+    await page.locator(".view.grabs").waitFor();
+    await page.mouse.down();
+    await page.mouse.move(...at([200, -80, -35]), { steps: 4 });
+    await page.mouse.up();
+    await look("dragged", (seen) => near(cube(seen).at[0], 200, 3) && near(cube(seen).at[1], -80, 3) && cube(seen).at[2] === -60);
+    const field = page.getByRole("spinbutton", { name: "y of blue cube, mm" });
+    await field.fill("-120");
+    await field.press("Enter");
+    await look("typed", (seen) => cube(seen).at[1] === -120);
+    await page.setViewportSize({ width: 760, height: 560 });
+    await page.waitForTimeout(300);
+    await page.screenshot({ path: join(shots, "world.png") });
+    await closed(page);
+  });
+
+  test("world: what the pen draws is on the paper", async () => {
+    const page = await open("world");
+    await begin(page, "drawing", "Drawing");
+    const lease = await page.getByTestId("lease-release").isVisible();
+    assert.ok(lease);
+    assert.equal(await page.getByTestId("world-paper").locator("path[d*=M]").count(), 0);
+    await page.getByTestId("clear-alarms").or(page.getByTestId("stop")).first().waitFor();
+    await page.getByTestId("lease-release").click();
+    await is(page, "lease", "free");
+    for (const to of [[220, -40, -20, 0], [220, -40, -60, 0], [260, 40, -60, 0], [260, 40, -20, 0]]) {
+      await station.call("arm.move", { to, by: "linear" });
+    }
+    const { strokes } = await look("a line", (seen) => seen.strokes.length > 0);
+    await page.locator("[data-testid=world-paper] path.ink[d^=M]").waitFor({ state: "attached" });
+    const drawn = await page.locator("[data-testid=world-paper] path.ink").getAttribute("d");
+    const [x, y] = strokes[0].points.at(-1);
+    assert.ok(drawn.endsWith(`${x} ${-y}`), `${drawn} and ${x} ${y}`);
+    assert.match(await page.getByTestId("world-paper").evaluate((paper) => paper.tagName), /^svg$/i);
+    await page.context().close();
+  });
+
+  test("world: hands unlock, guide, pull the cable; faults happen", async () => {
+    const page = await open("world");
+    await page.getByRole("switch", { name: "Unlock key held" }).click();
+    await look("unlocked", (seen) => seen.unlocked);
+    await page.getByTestId("world-guide-j1").fill("20");
+    await station.until("guided", (state) => near(state.j1, 20));
+    await page.getByTestId("world-unlock").click();
+    await look("locked", (seen) => !seen.unlocked);
+    await page.getByTestId("world-plugged").click();
+    await is(page, "link", "lost");
+    await page.getByTestId("world-plugged").click();
+    await is(page, "link", "up");
+    await page.getByTestId("world-alarm").click();
+    await page.getByTestId("alarm-64").waitFor();
+    await page.goto(`${station.url}#/move`);
+    await page.getByTestId("clear-alarms").click();
+    await is(page, "alarm", "false");
+    await closed(page);
+  });
+
+  test("world: a file that is no scenario is refused with its line", async () => {
+    const page = await open("world");
+    const file = { name: "bad.toml", mimeType: "text/plain", buffer: Buffer.from("[table]\nheigth = -70") };
+    await page.getByTestId("world-scenario-open").setInputFiles(file);
+    await page.getByTestId("notice").getByText("line 2").waitFor();
+    await closed(page);
+  });
+
+  test("pins: a function, a level and volts, as the station reads them", async () => {
+    const page = await open("io");
+    await page.getByTestId("pin-2-function").selectOption("1");
+    await page.getByTestId("pin-2-set").click();
+    await page.getByTestId("pin-2-level").getByText("1", { exact: true }).waitFor();
+    assert.equal((await station.call("arm.io")).pins[1].level, 1);
+    await page.getByTestId("pin-9-function").selectOption({ label: "Analog input" });
+    await page.getByTestId("pin-9-drive").fill("3850");
+    await page.getByTestId("pin-9-level").getByText("3.1 V").waitFor();
+    assert.equal((await station.call("arm.get", { command: "IOADC", query: { address: 9 } })).value, 3850);
+    // What its connector is not made for cannot be chosen.
+    assert.ok(await page.locator("[data-testid=pin-5-function] option[value='1']").isDisabled());
+    assert.equal(await page.getByRole("table", { name: "Pins" }).getByRole("row").count(), 21);
+    await page.screenshot({ path: join(shots, "io.png") });
+    await page.getByTestId("pin-2-function").selectOption("0");
+    await page.getByTestId("pin-2-set").waitFor({ state: "detached" });
+    assert.equal((await station.call("arm.io")).pins[1].function, 0);
+    await closed(page);
+  });
+
+  test("plots: two minutes back, held, and taken along as record writes them", async () => {
+    const page = await browser.connected(`${station.url}#/move`);
+    // The ring is filled whatever page is open.
+    for (const to of [[220, 60, 40, 20], [250, -40, 0, 0]]) await station.call("arm.move", { to });
+    await page.goto(`${station.url}#/plots`);
+    await page.locator("[data-testid=plot][data-rows] canvas").waitFor();
+    const plot = page.getByRole("img", { name: "Readings over time" });
+    const rows = async () => Number(await plot.getAttribute("data-rows"));
+    await station.call("arm.move", { to: [230, 30, 20, 0] });
+    await page.waitForTimeout(300);
+    assert.ok((await rows()) > 30, `${await rows()} rows`);
+    const ms = Number(await plot.getAttribute("data-ms"));
+    assert.ok(ms < 30, `${ms} ms for a drawing`);
+    await page.getByTestId("plot-pause").click();
+    const held = await page.getByTestId("plot-table").textContent();
+    await station.call("arm.move", { to: [220, 0, 40, 0] });
+    assert.equal(await page.getByTestId("plot-table").textContent(), held);
+    await page.screenshot({ path: join(shots, "plots.png") });
+    const before = await rows();
+    await page.getByTestId("plot-scrub").fill("-1");
+    await page.waitForFunction((before) => Number(document.querySelector("[data-testid=plot]").dataset.rows) < before, before);
+    const [download] = await Promise.all([page.waitForEvent("download"), page.getByTestId("plot-export").click()]);
+    const [head, ...lines] = readFileSync(await download.path(), "utf8").trim().split("\n");
+    assert.equal(head, "t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms");
+    const readings = lines.map((line) => line.split(",").map(Number));
+    assert.equal(readings[0][0], 0);
+    // The arm was there while another page was open.
+    assert.ok(readings.some(([, x, y]) => near(x, 250) && near(y, -40)));
+    assert.ok(readings.every(([t], row) => row === 0 || t > readings[row - 1][0]));
+    await page.context().close();
+  });
+
+  test("pins: a stepper runs, and a sensor is read, by what the table says of them", async () => {
+    const page = await open("io");
+    const stepper = page.getByRole("form", { name: /stepper, a conveyor/ });
+    await stepper.getByRole("spinbutton").fill("5000");
+    await stepper.getByRole("button", { name: "Send" }).click();
+    const infrared = page.getByRole("form", { name: /infrared/ });
+    await infrared.getByRole("button", { name: "Send" }).click();
+    await infrared.getByRole("button", { name: "Read" }).click();
+    await infrared.getByText(/in front of it/).waitFor();
+    await infrared.getByRole("button", { name: "Reading" }).click();
+    await closed(page);
+  });
+}

@@ -1,0 +1,288 @@
+// Pins, sensors and steppers: what they are comes from the arm's table, so that this page knows no command of it.
+import { useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { agreed, complain } from "../actions";
+import { t } from "../i18n";
+import { type Field, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
+import { call, shown } from "../session";
+import * as store from "../store";
+import { Card } from "../ui/parts";
+import "./io.css";
+
+type Pin = NonNullable<typeof io.value>["pins"][number];
+const WHY = "io-why";
+
+/** Sends a command of the table with these values, in the order of its fields. */
+async function send(row: Row, values: ReadonlyArray<number | boolean>): Promise<void> {
+  const fields = Object.fromEntries((row.sets ?? []).map(({ name }, at) => [name, values[at]]));
+  try {
+    await agreed(row.about, (yes) => call("arm.set", { ...shown(), command: row.command, fields, ...yes }));
+  } catch (error) {
+    complain(error);
+  }
+}
+const rowOf = (role: string) => io.value?.rows.find((row) => row.role === role);
+async function setPin(role: string, values: number[]): Promise<void> {
+  const row = rowOf(role);
+  if (row) await send(row, values);
+  await refresh();
+}
+async function drive(address: number, to: { level: boolean } | { value: number }): Promise<void> {
+  try {
+    await call("world.input", { ...shown(), address, ...to });
+  } catch (error) {
+    complain(error);
+  }
+}
+
+/** What a pin reads, and whether that is high. */
+function reading({ address, function: own, frequency, duty_cycle }: Pin): { text: string; high: boolean | null } {
+  const kind = watchOf(own);
+  const value = levels.value.get(address);
+  if (frequency !== null) return { text: `${frequency} Hz, ${duty_cycle} %`, high: null };
+  if (kind === null || value === undefined) return { text: "–", high: null };
+  const { counts = 1, volts = 0 } = io.value?.analog ?? {};
+  return kind === "analog" ? { text: `${((value / counts) * volts).toFixed(1)} V`, high: null } : { text: String(value), high: value !== 0 };
+}
+
+/** What a person does to a pin: an output is set, an input of a virtual arm driven. */
+function Setting({ pin, off }: { pin: Pin; off: boolean }) {
+  const frequency = useSignal(pin.frequency || 1000);
+  const duty = useSignal(pin.duty_cycle || 50);
+  const { address } = pin;
+  const kind = watchOf(pin.function);
+  const level = levels.value.get(address) ?? 0;
+  const because = { disabled: off, "aria-describedby": off ? WHY : undefined };
+  const inputOff = { disabled: store.lease.value !== "mine", "aria-describedby": store.lease.value === "mine" ? undefined : WHY };
+  if (kind === "output") {
+    const is = levels.value.get(address) ?? pin.level ?? 0;
+    return (
+      <button type="button" aria-pressed={is !== 0} aria-label={t("io.set", { n: address })} data-testid={`pin-${address}-set`} {...because} onClick={() => setPin("output", [address, is === 0 ? 1 : 0])}>
+        {t(is === 0 ? "io.high" : "io.low")}
+      </button>
+    );
+  }
+  if (pin.frequency !== null) {
+    const [, hertz, percent] = rowOf("signal")?.sets ?? [];
+    const number = (field: Field | undefined, value: typeof duty) => (
+      <input
+        type="number"
+        aria-label={`${field?.about}, ${field?.unit}`}
+        title={`${field?.about}, ${field?.unit}`}
+        min={field?.least ?? undefined}
+        max={field?.most ?? undefined}
+        value={value.value}
+        {...because}
+        onInput={(event) => (value.value = event.currentTarget.valueAsNumber)}
+      />
+    );
+    return (
+      <>
+        {number(hertz, frequency)}
+        {number(percent, duty)}
+        <button type="button" class="small" aria-label={t("io.set", { n: address })} data-testid={`pin-${address}-set`} {...because} onClick={() => setPin("signal", [address, frequency.value, duty.value])}>
+          {t("io.signal")}
+        </button>
+      </>
+    );
+  }
+  if (kind === null || store.arm.value?.virtual !== true) return null;
+  if (kind === "analog") {
+    const { counts = 1, volts = 0 } = io.value?.analog ?? {};
+    return (
+      <>
+        <input
+          type="range"
+          min={0}
+          max={counts}
+          value={level}
+          aria-label={t("io.drive", { n: address })}
+          data-testid={`pin-${address}-drive`}
+          {...inputOff}
+          onInput={(event) => void drive(address, { value: event.currentTarget.valueAsNumber })}
+        />
+        <small>{`0 … ${volts} V`}</small>
+      </>
+    );
+  }
+  return (
+    <button type="button" class="quiet" aria-pressed={level !== 0} aria-label={t("io.drive", { n: address })} data-testid={`pin-${address}-drive`} {...inputOff} onClick={() => drive(address, { level: level === 0 })}>
+      {t(level === 0 ? "io.driveHigh" : "io.driveLow")}
+    </button>
+  );
+}
+
+function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
+  const { address } = pin;
+  const { text, high } = reading(pin);
+  return (
+    <tr class={text === "–" ? "unused" : ""}>
+      <th scope="row">{address}</th>
+      <td>
+        <select
+          aria-label={t("io.function.of", { n: address })}
+          data-testid={`pin-${address}-function`}
+          value={pin.function}
+          disabled={off}
+          aria-describedby={off ? WHY : undefined}
+          onChange={(event) => setPin("function", [address, Number(event.currentTarget.value)])}
+        >
+          {io.value?.functions.map(({ value, about }) => (
+            <option key={value} value={value} disabled={pin.can !== null && !pin.can.includes(value)}>
+              {value === 0 ? t("io.none") : about}
+            </option>
+          ))}
+        </select>
+      </td>
+      <td>
+        {high === null ? null : <span class={`lamp ${high ? "high" : ""}`} />}
+        <output class={high ? "high" : ""} aria-live="off" data-testid={`pin-${address}-level`}>
+          {text}
+        </output>
+      </td>
+      <td>
+        <div class="set">
+          <Setting key={pin.function} pin={pin} off={off} />
+        </div>
+      </td>
+    </tr>
+  );
+}
+
+/** How often a sensor is read, ms. */
+const PAUSE = 500;
+
+/** A sensor or stepper: the fields that its command has, and what it answers. */
+function Device({ row, off }: { row: Row; off: boolean }) {
+  const values = useSignal<Record<string, number>>({});
+  const seen = useSignal<Record<string, number> | null>(null);
+  const reads = useSignal(false);
+  const fields = row.sets ?? [];
+  const valueOf = ({ name, kind, choices, least }: Field) => {
+    return values.value[name] ?? (kind === "number" ? Math.max(0, least ?? 0) : kind === "choice" ? (choices[0]?.value ?? 0) : 1);
+  };
+  useEffect(() => {
+    if (!reads.value || !store.isUp.value) return;
+    let timer: ReturnType<typeof setTimeout> | undefined;
+    let over = false;
+    const read = async () => {
+      const query = Object.fromEntries((row.asks ?? []).map((field) => [field.name, valueOf(field)]));
+      try {
+        seen.value = (await call("arm.get", { ...shown(), command: row.command, query })) as Record<string, number>;
+      } catch (error) {
+        reads.value = false;
+        complain(error);
+      }
+      if (!over) timer = setTimeout(() => void read(), PAUSE);
+    };
+    void read();
+    return () => {
+      over = true;
+      clearTimeout(timer);
+    };
+  }, [reads.value, store.armName.value, store.isUp.value]);
+  const tells = row.tells ?? [];
+  const isColor = tells.length === 3 && tells.every(({ most }) => most === 255);
+  return (
+    <form
+      class="device"
+      aria-label={row.about}
+      onSubmit={(event) => {
+        event.preventDefault();
+        void send(row, fields.map(valueOf)).then(refresh);
+      }}
+    >
+      <b>{row.about.replace(/\.$/, "")}</b>
+      <div class="device-fields">
+        {fields.map((field) => {
+          const value = valueOf(field);
+          const take = (to: number) => (values.value = { ...values.value, [field.name]: to });
+          if (field.kind === "switch") {
+            return (
+              <label key={field.name} class="check">
+                <input type="checkbox" checked={value !== 0} disabled={off} onChange={(event) => take(event.currentTarget.checked ? 1 : 0)} />
+                {field.about}
+              </label>
+            );
+          }
+          return (
+            <label key={field.name} class="field">
+              <span>{field.kind === "number" ? `${field.about.split(";")[0]}, ${field.unit}` : field.about.split(";")[0]}</span>
+              {field.kind === "choice" ? (
+                <select value={value} disabled={off} onChange={(event) => take(Number(event.currentTarget.value))}>
+                  {field.choices.map((choice) => (
+                    <option key={choice.value} value={choice.value}>
+                      {choice.name}
+                    </option>
+                  ))}
+                </select>
+              ) : (
+                <input type="number" min={field.least ?? undefined} max={field.most ?? undefined} value={value} disabled={off} onInput={(event) => take(event.currentTarget.valueAsNumber || 0)} />
+              )}
+            </label>
+          );
+        })}
+      </div>
+      <div class="readings">
+        <button type="submit" disabled={off} aria-describedby={off ? WHY : undefined} data-testid={`device-${row.command}`}>
+          {t("io.send")}
+        </button>
+        {tells.length > 0 ? (
+          <button type="button" aria-pressed={reads.value} disabled={!store.isUp.value} data-testid={`read-${row.command}`} onClick={() => (reads.value = !reads.value)}>
+            {t(reads.value ? "io.reading" : "io.read")}
+          </button>
+        ) : null}
+        {seen.value === null ? null : (
+          <>
+            {isColor ? <span class="swatch" style={{ background: `rgb(${tells.map(({ name }) => seen.value?.[name] ?? 0).join(" ")})` }} /> : null}
+            {tells.map(({ name, about, unit, kind }) => (
+              <span key={name}>
+                {about} <b>{kind === "switch" ? t(seen.value?.[name] ? "yes" : "io.no") : seen.value?.[name]}</b>
+                {kind === "number" && unit !== "counts" ? ` ${unit}` : ""}
+              </span>
+            ))}
+          </>
+        )}
+      </div>
+    </form>
+  );
+}
+
+export function Io() {
+  useEffect(watchPins, []);
+  const off = store.why.value;
+  const known = io.value;
+  const devices = (role: string) => known?.rows.filter((row) => row.role === role).map((row) => <Device key={row.command} row={row} off={off !== null} />);
+  return (
+    <div class="io">
+      <Card title={t("io.pins")} class="pins-card">
+        <p class={`jog-status ${off === null ? "" : "off"}`} id={WHY}>
+          {t(off ?? "io.hint")}
+        </p>
+        {known === null ? (
+          <p class="hint">{t(store.socket.value === "closed" ? "why.closed" : "link.connecting")}</p>
+        ) : (
+          <table class="pins" aria-label={t("io.pins")}>
+            <thead>
+              <tr>
+                <th scope="col">{t("io.pin")}</th>
+                <th scope="col">{t("io.function")}</th>
+                <th scope="col">{t("io.level")}</th>
+                <th scope="col">{t("io.setting")}</th>
+              </tr>
+            </thead>
+            <tbody>
+              {known.pins.map((pin) => (
+                <PinRow key={pin.address} pin={pin} off={off !== null} />
+              ))}
+            </tbody>
+          </table>
+        )}
+      </Card>
+      <div class="io-side">
+        <Card title={t("io.sensors")}>{devices("sensor")}</Card>
+        <Card title={t("io.steppers")}>{devices("stepper")}</Card>
+      </div>
+    </div>
+  );
+}

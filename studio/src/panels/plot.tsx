@@ -1,0 +1,319 @@
+// Two minutes of readings as lines, which can be held, gone back in, and taken along.
+import { effect, useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { t } from "../i18n";
+import { save } from "../log";
+import { io, levels, watchOf, watchPins } from "../pins";
+import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
+import { theme } from "../settings";
+import * as store from "../store";
+import { Card, Choice } from "../ui/parts";
+import "./plot.css";
+
+type Group = "tip" | "joints" | "speed" | "queue" | "pins";
+const GROUPS: readonly Group[] = ["tip", "joints", "speed", "queue", "pins"];
+const SPANS = ["10", "30", "120"] as const;
+/** Rows of the table, and how long it stands, ms. */
+const ROWS = 8;
+const STANDS = 400;
+
+interface Line {
+  name: string;
+  unit: string;
+  column: number;
+  /** What a value is multiplied by. */
+  scale: number;
+}
+
+function linesOf(group: Group): Line[] {
+  const line = (name: string, unit: string, column: number, scale = 1): Line => ({ name, unit, column, scale });
+  if (group === "tip") return [line("x", "mm", at.x), line("y", "mm", at.y), line("z", "mm", at.z), line("r", "°", at.r)];
+  if (group === "joints") return (["j1", "j2", "j3", "j4"] as const).map((name) => line(name.toUpperCase(), "°", at[name]));
+  if (group === "speed") return [line(t("plot.speed"), "mm/s", at.speed)];
+  if (group === "queue") return [line(t("plot.left"), "", at.left)];
+  const { counts = 1, volts = 1 } = io.value?.analog ?? {};
+  return (io.value?.pins ?? []).flatMap(({ address, function: own }) => {
+    const kind = watchOf(own);
+    const name = t("plot.pin", { n: address });
+    return kind === null ? [] : [kind === "analog" ? line(name, "V", at.pin + address, volts / counts) : line(name, "", at.pin + address)];
+  });
+}
+const COLORS = ["--p1", "--p2", "--p3", "--p4", "--p5", "--p6"];
+const colorOf = (nth: number) => COLORS[nth % COLORS.length] ?? "--p1";
+
+/** The rows of a window of time; `end` is how far it ends before the last reading, s. */
+function window_(from: Readings, span: number, end: number): [number, number] {
+  const last = from.count === 0 ? 0 : from.value(from.count - 1, at.t) - end;
+  let [low, high] = [0, from.count];
+  while (high > 0 && from.value(high - 1, at.t) > last) high--;
+  low = high;
+  while (low > 0 && from.value(low - 1, at.t) >= last - span) low--;
+  return [low, high];
+}
+
+/** The columns of a window, times before its end. */
+function columns(from: Readings, lines: readonly Line[], span: number, end: number): { data: uPlot.AlignedData; marks: Array<[number, string]> } {
+  const [low, high] = window_(from, span, end);
+  const zero = from.count === 0 ? 0 : from.value(from.count - 1, at.t);
+  const times: number[] = [];
+  const values: Array<Array<number | null>> = lines.map(() => []);
+  const marks: Array<[number, string]> = [];
+  for (let row = low; row < high; row++) {
+    const time = from.value(row, at.t) - zero;
+    times.push(time);
+    lines.forEach(({ column, scale }, nth) => {
+      const value = from.value(row, column);
+      values[nth]?.push(Number.isNaN(value) ? null : value * scale);
+    });
+    const before = row > low ? from.alarms(row - 1) : [];
+    for (const code of from.alarms(row)) if (!before.includes(code)) marks.push([time, `0x${code.toString(16).padStart(2, "0")}`]);
+  }
+  return { data: [times, ...values] as uPlot.AlignedData, marks };
+}
+
+/** As `magician record` writes them. */
+function csv(from: Readings): string {
+  const rows = ["t,x,y,z,r,j1,j2,j3,j4,index,left_space,alarms"];
+  const first = from.count === 0 ? 0 : from.value(0, at.t);
+  for (let row = 0; row < from.count; row++) {
+    const pose = POSE.map((name) => from.value(row, at[name]));
+    const codes = from.alarms(row).map((code) => `0x${code.toString(16).padStart(2, "0")}`).join(" ");
+    rows.push([(from.value(row, at.t) - first).toFixed(3), ...pose, from.value(row, at.index), from.value(row, at.left), codes].join(","));
+  }
+  return `${rows.join("\n")}\n`;
+}
+
+interface ChartProps {
+  lines: readonly Line[];
+  source: () => Readings;
+  span: number;
+  back: number;
+  live: boolean;
+}
+
+function Chart({ lines, source, span, back, live }: ChartProps) {
+  const place = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    const element = place.current;
+    if (element === null) return;
+    let chart: uPlot | null = null;
+    let [frame, began] = [0, 0];
+    let marks: Array<[number, string]> = [];
+    const css = (name: string) => getComputedStyle(element).getPropertyValue(name).trim();
+    const size = () => ({ width: element.clientWidth, height: element.clientHeight });
+    const draw = () => {
+      frame = 0;
+      if (chart === null) return;
+      began = performance.now();
+      const seen = columns(source(), lines, span, back);
+      marks = seen.marks;
+      chart.batch(() => {
+        chart?.setData(seen.data, false);
+        chart?.setScale("x", { min: -back - span, max: -back });
+      });
+      element.dataset["rows"] = String(seen.data[0].length);
+    };
+    const wake = () => {
+      if (frame === 0) frame = requestAnimationFrame(draw);
+    };
+    const drawMarks = ({ ctx, bbox, valToPos }: uPlot) => {
+      ctx.save();
+      ctx.strokeStyle = ctx.fillStyle = css("--stop");
+      ctx.textAlign = "left";
+      ctx.font = `600 ${12 * devicePixelRatio}px system-ui`;
+      for (const [time, code] of marks) {
+        const x = Math.round(valToPos(time, "x", true));
+        ctx.fillRect(x, bbox.top, Math.max(1, devicePixelRatio), bbox.height);
+        ctx.fillText(code, x + 4 * devicePixelRatio, bbox.top + 14 * devicePixelRatio);
+      }
+      ctx.restore();
+      // What drawing costs is there to be read.
+      element.dataset["ms"] = (performance.now() - began).toFixed(2);
+    };
+    const make = () => {
+      chart?.destroy();
+      const axis = { stroke: css("--muted"), grid: { stroke: css("--line"), width: 1 }, ticks: { stroke: css("--line"), width: 1 }, font: "12px system-ui" };
+      chart = new uPlot(
+        {
+          ...size(),
+          legend: { show: false },
+          cursor: { drag: { x: false, y: false }, points: { size: 7 } },
+          scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => wide(least, most) } },
+          axes: [{ ...axis, values: (_, ticks) => ticks.map((tick) => `${Math.round(tick * 10) / 10} s`) }, { ...axis, size: 56 }],
+          series: [{}, ...lines.map(({ name }, nth) => ({ label: name, stroke: css(colorOf(nth)), width: 2, points: { show: false } }))],
+          hooks: { draw: [drawMarks] },
+        },
+        [[]],
+        element,
+      );
+      draw();
+    };
+    make();
+    const ends = [
+      effect(() => {
+        void beat.value;
+        if (live) wake();
+      }),
+      effect(() => {
+        void theme.value;
+        make();
+      }),
+    ];
+    const dark = matchMedia("(prefers-color-scheme: dark)");
+    dark.addEventListener("change", make);
+    const sizes = new ResizeObserver(() => chart?.setSize(size()));
+    sizes.observe(element);
+    return () => {
+      cancelAnimationFrame(frame);
+      for (const end of ends) end();
+      dark.removeEventListener("change", make);
+      sizes.disconnect();
+      chart?.destroy();
+    };
+  }, [lines.map(({ name }) => name).join(), source, span, back, live]);
+  return <div class="plot-place" ref={place} role="img" aria-label={t("plot.name")} aria-describedby="plot-table" data-testid="plot" />;
+}
+
+/** An arm that stands is a level line, not its noise. */
+function wide(least: number, most: number): [number, number] {
+  if (!Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
+  const room = Math.max((most - least) * 0.08, (2 - (most - least)) / 2, 0);
+  return [least - room, most + room];
+}
+
+const number = (value: number, digits = 2) => (Number.isNaN(value) ? "–" : value.toFixed(digits));
+
+export function Plots() {
+  const group = useSignal<Group>("tip");
+  const span = useSignal<(typeof SPANS)[number]>("30");
+  const held = useSignal<Readings | null>(null);
+  const back = useSignal(0);
+  const shown = useSignal(0);
+  useEffect(watchPins, []);
+  useEffect(() => {
+    const timer = setInterval(() => (shown.value = beat.peek()), STANDS);
+    return () => clearInterval(timer);
+  }, []);
+  void shown.value;
+  // Another set of pins is another set of lines.
+  if (group.value === "pins") void levels.value;
+  const source = useRef(readings);
+  source.current = held.value === null ? readings : constant(held.value);
+  const from = source.current();
+  const lines = linesOf(group.value);
+  const [, high] = window_(from, Number(span.value), back.value);
+  const rows = Array.from({ length: Math.min(ROWS, high) }, (_, nth) => high - 1 - nth);
+  const zero = from.count === 0 ? 0 : from.value(from.count - 1, at.t);
+  const all = from.count === 0 ? 0 : zero - from.value(0, at.t);
+  const hold = (is: boolean) => {
+    held.value = is ? snapshot() : null;
+    if (!is) back.value = 0;
+  };
+  return (
+    <div class="plots">
+      <Card
+        title={t("nav.plots")}
+        more={
+          <div class="sheet-buttons">
+            <button type="button" aria-pressed={held.value !== null} data-testid="plot-pause" onClick={() => hold(held.value === null)}>
+              {t(held.value === null ? "plot.pause" : "plot.go")}
+            </button>
+            <button
+              type="button"
+              class="quiet"
+              disabled={from.count === 0}
+              data-testid="plot-export"
+              onClick={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source.current()))}
+            >
+              {t("plot.export")}
+            </button>
+          </div>
+        }
+      >
+        <div class="plot-bar">
+          <Choice<Group>
+            name="plot-group"
+            label={t("plot.group")}
+            value={group.value}
+            choose={(value) => (group.value = value)}
+            options={GROUPS.map((value) => ({ value, text: t(`plot.${value}`), testId: `plot-${value}` }))}
+          />
+          <Choice
+            name="plot-span"
+            label={t("plot.span")}
+            value={span.value}
+            choose={(value) => (span.value = value)}
+            options={SPANS.map((value) => ({ value, text: `${value} s` }))}
+          />
+        </div>
+        <div class="plot-legend">
+          {lines.map((line, nth) => (
+            <span key={line.name} style={{ color: `var(${colorOf(nth)})` }}>
+              <i />
+              {line.name}
+              <b>{high === 0 ? "–" : `${number(from.value(high - 1, line.column) * line.scale)} ${line.unit}`}</b>
+            </span>
+          ))}
+          {lines.length === 0 ? <p class="hint">{t("plot.noPins")}</p> : null}
+        </div>
+        <Chart lines={lines} source={source.current} span={Number(span.value)} back={back.value} live={held.value === null} />
+        <label class="plot-scrub">
+          {t("plot.scrub")}
+          <input
+            type="range"
+            min={-Math.floor(all)}
+            max={0}
+            step={1}
+            value={-back.value}
+            data-testid="plot-scrub"
+            aria-valuetext={t("plot.back", { n: back.value })}
+            onInput={(event) => {
+              if (held.value === null) hold(true);
+              back.value = Math.abs(event.currentTarget.valueAsNumber);
+            }}
+          />
+          <output>{t("plot.back", { n: back.value })}</output>
+        </label>
+      </Card>
+      <Card title={t("plot.last")}>
+        <div class="plot-table" role="region" aria-label={t("plot.last")} tabIndex={0}>
+          <table id="plot-table" data-testid="plot-table">
+            <thead>
+              <tr>
+                {["s", ...POSE, "mm/s", t("plot.index"), t("plot.left"), t("alarms.title")].map((name) => (
+                  <th key={name} scope="col">
+                    {name}
+                  </th>
+                ))}
+              </tr>
+            </thead>
+            <tbody>
+              {rows.map((row, nth) => (
+                <tr key={nth}>
+                  <td>{number(from.value(row, at.t) - zero)}</td>
+                  {POSE.map((name) => (
+                    <td key={name}>{number(from.value(row, at[name]))}</td>
+                  ))}
+                  <td>{number(from.value(row, at.speed), 1)}</td>
+                  <td>{from.value(row, at.index)}</td>
+                  <td>{from.value(row, at.left)}</td>
+                  <td>{from.alarms(row).map((code) => `0x${code.toString(16).padStart(2, "0")}`).join(" ") || "–"}</td>
+                </tr>
+              ))}
+            </tbody>
+          </table>
+        </div>
+      </Card>
+    </div>
+  );
+}
+
+const constants = new WeakMap<Readings, () => Readings>();
+/** The same function for the same readings: the chart is made anew for another. */
+function constant(of: Readings): () => Readings {
+  const made = constants.get(of) ?? (() => of);
+  constants.set(of, made);
+  return made;
+}

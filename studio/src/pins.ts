@@ -1,0 +1,78 @@
+// The pins of the shown arm: what they are for, and what they read, while a panel wants to know.
+import { effect, signal } from "@preact/signals";
+import type { Params, Result } from "./client";
+import { call, notified, shown } from "./session";
+import * as store from "./store";
+
+export type Io = Result<"arm.io">;
+export type Row = Io["rows"][number];
+export type Field = NonNullable<Row["sets"]>[number];
+
+export const io = signal<Io | null>(null);
+/** What pins read, by address: a level, or counts. */
+export const levels = signal<ReadonlyMap<number, number>>(new Map());
+
+/** Readings a second: each pin is a question on the arm's line. */
+const RATE = 10;
+let watchers = 0;
+let subscription: number | null = null;
+let asked = "";
+
+/** What is done at a pin of this function, as the arm calls it. */
+export const watchOf = (function_: number) => io.value?.functions.find(({ value }) => value === function_)?.watch ?? null;
+
+export function watchPins(): () => void {
+  watchers++;
+  const end = effect(() => {
+    const arm = store.armName.value;
+    if (!store.isUp.value || arm === null) {
+      drop();
+      return;
+    }
+    void refresh();
+  });
+  return () => {
+    end();
+    if (--watchers === 0) drop();
+  };
+}
+
+function drop(): void {
+  if (subscription !== null) void call("arm.unsubscribe", { subscription }).catch(() => {});
+  subscription = null;
+  asked = "";
+  io.value = null;
+  levels.value = new Map();
+}
+
+/** Asks what the pins are, and watches those that read something. */
+export async function refresh(): Promise<void> {
+  const { arm } = shown();
+  try {
+    const seen = await call("arm.io", { arm });
+    if (arm !== store.armName.value || watchers === 0) return;
+    io.value = seen;
+    const pins = seen.pins.flatMap(({ address, function: own }) => {
+      const kind = watchOf(own);
+      return kind === null ? [] : [{ kind, address }];
+    });
+    const wanted = `${arm} ${store.session.value} ${JSON.stringify(pins)}`;
+    if (wanted === asked) return;
+    asked = wanted;
+    if (subscription !== null) void call("arm.unsubscribe", { subscription }).catch(() => {});
+    subscription = null;
+    levels.value = new Map();
+    if (pins.length === 0) return;
+    const made = await call("arm.subscribe", { arm, rate: RATE, pins } satisfies Params<"arm.subscribe">);
+    if (wanted === asked && watchers > 0) subscription = made.subscription;
+    else void call("arm.unsubscribe", { subscription: made.subscription }).catch(() => {});
+  } catch {
+    // A line that is lost is watched again when it is found.
+  }
+}
+
+notified.add((method, params) => {
+  if (method !== "arm.state" || params["subscription"] !== subscription) return;
+  const { pins } = params["state"] as { pins?: Array<{ address: number; value: number }> };
+  if (pins) levels.value = new Map(pins.map(({ address, value }) => [address, value]));
+});

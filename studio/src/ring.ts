@@ -1,0 +1,88 @@
+// The readings of the last two minutes: a ring of fixed size, filled whatever page is open, and drawn by the plots alone.
+import { batch, effect, signal } from "@preact/signals";
+import { levels } from "./pins";
+import { notified } from "./session";
+import * as store from "./store";
+
+/** As many readings as two minutes have at 20 a second. */
+const MOST = 2400;
+export const POSE = ["x", "y", "z", "r", "j1", "j2", "j3", "j4"] as const;
+const PINS = 20;
+/** t, the pose, the tip's speed, index, left space, rail, pins by address. */
+const COLUMNS = 1 + POSE.length + 3 + PINS;
+export const at = { t: 0, x: 1, y: 2, z: 3, r: 4, j1: 5, j2: 6, j3: 7, j4: 8, speed: 9, index: 10, left: 11, pin: 11 } as const;
+/** A reading that comes later than this behind the one before (s) is not joined to it. */
+const GAP = 1.5;
+
+/** Rows in their order, alarms beside them. */
+export interface Readings {
+  count: number;
+  value(row: number, column: number): number;
+  alarms(row: number): readonly number[];
+}
+
+let table = new Float64Array(MOST * COLUMNS);
+let codes: Array<readonly number[]> = new Array(MOST);
+let written = 0;
+/** Counts readings: what shows them looks again when it changes. */
+export const beat = signal(0);
+
+const ring: Readings = {
+  get count() {
+    return Math.min(written, MOST);
+  },
+  value(row, column) {
+    return table[((written - this.count + row) % MOST) * COLUMNS + column] ?? Number.NaN;
+  },
+  alarms(row) {
+    return codes[(written - this.count + row) % MOST] ?? [];
+  },
+};
+export const readings = (): Readings => ring;
+
+/** What there is now, for somebody who looks at it while more comes. */
+export function snapshot(): Readings {
+  const [kept, alarms, count, first] = [table.slice(), codes.slice(), ring.count, written - ring.count];
+  return {
+    count,
+    value: (row, column) => kept[((first + row) % MOST) * COLUMNS + column] ?? Number.NaN,
+    alarms: (row) => alarms[(first + row) % MOST] ?? [],
+  };
+}
+
+function clear(): void {
+  table = new Float64Array(MOST * COLUMNS);
+  codes = new Array(MOST);
+  written = 0;
+  beat.value++;
+}
+
+function write(t: number): void {
+  const state = store.state.value;
+  if (state === null || state.x === undefined) return;
+  const last = written - 1;
+  const before = (column: number) => table[(last % MOST) * COLUMNS + column] ?? 0;
+  const since = written === 0 ? Infinity : t - before(at.t);
+  // A full state repeats what was told.
+  if (since <= 0) return;
+  const row = (written % MOST) * COLUMNS;
+  const moved = Math.hypot(state.x - before(at.x), state.y - before(at.y), state.z - before(at.z));
+  const values = [t, ...POSE.map((name) => state[name]), since > GAP ? Number.NaN : moved / since, state.current_index, state.left_space];
+  table.set(values, row);
+  for (let pin = 1; pin <= PINS; pin++) table[row + at.pin + pin] = levels.peek().get(pin) ?? Number.NaN;
+  codes[written % MOST] = state.alarms ?? [];
+  written++;
+  beat.value++;
+}
+
+let armOf: string | null = null;
+effect(() => {
+  const arm = store.armName.value;
+  if (arm !== armOf) batch(clear);
+  armOf = arm;
+});
+notified.add((method, params) => {
+  if (method !== "arm.state" || params["subscription"] !== store.subscription.peek()) return;
+  const { t } = params["state"] as { t?: number };
+  if (t !== undefined) write(t);
+});

@@ -1,0 +1,97 @@
+// The world around a virtual arm, as it was seen last: for its panel, and for the picture.
+import { effect, signal } from "@preact/signals";
+import type { Result } from "../client";
+import { call, shown } from "../session";
+import * as store from "../store";
+import { type Lines, show } from "./layers";
+
+export type World = Result<"world.look">;
+export type Stroke = NonNullable<World["strokes"]>[number];
+
+export const world = signal<World | null>(null);
+/** What was drawn: kept while it does not change. */
+export const drawn = signal<{ svg: string; strokes: Stroke[] }>({ svg: "", strokes: [] });
+/** Whether the arm has none that can be seen. */
+export const worldless = signal(false);
+
+/** How often it is looked at, ms: by its panel, by others, and while something is carried. */
+const PAUSES = { own: 250, other: 1000, moving: 100 };
+/** Farther off nothing is drawn, mm. */
+const FAR = 420;
+let watchers = 0;
+let timer: ReturnType<typeof setTimeout> | undefined;
+let seenOf: string | null = null;
+
+/** Looks at it until what this gives back is called. */
+export function watchWorld(): () => void {
+  if (watchers++ === 0) void look();
+  return () => {
+    if (--watchers === 0) clearTimeout(timer);
+  };
+}
+
+/** Looks now: something was changed. */
+export async function look(): Promise<void> {
+  clearTimeout(timer);
+  const { arm } = shown();
+  if (seenOf !== arm) forget(arm);
+  if (store.socket.value === "up" && store.arm.value?.virtual === true && !worldless.value && !document.hidden) {
+    try {
+      const mark = world.value?.mark;
+      const seen = await call("world.look", { arm, ...(mark === undefined ? {} : { mark }) });
+      if (arm === store.armName.value) take(seen);
+    } catch (error) {
+      worldless.value = (error as { data?: { kind?: string } }).data?.kind === "unsupported";
+    }
+  }
+  clearTimeout(timer);
+  const moves = store.state.value?.moving === true && (world.value?.objects.length ?? 0) > 0;
+  if (watchers > 0) timer = setTimeout(() => void look(), moves ? PAUSES.moving : store.route.value === "world" ? PAUSES.own : PAUSES.other);
+}
+
+function forget(arm: string): void {
+  seenOf = arm;
+  world.value = null;
+  worldless.value = false;
+  drawn.value = { svg: "", strokes: [] };
+}
+
+function take(seen: World): void {
+  if (seen.strokes !== null) drawn.value = { svg: seen.drawing ?? "", strokes: seen.strokes };
+  if (JSON.stringify(seen) !== JSON.stringify(world.value)) world.value = seen;
+}
+
+const within = ([least = -FAR, most = FAR]: number[]): [number, number] => [Math.max(-FAR, least), Math.min(FAR, most)];
+
+effect(() => {
+  const table = world.value?.table ?? null;
+  const height = table?.height ?? store.model.value?.links[0]?.at[2] ?? 0;
+  const [x, y] = [within(table?.x ?? []), within(table?.y ?? [])];
+  const sheet = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]].map((corner) => [...corner, height]);
+  const lines = drawn.value.strokes.map(({ burnt, points }): Lines => {
+    return { points: points.map(([px = 0, py = 0]) => [px, py, height + 0.5]), color: burnt ? "--burnt" : "--ink", dots: points.length === 1 };
+  });
+  const size = [x[1] - x[0], y[1] - y[0], 2];
+  const top = { at: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2, height - 2.5], size, color: "--sheet", opacity: 0.55 };
+  show("paper", table === null ? lines : [...lines, { points: sheet, color: "--grid-strong", closed: true }], table === null ? [] : [top]);
+});
+
+effect(() => {
+  const belt = world.value?.belt ?? null;
+  if (belt === null) return show("belt", []);
+  const [x = 0, y = 0] = belt.start;
+  const turn = (belt.direction * Math.PI) / 180;
+  const along = (by: number, aside: number) => [x + by * Math.cos(turn) - aside * Math.sin(turn), y + by * Math.sin(turn) + aside * Math.cos(turn), belt.height + 0.5];
+  const marks: Lines[] = [];
+  // What is painted on it shows that it runs.
+  for (let at = ((belt.travel % 60) + 60) % 60; at < belt.length; at += 60) {
+    marks.push({ points: [along(at - 10, belt.width / 3), along(at, 0), along(at - 10, -belt.width / 3)], color: "--belt-mark" });
+  }
+  const [mx = 0, my = 0] = along(belt.length / 2, 0);
+  show("belt", marks, [{ at: [mx, my, belt.height - 8], size: [belt.length, belt.width, 8], turn: belt.direction, color: "--belt" }]);
+});
+
+effect(() => {
+  const objects = world.value?.objects ?? [];
+  show("objects", [], objects.map(({ name, at, size, turn, color }) => ({ name, at, size, turn, color })));
+});
