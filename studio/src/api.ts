@@ -119,6 +119,11 @@ export interface Methods {
         virtual: boolean;
         link: string;
         holder: Holder | null;
+        waiting: Array<{
+          session: string;
+          name: string;
+          asks: boolean | null;
+        }>;
         job: string | null;
       }>;
     };

@@ -95,7 +95,7 @@ pub static METHODS: &[Method] = &[
         Viewer,
         &[],
         "The arms of the station.",
-        "{arms: [{name, port, virtual, link, holder, job}]}",
+        "{arms: [{name, port, virtual, link, holder, waiting: [{session, name, asks}], job}]}: `waiting` are the sessions that wait for the lease in their order, and those that ask its holder",
     ),
     method(
         "arm.info",

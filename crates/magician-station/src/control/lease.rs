@@ -51,6 +51,12 @@ impl Lease {
         self.holder
     }
 
+    /// The sessions that wait, and those that ask: whether they ask.
+    pub(super) fn waiting(&self) -> impl Iterator<Item = (SessionId, bool)> + '_ {
+        let waiting = self.waiting.iter().map(|waiter| (waiter.session, false));
+        waiting.chain(self.asking.iter().map(|ask| (ask.session, true)))
+    }
+
     /// Changes the instants at which somebody has waited or asked for long enough.
     pub(super) fn each_instant(&mut self, mut change: impl FnMut(&mut HostInstant)) {
         let waiting = self.waiting.iter_mut().map(|waiter| &mut waiter.until);

@@ -307,6 +307,11 @@ impl Control {
         self.arm(arm).lease.holder().map(|held| held.session)
     }
 
+    /// The sessions that wait for it, in their order, and those that ask its holder: whether they ask.
+    pub fn waiting(&self, arm: ArmId) -> impl Iterator<Item = (SessionId, bool)> + '_ {
+        self.arm(arm).lease.waiting()
+    }
+
     /// The jog under way, and its session.
     #[must_use]
     pub fn jog(&self, arm: ArmId) -> Option<(JogId, SessionId)> {

@@ -116,12 +116,18 @@ impl Station {
     fn list_arms(&self) -> Value {
         let list = self.arm_ids().map(|arm| {
             let place = self.arm(arm);
+            let waiting = self.control.waiting(arm).map(|(session, asks)| {
+                let mut waiter = self.name_of(Some(session));
+                waiter["asks"] = json!(asks);
+                waiter
+            });
             json!({
                 "name": place.entry.name,
                 "port": place.entry.port,
                 "virtual": place.entry.is_virtual,
                 "link": if place.link { "up" } else { "lost" },
                 "holder": self.holder(arm),
+                "waiting": waiting.collect::<Vec<_>>(),
                 "job": self.job_at(arm).map(|(job, _)| job.id.clone()),
             })
         });

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use magician_station::Role;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::bench::Bench;
 
@@ -53,6 +53,27 @@ async fn a_question_that_is_not_answered_is_granted() {
     assert!(ben.noticed("answer").is_empty());
     assert_eq!(ben.answer(asked).await.unwrap()["granted"], json!(true));
     assert_eq!(anna.code("arm.home", json!({})).await, -32002);
+}
+
+#[tokio::test(start_paused = true)]
+async fn the_list_of_arms_tells_who_waits_and_who_asks() {
+    let bench = Bench::new(1).await;
+    let (mut anna, mut ben) = (bench.join("Anna").await, bench.join("Ben").await);
+    let mut cleo = bench.join("Cleo").await;
+    let waiting = |list: &Value| {
+        let waiting = list["arms"][0]["waiting"].as_array().unwrap().iter();
+        let told = waiting.map(|waiter| (waiter["name"].clone(), waiter["asks"].clone()));
+        told.collect::<Vec<_>>()
+    };
+    anna.lease().await;
+    let list = anna.ok("arm.list", json!({})).await;
+    assert_eq!(waiting(&list), []);
+    cleo.send("lease.ask", json!({}));
+    ben.send("lease.acquire", json!({"wait_s": 60}));
+    anna.listen(Duration::from_millis(50)).await;
+    let list = anna.ok("arm.list", json!({})).await;
+    let both = [("Ben", false), ("Cleo", true)].map(|(name, asks)| (json!(name), json!(asks)));
+    assert_eq!(waiting(&list), both);
 }
 
 #[tokio::test(start_paused = true)]
