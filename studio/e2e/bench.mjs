@@ -11,15 +11,17 @@ const FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--e
 
 /** `magician serve`, as people start it. */
 export class Station {
-  constructor(program) {
+  /** With what is served: one virtual arm unless said otherwise. */
+  constructor(program, served = ["--port", "sim"]) {
     this.program = program;
+    this.served = served;
     this.state = mkdtempSync(join(tmpdir(), "studio-"));
     this.listen = "127.0.0.1:0";
   }
 
   async start(...more) {
-    const words = ["serve", "--port", "sim", "--listen", this.listen, "--json", ...more];
-    this.env = { ...process.env, XDG_STATE_HOME: this.state, XDG_DATA_HOME: this.state, XDG_CONFIG_HOME: this.state, MAGICIAN_PORT: "" };
+    const words = ["serve", ...this.served, "--listen", this.listen, "--json", ...more];
+    this.env = { ...process.env, XDG_STATE_HOME: this.state, XDG_DATA_HOME: this.state, XDG_CONFIG_HOME: this.state, MAGICIAN_PORT: undefined };
     this.child = spawn(this.program, words, { env: this.env, stdio: ["ignore", "pipe", "inherit"] });
     let said = "";
     for await (const piece of this.child.stdout) {
@@ -54,8 +56,8 @@ export class Station {
     return fetch(`${this.url}healthz`).then(() => true, () => false);
   }
 
-  pose() {
-    return this.call("arm.state");
+  pose(arm) {
+    return this.call("arm.state", arm ? { arm } : {});
   }
 
   /** Waits until the arm is as it should be. */

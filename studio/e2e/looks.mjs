@@ -10,7 +10,7 @@ const ROUTES = ["move", "io", "plots", "world", "arms", "settings"];
 const SIZES = { phone: [360, 740], tablet: [768, 1024], desktop: [1440, 900], "at-200": [640, 450] };
 const axe = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 
-async function findings(page) {
+export async function findings(page) {
   await page.evaluate(axe);
   const { violations } = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
   return violations.map(({ id, nodes }) => `${id}: ${nodes.map((node) => `${node.target} ${node.failureSummary}`).join("; ")}`);

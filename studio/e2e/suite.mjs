@@ -6,6 +6,7 @@ import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 import { app } from "./app.mjs";
 import { Browser, Station, is, near } from "./bench.mjs";
+import { classes } from "./arms.mjs";
 import { looks } from "./looks.mjs";
 import { worlds } from "./world.mjs";
 
@@ -389,6 +390,7 @@ test("everything is reached by Tab, and nothing traps it", async () => {
 
 app(test, { browser, program });
 worlds(test, { browser, station, shots, closed });
+classes(test, { browser, program, shots });
 looks(test, { browser, station, shots });
 
 test("no page complained", async () => assert.deepEqual(browser.complaints, []));

@@ -114,6 +114,27 @@ export function worlds(test, { browser, station, shots, closed }) {
     await closed(page);
   });
 
+  test("fence: it is seen in the picture, where it is told and where the arm is moved", async () => {
+    const out = { x: [150, 220], y: [80, 160], z: [-60, 40] };
+    await station.call("arm.fence", { set: { box: { x: [0, 330], y: [-250, 250], z: [-100, 200] }, keep_out: [out] } });
+    const init = () => {
+      HTMLCanvasElement.prototype.getContext = () => null;
+    };
+    for (const route of ["move", "settings"]) {
+      const page = await browser.connected(`${station.url}#/${route}`, { init });
+      const rect = page.locator(".plan rect[fill='var(--stop)']");
+      await rect.waitFor({ state: "attached" });
+      const said = await rect.evaluate((rect) => [rect.getAttribute("transform"), rect.getAttribute("width"), rect.getAttribute("height")]);
+      assert.deepEqual(said, ["translate(-120 -185) rotate(0)", "80", "70"]);
+      await page.context().close();
+    }
+    await station.call("arm.fence", { set: null });
+    const page = await browser.connected(`${station.url}#/move`, { init });
+    await page.locator(".plan .base").waitFor();
+    assert.equal(await page.locator(".plan rect:not(.base)").count(), 0);
+    await page.context().close();
+  });
+
   test("pins: a function, a level and volts, as the station reads them", async () => {
     const page = await open("io");
     await page.getByTestId("pin-2-function").selectOption("1");

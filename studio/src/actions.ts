@@ -17,14 +17,14 @@ export function complain(error: unknown): void {
   store.say(text, true);
 }
 
-/** Stops the shown arm, and whatever the page holds. Never refused, never asked. */
-export async function stop(): Promise<void> {
+/** Stops the shown arm, or all of the station, and whatever the page holds. Never refused, never asked. */
+export async function stop(all = false): Promise<void> {
   endJog("stopped");
   store.question.value?.answer(false);
   const arm = store.armName.value;
   try {
-    await call("arm.stop", arm === null ? {} : { arm });
-    store.say(t("stop.done"));
+    await call("arm.stop", all || arm === null ? {} : { arm });
+    store.say(t(all ? "stop.all" : "stop.done"));
   } catch (error) {
     if (error instanceof RpcError && error.code !== LINE_ENDED) return complain(error);
     const text = t("stop.unsent");

@@ -4,8 +4,9 @@ import { rename } from "../session";
 import { type Language, language, ownName, type Theme, theme } from "../settings";
 import * as store from "../store";
 import { Card, Choice } from "../ui/parts";
+import type { Sides } from "../view/fence";
+import { ArmView } from "../view/view";
 
-type Sides = Record<string, [number, number]>;
 interface FenceData {
   floor: number | null;
   box: Sides | null;
@@ -103,7 +104,10 @@ export function Settings() {
           ]}
         />
       </Card>
-      <Fence />
+      <div class="fence-side">
+        <Fence />
+        {store.fence.value === null ? null : <ArmView />}
+      </div>
     </div>
   );
 }

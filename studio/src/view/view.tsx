@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
 import { theme } from "../settings";
 import * as store from "../store";
+import "./fence";
 import { layers } from "./layers";
 import { watchWorld } from "./seen";
 import { Plan } from "./plan";

@@ -35,6 +35,7 @@ const SIZES: [(&str, &[&str], usize); 2] = [
             "assets/app.css",
             "assets/icon.svg",
             "assets/scene.js",
+            "assets/three.js",
             "assets/worker.js",
             "manifest.webmanifest",
         ],

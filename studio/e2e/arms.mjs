@@ -1,0 +1,110 @@
+// A class: thirty virtual arms, a teacher on a tablet, and two who share an arm.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { Station, is } from "./bench.mjs";
+import { findings } from "./looks.mjs";
+
+const SEATS = Array.from({ length: 30 }, (_, seat) => `seat${String(seat + 1).padStart(2, "0")}`);
+const TABLET = { viewport: { width: 1024, height: 768 } };
+/** A line on the paper. */
+const LINE = JSON.stringify({
+  format: "magician-plan",
+  version: 1,
+  steps: [[220, -20, -40, 0], [220, -20, -60, 0], [250, 20, -60, 0], [250, 20, -40, 0]].map((move) => ({ move, by: "line" })),
+});
+
+export function classes(test, { browser, program, shots }) {
+  const station = new Station(program, SEATS.flatMap((seat) => ["--arm", `${seat}=sim`]));
+  const named = async (name) => {
+    const page = await browser.page(station.url);
+    await page.evaluate((name) => localStorage.setItem("magician.name", name), name);
+    await page.reload();
+    await is(page, "link", "up");
+    return page;
+  };
+  const inClass = (name, body) =>
+    test(`arms: ${name}`, async () => {
+      await station.start();
+      try {
+        for (const arm of SEATS) await station.call("arm.clear_alarms", { arm });
+        await body();
+      } finally {
+        for (const context of browser.browser.contexts()) await context.close();
+        await station.end();
+        station.state = new Station(program).state;
+      }
+    });
+  const teacher = async (options = {}) => {
+    const page = await browser.connected(`${station.url}#/arms`, { ...TABLET, ...options });
+    await page.locator("[data-testid=fleet][data-ms] canvas").waitFor();
+    return page;
+  };
+  const holder = async (arm) => (await station.call("arm.list")).arms.find(({ name }) => name === arm).holder?.name ?? null;
+  const until = async (what, is) => {
+    for (const ends = Date.now() + 15_000; !(await is()); await new Promise((done) => setTimeout(done, 100))) assert.ok(Date.now() < ends, what);
+  };
+
+  inClass("thirty on a tablet: who has which, who asks, alarms, and all stop", async () => {
+    const page = await teacher({ bypassCSP: true });
+    const ada = await named("Ada");
+    await ada.getByTestId("lease-take").click();
+    await is(ada, "lease", "mine");
+    const ben = await named("Ben");
+    await ben.getByTestId("lease-ask").click();
+    await page.locator("[data-testid=arm-seat01][data-holder=Ada]").waitFor();
+    await page.getByTestId("hand-seat01").getByText("Ben asks").waitFor();
+    await station.call("world.fault", { arm: "seat07", fault: "alarm", alarm: 64 });
+    await page.getByTestId("arm-seat07").getByText("Alarm 0x40").waitFor();
+    await page.getByTestId("site-count").getByText("Arms: 30. Alarms: 1. Jobs: 0. Raised hands: 1.").waitFor();
+    const moving = SEATS.slice(9);
+    for (const arm of moving) await station.call("arm.speed", { arm, percent: 5 });
+    const moves = moving.map((arm) => station.call("arm.move", { arm, to: [200, 180, 60, 0] }).then(() => "arrived", () => "stopped"));
+    await until("moves", async () => (await station.pose("seat30")).moving);
+    await page.waitForTimeout(1500);
+    const spent = [];
+    for (let look = 0; look < 12; look++) {
+      spent.push(Number(await page.getByTestId("fleet").getAttribute("data-ms")));
+      await page.waitForTimeout(60);
+    }
+    spent.sort((one, other) => one - other);
+    console.log(`      30 arms: script of a frame ${spent[6]} ms in the middle, ${spent.at(-1)} ms at most`);
+    assert.ok(spent[6] < 4, `${spent}`);
+    await page.screenshot({ path: join(shots, "arms.png") });
+    await page.getByTestId("stop-all").click();
+    assert.deepEqual(new Set(await Promise.all(moves)), new Set(["stopped"]));
+    assert.deepEqual(await findings(page), []);
+    await page.emulateMedia({ colorScheme: "dark" });
+    await page.waitForTimeout(400);
+    assert.deepEqual(await findings(page), []);
+    const over = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    assert.ok(over <= 0, `${over} px too wide`);
+  });
+
+  inClass("a program is sent to chosen arms, its pictures are kept, and control is taken and given", async () => {
+    await station.call("program.put", { name: "line.plan.json", text: LINE });
+    const { scenarios } = await station.call("world.scenarios", { arm: "seat03" });
+    const sheet = scenarios.find(({ name }) => name === "drawing").text;
+    for (const arm of ["seat03", "seat04"]) {
+      await station.call("world.scenario", { arm, text: sheet });
+      await station.call("arm.clear_alarms", { arm });
+      await station.call("arm.speed", { arm, percent: 100 });
+    }
+    const page = await teacher();
+    assert.ok(await page.getByTestId("site-send").isDisabled());
+    for (const arm of ["seat03", "seat04"]) await page.getByRole("checkbox", { name: `Choose ${arm}` }).check();
+    await page.getByTestId("site-program").selectOption("line.plan.json");
+    await page.getByRole("button", { name: "Send to 2" }).click();
+    await page.getByTestId("picture-seat04-line.plan").waitFor({ timeout: 30_000 });
+    const [download] = await Promise.all([page.waitForEvent("download"), page.getByTestId("picture-seat03-line.plan").click()]);
+    assert.equal(download.suggestedFilename(), "seat03-line.plan.svg");
+    assert.match(readFileSync(await download.path(), "utf8"), /^<svg[\s\S]*<path/);
+    assert.equal(await page.getByTestId("picture-seat05-line.plan").count(), 0);
+    assert.ok((await holder("seat03")) !== null && (await holder("seat05")) === null);
+    await page.getByTestId("site-give").click();
+    await until("given back", async () => (await holder("seat03")) === null && (await holder("seat04")) === null);
+    await page.getByTestId("choose-all").click();
+    await page.getByTestId("site-take").click();
+    await until("all taken", async () => (await holder("seat30")) !== null && (await holder("seat01")) !== null);
+  });
+}

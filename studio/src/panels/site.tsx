@@ -1,0 +1,259 @@
+// The arms of a station: who has which, what each does, and what is done to several.
+import { effect, useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { complain, stop } from "../actions";
+import { t } from "../i18n";
+import { save } from "../log";
+import { call, show } from "../session";
+import { chosen, each, give, jobs, pictures, send, states, take, watchSite } from "../site";
+import * as store from "../store";
+import { Card } from "../ui/parts";
+import type { FleetScene } from "../view/fleet";
+import "./arms.css";
+
+/** Up to so many arms each has a larger place. */
+const FEW = 4;
+const RUNS = ["checking", "running", "pausing", "paused", "stopping"];
+
+function choose(arm: string, is: boolean): void {
+  const next = new Set(chosen.value);
+  if (is) next.add(arm);
+  else next.delete(arm);
+  chosen.value = next;
+}
+
+/** What holds an arm, in a word each. */
+function marksOf(arm: store.ArmEntry) {
+  const state = states.value.get(arm.name);
+  const job = jobs.value.get(arm.name);
+  const asks = arm.waiting.find((waiter) => waiter.asks);
+  const percent = job?.steps ? Math.floor((100 * job.step) / job.steps) : null;
+  return {
+    alarms: (arm.link === "up" ? state?.alarms : null)?.filter((code) => code !== 0) ?? [],
+    asks: asks?.name ?? null,
+    waits: arm.waiting.filter((waiter) => !waiter.asks).length,
+    job: job && RUNS.includes(job.state) ? `${t(`job.${job.state}` as "job.running")}${percent === null ? "" : ` ${percent} %`}` : job?.state === "failed" ? t("job.failed") : null,
+    moving: state?.moving === true,
+  };
+}
+
+function Tile({ arm }: { arm: store.ArmEntry }) {
+  const { name, holder, link } = arm;
+  const { alarms, asks, waits, job, moving } = marksOf(arm);
+  const isMine = holder !== null && holder.session === store.session.value;
+  const who = holder === null ? t("arms.free") : isMine ? t("arms.you") : holder.name;
+  const doing = link === "lost" ? t("arms.link.lost") : (jobs.value.get(name)?.title ?? t(moving ? "site.moves" : "site.stands"));
+  return (
+    <li class={`tile ${isMine ? "mine" : ""} ${alarms.length > 0 ? "alarmed" : ""} ${link}`} data-testid={`arm-${name}`} data-holder={holder?.name ?? ""}>
+      <div class="tile-head">
+        <a href="#/move" onClick={() => show(name)} title={t("arms.show", { name })} aria-current={name === store.armName.value ? "true" : undefined}>
+          {name}
+        </a>
+        <label>
+          <input type="checkbox" aria-label={t("site.choose", { name })} data-testid={`choose-${name}`} checked={chosen.value.has(name)} onChange={(event) => choose(name, event.currentTarget.checked)} />
+        </label>
+      </div>
+      <div class="tile-view" data-place />
+      <div class="tile-foot">
+        <p class="who" title={who}>{who}</p>
+        <p title={doing}>{doing}</p>
+      </div>
+      <div class="tile-marks">
+        {alarms.length > 0 ? <span class="alarm">{t("site.alarm", { code: `0x${(alarms[0] ?? 0).toString(16)}` })}</span> : null}
+        {asks === null ? null : <span data-testid={`hand-${name}`}>{t("site.asks", { name: asks })}</span>}
+        {waits > 0 ? <span>{t("site.waits", { n: waits })}</span> : null}
+        {job === null ? null : <span class="job">{job}</span>}
+      </div>
+    </li>
+  );
+}
+
+/** The arms in 3D, each in its tile: one picture for all. */
+function useFleet(place: { current: HTMLDivElement | null }): void {
+  const arms = store.arms.value;
+  const model = store.model.value;
+  const names = arms.map(({ name }) => name).join();
+  useEffect(() => {
+    const element = place.current;
+    if (element === null || model === null || names === "") return;
+    let scene: FleetScene | null = null;
+    let gone = false;
+    const order = names.split(",");
+    const layOut = () => {
+      const from = element.getBoundingClientRect();
+      const places = [...element.querySelectorAll("[data-place]")].map((tile) => {
+        const { left, top, width, height } = tile.getBoundingClientRect();
+        return { x: left - from.left, y: top - from.top, width, height };
+      });
+      if (from.width > 0) scene?.setPlaces(places, from.width, from.height);
+    };
+    const sizes = new ResizeObserver(layOut);
+    let end = () => {};
+    import("../view/fleet").then(({ FleetScene }) => {
+      if (gone) return;
+      try {
+        scene = new FleetScene(element, model, order.length);
+      } catch {
+        // Without WebGL the tiles have their words.
+        return;
+      }
+      let most = 0;
+      scene.onDrawn = (ms) => {
+        most = Math.max(most * 0.98, ms);
+        element.dataset["ms"] = ms.toFixed(2);
+        element.dataset["most"] = most.toFixed(2);
+      };
+      layOut();
+      sizes.observe(element);
+      end = effect(() => {
+        const seen = states.value;
+        scene?.setJoints(order.map((name) => {
+          const state = seen.get(name);
+          return state ? [state.j1, state.j2, state.j3, state.j4, state.rail ?? 0] : [0, 0, 0, 0, 0];
+        }));
+      });
+    }, () => {});
+    return () => {
+      gone = true;
+      end();
+      sizes.disconnect();
+      scene?.end();
+    };
+  }, [names, model]);
+}
+
+function Bar() {
+  const programs = useSignal<string[]>([]);
+  const program = useSignal("");
+  const arms = store.arms.value;
+  const mine = arms.filter(({ name }) => chosen.value.has(name)).map(({ name }) => name);
+  const none = mine.length === 0;
+  const isViewer = store.role.value === "viewer";
+  useEffect(() => {
+    call("program.list", {}).then(({ programs: all }) => (programs.value = all.map(({ name }) => name)), complain);
+  }, [store.socket.value]);
+  const said = (work: Promise<number>) => void work.then((n) => n > 0 && store.say(t("site.done", { n })));
+  const because = { disabled: none || isViewer, "aria-describedby": none || isViewer ? "site-why" : undefined };
+  return (
+    <div class="site-bar" role="group" aria-label={t("site.bar")}>
+      <button type="button" class="stop-all" data-testid="stop-all" onClick={() => void stop(true)}>
+        {t("site.stopAll")}
+      </button>
+      <button type="button" data-testid="choose-all" onClick={() => (chosen.value = new Set(mine.length === arms.length ? [] : arms.map(({ name }) => name)))}>
+        {t(mine.length === arms.length ? "site.none" : "site.all")}
+      </button>
+      <button type="button" data-testid="site-take" {...because} onClick={() => said(each(mine, take))}>
+        {t("lease.take")}
+      </button>
+      <button type="button" data-testid="site-give" {...because} onClick={() => said(each(mine, give))}>
+        {t("lease.release")}
+      </button>
+      <select aria-label={t("site.program")} data-testid="site-program" value={program.value} onChange={(event) => (program.value = event.currentTarget.value)}>
+        <option value="">{t("site.program")}</option>
+        {programs.value.map((name) => (
+          <option key={name} value={name}>
+            {name}
+          </option>
+        ))}
+      </select>
+      <button
+        type="button"
+        class="primary"
+        data-testid="site-send"
+        disabled={none || isViewer || program.value === ""}
+        aria-describedby={none || isViewer ? "site-why" : undefined}
+        onClick={() => said(each(mine, (arm) => send(arm, { program: program.value }, program.value)))}
+      >
+        {t("site.send", { n: mine.length })}
+      </button>
+      <label class="pick-file">
+        <span>{t("site.file")}</span>
+        <input
+          type="file"
+          data-testid="site-file"
+          {...because}
+          onChange={(event) => {
+            const input = event.currentTarget;
+            const [file] = input.files ?? [];
+            if (!file) return;
+            void base64(file).then((data) => said(each(mine, (arm) => send(arm, { data }, file.name)))).finally(() => (input.value = ""));
+          }}
+        />
+      </label>
+      <span id="site-why" class="unseen">
+        {t(isViewer ? "why.viewer" : "site.why")}
+      </span>
+    </div>
+  );
+}
+
+async function base64(file: File): Promise<string> {
+  const bytes = new Uint8Array(await file.arrayBuffer());
+  let text = "";
+  for (let from = 0; from < bytes.length; from += 8192) text += String.fromCharCode(...bytes.subarray(from, from + 8192));
+  return btoa(text);
+}
+
+function Pictures() {
+  if (pictures.value.length === 0) return null;
+  return (
+    <Card title={t("site.pictures")} class="arms">
+      <div class="pictures">
+        {pictures.value.map(({ name, svg, strokes }) => {
+          const points = strokes.flatMap((stroke) => stroke.points);
+          const [xs, ys] = [0, 1].map((axis) => points.map((point) => point[axis] ?? 0)) as [number[], number[]];
+          const least = (all: number[]) => all.reduce((one, other) => Math.min(one, other), Infinity);
+          const most = (all: number[]) => all.reduce((one, other) => Math.max(one, other), -Infinity);
+          const box = [least(xs) - 4, -most(ys) - 4, most(xs) - least(xs) + 8, most(ys) - least(ys) + 8];
+          return (
+            <button key={name} type="button" title={t("site.picture", { name })} data-testid={`picture-${name}`} onClick={() => save(`${name}.svg`, svg)}>
+              <svg viewBox={box.join(" ")} aria-hidden="true">
+                <path d={strokes.map((stroke) => `M${stroke.points.map(([x = 0, y = 0]) => `${x} ${-y}`).join("L")}`).join("")} />
+              </svg>
+              <span>{name}</span>
+            </button>
+          );
+        })}
+      </div>
+    </Card>
+  );
+}
+
+function Count() {
+  const marks = store.arms.value.map(marksOf);
+  const count = (is: (one: ReturnType<typeof marksOf>) => boolean) => marks.filter(is).length;
+  const values = { n: marks.length, alarms: count(({ alarms }) => alarms.length > 0), jobs: count(({ job }) => job !== null), hands: count(({ asks }) => asks !== null) };
+  return (
+    <p class="hint" data-testid="site-count" role="status">
+      {t("site.count", values)}
+    </p>
+  );
+}
+
+export function Site() {
+  const place = useRef<HTMLDivElement>(null);
+  useEffect(watchSite, []);
+  useFleet(place);
+  const arms = store.arms.value;
+  return (
+    <>
+      <Card title={t("arms.title")} class="arms site" more={arms.length > 1 ? <Count /> : null}>
+        {arms.length === 0 ? (
+          <p class="hint">{t(store.socket.value === "closed" ? "why.closed" : "link.connecting")}</p>
+        ) : (
+          <>
+            <Bar />
+            <div class={`fleet ${arms.length <= FEW ? "few" : ""}`} ref={place} data-testid="fleet">
+              <ul class="tiles" aria-label={t("arms.title")}>
+                {arms.map((arm) => (
+                  <Tile key={arm.name} arm={arm} />
+                ))}
+              </ul>
+            </div>
+          </>
+        )}
+      </Card>
+      <Pictures />
+    </>
+  );
+}

@@ -1,0 +1,117 @@
+// The arms of a station as a whole, for the teacher's view: looked at while it is shown. What a page may ask in a second is
+// limited, so the more arms there are the more seldom each is read.
+import { signal } from "@preact/signals";
+import type { Job, State } from "./api";
+import type { Params } from "./client";
+import { complain } from "./actions";
+import { call, notified } from "./session";
+import * as store from "./store";
+import type { Stroke } from "./view/seen";
+
+/** States asked for in a second, of all arms together. */
+const ASKED = 100;
+/** Of one arm, at most. */
+const FASTEST = 5;
+const LIST = 1000;
+
+export const states = signal<ReadonlyMap<string, State>>(new Map());
+export const jobs = signal<ReadonlyMap<string, Job>>(new Map());
+/** The arms that are chosen for what is done to several. */
+export const chosen = signal<ReadonlySet<string>>(new Set());
+
+/** What a virtual arm has drawn in a job. */
+export interface Picture {
+  name: string;
+  at: Date;
+  svg: string;
+  strokes: Stroke[];
+}
+/** The newest first, as many as a class makes in a lesson. */
+const PICTURES = 120;
+export const pictures = signal<readonly Picture[]>([]);
+/** Jobs whose pictures are kept: those that this page has sent. */
+const sent = new Map<string, string>();
+
+export function watchSite(): () => void {
+  let over = false;
+  let timers: Array<ReturnType<typeof setTimeout>> = [];
+  const again = (work: () => Promise<void>, pause: () => number) => {
+    const turn = async () => {
+      if (store.socket.value === "up" && !document.hidden) await work().catch(() => {});
+      if (!over) timers = [...timers.slice(-4), setTimeout(() => void turn(), pause())];
+    };
+    void turn();
+  };
+  again(list, () => LIST);
+  again(look, () => Math.max(1000 / FASTEST, (1000 * store.arms.value.length) / ASKED));
+  return () => {
+    over = true;
+    timers.forEach(clearTimeout);
+  };
+}
+
+export async function list(): Promise<void> {
+  const { arms } = await call("arm.list", {});
+  if (JSON.stringify(arms) !== JSON.stringify(store.arms.value)) store.arms.value = arms;
+  await Promise.all(arms.map(async ({ name, job }) => {
+    if (job !== null && jobs.value.get(name)?.job !== job) keep(await call("job.get", { job }));
+  }));
+}
+
+async function look(): Promise<void> {
+  const arms = store.arms.value.filter(({ link }) => link === "up");
+  const seen = await Promise.all(arms.map(({ name: arm }) => call("arm.state", { arm }).catch(() => null)));
+  states.value = new Map(arms.flatMap(({ name }, nth) => {
+    const state = seen[nth];
+    return state ? [[name, state]] : [];
+  }));
+}
+
+function keep(job: Job): void {
+  jobs.value = new Map(jobs.value).set(job.arm, job);
+}
+
+notified.add((method, params) => {
+  if (method !== "job.changed") return;
+  const job = params["job"] as Job;
+  keep(job);
+  if (job.state === "done" && job.job !== null && sent.has(job.job)) void picture(job, sent.get(job.job) ?? "");
+});
+
+async function picture({ arm, job }: Job, title: string): Promise<void> {
+  sent.delete(job ?? "");
+  if (!store.arms.value.find(({ name }) => name === arm)?.virtual) return;
+  try {
+    const { drawing, strokes } = await call("world.look", { arm });
+    if (drawing === null || !strokes?.length) return;
+    const name = `${arm}-${title.replace(/\.[^.]*$/, "")}`;
+    pictures.value = [{ name, at: new Date(), svg: drawing, strokes }, ...pictures.value.filter((one) => one.name !== name)].slice(0, PICTURES);
+  } catch (error) {
+    complain(error);
+  }
+}
+
+/** What is done to several arms: each by itself, the first refusal is said with its arm. */
+export async function each(arms: readonly string[], work: (arm: string) => Promise<unknown>): Promise<number> {
+  const done = await Promise.allSettled(arms.map(work));
+  const refused = done.findIndex(({ status }) => status === "rejected");
+  const first = done[refused];
+  if (first?.status === "rejected") complain(new Error(`${arms[refused]}: ${(first.reason as Error).message}`));
+  await list().catch(() => {});
+  return done.filter(({ status }) => status === "fulfilled").length;
+}
+
+const holds = (arm: string) => store.arms.value.find(({ name }) => name === arm)?.holder?.session === store.session.value;
+/** A teacher takes an arm away, others take one that is free. */
+export const take = (arm: string) => call(store.role.value === "teacher" ? "lease.take" : "lease.acquire", { arm });
+/** The holder of a lease is told its id again. */
+export async function give(arm: string): Promise<void> {
+  if (!holds(arm)) return;
+  const { lease } = await call("lease.acquire", { arm });
+  await call("lease.release", { lease });
+}
+export async function send(arm: string, source: Omit<Params<"job.start">, "arm">, title: string): Promise<void> {
+  if (!holds(arm)) await take(arm);
+  const { job } = await call("job.start", { ...source, arm, after_check: true });
+  if (job !== null) sent.set(job, title);
+}

@@ -1,0 +1,28 @@
+// The fence of the shown arm as a layer: what it may not leave, and what it may not enter.
+import { effect } from "@preact/signals";
+import * as store from "../store";
+import { type Box, show } from "./layers";
+
+export type Sides = Record<string, [number, number]>;
+/** Where a fence names no side, and beyond what any arm reaches, mm. */
+const FAR = 420;
+
+function boxOf(sides: Sides, color: string, opacity: number): Box {
+  const side = (axis: string): [number, number] => {
+    const [least, most] = sides[axis] ?? [-FAR, FAR];
+    return [Math.max(-FAR, least), Math.min(FAR, most)];
+  };
+  const [x, y, z] = [side("x"), side("y"), side("z")];
+  return { at: [(x[0] + x[1]) / 2, (y[0] + y[1]) / 2, z[0]], size: [x[1] - x[0], y[1] - y[0], z[1] - z[0]], color, opacity };
+}
+
+effect(() => {
+  const fence = store.fence.value;
+  if (fence === null) return show("fence", []);
+  const boxes = (fence.keep_out as Sides[]).map((sides) => boxOf(sides, "--stop", 0.28));
+  const box = fence.box as Sides | null;
+  if (box !== null) boxes.push(boxOf(box, "--fence", 0.06));
+  // What may be reached is above: a sheet, as large as the box.
+  if (fence.floor !== null) boxes.push(boxOf({ ...box, z: [fence.floor - 1, fence.floor] }, "--fence", 0.22));
+  show("fence", [], boxes);
+});

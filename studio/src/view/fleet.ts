@@ -1,0 +1,170 @@
+// Many arms in one picture: each part of an arm is one mesh for all of them. Every arm stands where its place in the page is.
+import {
+  AmbientLight, BoxGeometry, type BufferGeometry, CylinderGeometry, DirectionalLight, HemisphereLight, InstancedMesh, Matrix4, MeshLambertMaterial, OrthographicCamera,
+  Quaternion, Scene, SphereGeometry, Vector3, WebGLRenderer,
+} from "three";
+import type { Model } from "../store";
+
+type LinkRow = Model["links"][number];
+export type Joints = readonly [j1: number, j2: number, j3: number, j4: number, rail: number];
+/** A place in the page, css pixels from the upper left of the picture. */
+export interface Place {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
+const NAMES = ["j1", "j2", "j3", "j4", "l"];
+const RADIANS = Math.PI / 180;
+/** How much of an arm's surroundings its place shows, mm. */
+const SEEN = 440;
+/** A new reading is reached within this time, ms. */
+const GLIDE = 320;
+
+interface Part {
+  mesh: InstancedMesh;
+  parent: number;
+  axis: Vector3;
+  at: Vector3;
+  own: Matrix4;
+  joint: number;
+  sign: number;
+}
+
+export class FleetScene {
+  /** How long the script of a frame took, ms. */
+  onDrawn: (ms: number) => void = () => {};
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly camera = new OrthographicCamera();
+  private readonly parts: Part[] = [];
+  private readonly shown: number[][] = [];
+  private from: number[][] = [];
+  private wanted: number[][] = [];
+  private readonly origins: Vector3[] = [];
+  private scale = 1;
+  private movedAt = 0;
+  private frame = 0;
+  private readonly frames: Matrix4[];
+  private readonly turn = new Quaternion();
+  private readonly step = new Matrix4();
+  private readonly placed = new Matrix4();
+
+  constructor(place: HTMLElement, model: Model, private readonly most: number) {
+    this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.domElement.setAttribute("aria-hidden", "true");
+    place.prepend(this.renderer.domElement);
+    this.camera.up.set(0, 0, 1);
+    this.camera.position.set(-0.72, -0.5, 0.5).setLength(4000);
+    this.camera.lookAt(0, 0, 0);
+    this.camera.updateMatrixWorld();
+    this.scene.add(new HemisphereLight(0xffffff, 0x9aa3ad, 1.6), new AmbientLight(0xffffff, 0.5));
+    const sun = new DirectionalLight(0xffffff, 1.8);
+    sun.position.set(-250, -420, 800);
+    this.scene.add(sun);
+    const order = model.links.map(({ name }) => name);
+    for (const row of model.links) this.parts.push(this.part(row, order));
+    this.frames = this.parts.map(() => new Matrix4());
+  }
+
+  private part(row: LinkRow, order: string[]): Part {
+    const mesh = new InstancedMesh(shapeOf(row), new MeshLambertMaterial({ color: row.color }), this.most);
+    mesh.frustumCulled = false;
+    mesh.count = 0;
+    this.scene.add(mesh);
+    const joint = row.joint === null ? -1 : NAMES.indexOf(row.joint.replace("-", ""));
+    const own = new Matrix4();
+    const [x = 0, y = 0, z = 0] = row.turn.map((degrees) => degrees * RADIANS);
+    own.makeRotationZ(z).multiply(new Matrix4().makeRotationY(y)).multiply(new Matrix4().makeRotationX(x));
+    const [axis, at] = [new Vector3().fromArray(row.axis), new Vector3().fromArray(row.at)];
+    return { mesh, parent: row.parent === null ? -1 : order.indexOf(row.parent), axis, at, own, joint, sign: row.joint?.startsWith("-") ? -1 : 1 };
+  }
+
+  /** Where the arms stand in the page: each is drawn into its place. */
+  setPlaces(places: readonly Place[], width: number, height: number): void {
+    this.renderer.setSize(width, height);
+    this.scale = SEEN / Math.min(places[0]?.width ?? 1, (places[0]?.height ?? 1) * 1.25);
+    const [half, tall] = [(width * this.scale) / 2, (height * this.scale) / 2];
+    Object.assign(this.camera, { left: -half, right: half, top: tall, bottom: -tall, near: 1, far: 9000 });
+    this.camera.updateProjectionMatrix();
+    const right = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
+    const up = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 1);
+    // The middle of what an arm fills lies before its shoulder, and below.
+    const middle = new Vector3(70, 0, 0);
+    this.origins.length = 0;
+    for (const { x, y, width: wide, height: high } of places) {
+      const across = (x + wide / 2 - width / 2) * this.scale;
+      const above = (height / 2 - y - high / 2) * this.scale;
+      this.origins.push(right.clone().multiplyScalar(across).addScaledVector(up, above).sub(middle));
+    }
+    this.wake();
+  }
+
+  setJoints(joints: readonly Joints[]): void {
+    const before = this.wanted;
+    this.wanted = joints.map((one) => [...one]);
+    if (this.wanted.every((one, arm) => one.every((value, joint) => value === before[arm]?.[joint]))) return;
+    this.from = this.wanted.map((one, arm) => [...(this.shown[arm] ?? one)]);
+    this.movedAt = performance.now();
+    this.wake();
+  }
+
+  end(): void {
+    cancelAnimationFrame(this.frame);
+    for (const { mesh } of this.parts) {
+      mesh.geometry.dispose();
+      mesh.dispose();
+    }
+    this.renderer.dispose();
+    this.renderer.domElement.remove();
+  }
+
+  private wake(): void {
+    if (this.frame === 0) this.frame = requestAnimationFrame(() => this.draw());
+  }
+
+  private draw(): void {
+    this.frame = 0;
+    const began = performance.now();
+    const share = Math.min(1, (began - this.movedAt) / GLIDE);
+    const count = Math.min(this.most, this.origins.length, this.wanted.length);
+    for (let arm = 0; arm < count; arm++) {
+      const [from, to] = [this.from[arm] ?? [], this.wanted[arm] ?? []];
+      const now = (this.shown[arm] ??= []);
+      for (let joint = 0; joint < NAMES.length; joint++) now[joint] = (from[joint] ?? 0) + ((to[joint] ?? 0) - (from[joint] ?? 0)) * share;
+      this.pose(arm, now);
+    }
+    for (const { mesh } of this.parts) {
+      mesh.count = count;
+      mesh.instanceMatrix.needsUpdate = true;
+    }
+    this.renderer.render(this.scene, this.camera);
+    this.onDrawn(performance.now() - began);
+    if (share < 1) this.wake();
+  }
+
+  private pose(arm: number, joints: readonly number[]): void {
+    this.parts.forEach(({ mesh, parent, axis, at, own, joint, sign }, nth) => {
+      const frame = this.frames[nth];
+      const origin = this.origins[arm];
+      if (frame === undefined || origin === undefined) return;
+      const value = joint < 0 ? 0 : sign * (joints[joint] ?? 0);
+      const rail = NAMES[joint] === "l";
+      this.step.makeRotationFromQuaternion(this.turn.setFromAxisAngle(axis, rail ? 0 : value * RADIANS)).setPosition(at);
+      const base = this.frames[parent];
+      if (base === undefined) frame.makeTranslation(origin).multiply(this.step);
+      else frame.multiplyMatrices(base, this.step);
+      mesh.setMatrixAt(arm, this.placed.multiplyMatrices(frame, own));
+    });
+  }
+}
+
+/** As in the picture of one arm, with fewer corners: each is small here. */
+function shapeOf({ shape, size }: LinkRow): BufferGeometry {
+  const [x = 0, y = 0, z = 0] = size;
+  if (shape === "sphere") return new SphereGeometry(x / 2, 12, 8);
+  if (shape === "cylinder") return new CylinderGeometry(x / 2, x / 2, z, 16).rotateX(Math.PI / 2).translate(0, 0, z / 2);
+  return new BoxGeometry(x, y, z).translate(0, 0, z / 2);
+}
