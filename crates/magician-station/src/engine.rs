@@ -1,6 +1,7 @@
 //! An arm of the driver at the orders of a station.
 
 mod acts;
+mod guided;
 mod io;
 mod jobs;
 mod model;
@@ -20,6 +21,7 @@ use serde_json::{Value, json};
 use tokio::sync::mpsc;
 use tokio::task::{AbortHandle, JoinSet};
 
+use self::guided::Guided;
 pub(crate) use self::jobs::beside;
 use self::jobs::{JobContext, Slot};
 use self::reads::Known;
@@ -85,6 +87,7 @@ impl ArmEngine {
             side: JoinSet::new(),
             jog: None,
             beginning: None,
+            guided: None,
         };
         let task = tokio::spawn(work.run()).abort_handle();
         Self { orders, load, task }
@@ -125,6 +128,8 @@ enum TaskResult {
     Program(JobId, Result<Box<ReadProgram>, RpcError>),
     /// A job is over, and was reported.
     JobOver(JobId),
+    /// The arm tells where its unlock key is released, or does not.
+    Guided(RequestId, Result<Guided, RpcError>),
     /// Nothing follows.
     Nothing,
 }
@@ -156,6 +161,8 @@ struct Work {
     jog: Option<(JogId, Jog)>,
     /// A jog that begins.
     beginning: Option<(JogId, AbortHandle)>,
+    /// Where the unlock key is released, as long as that is told.
+    guided: Option<Guided>,
 }
 
 impl Work {
@@ -187,6 +194,7 @@ impl Work {
                     self.doing = None;
                     self.finish(request, done);
                 }
+                pose = guided::released(&mut self.guided) => self.hand_trigger(&pose),
                 status = changed(&mut self.watch) => match status {
                     Some(status) => self.read(&status),
                     None => self.watch = None,
@@ -236,6 +244,7 @@ impl Work {
                     begins.abort();
                 }
             }
+            ArmOrder::EndGuided => self.end_guided(),
             ArmOrder::World { request, act } => self.change_world(request, act),
             ArmOrder::CheckJob {
                 request,
@@ -327,6 +336,9 @@ impl Work {
                 act,
                 laser,
             }) => {
+                if let ArmAct::Guided(on) = *act {
+                    return self.guide(request, on);
+                }
                 if let Some(outcome) = self.paced(&act) {
                     return (self.report)(ArmReport::Done { request, outcome });
                 }
@@ -381,6 +393,7 @@ impl Work {
             TaskResult::Report(report) => (self.report)(report),
             TaskResult::Program(job, program) => self.begin_job(job, program),
             TaskResult::JobOver(job) => self.job_is_over(job),
+            TaskResult::Guided(request, guided) => self.guides(request, guided),
             TaskResult::Nothing => {}
             TaskResult::Known(known) => self.known = *known,
             TaskResult::Read(request, outcome, known, reading) => {

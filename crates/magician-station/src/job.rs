@@ -330,18 +330,30 @@ impl ReadProgram {
         self.program.clone().repeated(loops)
     }
 
-    /// What it leaves when an arm stands there before it: lines of no more than 20,000 points.
+    /// What it leaves when an arm stands there before it, and the ways between: lines of no more than 20,000 points each.
     #[must_use]
     pub fn preview(&self, start: &Preflight) -> Value {
-        let lines = Outline::of(self.program.plan(), start, PREVIEWED);
+        let (lines, travels) = Outline::with_travels(self.program.plan(), start, PREVIEWED);
+        let rounded = |value: f64| (value * 100.0).round() / 100.0;
         let strokes = lines.into_iter().map(|line| {
-            let rounded = |value: f64| (value * 100.0).round() / 100.0;
             let points: Vec<_> = { line.points.iter() }
                 .map(|point| point.map(rounded))
                 .collect();
-            json!({"points": points, "part": null, "reachable": line.reachable})
+            json!({
+                "points": points,
+                "height": rounded(line.height),
+                "part": null,
+                "reachable": line.reachable,
+            })
         });
-        json!({"strokes": strokes.collect::<Vec<_>>()})
+        let travels = travels.into_iter().map(|way| {
+            let points = way.into_iter().map(|point| point.map(rounded));
+            points.collect::<Vec<_>>()
+        });
+        json!({
+            "strokes": strokes.collect::<Vec<_>>(),
+            "travels": travels.collect::<Vec<_>>(),
+        })
     }
 
     /// Checks it from where an arm stands: the object of a check.

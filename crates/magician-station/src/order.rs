@@ -66,6 +66,8 @@ pub enum ArmOrder {
         /// Whether what is under way has to end: it was checked against the earlier one.
         stops: bool,
     },
+    /// Who was told where the unlock key is released has the lease no more.
+    EndGuided,
     /// Something happens in the world of a virtual arm, at once.
     World {
         /// The request that is answered when it has happened.
@@ -231,6 +233,8 @@ pub enum ArmAct {
     Home,
     /// The alarms are cleared.
     ClearAlarms,
+    /// The arm tells where its unlock key was released, from now on or no more.
+    Guided(bool),
     /// The tool whose tip is so far from the flange, mm.
     Tip(ToolBias),
     /// Something of the tools.

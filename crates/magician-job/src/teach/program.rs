@@ -90,6 +90,21 @@ impl ProgramModel {
         }
     }
 
+    /// The program of steps that were taught elsewhere; unsaved.
+    #[must_use]
+    pub fn of_steps(
+        title: impl Into<String>,
+        tool: Option<Tool>,
+        surface: Option<Surface>,
+        steps: Vec<TeachStep>,
+    ) -> Self {
+        Self {
+            surface,
+            steps: Arc::new(steps),
+            ..Self::new(title, tool)
+        }
+    }
+
     /// Its steps. The list is shared: as long as nothing changes a clone is the same allocation, so that many steps
     /// cost no more than few to show and to compare.
     #[must_use]

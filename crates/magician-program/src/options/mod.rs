@@ -1,6 +1,7 @@
 //! What a person may say of how a file is drawn, engraved or run, as plain data: flags of the command, keywords of Python,
 //! `setup` of a station. One option, one name, one meaning.
 
+mod asked;
 mod fields;
 mod grid;
 mod program;
@@ -8,6 +9,7 @@ mod program;
 use magician_host::{Set, words};
 use serde::{Deserialize, Serialize};
 
+pub use asked::AskedOption;
 pub use fields::OptionError;
 pub use grid::Grid;
 pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};

@@ -28,13 +28,15 @@ const COARSEST: f64 = 5.0;
 /// let lines = Outline::of(&plan, &Preflight::at(JointAngles::HOME, ToolBias::PEN), 1000);
 /// assert_eq!(lines.len(), 1);
 /// assert_eq!(lines[0].points, [[200.0, 0.0], [240.0, 0.0], [240.0, 30.0]]);
-/// assert!(lines[0].reachable);
+/// assert_eq!((lines[0].height, lines[0].reachable), (-60.0, true));
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Outline {
     /// Its points, in the arm's x and y, mm: two or more.
     pub points: Vec<[f64; 2]>,
+    /// How high it begins, mm.
+    pub height: f64,
     /// Whether the arm comes there.
     pub reachable: bool,
 }
@@ -43,31 +45,45 @@ impl Outline {
     /// The lines that a plan leaves when the arm stands there before it, in their order: of no more points than `most`.
     #[must_use]
     pub fn of(plan: &Plan, start: &Preflight, most: usize) -> Vec<Self> {
+        Self::with_travels(plan, start, most).0
+    }
+
+    /// The same, and the ways of the tip that leave nothing, in space: of no more points than `most` either.
+    #[must_use]
+    pub fn with_travels(
+        plan: &Plan,
+        start: &Preflight,
+        most: usize,
+    ) -> (Vec<Self>, Vec<Vec<[f64; 3]>>) {
         let tracer = PathTracer::from(plan, &Report::default(), start, Some(false));
-        let mut lines = tracer.outlines(plan).lines;
+        let Outlines {
+            mut lines, travels, ..
+        } = tracer.outlines(plan);
         let mut tolerance = FINE;
-        while lines.iter().map(|(_, track)| track.len()).sum::<usize>() > most
+        while lines.iter().map(|line| line.track.len()).sum::<usize>() > most
             && tolerance < COARSEST
         {
             tolerance *= 2.0;
-            for (_, track) in &mut lines {
-                *track = track.thinned(tolerance);
+            for line in &mut lines {
+                line.track = line.track.thinned(tolerance);
             }
         }
-        let outlines = lines.iter().flat_map(|(reachable, track)| {
-            let lines = track.lines().filter(|line| line.len() > 1);
+        let outlines = lines.iter().flat_map(|of| {
+            let lines = of.track.lines().filter(|line| line.len() > 1);
             lines.map(|line| Self {
                 points: line.to_vec(),
-                reachable: *reachable,
+                height: of.height,
+                reachable: of.reachable,
             })
         });
-        evenly(outlines.collect(), most)
+        let outlines = evenly(outlines.collect(), most, |line: &Self| line.points.len());
+        (outlines, evenly(travels, most, Vec::len))
     }
 }
 
 /// Some of them, all over, where they have too many points together.
-fn evenly(outlines: Vec<Outline>, most: usize) -> Vec<Outline> {
-    let points: usize = outlines.iter().map(|line| line.points.len()).sum();
+fn evenly<T>(outlines: Vec<T>, most: usize, points_of: impl Fn(&T) -> usize) -> Vec<T> {
+    let points: usize = outlines.iter().map(&points_of).sum();
     let each = points.div_ceil(most.max(1)).max(1);
     if each == 1 {
         return outlines;
@@ -75,47 +91,94 @@ fn evenly(outlines: Vec<Outline>, most: usize) -> Vec<Outline> {
     let mut left = most;
     let mut kept: Vec<_> = outlines.into_iter().step_by(each).collect();
     kept.retain(|line| {
-        let fits = line.points.len() <= left;
-        left -= if fits { line.points.len() } else { 0 };
+        let fits = points_of(line) <= left;
+        left -= if fits { points_of(line) } else { 0 };
         fits
     });
     kept
 }
 
-/// Collects lines as they are drawn.
+/// A line that is collected.
+#[derive(Clone, Debug)]
+struct Line {
+    reachable: bool,
+    height: f64,
+    track: Track,
+}
+
+/// Collects lines as they are drawn, and the ways between them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Outlines {
-    /// Each, and whether the arm comes there.
-    lines: Vec<(bool, Track)>,
+    lines: Vec<Line>,
     /// Where the last one ends.
     end: Option<[f64; 2]>,
+    travels: Vec<Vec<[f64; 3]>>,
+    /// Whether the last of these ways ended at a line.
+    arrived: bool,
 }
 
 impl Outlines {
-    pub(super) fn draw(&mut self, reachable: bool, from: [f64; 2], to: [f64; 2]) {
-        let Self { lines, end } = self;
+    pub(super) fn draw(&mut self, reachable: bool, from: [f64; 3], to: [f64; 3]) {
+        let [[x, y, height], [to_x, to_y, _]] = [from, to];
+        let (from, to) = ([x, y], [to_x, to_y]);
+        self.arrived = true;
+        let Self { lines, end, .. } = self;
         match lines.last_mut() {
-            Some((as_before, track)) if *as_before == reachable && *end == Some(from) => {
-                track.line_to(to);
+            Some(line) if line.reachable == reachable && *end == Some(from) => {
+                line.track.line_to(to);
             }
             last => {
-                if let Some((_, track)) = last {
-                    track.settle();
+                if let Some(line) = last {
+                    line.track.settle();
                 }
                 let mut track = Track::new(FINE);
                 track.begin(from);
                 track.line_to(to);
-                lines.push((reachable, track));
+                lines.push(Line {
+                    reachable,
+                    height,
+                    track,
+                });
             }
         }
         *end = Some(to);
     }
 
-    pub(super) fn settle(&mut self) {
-        if let Some((_, track)) = self.lines.last_mut() {
-            track.settle();
+    /// A way that leaves nothing.
+    pub(super) fn travel(&mut self, from: [f64; 3], to: [f64; 3]) {
+        if from == to {
+            return;
+        }
+        let begins = std::mem::take(&mut self.arrived);
+        let last = { self.travels.last_mut() }.filter(|way| !begins && way.last() == Some(&from));
+        let Some(way) = last else {
+            self.travels.push(vec![from, to]);
+            return;
+        };
+        // Straight on: the corner between is none.
+        if let [.., before, last] = way.as_mut_slice()
+            && is_straight(*before, *last, to)
+        {
+            *last = to;
+        } else {
+            way.push(to);
         }
     }
+
+    pub(super) fn settle(&mut self) {
+        if let Some(line) = self.lines.last_mut() {
+            line.track.settle();
+        }
+    }
+}
+
+/// Whether a way turns so little that its corner is not seen.
+fn is_straight(from: [f64; 3], corner: [f64; 3], to: [f64; 3]) -> bool {
+    let [one, two] = [[from, corner], [corner, to]]
+        .map(|[from, to]| [0, 1, 2].map(|axis| to[axis] - from[axis]));
+    let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| a[axis] * b[axis]).sum::<f64>();
+    let along = dot(one, two);
+    along > 0.0 && along * along > 0.999_99 * dot(one, one) * dot(two, two)
 }
 
 #[cfg(test)]

@@ -360,7 +360,7 @@ impl PathTracer {
                     DrawnLine::add(strokes, self.nth, flat(from), flat(to));
                 }
                 if let Some(outlines) = &mut self.outlines {
-                    outlines.draw(shown != StrokeKind::Unreachable, flat(from), flat(to));
+                    outlines.draw(shown != StrokeKind::Unreachable, from, to);
                 }
                 toolpath.drawn += squares.sqrt();
                 for [x, y] in [flat(from), flat(to)] {
@@ -371,6 +371,9 @@ impl PathTracer {
             }
             StrokeKind::Nothing | StrokeKind::Carried | StrokeKind::Unreachable => {
                 toolpath.other += squares.sqrt();
+                if let Some(outlines) = &mut self.outlines {
+                    outlines.travel(from, to);
+                }
             }
         }
     }

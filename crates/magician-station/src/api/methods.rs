@@ -607,6 +607,13 @@ pub static METHODS: &[Method] = &[
         "as `convert --json`",
     ),
     method(
+        "program.options",
+        Viewer,
+        &[needed("format", Kind::Text(20), "a format, as `program.list` has it")],
+        "What a person is asked before a program of this format is done: members of `setup` that are seldom left out.",
+        "{options: [{name, kind, unit, choices, with, about}]}: kind `choice`, `number`, `point` or `switch`; `with` is the switch that has to be on for it, or null",
+    ),
+    method(
         "program.delete",
         Student,
         &[NAMED],
@@ -626,6 +633,50 @@ pub static METHODS: &[Method] = &[
         ],
         "A step of a program that leads to where the arm stands.",
         "{step}, as in plan files",
+    ),
+    method(
+        "teach.guide",
+        Student,
+        &[
+            ARM,
+            needed("on", Kind::Switch, "whether it tells; it ends with the lease as well"),
+        ],
+        "Has the arm tell where its unlock key is released: each time an event `hand-trigger` with the `step` that leads there.",
+        "null",
+    )
+    .leased(Setting),
+    method(
+        "teach.rows",
+        Viewer,
+        &[needed("plan", Kind::Object, "a plan, as in plan files")],
+        "A plan as rows of a table: in each where the arm goes, what its tool does there, and how long it stays.",
+        "{title, tool, surface, rows: [{name, motion, gripper, suction, wait}]}: `motion` is a step as in plan files, the others the members of such steps, or null",
+    ),
+    method(
+        "teach.output",
+        Viewer,
+        &[
+            needed("address", Kind::Integer(1, 20), "the pin"),
+            needed("high", Kind::Switch, "its level"),
+        ],
+        "A step of a program that sets the level of an output.",
+        "{step}, as in plan files",
+    ),
+    method(
+        "teach.plan",
+        Viewer,
+        &[
+            may("title", Kind::Text(200), "what the plan is called"),
+            may("tool", Kind::Either(&[TOOL, Kind::Null]), "the tool whose tip is at the points"),
+            may(
+                "surface",
+                Kind::Either(&[Kind::Object, Kind::Null]),
+                "the surface that it works on, as in plan files",
+            ),
+            needed("rows", Kind::Objects, "as `teach.rows` has them"),
+        ],
+        "The plan of rows. What is wrong names its row in `data.row`.",
+        "{plan, first}: how many steps of the plan come before each row",
     ),
     method(
         "world.look",

@@ -207,7 +207,7 @@ pub(super) fn hex(bytes: &[u8]) -> String {
 }
 
 /// A pose as a step of a plan file.
-fn capture(pose: &Pose, by: Travel) -> std::result::Result<Value, RpcError> {
+pub(super) fn capture(pose: &Pose, by: Travel) -> std::result::Result<Value, RpcError> {
     let wrong = |error: String| RpcError::internal(error);
     let mut taught = ProgramModel::new("", None);
     taught.reach_by(by);

@@ -38,6 +38,9 @@ impl Station {
         if name.starts_with("motion.") {
             return Self::motion_call(name, call.params).map(Handled::Now);
         }
+        if matches!(name, "teach.rows" | "teach.output" | "teach.plan") {
+            return Self::teach_call(name, call.params).map(Handled::Now);
+        }
         if let Some(arm) = call.arm.filter(|_| name.starts_with("world.")) {
             return self.world_call(method, call, arm);
         }
@@ -363,6 +366,7 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
             })
         }
         "link.start" => Ok(ArmAct::StartEmptyQueue),
+        "teach.guide" => Ok(ArmAct::Guided(params.is_on("on"))),
         "arm.home" => Ok(ArmAct::Home),
         "arm.clear_alarms" => Ok(ArmAct::ClearAlarms),
         "arm.speed" => tools::speed(call),

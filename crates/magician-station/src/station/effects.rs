@@ -55,6 +55,7 @@ impl Station {
                 self.notify(session, "lease.queue", &params);
             }
             Effect::Holder { arm, .. } => {
+                self.order(arm, ArmOrder::EndGuided);
                 let holder = self.holder(arm);
                 let params = json!({"arm": self.arm(arm).entry.name, "holder": holder});
                 self.notify_all("lease.changed", &params);

@@ -3,7 +3,9 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use magician_program::{Format, SetupOptions};
 use magician_protocol::HostInstant;
+use serde_json::json;
 
 use super::dispatch::{Call, Handled};
 use super::turns::Lengthy;
@@ -20,6 +22,14 @@ impl Station {
         call: &Call<'_>,
     ) -> Result<Handled, RpcError> {
         let params = call.params;
+        if name == "program.options" {
+            let format = params.text("format").unwrap_or_default().parse();
+            let format: Format =
+                format.map_err(|error: String| RpcError::param("format", error))?;
+            return Ok(Handled::Now(
+                json!({"options": SetupOptions::asked(format)}),
+            ));
+        }
         let act = match name {
             "program.list" => LibraryAct::List,
             "program.get" => LibraryAct::Get(program(call, "name")?),

@@ -17,6 +17,7 @@ mod sessions;
 mod size;
 mod socket;
 mod state;
+mod teach;
 mod tools;
 mod turns;
 mod watch;

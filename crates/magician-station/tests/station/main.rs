@@ -19,6 +19,7 @@ mod ring;
 mod setups;
 mod shelf;
 mod stale;
+mod teach;
 mod tools;
 mod turns;
 mod watching;

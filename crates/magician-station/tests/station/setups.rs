@@ -90,11 +90,15 @@ async fn a_preview_has_the_lines_that_are_left() {
     assert_eq!(strokes.len(), 1, "{strokes:?}");
     let mut members: Vec<_> = strokes[0].as_object().unwrap().keys().collect();
     members.sort();
-    assert_eq!(members, ["part", "points", "reachable"]);
+    assert_eq!(members, ["height", "part", "points", "reachable"]);
     assert_eq!(
         (&strokes[0]["part"], &strokes[0]["reachable"]),
         (&Value::Null, &json!(true))
     );
+    // The way there and away, in space.
+    let travels = report["preview"]["travels"].as_array().unwrap();
+    let ends = travels.first().unwrap().as_array().unwrap().last().unwrap();
+    assert_eq!(ends[2], strokes[0]["height"], "{travels:?}");
     let mut points = strokes[0]["points"].as_array().unwrap().clone();
     points.sort_by_key(ToString::to_string);
     points.dedup();

@@ -1,0 +1,151 @@
+//! Programs that are taught on a page: the rows of its table, which are steps of `magician-job`'s model, and the plan that they make.
+
+use magician_job::teach::{ProgramModel, TeachStep};
+use magician_program::{Action, Diagnostic, Plan};
+use serde_json::{Map, Value, json};
+
+use super::Station;
+use crate::api::{Params, RpcError};
+
+/// The members of a row that are steps of a plan with this one member.
+const OF_TOOLS: [&str; 3] = ["gripper", "suction", "wait"];
+
+impl Station {
+    pub(super) fn teach_call(name: &str, params: &Params) -> Result<Value, RpcError> {
+        match name {
+            "teach.rows" => rows(params),
+            "teach.output" => output(params),
+            "teach.plan" => plan(params),
+            _ => Err(RpcError::internal(format!("{name} does nothing"))),
+        }
+    }
+}
+
+/// The rows of a plan.
+fn rows(params: &Params) -> Result<Value, RpcError> {
+    let given = params.get("plan").cloned().unwrap_or_default();
+    let plan = Plan::from_json(given.to_string().as_bytes());
+    let plan = plan.map_err(|problem| wrong("plan", &problem.message))?;
+    let program = ProgramModel::of(&plan);
+    let file = file(&program)?;
+    let mut steps = file["steps"].as_array().into_iter().flatten();
+    let mut rows = Vec::new();
+    for (nth, step) in program.steps().iter().enumerate() {
+        let mut row = json!({
+            "name": step.name, "motion": null, "gripper": null, "suction": null, "wait": null
+        });
+        let count = program.plan_steps_before(nth + 1) - program.plan_steps_before(nth);
+        for planned in steps.by_ref().take(count) {
+            let mut planned = planned.as_object().cloned().unwrap_or_default();
+            planned.remove("name");
+            match OF_TOOLS.iter().find(|name| planned.contains_key(**name)) {
+                Some(name) => row[*name] = planned[*name].clone(),
+                None => row["motion"] = Value::Object(planned),
+            }
+        }
+        rows.push(row);
+    }
+    let of_file = |name: &str| file.get(name).cloned().unwrap_or_default();
+    Ok(json!({
+        "title": program.title,
+        "tool": of_file("tool"),
+        "surface": of_file("surface"),
+        "rows": rows,
+    }))
+}
+
+/// A step that sets an output.
+fn output(params: &Params) -> Result<Value, RpcError> {
+    let address = params.integer("address").unwrap_or_default() as u8;
+    let set = magician::words::output(address, params.is_on("high"));
+    let step = TeachStep {
+        motion: Some(Action::from(set)),
+        ..TeachStep::default()
+    };
+    let file = file(&ProgramModel::of_steps("", None, None, vec![step]))?;
+    Ok(json!({"step": file["steps"][0]}))
+}
+
+/// The plan of rows, and the step of it that each of them begins with.
+fn plan(params: &Params) -> Result<Value, RpcError> {
+    let rows = params.get("rows").and_then(Value::as_array);
+    let rows = rows.map(Vec::as_slice).unwrap_or_default();
+    // What the file says about itself is one line, and each step one more: an error names the line.
+    let head = json!({
+        "format": "magician-plan",
+        "version": 1,
+        "title": params.get("title").cloned().unwrap_or(json!("")),
+        "tool": params.get("tool").cloned().unwrap_or_default(),
+        "surface": params.get("surface").cloned().unwrap_or_default(),
+    });
+    let head = head.to_string();
+    let mut lines = Vec::new();
+    let mut of_rows = Vec::new();
+    for (nth, row) in rows.iter().enumerate() {
+        let row = row.as_object().cloned().unwrap_or_default();
+        for (name, value) in row.iter().filter(|(_, value)| !value.is_null()) {
+            let step = match name.as_str() {
+                "name" if value.is_string() => continue,
+                "motion" if value.is_object() => value.clone(),
+                name if OF_TOOLS.contains(&name) => {
+                    Value::Object(Map::from_iter([(name.to_owned(), value.clone())]))
+                }
+                _ => {
+                    let name = magician_protocol::visible(name);
+                    return Err(in_row(nth, &format!("unknown member or value of `{name}`")));
+                }
+            };
+            lines.push(step.to_string());
+            of_rows.push(nth);
+        }
+    }
+    let head = head.strip_suffix('}').unwrap_or(&head);
+    let text = format!("{head},\"steps\":[\n{}\n]}}", lines.join(",\n"));
+    let read = Plan::from_json(text.as_bytes()).map_err(|problem| of_row(&of_rows, &problem))?;
+    let mut steps: Vec<_> = rows
+        .iter()
+        .map(|row| TeachStep {
+            name: row["name"].as_str().unwrap_or_default().to_owned(),
+            ..TeachStep::default()
+        })
+        .collect();
+    for (planned, nth) in read.steps.into_iter().zip(&of_rows) {
+        let Some(step) = steps.get_mut(*nth) else {
+            continue;
+        };
+        match planned.action {
+            Action::Gripper(grip) => step.gripper = Some(grip),
+            Action::Suction(on) => step.suction = Some(on),
+            Action::Wait(pause) => step.pause = pause,
+            motion => step.motion = Some(motion),
+        }
+    }
+    let program = ProgramModel::of_steps(read.title, read.tool, read.surface, steps);
+    let first = (0..rows.len()).map(|nth| program.plan_steps_before(nth));
+    Ok(json!({"plan": file(&program)?, "first": first.collect::<Vec<_>>()}))
+}
+
+/// A program as a plan file.
+fn file(program: &ProgramModel) -> Result<Value, RpcError> {
+    let text = program.plan(0).to_json();
+    serde_json::from_str(&text).map_err(|error| RpcError::internal(error.to_string()))
+}
+
+/// What is wrong with a step, by its row.
+fn of_row(of_rows: &[usize], problem: &Diagnostic) -> RpcError {
+    let line = (problem.origin.line as usize).checked_sub(2);
+    match line.and_then(|line| of_rows.get(line)) {
+        Some(nth) => in_row(*nth, &problem.message),
+        None => wrong("rows", &problem.message),
+    }
+}
+
+fn in_row(nth: usize, why: &str) -> RpcError {
+    let error = wrong("rows", &format!("row {}: {why}", nth + 1));
+    error.with("row", json!(nth + 1))
+}
+
+fn wrong(param: &str, why: &str) -> RpcError {
+    let why = magician_protocol::visible(why);
+    RpcError::param(param, format!("`{param}`: {why}"))
+}
