@@ -2,7 +2,7 @@
 import { defineConfig } from "vite";
 
 /** What every page begins with; the panels of other routes and the picture come when they are opened. */
-const SHELL = /src.(?!main|worker|site|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen|fence)).*\.tsx?$/;
+const SHELL = /src.(?!main|worker|site|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen|fence)).*\.tsx?$/;
 
 export default defineConfig({
   base: "./",
@@ -18,7 +18,14 @@ export default defineConfig({
     rollupOptions: {
       output: {
         entryFileNames: "assets/app.js",
-        codeSplitting: { groups: [{ name: "preact", test: /node_modules.@?preact/ }, { name: "three", test: /node_modules.three/ }, { name: "shell", test: SHELL }] },
+        codeSplitting: {
+          groups: [
+            { name: "preact", test: /node_modules.@?preact/ },
+            { name: "three", test: /node_modules.three/ },
+            { name: "shell", test: SHELL },
+            { name: "jobs", test: /src.run.|src.panels.(job\.tsx|run\.css)/ },
+          ],
+        },
         chunkFileNames: "assets/[name].js",
         // What the page begins with is `app`, what a panel brings has the panel's name.
         assetFileNames: ({ names }) => (names.includes("index.css") ? "assets/app.css" : "assets/[name][extname]"),

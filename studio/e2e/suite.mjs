@@ -9,6 +9,8 @@ import { Browser, Station, is, near } from "./bench.mjs";
 import { classes } from "./arms.mjs";
 import { looks } from "./looks.mjs";
 import { worlds } from "./world.mjs";
+import { running } from "./run.mjs";
+import { teaching } from "./teach.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const program = process.env.MAGICIAN ?? join(here, "../../target/debug/magician");
@@ -366,7 +368,7 @@ test("without a station the page says so, and connects when it is told where", a
 });
 
 test("everything is reached by Tab, and nothing traps it", async () => {
-  for (const route of ["move", "io", "plots", "world", "arms", "settings"]) {
+  for (const route of ["move", "teach", "run", "io", "plots", "world", "arms", "settings"]) {
     const page = await browser.inControl(`${url()}#/${route}`);
     await page.evaluate(() => document.activeElement?.blur());
     const seen = new Set();
@@ -382,7 +384,7 @@ test("everything is reached by Tab, and nothing traps it", async () => {
       first ??= at;
       seen.add(at);
     }
-    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], io: ["pin-1-function", "pin-20-function"], plots: ["plot-pause", "plot-scrub"], world: ["world-scenario", "world-scenario-open", "world-unlock", "world-reset"], arms: ["station-url", "log"], settings: ["settings-name"] };
+    const wanted = { move: ["stop", "lease-release", "view", "jog-pad", "jog-x-plus", "home", "tool-suction"], teach: ["teach-add", "teach-open-button", "jog-pad"], run: ["program-open-button"], io: ["pin-1-function", "pin-20-function"], plots: ["plot-pause", "plot-scrub"], world: ["world-scenario", "world-scenario-open", "world-unlock", "world-reset"], arms: ["station-url", "log"], settings: ["settings-name"] };
     for (const name of wanted[route]) assert.ok(seen.has(name), `${route}: ${name} of ${[...seen]}`);
     await closed(page);
   }
@@ -391,6 +393,8 @@ test("everything is reached by Tab, and nothing traps it", async () => {
 app(test, { browser, program });
 worlds(test, { browser, station, shots, closed });
 classes(test, { browser, program, shots });
+running(test, { browser, station, closed, shots });
+teaching(test, { browser, station, closed, shots });
 looks(test, { browser, station, shots });
 
 test("no page complained", async () => assert.deepEqual(browser.complaints, []));

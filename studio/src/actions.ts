@@ -7,7 +7,7 @@ import { log } from "./log";
 import { call, giveBack, shown, takeControl } from "./session";
 import * as store from "./store";
 
-const DANGEROUS = -32005;
+export const DANGEROUS = -32005;
 const STOPPED = -32007;
 
 export function complain(error: unknown): void {
@@ -33,7 +33,7 @@ export async function stop(all = false): Promise<void> {
   }
 }
 
-async function tried(work: () => Promise<unknown>): Promise<void> {
+export async function tried(work: () => Promise<unknown>): Promise<void> {
   try {
     await work();
   } catch (error) {
@@ -72,7 +72,7 @@ export const answer = (grant: boolean) =>
     if (asked !== null) await call("lease.answer", { ...shown(), session: asked.session, grant });
   });
 
-const isReal = () => store.arm.value?.virtual === false;
+export const isReal = () => store.arm.value?.virtual === false;
 
 export const home = () =>
   tried(async () => {

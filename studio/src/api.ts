@@ -694,6 +694,22 @@ export interface Methods {
       }>;
     };
   };
+  /** What a person is asked before a program of this format is done: members of `setup` that are seldom left out. */
+  "program.options": {
+    params: {
+      format: string;
+    };
+    result: {
+      options: Array<{
+        name: string;
+        kind: "choice" | "number" | "point" | "switch";
+        unit: string;
+        choices: string[];
+        with: string | null;
+        about: string;
+      }>;
+    };
+  };
   /** Removes a program from the library. */
   "program.delete": {
     params: {
@@ -713,6 +729,61 @@ export interface Methods {
         by: string;
         name: string;
       };
+    };
+  };
+  /** Has the arm tell where its unlock key is released: each time an event `hand-trigger` with the `step` that leads there. */
+  "teach.guide": {
+    params: {
+      arm?: string;
+      on: boolean;
+    };
+    result: null;
+  };
+  /** A plan as rows of a table: in each where the arm goes, what its tool does there, and how long it stays. */
+  "teach.rows": {
+    params: {
+      plan: Record<string, unknown>;
+    };
+    result: {
+      title: string;
+      tool: string | number[] | null;
+      surface: Record<string, unknown> | null;
+      rows: Array<{
+        name: string;
+        motion: Record<string, unknown> | null;
+        gripper: string | null;
+        suction: boolean | null;
+        wait: number | null;
+      }>;
+    };
+  };
+  /** A step of a program that sets the level of an output. */
+  "teach.output": {
+    params: {
+      address: number;
+      high: boolean;
+    };
+    result: {
+      step: {
+        command: string;
+        values: {
+          address: number;
+          level: number;
+        };
+      };
+    };
+  };
+  /** The plan of rows. What is wrong names its row in `data.row`. */
+  "teach.plan": {
+    params: {
+      title?: string;
+      tool?: "none" | "suction" | "gripper" | "pen" | "laser" | number[] | null;
+      surface?: Record<string, unknown> | null;
+      rows: Array<Record<string, unknown>>;
+    };
+    result: {
+      plan: Record<string, unknown>;
+      first: number[];
     };
   };
   /** The world around a virtual arm. This and its kin are `unsupported` of other arms. */

@@ -8,6 +8,7 @@ import "./ring";
 import * as session from "./session";
 import * as store from "./store";
 import { App } from "./ui/app";
+import { load } from "./ui/routes";
 
 function follow(): void {
   const wanted = location.hash.replace(/^#\//, "");
@@ -31,8 +32,10 @@ function carryState(): void {
   say("alarmHolds", () => store.holds.value);
   effect(() => {
     const route = store.route.value;
-    if (!store.shows.value) return;
-    requestAnimationFrame(() => requestAnimationFrame(() => (data["route"] = route)));
+    // A panel that comes later is painted later.
+    void load(route).then(() => {
+      requestAnimationFrame(() => requestAnimationFrame(() => store.route.peek() === route && (data["route"] = route)));
+    });
   });
 }
 

@@ -304,6 +304,14 @@ export function call<M extends Method>(method: M, params: Params<M>): Promise<Re
   return client.call(method, params);
 }
 
+/** Where the station takes files by HTTP, and what it wants to know there; null without a server. */
+export function files(): { url: string; headers: Record<string, string> } | null {
+  if (address === null) return null;
+  const { protocol, host } = new URL(address.url);
+  const headers: Record<string, string> = address.token ? { authorization: `Bearer ${address.token}` } : {};
+  return { url: `${protocol === "wss:" ? "https" : "http"}://${host}/api/v1/programs/`, headers };
+}
+
 /** The arm that is shown, for calls. */
 export const shown = (): { arm: string } => ({ arm: store.armName.value ?? "" });
 

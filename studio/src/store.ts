@@ -8,12 +8,10 @@ export type Alarm = NonNullable<Methods["arm.alarms"]["result"]["alarms"]>[numbe
 export type Fence = Methods["arm.fence"]["result"]["fence"];
 
 export type Route = "move" | "teach" | "run" | "io" | "plots" | "world" | "arms" | "settings";
-/** Those that are there, as they stand in the page's frame. */
-export const ROUTES: readonly Route[] = ["move", "io", "plots", "world", "arms", "settings"];
+/** As they stand in the page's frame. */
+export const ROUTES: readonly Route[] = ["move", "teach", "run", "io", "plots", "world", "arms", "settings"];
 
 export const route = signal<Route>("move");
-/** Whether the panel of the route is there. */
-export const shows = signal(true);
 
 /** How the station is reached: `none` before anything is chosen. */
 export const backend = signal<"none" | "station">("none");

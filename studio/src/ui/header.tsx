@@ -8,7 +8,7 @@ import * as store from "../store";
 
 const ICONS: Record<store.Route, ComponentChildren> = {
   move: <path d="M12 3v18M3 12h18M12 3l-3 3M12 3l3 3M12 21l-3-3M12 21l3-3M3 12l3-3M3 12l3 3M21 12l-3-3M21 12l-3 3" />,
-  teach: <path d="M5 20V5h9l5 5v10zM14 5v5h5M8 13h6M8 16.500h8" />,
+  teach: <path d="M5 6h.01M5 12h.01M5 18h.01M9.500 6H20M9.500 12H16M9.500 18H13M18 15v6M15 18h6" />,
   run: <path d="M7 4.500v15l12-7.500z" />,
   io: <path d="M4 8h4v8H4zM8 10h3m-3 4h3M20 8h-4v8h4zM16 12h-5" />,
   plots: <path d="M4 4v16h16M7 15l4-5 3 3 5-7" />,

@@ -1,5 +1,7 @@
 // Small parts that panels share.
+import type { Signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
+import { useRef } from "preact/hooks";
 
 interface ChoiceProps<T extends string> {
   name: string;
@@ -78,5 +80,54 @@ export function Switch({ label, testId, on, disabled, reason, danger, flip }: Sw
       <span>{label}</span>
       <span class="switch-track" aria-hidden="true" />
     </button>
+  );
+}
+
+interface DoProps {
+  id: string;
+  press: () => unknown;
+  off?: boolean;
+  /** The id of the element that says why it is off. */
+  why?: string | null | undefined;
+  class?: string;
+  label?: string;
+  children: ComponentChildren;
+}
+
+/** A button that does something. */
+export function Do({ id, press, off = false, why, label, children, ...rest }: DoProps) {
+  return (
+    <button type="button" {...rest} data-testid={id} aria-label={label} disabled={off} aria-describedby={off && why ? why : undefined} onClick={() => void press()}>
+      {children}
+    </button>
+  );
+}
+
+/** How often something is done; 0 is until it is stopped. */
+export function Times({ id, label, hint, least = 0, most = 9999, value }: { id: string; label: string; hint?: string; least?: number; most?: number; value: Signal<number> }) {
+  const set = (text: string) => (value.value = Math.min(most, Math.max(least, Math.round(Number(text) || least))));
+  return (
+    <label class="times">
+      <span>{label}</span>
+      <input type="number" min={least} max={most} value={value.value} aria-description={hint} title={hint} data-testid={id} onChange={(event) => set(event.currentTarget.value)} />
+    </label>
+  );
+}
+
+/** A button that opens files of these kinds; the browser asks which. */
+export function OpenFile({ id, accept, off, text, open, ...rest }: { id: string; accept: string; off: boolean; text: string; class?: string; open: (files: File[]) => unknown }) {
+  const input = useRef<HTMLInputElement>(null);
+  const chosen = (field: HTMLInputElement) => {
+    const files = [...(field.files ?? [])];
+    field.value = "";
+    void open(files);
+  };
+  return (
+    <>
+      <Do id={`${id}-button`} off={off} press={() => input.current?.click()} {...rest}>
+        {text}
+      </Do>
+      <input ref={input} type="file" class="unseen" accept={accept} multiple tabIndex={-1} aria-label={text} disabled={off} data-testid={id} onChange={(event) => chosen(event.currentTarget)} />
+    </>
   );
 }

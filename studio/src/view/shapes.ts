@@ -13,7 +13,9 @@ export function shapesOf({ lines, boxes }: Shapes, css: Css): Group {
   const looks = new Map<string, Lines[]>();
   for (const line of lines) {
     const look = `${line.color} ${line.opacity} ${line.dots}`;
-    looks.set(look, [...(looks.get(look) ?? []), line]);
+    const alike = looks.get(look);
+    if (alike === undefined) looks.set(look, [line]);
+    else alike.push(line);
   }
   for (const alike of looks.values()) {
     const [first] = alike;

@@ -1,0 +1,166 @@
+// The route #/teach: points captured, edited, undone, played, saved and opened, judged at the station.
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { is, near } from "./bench.mjs";
+
+export function teaching(test, { browser, station, closed, shots }) {
+  const opened = async (options) => {
+    const page = await browser.inControl(station.url, options);
+    page.on("dialog", (dialog) => dialog.accept());
+    if ((await page.evaluate(() => document.body.dataset.alarm)) === "true") await page.getByTestId("clear-alarms").click();
+    await is(page, "alarm", "false");
+    await page.goto(`${station.url}#/teach`);
+    await is(page, "route", "teach");
+    return page;
+  };
+  const rows = (page) => page.locator("[data-testid^=teach-row-]").count();
+  const add = async (page, to) => {
+    const before = await rows(page);
+    await station.stands();
+    const there = await moved(page, to);
+    await page.getByTestId("teach-add").click();
+    await page.getByTestId(`teach-row-${before + 1}`).waitFor();
+    return there;
+  };
+  /** By steps of the jog pad, which stands beside the table. */
+  const moved = async (page, [button, size]) => {
+    await page.getByTestId("jog-mode-step").check({ force: true });
+    await page.getByTestId("jog-step-size").selectOption(String(size));
+    const before = await station.stands();
+    await page.getByTestId(`jog-${button}`).click();
+    const [axis, sign] = button.split("-");
+    const to = before[axis] + (sign === "plus" ? size : -size);
+    return station.until("a step", (state) => !state.moving && near(state[axis], to));
+  };
+  const cell = (page, axis, n) => page.getByLabel(`${axis} of point ${n}`, { exact: true });
+  const kept = (page) => page.evaluate(() => JSON.parse(localStorage.getItem("magician.teach")).taught.rows);
+
+  test("points are captured, edited, moved, deleted, and all of it is undone", async () => {
+    const page = await opened();
+    const one = await add(page, ["z-plus", 10]);
+    const two = await add(page, ["y-plus", 10]);
+    assert.ok(near(Number(await cell(page, "x", 1).inputValue()), one.x) && near(Number(await cell(page, "y", 2).inputValue()), two.y));
+    await page.getByRole("combobox", { name: "Way to point 2" }).selectOption("line");
+    await page.getByRole("combobox", { name: "Tool at point 2" }).selectOption("suction");
+    await page.getByLabel("Wait at point 2, seconds").fill("0,5");
+    await page.getByLabel("Wait at point 2, seconds").press("Tab");
+    await cell(page, "z", 1).fill("nonsense");
+    await cell(page, "z", 1).press("Tab");
+    assert.ok(near(Number(await cell(page, "z", 1).inputValue()), one.z));
+    const [, second] = await kept(page);
+    assert.deepEqual([second.motion.by, second.suction, second.wait], ["line", true, 0.5]);
+    // By keyboard to another place, and by hand back.
+    await page.getByTestId("teach-pick-2").focus();
+    await page.keyboard.press("Alt+ArrowUp");
+    assert.equal((await kept(page))[0].name, "P2");
+    assert.equal(await page.evaluate(() => document.activeElement.dataset.testid), "teach-pick-1");
+    const handle = await page.locator("[data-testid=teach-row-1] .handle").boundingBox();
+    const under = await page.locator("[data-testid=teach-row-2] .handle").boundingBox();
+    await page.mouse.move(handle.x + 10, handle.y + 10);
+    await page.mouse.down();
+    await page.mouse.move(under.x + 10, under.y + 12, { steps: 4 });
+    await page.mouse.up();
+    assert.equal((await kept(page))[0].name, "P1");
+    await page.getByTestId("teach-pick-1").check();
+    await page.getByTestId("teach-delete").click();
+    assert.deepEqual((await kept(page)).map(({ name }) => name), ["P2"]);
+    // What is undone: delete, drag, key, wait, tool, way, two points.
+    for (let undone = 0; undone < 8; undone++) await page.getByTestId("teach-undo").click();
+    assert.equal(await rows(page), 0);
+    assert.ok(await page.getByTestId("teach-undo").isDisabled());
+    await page.getByTestId("teach-title").blur();
+    for (let redone = 0; redone < 8; redone++) await page.getByTestId("teach-redo").click();
+    assert.deepEqual((await kept(page)).map(({ name }) => name), ["P2"]);
+    await closed(page);
+  });
+
+  test("points are played, from a row on, and one alone; the row under way is marked", async () => {
+    const page = await opened();
+    const one = await add(page, ["z-plus", 10]);
+    await add(page, ["y-plus", 50]);
+    await page.getByLabel("Wait at point 2, seconds").fill("1");
+    await page.getByLabel("Wait at point 2, seconds").press("Tab");
+    const three = await add(page, ["z-minus", 10]);
+    await page.getByTestId("teach-play").click();
+    await is(page, "job", "running");
+    await page.locator("[data-testid=teach-row-2][aria-current=step]").waitFor();
+    await page.screenshot({ path: join(shots, "teach.png") });
+    await is(page, "job", "done", 30_000);
+    const end = await station.stands();
+    assert.ok(near(end.y, three.y) && near(end.z, three.z), JSON.stringify([await kept(page), three, end]));
+    await page.getByTestId("teach-row-1").click();
+    await page.getByTestId("teach-step").click();
+    await station.until("is at the first point", (state) => !state.moving && near(state.y, one.y) && near(state.z, one.z), 20_000);
+    await is(page, "job", "done", 30_000);
+    await page.getByTestId("teach-row-3").click();
+    await page.getByTestId("teach-from").click();
+    await station.until("is at the last point", (state) => !state.moving && near(state.y, three.y) && near(state.z, three.z), 20_000);
+    await is(page, "job", "done", 30_000);
+    assert.equal((await station.call("job.list")).jobs.at(-1).first_step, 4);
+    await closed(page);
+  });
+
+  test("the unlock key of the arm adds points", async () => {
+    const page = await opened();
+    await page.getByText("More: unlock key").click();
+    await page.getByRole("switch", { name: "unlock key" }).click();
+    await page.locator("[data-testid=teach-guide][aria-checked=true]").waitFor();
+    await page.getByTestId("lease-release").click();
+    await is(page, "lease", "free");
+    await page.locator("[data-testid=teach-guide][aria-checked=false]").waitFor();
+    await page.getByTestId("lease-take").click();
+    await is(page, "lease", "mine");
+    await page.getByRole("switch", { name: "unlock key" }).click();
+    await page.locator("[data-testid=teach-guide][aria-checked=true]").waitFor();
+    assert.equal((await station.call("arm.get", { command: "HHTTrigOutputEnabled" })).is_enabled, 1);
+    await page.goto(`${station.url}#/move`);
+    await is(page, "route", "move");
+    for (let tries = 0; (await station.call("arm.get", { command: "HHTTrigOutputEnabled" })).is_enabled !== 0; tries++) {
+      assert.ok(tries < 30, "it is restored");
+      await new Promise((done) => setTimeout(done, 100));
+    }
+    await closed(page);
+  });
+
+  test("what is unsaved survives a reload, is saved, converted and opened again", async () => {
+    const page = await opened({ acceptDownloads: true });
+    await add(page, ["z-plus", 10]);
+    await add(page, ["y-minus", 10]);
+    await page.getByRole("combobox", { name: "Tool at point 2" }).selectOption("suction");
+    await page.getByText("More: unlock key").click();
+    await page.getByTestId("teach-output-high").click();
+    await page.getByTestId("teach-row-3").waitFor();
+    const taught = await kept(page);
+    await page.reload();
+    await is(page, "lease", "mine");
+    await page.getByTestId("teach-row-3").waitFor();
+    assert.deepEqual(await kept(page), taught);
+    await page.getByTestId("teach-title").fill("lesson");
+    await page.getByTestId("teach-title").press("Tab");
+    const saved = async () => {
+      const [download] = await Promise.all([page.waitForEvent("download"), page.getByTestId("teach-save").click()]);
+      await page.getByText("Saved as").waitFor();
+      return [download.suggestedFilename(), await download.path()];
+    };
+    const [name, path] = await saved();
+    assert.equal(name, "lesson.plan.json");
+    const plan = JSON.parse(readFileSync(path, "utf8"));
+    assert.deepEqual(plan.steps.map((step) => Object.keys(step)[0]), ["move", "move", "suction", "command"]);
+    assert.equal((await station.call("job.check", { program: name })).ok, true);
+    await page.getByTestId("teach-save-format").selectOption("playback");
+    await page.getByTestId("teach-save").click();
+    await page.getByText("a playback file cannot store").waitFor();
+    await page.getByTestId("teach-row-3").click();
+    await page.getByTestId("teach-delete").click();
+    const [playback, playbackPath] = await saved();
+    assert.equal(playback, "lesson.playback");
+    await page.getByTestId("teach-open").setInputFiles({ name: "again.playback", mimeType: "application/octet-stream", buffer: readFileSync(playbackPath) });
+    await page.waitForFunction(() => document.querySelector("[data-testid=teach-title]").value !== "lesson");
+    const again = await kept(page);
+    assert.ok(again.length >= 2 && near(again[0].motion.move[1], taught[0].motion.move[1], 0.1), JSON.stringify(again));
+    await page.getByTestId("teach-undo").click();
+    assert.deepEqual(await kept(page), taught.slice(0, 2));
+    await closed(page);
+  });
+}

@@ -1,0 +1,220 @@
+// The table of points: a row a move, edited where it stands.
+import { useSignal } from "@preact/signals";
+import { type Key, t } from "../i18n";
+import { underWay } from "../teach/actions";
+import * as program from "../teach/rows";
+
+const WAYS = ["joints", "line", "jump"] as const;
+const AXES = { move: ["x", "y", "z", "r"], joints: ["J1", "J2", "J3", "J4"] } as const;
+/** What a tool does at a row: the members of the row that say it. */
+const TOOLS: Record<string, Partial<program.Row>> = {
+  none: { gripper: null, suction: null },
+  suction: { gripper: null, suction: true },
+  release: { gripper: null, suction: false },
+  close: { gripper: "close", suction: null },
+  open: { gripper: "open", suction: null },
+  off: { gripper: "off", suction: null },
+};
+
+const toolOf = ({ gripper, suction }: program.Row) => {
+  const found = Object.entries(TOOLS).find(([, row]) => row.gripper === gripper && row.suction === suction);
+  return found?.[0] ?? "both";
+};
+
+/** What a row that is no plain move does, in the plan's own words. */
+function plain(motion: program.Motion): string {
+  const { command, values, ...rest } = motion;
+  const shown = typeof command === "string" ? { [command]: values } : rest;
+  return JSON.stringify(shown).replace(/[{}"]/g, "").replace(/([:,])/g, "$1 ");
+}
+
+interface NumberProps {
+  label: string;
+  value: number;
+  set: (value: number) => void;
+}
+
+function NumberCell({ label, value, set }: NumberProps) {
+  const shown = String(Math.round(value * 100) / 100);
+  return (
+    <input
+      type="text"
+      inputMode="decimal"
+      autocomplete="off"
+      aria-label={label}
+      value={shown}
+      onChange={(event) => {
+        const field = event.currentTarget;
+        const read = Number(field.value.replace(",", "."));
+        if (field.value.trim() === "" || !Number.isFinite(read)) field.value = shown;
+        else set(read);
+      }}
+    />
+  );
+}
+
+function Motion({ row, nth }: { row: program.Row; nth: number }) {
+  const motion = row.motion as program.Motion | null;
+  const kind = motion?.move ? "move" : motion?.joints ? "joints" : null;
+  if (motion === null || kind === null) {
+    return (
+      <td class="plain" colSpan={5} data-label={t("teach.way")}>
+        {motion === null ? "–" : plain(motion)}
+      </td>
+    );
+  }
+  const values = motion[kind] ?? [];
+  const ways = kind === "move" ? WAYS : WAYS.slice(0, 2);
+  return (
+    <>
+      <td class="way-cell" data-label={t("teach.way")}>
+        <select
+          aria-label={t("teach.wayOf", { n: nth + 1 })}
+          value={motion.by ?? "joints"}
+          onChange={(event) => program.edit(nth, { motion: { ...motion, by: event.currentTarget.value } })}
+        >
+          {ways.map((way) => (
+            <option key={way} value={way}>
+              {t(`teach.${way}`)}
+            </option>
+          ))}
+        </select>
+      </td>
+      {AXES[kind].map((axis, at) => (
+        <td key={axis} class="number" data-label={axis}>
+          <NumberCell
+            label={t("teach.valueOf", { axis, n: nth + 1 })}
+            value={values[at] ?? 0}
+            set={(value) => program.edit(nth, { motion: { ...motion, [kind]: values.with(at, value) } })}
+          />
+        </td>
+      ))}
+    </>
+  );
+}
+
+/** The row of the table at a place of the page. */
+function rowAt(x: number, y: number): number | null {
+  const found = document.elementFromPoint(x, y)?.closest<HTMLElement>("[data-nth]")?.dataset["nth"];
+  return found === undefined ? null : Number(found);
+}
+
+function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value: number | null } }) {
+  const n = nth + 1;
+  const tool = toolOf(row);
+  const runs = underWay.value === nth;
+  const isSelected = program.selected.value === nth;
+  const drop = (event: PointerEvent) => {
+    const to = over.value;
+    over.value = null;
+    if (event.type === "pointerup" && to !== null) program.move(nth, to);
+  };
+  return (
+    <tr
+      data-testid={`teach-row-${n}`}
+      data-nth={nth}
+      class={`${isSelected ? "selected" : ""} ${over.value === nth ? "over" : ""}`}
+      aria-selected={isSelected}
+      aria-current={runs ? "step" : undefined}
+      onFocusIn={() => (program.selected.value = nth)}
+      onClick={() => (program.selected.value = nth)}
+      onKeyDown={(event) => {
+        const by = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+        if (by === undefined || !event.altKey) return;
+        event.preventDefault();
+        const pick = event.currentTarget.parentElement?.querySelector<HTMLElement>(`[data-testid=teach-pick-${n + by}]`);
+        program.move(nth, nth + by);
+        pick?.focus();
+      }}
+    >
+      <td class="pick-cell">
+        <input
+          type="checkbox"
+          aria-label={t("teach.pick", { n })}
+          checked={program.picked.value.has(row)}
+          data-testid={`teach-pick-${n}`}
+          onChange={(event) => program.pick(row, event.currentTarget.checked)}
+        />
+      </td>
+      <th
+        scope="row"
+        class="handle"
+        title={t("teach.drag")}
+        onPointerDown={(event) => {
+          event.currentTarget.setPointerCapture(event.pointerId);
+          over.value = nth;
+        }}
+        onPointerMove={(event) => {
+          if (over.value !== null) over.value = rowAt(event.clientX, event.clientY) ?? over.value;
+        }}
+        onPointerUp={drop}
+        onPointerCancel={drop}
+      >
+        <span aria-hidden="true">⠿</span>
+        {n}
+      </th>
+      <td class="name" data-label={t("teach.name")}>
+        <input
+          type="text"
+          autocomplete="off"
+          maxLength={80}
+          aria-label={t("teach.nameOf", { n })}
+          value={row.name}
+          onChange={(event) => program.edit(nth, { name: event.currentTarget.value.trim() })}
+        />
+      </td>
+      <Motion row={row} nth={nth} />
+      <td class="tool-cell" data-label={t("teach.tool")}>
+        <select aria-label={t("teach.toolOf", { n })} value={tool} onChange={(event) => program.edit(nth, TOOLS[event.currentTarget.value] ?? {})}>
+          {tool === "both" ? <option value="both">{t("teach.tool.both")}</option> : null}
+          {Object.keys(TOOLS).map((name) => (
+            <option key={name} value={name}>
+              {t(`teach.tool.${name}` as Key)}
+            </option>
+          ))}
+        </select>
+      </td>
+      <td class="number wait-cell" data-label={t("teach.wait")}>
+        <NumberCell label={t("teach.waitOf", { n })} value={row.wait ?? 0} set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })} />
+      </td>
+    </tr>
+  );
+}
+
+export function Points() {
+  const over = useSignal<number | null>(null);
+  const all = program.rows.value;
+  if (all.length === 0) return <p class="hint empty">{t("teach.empty")}</p>;
+  const heads = ["teach.name", "teach.way"] as const;
+  return (
+    <div class="points-scroll" tabIndex={0} role="group" aria-label={t("teach.points")}>
+      <table class="points" aria-label={t("teach.points")}>
+        <thead>
+          <tr>
+            <th scope="col">
+              <span class="unseen">{t("teach.picked")}</span>
+            </th>
+            <th scope="col">{t("teach.n")}</th>
+            {heads.map((head) => (
+              <th key={head} scope="col">
+                {t(head)}
+              </th>
+            ))}
+            {AXES.move.map((axis) => (
+              <th key={axis} scope="col">
+                {axis}
+              </th>
+            ))}
+            <th scope="col">{t("teach.tool")}</th>
+            <th scope="col">{t("teach.wait")}</th>
+          </tr>
+        </thead>
+        <tbody>
+          {all.map((row, nth) => (
+            <Row key={nth} row={row} nth={nth} over={over} />
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}

@@ -1,0 +1,85 @@
+// The jobs of the shown arm: heard of as long as a panel with them is open, and what people do to them.
+import { computed, effect, signal } from "@preact/signals";
+import { agreed, isReal, tried } from "../actions";
+import type { Job } from "../api";
+import type { Params } from "../client";
+import { t } from "../i18n";
+import { call, notified, shown } from "../session";
+import * as store from "../store";
+
+/** The newest last, as the station has them. */
+export const jobs = signal<Job[]>([]);
+const UNDER_WAY = ["checking", "running", "pausing", "paused", "stopping"];
+const RESUMED = ["paused", "stopped", "failed", "interrupted"];
+export const isUnderWay = (job: Job): boolean => UNDER_WAY.includes(job.state);
+export const canResume = (job: Job): boolean => RESUMED.includes(job.state);
+
+/** The one under way, else the last. */
+export const job = computed<Job | null>(() => jobs.value.findLast(isUnderWay) ?? jobs.value.at(-1) ?? null);
+export const busy = computed(() => job.value !== null && isUnderWay(job.value));
+/** Whether somebody else started it: its name, else null. */
+export const startedBy = (job: Job): string | null =>
+  job.holder === null || !isUnderWay(job) || job.holder.session === store.session.value ? null : job.holder.name;
+
+/** Why a job can be neither started nor steered now; one that runs is no reason. */
+export const why = computed(() => (store.why.value === "why.busy" ? null : store.why.value));
+
+/** Follows the jobs; what it gives back ends that. */
+export function follow(): () => void {
+  const hear = (method: string, params: Record<string, unknown>) => {
+    const changed = params["job"] as Job;
+    if (method !== "job.changed" || changed.arm !== store.armName.value) return;
+    const at = jobs.value.findIndex((one) => one.job === changed.job);
+    jobs.value = at < 0 ? [...jobs.value, changed] : jobs.value.with(at, changed);
+  };
+  notified.add(hear);
+  const end = effect(() => {
+    const arm = store.armName.value;
+    if (arm === null || store.socket.value !== "up") return void (jobs.value = []);
+    call("job.list", { arm }).then(({ jobs: all }) => {
+      if (store.armName.value === arm) jobs.value = all as Job[];
+    }, () => {});
+  });
+  return () => {
+    notified.delete(hear);
+    end();
+  };
+}
+
+export type Order = Pick<Params<"job.start">, "program" | "text" | "format" | "setup" | "from" | "loops">;
+
+/** Starts a job, after the questions that a real arm and a laser need; its id, or null. */
+export async function start(order: Order, title: string, about: string): Promise<string | null> {
+  if (isReal()) {
+    const text = `${about} ${t("run.real.text")}`.trim();
+    if (!(await store.ask(t("run.real.title", { title }), text, t("run.start")))) return null;
+  }
+  let id: string | null = null;
+  await agreed(t("run.burns"), async (yes) => {
+    id = (await call("job.start", { ...shown(), ...order, ...yes })).job;
+  });
+  return id;
+}
+
+export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job ?? "" }));
+/** It lifts its pen, which a stop of the arm does not. */
+export const end = (job: Job) => tried(() => call("job.stop", { job: job.job ?? "" }));
+export const resume = (job: Job) =>
+  tried(async () => {
+    if (isReal() && !(await store.ask(t("run.resume.title", { title: job.title ?? "" }), t("run.resume.text"), t("run.resume")))) return;
+    await agreed(t("run.burns"), (yes) => call("job.resume", { job: job.job ?? "", ...yes }));
+  });
+
+/** Percent of all its loops; null where they have no end, or it is not known yet. */
+export function percent(job: Job): number | null {
+  if (job.state === "done") return 100;
+  if (!job.steps || !job.loops) return null;
+  return Math.min(100, (100 * ((job.loop - 1) * job.steps + job.step)) / (job.steps * job.loops));
+}
+
+export function duration(seconds: number): string {
+  const whole = Math.max(0, Math.round(seconds));
+  const two = (number: number) => String(number).padStart(2, "0");
+  const [hours, minutes] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60];
+  return hours > 0 ? `${hours}:${two(minutes)}:${two(whole % 60)}` : `${minutes}:${two(whole % 60)}`;
+}

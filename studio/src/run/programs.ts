@@ -1,0 +1,130 @@
+// The library of programs: files in, files out, and the lines of one. No file is read at once on the page's main thread.
+import { signal } from "@preact/signals";
+import { RpcError } from "../client";
+import { t } from "../i18n";
+import { call, files } from "../session";
+import * as store from "../store";
+
+export interface Entry {
+  name: string;
+  bytes: number;
+  modified: number;
+  format: string | null;
+}
+
+/** So large a program may be in a message, and in an answer. */
+const IN_A_MESSAGE = 700 * 1024;
+
+export const programs = signal<Entry[]>([]);
+export const isLoading = signal(false);
+
+export async function list(): Promise<void> {
+  const { programs: all } = await call("program.list", {});
+  programs.value = all.toSorted((one, two) => two.modified - one.modified);
+}
+
+/** A name that the library takes, as near as may be to what the file is called. */
+export function nameOf(file: string): string {
+  const plain = file.normalize("NFKD").replace(/[^A-Za-z0-9._ -]+/g, "_").replace(/^[. ]+/, "").trim();
+  const dot = plain.lastIndexOf(".");
+  const ending = dot > 0 ? plain.slice(dot).slice(0, 20) : "";
+  const stem = dot > 0 ? plain.slice(0, dot) : plain;
+  return (stem.slice(0, 80 - ending.length).trim() || "program") + ending;
+}
+
+/** Keeps a file in the library; under which name, or null where the person does not want it replaced. */
+export async function put(name: string, content: Blob, replaces = false): Promise<string | null> {
+  if (!replaces && programs.value.some((program) => program.name === name)) {
+    if (!(await store.ask(t("programs.replace.title", { name }), t("programs.replace.text"), t("programs.replace")))) return null;
+  }
+  isLoading.value = true;
+  try {
+    // Small ones and those of a page without a server go in a message.
+    if (!(content.size > IN_A_MESSAGE && (await sent(name, content)))) {
+      if (content.size > IN_A_MESSAGE) throw new RpcError(0, t("programs.large", { name }));
+      await call("program.put", { name, data: base64(await content.arrayBuffer()) });
+    }
+    await list();
+  } finally {
+    isLoading.value = false;
+  }
+  return name;
+}
+
+/** By HTTP: the browser reads the file. */
+async function sent(name: string, body: Blob): Promise<boolean> {
+  const to = files();
+  if (to === null) return false;
+  let answer: Response;
+  try {
+    answer = await fetch(to.url + encodeURIComponent(name), { method: "PUT", headers: to.headers, body });
+  } catch {
+    return false;
+  }
+  if (!answer.ok) throw new RpcError(answer.status, (await answer.text()) || answer.statusText);
+  return true;
+}
+
+function base64(bytes: ArrayBuffer): string {
+  let text = "";
+  const all = new Uint8Array(bytes);
+  for (let at = 0; at < all.length; at += 0x8000) text += String.fromCharCode(...all.subarray(at, at + 0x8000));
+  return btoa(text);
+}
+
+/** The bytes of a program. */
+export async function get(entry: Entry): Promise<Blob> {
+  if (entry.bytes > IN_A_MESSAGE) {
+    const from = files();
+    if (from === null) throw new RpcError(0, t("programs.large", { name: entry.name }));
+    const answer = await fetch(from.url + encodeURIComponent(entry.name), { headers: from.headers });
+    if (!answer.ok) throw new RpcError(answer.status, (await answer.text()) || answer.statusText);
+    return answer.blob();
+  }
+  const { data } = await call("program.get", { name: entry.name });
+  const text = atob(data);
+  return new Blob([Uint8Array.from(text, (sign) => sign.charCodeAt(0))]);
+}
+
+export async function remove(name: string): Promise<void> {
+  if (!(await store.ask(t("programs.delete.title", { name }), t("programs.delete.text"), t("programs.delete")))) return;
+  await call("program.delete", { name });
+  await list();
+}
+
+export interface Line {
+  number: number;
+  text: string;
+}
+
+/** Beside a line so many before it and behind it are shown, and so much of each. */
+const AROUND = 2;
+const WIDEST = 200;
+
+/** A line and its neighbours: the file comes in pieces, and no more of it than is needed. */
+export async function linesAt(content: Blob, line: number): Promise<Line[]> {
+  const found: Line[] = [];
+  const reader = content.stream().pipeThrough(new TextDecoderStream()).getReader();
+  let [number, rest] = [1, ""];
+  const take = (text: string) => {
+    if (number >= line - AROUND) found.push({ number, text: text.slice(0, WIDEST) });
+    number++;
+  };
+  while (number <= line + AROUND) {
+    const { value, done } = await reader.read();
+    if (done) {
+      if (rest !== "") take(rest);
+      break;
+    }
+    let from = 0;
+    for (let at = value.indexOf("\n"); at >= 0 && number <= line + AROUND; at = value.indexOf("\n", from)) {
+      take(rest + value.slice(from, at).replace(/\r$/, ""));
+      rest = "";
+      from = at + 1;
+    }
+    // Of a line without end no more is kept than is shown.
+    rest = (rest + value.slice(from)).slice(0, WIDEST);
+  }
+  void reader.cancel();
+  return found;
+}

@@ -1,0 +1,155 @@
+// What teaching asks of the station: points, plans of the rows, jobs that play them, files.
+import { computed, effect, signal } from "@preact/signals";
+import { tried } from "../actions";
+import { t } from "../i18n";
+import { save as download } from "../log";
+import * as jobs from "../run/jobs";
+import * as library from "../run/programs";
+import { call, notified, shown } from "../session";
+import * as store from "../store";
+import { type Lines, show } from "../view/layers";
+import * as program from "./rows";
+
+/** What is played: its job, and which steps of its plan belong to which row. */
+const playing = signal<{ job: string; first: number[]; from: number } | null>(null);
+/** The row under way, or null. */
+export const underWay = computed<number | null>(() => {
+  const now = playing.value;
+  const job = now === null ? undefined : jobs.jobs.value.find((one) => one.job === now.job);
+  if (now === null || job === undefined || !jobs.isUnderWay(job)) return null;
+  return now.from + Math.max(0, now.first.findLastIndex((first) => first <= job.step));
+});
+/** Whether the unlock key of the arm adds points. */
+export const guides = signal(false);
+export const loops = signal(1);
+export const format = signal<"plan" | "playback">("plan");
+
+function take(step: program.Motion): void {
+  const before = program.rows.value[program.selected.value]?.motion as program.Motion | null | undefined;
+  const { name: _, ...motion } = step;
+  if (before?.move !== undefined && before.by !== undefined) motion.by = before.by;
+  const { tool, rows } = program.taught.value;
+  const mounted = store.state.value?.tool;
+  program.add(motion, rows.length === 0 && tool === null ? { tool: mounted?.name ?? mounted?.bias ?? null } : {});
+}
+
+export const capture = () => tried(async () => take((await call("teach.capture", shown())).step));
+export const reteach = (nth: number) =>
+  tried(async () => {
+    const { step } = await call("teach.capture", shown());
+    const { by } = (program.rows.value[nth]?.motion ?? {}) as program.Motion;
+    program.edit(nth, { motion: { move: step.move, by: by ?? step.by } });
+  });
+export const addWait = () => {
+  program.add(null);
+  program.edit(program.selected.value, { wait: 1 });
+};
+export const addOutput = (address: number, high: boolean) =>
+  tried(async () => program.add((await call("teach.output", { address, high })).step));
+
+export const guide = (on: boolean) =>
+  tried(async () => {
+    await call("teach.guide", { ...shown(), on });
+    guides.value = on;
+  });
+
+/** Hears of points that a hand teaches, as long as the panel is open; what it gives back ends that. */
+export function follow(): () => void {
+  const hear = (method: string, params: Record<string, unknown>) => {
+    if (method !== "arm.event" || params["arm"] !== store.armName.value || params["event"] !== "hand-trigger" || !guides.value) return;
+    const step = params["step"] as program.Motion;
+    const last = program.rows.value[program.selected.value]?.motion as program.Motion | null | undefined;
+    if (String(last?.move) !== String(step.move)) take(step);
+  };
+  notified.add(hear);
+  const ends = [jobs.follow(), effect(mark), effect(() => {
+    if (store.lease.value !== "mine") guides.value = false;
+  })];
+  return () => {
+    notified.delete(hear);
+    for (const end of ends) end();
+    if (guides.value && store.why.value === null) void guide(false);
+    show("points", []);
+  };
+}
+
+/** The points in the picture; the selected one is larger to see. */
+function mark(): void {
+  const places = program.rows.value.map((row) => (row.motion as program.Motion | null)?.move);
+  const points = places.filter((place) => place !== undefined).map((place) => place.slice(0, 3));
+  const here = places[underWay.value ?? program.selected.value];
+  const lines: Lines[] = [
+    { points, color: "--planned", opacity: 0.7 },
+    { points, color: "--planned", dots: true },
+  ];
+  if (here !== undefined) lines.push({ points: [here.slice(0, 3)], color: "--accent", dots: true });
+  show("points", points.length > 0 ? lines : []);
+}
+
+async function plan(rows = program.rows.value) {
+  const { title, tool, surface } = program.taught.value;
+  return call("teach.plan", { title: title || t("teach.untitled"), tool: (tool as "none" | number[] | null), surface, rows });
+}
+
+/** Plays all, or what begins with a row, or one row alone. */
+export const play = (what: "all" | "from" | "one") =>
+  tried(async () => {
+    const at = what === "all" ? 0 : program.selected.value;
+    const row = program.rows.value[at];
+    if (row === undefined) return;
+    const only = what === "one";
+    const { plan: made, first } = await plan(only ? [row] : undefined);
+    const from = what === "from" ? { from: (first[at] ?? 0) + 1 } : {};
+    const order = { text: JSON.stringify(made), format: "plan", ...from, ...(what === "all" ? { loops: loops.value } : {}) };
+    const job = await jobs.start(order, program.taught.value.title || t("teach.untitled"), "");
+    if (job !== null) playing.value = { job, first, from: only ? at : 0 };
+  });
+
+/** What this page has saved may be replaced by it without a question. */
+const own = new Set<string>();
+const fileName = () => library.nameOf(program.taught.value.title || t("teach.untitled"));
+
+/** Keeps the program in the library, where `#/run` finds it, and gives it as a file. */
+export const save = () =>
+  tried(async () => {
+    const rows = program.rows.value;
+    const { plan: made } = await plan();
+    const head = `${JSON.stringify({ ...made, steps: undefined }).slice(0, -1)},"steps":[\n`;
+    const steps = (made["steps"] as unknown[]).map((step) => JSON.stringify(step)).join(",\n");
+    const text = `${head}${steps}\n]}\n`;
+    const name = `${fileName()}.plan.json`;
+    if ((await library.put(name, new Blob([text]), own.has(name))) === null) return;
+    own.add(name);
+    if (format.value === "plan") {
+      download(name, text);
+    } else {
+      const to = `${fileName()}.playback`;
+      const { lost } = await call("program.convert", { name, to });
+      await library.list();
+      const entry = library.programs.value.find((one) => one.name === to);
+      if (entry) download(to, await library.get(entry));
+      if (lost.length > 0) store.say(t("teach.lost", { what: lost.join("; ") }), true);
+    }
+    if (program.rows.value === rows) program.markSaved();
+    store.say(t("teach.saved", { name }));
+  });
+
+/** Puts the program of a file in the place of this one, which can be undone. */
+export const open = (file: File) =>
+  tried(async () => {
+    const name = library.nameOf(file.name);
+    let text = file.size < 700 * 1024 && /\.(json|plan)$/i.test(name) ? await file.text() : "";
+    if (!text.includes("magician-plan")) {
+      await library.list();
+      if ((await library.put(name, file)) === null) return;
+      const to = `${name.replace(/\.[^.]*$/, "")}.plan.json`;
+      await call("program.convert", { name, to });
+      await library.list();
+      const entry = library.programs.value.find((one) => one.name === to);
+      if (entry === undefined) return;
+      text = await (await library.get(entry)).text();
+    }
+    const found = await call("teach.rows", { plan: JSON.parse(text) as Record<string, unknown> });
+    program.change(found, found.rows.length - 1);
+    program.markSaved();
+  });

@@ -1,0 +1,141 @@
+// The program that is taught: the rows of the station's model (`teach.rows`), edited as a list, with undo and redo. What a row means and
+// which plan it makes is the station's; this keeps the list, and what was unsaved when the page was left.
+import { batch, computed, effect, signal } from "@preact/signals";
+import type { Methods } from "../api";
+
+export type Taught = Methods["teach.rows"]["result"];
+export type Row = Taught["rows"][number];
+/** A step of a plan that leads somewhere, as far as the table shows it. */
+export interface Motion {
+  move?: number[];
+  joints?: number[];
+  by?: string;
+  [member: string]: unknown;
+}
+
+const KEY = "magician.teach";
+const MOST = 200;
+
+interface State {
+  taught: Taught;
+  selected: number;
+}
+
+const nothing: Taught = { title: "", tool: null, surface: null, rows: [] };
+
+interface Kept {
+  taught: Taught;
+  isSaved: boolean;
+}
+
+function kept(): Kept {
+  try {
+    const text = localStorage.getItem(KEY);
+    if (text !== null) return JSON.parse(text) as Kept;
+  } catch {
+    // A browser that keeps nothing begins with nothing.
+  }
+  return { taught: nothing, isSaved: true };
+}
+
+const left = kept();
+export const taught = signal<Taught>(left.taught);
+export const rows = computed(() => taught.value.rows);
+/** The row that new points go behind. */
+export const selected = signal(Math.max(0, taught.value.rows.length - 1));
+/** Rows that are ticked. */
+export const picked = signal<ReadonlySet<Row>>(new Set());
+/** The rows as they were saved last. */
+const saved = signal<Row[]>(left.isSaved ? left.taught.rows : []);
+export const isSaved = computed(() => rows.value.length === 0 || rows.value === saved.value);
+
+const before = signal<State[]>([]);
+const after = signal<State[]>([]);
+export const canUndo = computed(() => before.value.length > 0);
+export const canRedo = computed(() => after.value.length > 0);
+
+effect(() => {
+  const now: Kept = { taught: taught.value, isSaved: isSaved.value };
+  try {
+    localStorage.setItem(KEY, JSON.stringify(now));
+  } catch {
+    // Leaving asks all the same.
+  }
+});
+addEventListener("beforeunload", (event) => {
+  if (!isSaved.value) event.preventDefault();
+});
+
+const now = (): State => ({ taught: taught.value, selected: selected.value });
+
+/** Puts other rows in the place of these; it can be undone. */
+export function change(next: Partial<Taught>, select = selected.value): void {
+  batch(() => {
+    before.value = [...before.value.slice(1 - MOST), now()];
+    after.value = [];
+    taught.value = { ...taught.value, ...next };
+    selected.value = Math.max(0, Math.min(select, rows.value.length - 1));
+    const left = new Set(rows.value);
+    picked.value = new Set([...picked.value].filter((row) => left.has(row)));
+  });
+}
+
+function back(from: typeof before, to: typeof before): void {
+  const state = from.value.at(-1);
+  if (state === undefined) return;
+  batch(() => {
+    from.value = from.value.slice(0, -1);
+    to.value = [...to.value, now()];
+    taught.value = state.taught;
+    selected.value = state.selected;
+    picked.value = new Set();
+  });
+}
+export const undo = () => back(before, after);
+export const redo = () => back(after, before);
+
+export function markSaved(): void {
+  saved.value = rows.value;
+}
+
+const freshName = (): string => {
+  const names = new Set(rows.value.map((row) => row.name));
+  let number = rows.value.length + 1;
+  while (names.has(`P${number}`)) number++;
+  return `P${number}`;
+};
+
+/** Adds a row behind the selected one, and selects it. */
+export function add(motion: Motion | null, more: Partial<Taught> = {}): void {
+  const row: Row = { name: freshName(), motion, gripper: null, suction: null, wait: null };
+  const at = Math.min(selected.value + 1, rows.value.length);
+  change({ ...more, rows: rows.value.toSpliced(at, 0, row) }, at);
+}
+
+export function edit(nth: number, next: Partial<Row>): void {
+  const row = rows.value[nth];
+  if (row === undefined) return;
+  const made = { ...row, ...next };
+  if (JSON.stringify(made) === JSON.stringify(row)) return;
+  change({ rows: rows.value.with(nth, made) });
+}
+
+/** Moves a row to another place. */
+export function move(from: number, to: number): void {
+  const row = rows.value[from];
+  if (row === undefined || to < 0 || to >= rows.value.length || from === to) return;
+  change({ rows: rows.value.toSpliced(from, 1).toSpliced(to, 0, row) }, to);
+}
+
+/** Deletes what is ticked, else the selected row. */
+export function remove(): void {
+  const gone = picked.value.size > 0 ? picked.value : new Set(rows.value.slice(selected.value, selected.value + 1));
+  change({ rows: rows.value.filter((row) => !gone.has(row)) });
+}
+
+export function pick(row: Row, on: boolean): void {
+  const next = new Set(picked.value);
+  if (on) next.add(row);
+  else next.delete(row);
+  picked.value = next;
+}

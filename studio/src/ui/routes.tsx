@@ -1,0 +1,44 @@
+// The panels of the routes. All but the first come when they are opened: each is a file of its own.
+import { signal } from "@preact/signals";
+import type { ComponentType } from "preact";
+import { t } from "../i18n";
+import { Move } from "../panels/move";
+import * as store from "../store";
+
+const LATER: Partial<Record<store.Route, () => Promise<ComponentType>>> = {
+  teach: () => import("../panels/teach").then(({ Teach }) => Teach),
+  run: () => import("../panels/run").then(({ Run }) => Run),
+  io: () => import("../panels/io").then(({ Io }) => Io),
+  plots: () => import("../panels/plot").then(({ Plots }) => Plots),
+  world: () => import("../panels/world").then(({ World }) => World),
+  arms: () => import("../panels/arms").then(({ Arms }) => Arms),
+  settings: () => import("../panels/settings").then(({ Settings }) => Settings),
+};
+const panels = signal<Partial<Record<store.Route, ComponentType>>>({ move: Move });
+const failed = signal(false);
+
+/** Brings the panel of a route. */
+export async function load(route: store.Route): Promise<void> {
+  if (panels.peek()[route] !== undefined) return;
+  failed.value = false;
+  try {
+    const panel = await LATER[route]?.();
+    if (panel !== undefined) panels.value = { ...panels.peek(), [route]: panel };
+  } catch {
+    failed.value = true;
+  }
+}
+
+export function Panel() {
+  const route = store.route.value;
+  const Shown = panels.value[route];
+  if (Shown !== undefined) return <Shown />;
+  return failed.value ? (
+    <p class="card">
+      {t("route.failed")}{" "}
+      <button type="button" onClick={() => void load(route)}>
+        {t("route.again")}
+      </button>
+    </p>
+  ) : null;
+}
