@@ -79,12 +79,14 @@ export function teaching(test, { browser, station, closed, shots }) {
     const page = await opened();
     const one = await add(page, ["z-plus", 10]);
     await add(page, ["y-plus", 50]);
-    await page.getByLabel("Wait at point 2, seconds").fill("1");
+    await page.getByLabel("Wait at point 2, seconds").fill("3");
     await page.getByLabel("Wait at point 2, seconds").press("Tab");
     const three = await add(page, ["z-minus", 10]);
     await page.getByTestId("teach-play").click();
     await is(page, "job", "running");
     await page.locator("[data-testid=teach-row-2][aria-current=step]").waitFor();
+    await page.setViewportSize({ width: 1280, height: 1120 });
+    await page.evaluate(() => scrollTo(0, 0));
     await page.screenshot({ path: join(shots, "teach.png") });
     await is(page, "job", "done", 30_000);
     const end = await station.stands();

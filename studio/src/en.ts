@@ -58,7 +58,7 @@ export const en = {
 
   "route.failed": "This page did not come from the server.",
   "route.again": "Try again",
-  "why.busy.job": "A job has the arm. It ends, or you stop it.",
+  "why.busy.job": "A job has the arm: wait for its end, or stop it.",
   "programs.title": "Programs",
   "programs.open": "Open a file",
   "programs.loading": "Opening …",
