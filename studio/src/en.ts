@@ -106,6 +106,7 @@ export const en = {
   "run.left": "{time} left",
   "run.checking": "Checking …",
   "run.unchecked": "Not checked yet. Start checks first.",
+  "run.unknown": "The type of this file is not recognised.",
   "run.good": "The arm can do it.",
   "run.unfit": "It does not fit.",
   "run.refused": "The arm cannot do {count} steps of it.",

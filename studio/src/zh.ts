@@ -109,6 +109,7 @@ export const zh: Texts = {
   "run.left": "剩余 {time}",
   "run.checking": "正在检查……",
   "run.unchecked": "尚未检查。开始前会先检查。",
+  "run.unknown": "无法识别此文件的格式。",
   "run.good": "机械臂可以完成。",
   "run.unfit": "放不下。",
   "run.refused": "其中 {count} 步机械臂无法完成。",

@@ -136,6 +136,7 @@ function Found({ program }: { program: library.Entry }) {
   const report = check.report.value;
   if (check.isChecking.value) return <p class="check busy">{t("run.checking")}</p>;
   if (check.problem.value !== null) return <p class="check bad" role="alert">{check.problem.value}</p>;
+  if (program.format === null) return <p class="check bad">{t("run.unknown")}</p>;
   if (report === null) return <p class="hint">{t("run.unchecked")}</p>;
   return (
     <>
@@ -194,7 +195,7 @@ function Selected() {
         <Do id="run-start" class="primary" off={reason !== null || program.format === null} why="start-why" press={start}>
           {t("run.start")}
         </Do>
-        <Do id="run-check" off={!store.isUp.value} press={check.check}>
+        <Do id="run-check" off={!store.isUp.value || program.format === null} press={check.check}>
           {t("run.check")}
         </Do>
         <button type="button" data-testid="run-preview" data-shown={isShown} aria-pressed={isShown} disabled={!store.isUp.value} onClick={look}>

@@ -13,7 +13,7 @@ export interface Entry {
 }
 
 /** So large a program may be in a message, and in an answer. */
-const IN_A_MESSAGE = 700 * 1024;
+export const IN_A_MESSAGE = 700 * 1024;
 
 export const programs = signal<Entry[]>([]);
 export const isLoading = signal(false);

@@ -134,21 +134,30 @@ export const save = () =>
     store.say(t("teach.saved", { name }));
   });
 
+/** A file that is no plan, as one: the station converts it, and keeps nothing of that. */
+async function converted(file: File): Promise<string | null> {
+  await library.list();
+  const known = new Set(library.programs.value.map((program) => program.name));
+  const name = library.nameOf(file.name);
+  const to = library.nameOf(`${name.replace(/\.[^.]*$/, "")} opened.plan.json`);
+  if ((await library.put(name, file)) === null) return null;
+  try {
+    await call("program.convert", { name, to });
+    await library.list();
+    const entry = library.programs.value.find((one) => one.name === to);
+    return entry === undefined ? null : await (await library.get(entry)).text();
+  } finally {
+    const made = [to, name].filter((one) => !known.has(one) && library.programs.value.some((program) => program.name === one));
+    await Promise.all(made.map((one) => call("program.delete", { name: one })));
+  }
+}
+
 /** Puts the program of a file in the place of this one, which can be undone. */
 export const open = (file: File) =>
   tried(async () => {
-    const name = library.nameOf(file.name);
-    let text = file.size < 700 * 1024 && /\.(json|plan)$/i.test(name) ? await file.text() : "";
-    if (!text.includes("magician-plan")) {
-      await library.list();
-      if ((await library.put(name, file)) === null) return;
-      const to = `${name.replace(/\.[^.]*$/, "")}.plan.json`;
-      await call("program.convert", { name, to });
-      await library.list();
-      const entry = library.programs.value.find((one) => one.name === to);
-      if (entry === undefined) return;
-      text = await (await library.get(entry)).text();
-    }
+    let text = file.size < library.IN_A_MESSAGE ? await file.text() : "";
+    if (!text.includes('"magician-plan"')) text = (await converted(file)) ?? "";
+    if (text === "") return;
     const found = await call("teach.rows", { plan: JSON.parse(text) as Record<string, unknown> });
     program.change(found, found.rows.length - 1);
     program.markSaved();
