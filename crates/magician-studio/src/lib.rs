@@ -33,7 +33,6 @@ files! {
     "/assets/app.js" "assets/app.js" "text/javascript; charset=utf-8",
     "/assets/arms.css" "assets/arms.css" "text/css; charset=utf-8",
     "/assets/arms.js" "assets/arms.js" "text/javascript; charset=utf-8",
-    "/assets/base.js" "assets/base.js" "text/javascript; charset=utf-8",
     "/assets/fleet.js" "assets/fleet.js" "text/javascript; charset=utf-8",
     "/assets/icon.svg" "assets/icon.svg" "image/svg+xml",
     "/assets/io.css" "assets/io.css" "text/css; charset=utf-8",
