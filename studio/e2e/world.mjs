@@ -187,10 +187,15 @@ export function worlds(test, { browser, station, shots, closed }) {
     await page.context().close();
   });
 
-  test("pins: a stepper runs, and a sensor is read, by what the table says of them", async () => {
+  test("pins: a stepper drives the belt, and a sensor is read, by what the table says of them", async () => {
+    const { scenarios } = await station.call("world.scenarios");
+    await station.call("world.scenario", { text: scenarios.find(({ name }) => name === "pick_and_sort").text });
     const page = await open("io");
     const stepper = page.getByRole("form", { name: /stepper, a conveyor/ });
     await stepper.getByRole("spinbutton").fill("5000");
+    await stepper.getByRole("button", { name: "Send" }).click();
+    await look("the belt runs", (seen) => seen.belt.travel > 1);
+    await stepper.getByRole("checkbox").uncheck();
     await stepper.getByRole("button", { name: "Send" }).click();
     const infrared = page.getByRole("form", { name: /infrared/ });
     await infrared.getByRole("button", { name: "Send" }).click();

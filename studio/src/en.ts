@@ -344,7 +344,6 @@ export const en = {
   "world.begun": "The arm was switched on in the new world. Objects: {n}.",
   "world.none": "Only a virtual arm has a world that can be changed.",
   "world.objects": "Objects",
-  "world.objects.none": "No objects. Choose a scenario that has some.",
   "world.objects.hint": "Drag an object in the picture, or type where it goes, in mm.",
   "world.object.axis": "{axis} of {name}, mm",
   "world.held": "held",

@@ -347,7 +347,6 @@ export const zh: Texts = {
   "world.begun": "机械臂已在新场景中上电。物体数：{n}。",
   "world.none": "只有虚拟机械臂的场景可以更改。",
   "world.objects": "物体",
-  "world.objects.none": "没有物体。请选择带物体的场景。",
   "world.objects.hint": "在画面中拖动物体，或输入位置（毫米）。",
   "world.object.axis": "{name} 的 {axis}，毫米",
   "world.held": "已抓取",

@@ -49,7 +49,7 @@ function Tile({ arm }: { arm: store.ArmEntry }) {
         <a href="#/move" onClick={() => show(name)} title={t("arms.show", { name })} aria-current={name === store.armName.value ? "true" : undefined}>
           {name}
         </a>
-        <label>
+        <label hidden={store.arms.value.length < 2}>
           <input type="checkbox" aria-label={t("site.choose", { name })} data-testid={`choose-${name}`} checked={chosen.value.has(name)} onChange={(event) => choose(name, event.currentTarget.checked)} />
         </label>
       </div>
@@ -242,7 +242,7 @@ export function Site() {
           <p class="hint">{t(store.socket.value === "closed" ? "why.closed" : "link.connecting")}</p>
         ) : (
           <>
-            <Bar />
+            {arms.length > 1 ? <Bar /> : null}
             <div class={`fleet ${arms.length <= FEW ? "few" : ""}`} ref={place} data-testid="fleet">
               <ul class="tiles" aria-label={t("arms.title")}>
                 {arms.map((arm) => (

@@ -97,9 +97,10 @@ function Scenario({ off }: { off: boolean }) {
 
 function Objects({ off }: { off: boolean }) {
   const objects = world.value?.objects ?? [];
+  if (objects.length === 0) return null;
   return (
     <Card title={t("world.objects")}>
-      {objects.length === 0 ? <p class="hint">{t("world.objects.none")}</p> : <p class="hint">{t("world.objects.hint")}</p>}
+      <p class="hint">{t("world.objects.hint")}</p>
       <ul class="objects">
         {objects.map(({ name, color, held, at: [x = 0, y = 0, z = 0] }) => {
           const field = (axis: "x" | "y", value: number) => (
