@@ -100,7 +100,9 @@ export const play = (what: "all" | "from" | "one") =>
     const only = what === "one";
     const { plan: made, first } = await plan(only ? [row] : undefined);
     const from = what === "from" ? { from: (first[at] ?? 0) + 1 } : {};
-    const order = { text: JSON.stringify(made), format: "plan", ...from, ...(what === "all" ? { loops: loops.value } : {}) };
+    // As `magician teach` plays: where the points are, and the tool stays at the one where it ends.
+    const setup = { raw: true, stay: true };
+    const order = { text: JSON.stringify(made), format: "plan", setup, ...from, ...(what === "all" ? { loops: loops.value } : {}) };
     const job = await jobs.start(order, program.taught.value.title || t("teach.untitled"), "");
     if (job !== null) playing.value = { job, first, from: only ? at : 0 };
   });
