@@ -148,14 +148,13 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
     ),
 ];
 
-/// What each crate of the three workspaces depends on among ours, and with which features, but for its tests.
+/// What each crate of the two workspaces depends on among ours, and with which features, but for its tests.
 fn members() -> BTreeMap<String, BTreeMap<String, BTreeSet<String>>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut members = BTreeMap::new();
     for manifest in [
         "Cargo.toml",
         "crates/magician-py/Cargo.toml",
-        "crates/magician-wasm/Cargo.toml",
     ] {
         let output = Command::new(env!("CARGO"))
             .args(["metadata", "--format-version=1", "--no-deps", "--offline"])

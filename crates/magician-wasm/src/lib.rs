@@ -22,6 +22,8 @@
 //! Memory of the module may grow with every call: make views on it anew. `node/shim.mjs` is what it imports, and all of this as functions; `build`
 //! makes the module.
 
+#![cfg(feature = "module")]
+
 mod clock;
 pub mod config;
 #[cfg(target_family = "wasm")]
