@@ -13,6 +13,7 @@ export interface Wire {
 
 /** What the page tells the worker. */
 export type ToWorker =
+  /** A station: its address, or `SIM` and the virtual arm's speed. */
   | { kind: "open"; url: string }
   | { kind: "send"; message: Wire }
   /** Starts a jog, and keeps it up until `release`: `every` and `most` in ms, by the clock of the worker. */
@@ -20,7 +21,12 @@ export type ToWorker =
   | { kind: "release" }
   /** The page's main thread is alive: a jog is not kept up for a page that hangs. */
   | { kind: "alive" }
+  /** With a port: another client of the virtual arm's station. */
+  | { kind: "join" }
   | { kind: "close" };
+
+/** What the address of a virtual arm in the worker begins with. */
+export const SIM = "sim:";
 
 /** What the worker tells the page. */
 export type FromWorker =

@@ -4,8 +4,10 @@ import { render } from "preact";
 import "./app.css";
 import { phase } from "./jog";
 import { listen } from "./keys";
+import { keepOffline } from "./offline";
 import "./ring";
 import * as session from "./session";
+import { used } from "./settings";
 import * as store from "./store";
 import { App } from "./ui/app";
 import { load } from "./ui/routes";
@@ -39,16 +41,21 @@ function carryState(): void {
   });
 }
 
-/** A station that serves this page is the one that is meant. */
+/** A station that serves this page is the one that is meant; a page of files opens again what it had. */
 async function connectToOwn(): Promise<void> {
+  let isServed = false;
   try {
     const answer = await fetch(location.pathname, { method: "HEAD" });
-    if (!answer.ok || !answer.headers.has("x-magician-api")) return;
+    isServed = answer.ok && answer.headers.has("x-magician-api");
   } catch {
-    return;
+    // Offline.
   }
+  store.isStatic.value = !isServed;
+  if (!isServed) void keepOffline();
+  if (store.backend.value !== "none") return;
   const url = session.apiUrl(location.origin);
-  if (url !== null && store.backend.value === "none") session.connect(url, session.keptToken());
+  if (isServed && url !== null) session.connect(url, session.keptToken());
+  else if (!isServed && used.value === "sim") session.connectSim();
 }
 
 follow();

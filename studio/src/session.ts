@@ -1,11 +1,11 @@
 // The session with a station: connected, kept, found again; what it tells goes to the store.
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
-import { NO_WORKER, WorkerCarrier } from "./carrier";
+import { NO_WORKER, SIM, WorkerCarrier } from "./carrier";
 import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError } from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
-import { lastArm, ownName } from "./settings";
+import { lastArm, ownName, used } from "./settings";
 import * as store from "./store";
 
 /** States a second. */
@@ -53,9 +53,14 @@ export function connect(url: string, token: string): void {
   } catch {
     resume = null;
   }
-  store.backend.value = "station";
+  const isSim = url.startsWith(SIM);
+  used.value = isSim ? "sim" : "none";
+  store.backend.value = isSim ? "sim" : "station";
   open();
 }
+
+/** The virtual arm of the page itself. */
+export const connectSim = (): void => connect(`${SIM}${store.simSpeed}`, "");
 
 export function keptToken(): string {
   try {
@@ -141,8 +146,11 @@ async function hello(made: Client): Promise<void> {
       const shown = store.armName.value ?? lastArm.value;
       store.armName.value = names.includes(shown) ? shown : (names[0] ?? null);
     });
-    log(t(wasLost ? "log.found" : "log.connected", { url: address?.url ?? "" }));
+    const isSim = store.backend.value === "sim";
+    log(t(wasLost ? "log.found" : "log.connected", { url: isSim ? t("connect.sim") : (address?.url ?? "") }));
     await watch();
+    // There is no one else to give it.
+    if (isSim && store.lease.value === "free") await takeControl();
   } catch (error) {
     // The end of the line says why.
     if (error instanceof RpcError && error.code !== LINE_ENDED) log(error.message);
@@ -197,6 +205,10 @@ export function show(arm: string): void {
 
 function lost(code: number): void {
   if (address === null) return;
+  if (store.backend.value === "sim") {
+    disconnect();
+    return store.say(t("connect.sim.failed"), true);
+  }
   client?.close();
   // The script itself did not come.
   if (code === NO_WORKER) client = null;

@@ -31,6 +31,10 @@ export const theme = kept<Theme>("theme", "system", (value) => ["system", "light
 export const ownName = kept<string>("name", "", (value) => value.length <= 40);
 /** The arm that was shown last. */
 export const lastArm = kept<string>("arm", "", () => true);
+/** What is opened again after a reload. */
+export const used = kept<"none" | "sim">("used", "none", (value) => value === "sim");
+/** Whether the first steps were closed. */
+export const hasTried = kept<"no" | "yes">("tried", "no", (value) => value === "yes");
 
 effect(() => {
   const root = document.documentElement;

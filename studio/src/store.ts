@@ -14,7 +14,13 @@ export const ROUTES: readonly Route[] = ["move", "teach", "run", "io", "plots", 
 export const route = signal<Route>("move");
 
 /** How the station is reached: `none` before anything is chosen. */
-export const backend = signal<"none" | "station">("none");
+export const backend = signal<"none" | "sim" | "station">("none");
+/** How fast the page's virtual arm is: `?speed=N`. */
+export const simSpeed = Math.max(1, Math.min(100, Number(new URLSearchParams(location.search).get("speed")) || 1));
+/** Whether the page is of files, without a station behind it. */
+export const isStatic = signal(false);
+/** A newer build of the page is there: a press takes it. */
+export const update = signal<(() => void) | null>(null);
 /** `lost`: it was there, and is looked for; `closed`: it is not looked for. */
 export const socket = signal<"closed" | "connecting" | "up" | "lost">("closed");
 export const since = signal<Date | null>(null);

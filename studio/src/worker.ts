@@ -1,39 +1,91 @@
-// The worker that holds the WebSocket to a station.
-import type { FromWorker, ToWorker, Wire } from "./carrier";
+// The worker that holds the line: a WebSocket to a station, or the station itself with a virtual arm.
+import { type FromWorker, SIM, type ToWorker, type Wire } from "./carrier";
 import { JogKeeper } from "./keeper";
+import { SimStation } from "./sim";
 
 const tell = (message: FromWorker) => postMessage(message);
-let socket: WebSocket | null = null;
 
-const send = (message: Wire) => {
-  if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
-};
-const keeper = new JogKeeper(send);
+/** A connection: what is sent after its end is lost. */
+interface Line {
+  send(message: Wire): void;
+  close(): void;
+}
+let line: Line | null = null;
+const keeper = new JogKeeper((message) => line?.send(message));
+/** A module is a station, and lasts as long as the worker: a virtual arm that is connected again stands where it stood. */
+let sim: Promise<SimStation> | null = null;
+
+/** What a connection hears as long as it is the one that the page has. */
+function hearer(isOn: () => boolean) {
+  return {
+    heard(message: Wire) {
+      if (!isOn()) return;
+      keeper.heard(message);
+      tell({ kind: "heard", message });
+    },
+    closed(code: number) {
+      if (!isOn()) return;
+      keeper.release();
+      line = null;
+      tell({ kind: "closed", code });
+    },
+  };
+}
 
 function open(url: string): void {
-  socket?.close();
-  let made: WebSocket;
+  close();
+  if (url.startsWith(SIM)) return void openSim(Number(url.slice(SIM.length)));
+  let socket: WebSocket;
   try {
-    made = new WebSocket(url, "magician.v1");
+    socket = new WebSocket(url, "magician.v1");
   } catch {
     tell({ kind: "closed", code: 1006 });
     return;
   }
-  socket = made;
-  made.onopen = () => socket === made && tell({ kind: "opened" });
-  made.onmessage = (event: MessageEvent<string>) => {
-    if (socket !== made) return;
-    const message = JSON.parse(event.data) as Wire;
-    keeper.heard(message);
-    tell({ kind: "heard", message });
+  const mine: Line = {
+    send: (message) => {
+      if (socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+    },
+    close: () => socket.close(),
   };
-  made.onclose = (event) => {
-    keeper.release();
-    if (socket === made) {
-      socket = null;
-      tell({ kind: "closed", code: event.code });
-    }
-  };
+  line = mine;
+  const { heard, closed } = hearer(() => line === mine);
+  socket.onopen = () => line === mine && tell({ kind: "opened" });
+  socket.onmessage = (event: MessageEvent<string>) => heard(JSON.parse(event.data) as Wire);
+  socket.onclose = (event) => closed(event.code);
+}
+
+async function openSim(speed: number): Promise<void> {
+  const mine: Line = { send: () => {}, close: () => {} };
+  line = mine;
+  const hears = hearer(() => line === mine);
+  sim ??= SimStation.open(new URL("arm.wasm", location.href), speed);
+  try {
+    const station = await sim;
+    if (line !== mine) return;
+    const session = station.connect(hears);
+    mine.send = (message) => station.send(session, message);
+    mine.close = () => station.end(session);
+    tell({ kind: "opened" });
+  } catch (error) {
+    sim = null;
+    console.error(String(error));
+    hears.closed(1006);
+  }
+}
+
+/** Another client of the virtual arm's station: messages as over a WebSocket, by a port. */
+async function join(port: MessagePort): Promise<void> {
+  const station = await sim;
+  if (station === null) return port.close();
+  const session = station.connect({ heard: (message) => port.postMessage(message), closed: () => port.close() });
+  port.onmessage = (event: MessageEvent<Wire>) => station.send(session, event.data);
+}
+
+function close(): void {
+  keeper.release();
+  line?.close();
+  line = null;
 }
 
 onmessage = (event: MessageEvent<ToWorker>) => {
@@ -42,16 +94,16 @@ onmessage = (event: MessageEvent<ToWorker>) => {
     case "open":
       return open(order.url);
     case "send":
-      return send(order.message);
+      return line?.send(order.message);
     case "jog":
       return keeper.start(order.message, order.every, order.most);
     case "release":
       return keeper.release();
     case "alive":
       return keeper.isAlive();
+    case "join":
+      return void event.ports.map(join);
     case "close":
-      keeper.release();
-      socket?.close();
-      socket = null;
+      return close();
   }
 };

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { t } from "../i18n";
 import { tokenFor } from "../pairing";
-import { apiUrl, connect, disconnect, keptToken } from "../session";
+import { apiUrl, connect, connectSim, disconnect, keptToken } from "../session";
 import * as store from "../store";
 import { Card } from "../ui/parts";
 
@@ -26,7 +26,14 @@ export function Connect() {
     <Card title={t("connect.title")} class="connect">
       <div class="ways">
         <div class="way">
-          <button type="button" data-testid="connect-sim" disabled aria-describedby="sim-why">
+          <button
+            type="button"
+            class={store.isStatic.value && !isOn ? "primary" : ""}
+            data-testid="connect-sim"
+            disabled={store.backend.value === "sim"}
+            aria-describedby="sim-why"
+            onClick={connectSim}
+          >
             {t("connect.sim")}
           </button>
           <p id="sim-why" class="hint">
@@ -76,7 +83,7 @@ export function Connect() {
           <small id="token-hint">{t("connect.token.hint")}</small>
         </label>
         <div class="server-buttons">
-          <button type="submit" class={isOn ? "" : "primary"} data-testid="connect-station">
+          <button type="submit" class={isOn || store.isStatic.value ? "" : "primary"} data-testid="connect-station">
             {t("connect.station")}
           </button>
           {isOn ? (

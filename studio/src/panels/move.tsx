@@ -3,6 +3,7 @@ import * as store from "../store";
 import { ArmView } from "../view/view";
 import { Connect } from "./connect";
 import { JogPad } from "./jogpad";
+import { FirstSteps } from "./first";
 import { Pose } from "./pose";
 import { ArmCard } from "./tools";
 
@@ -12,6 +13,7 @@ export function Move() {
     <div class="move">
       <div class="move-look">
         {isEmpty ? <Connect /> : null}
+        <FirstSteps />
         <ArmView />
         <Pose />
       </div>

@@ -91,6 +91,9 @@ export function Settings() {
             { value: "zh", text: "中文", testId: "settings-language-zh" },
           ]}
         />
+        <p class="hint">
+          <a href="licences.txt">{t("settings.licences")}</a>
+        </p>
         {t("settings.zh") ? <p class="hint">{t("settings.zh")}</p> : null}
         <Choice<Theme>
           name="theme"

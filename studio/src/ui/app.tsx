@@ -1,7 +1,7 @@
 import { t } from "../i18n";
 import * as store from "../store";
 import { Dialogs } from "./dialogs";
-import { Alarms, Header, LinkLost } from "./header";
+import { Alarms, Header, LinkLost, Update } from "./header";
 import { Panel } from "./routes";
 
 export function App() {
@@ -11,6 +11,7 @@ export function App() {
       <Header />
       <main class={`route-${route}`}>
         <h1 class="unseen">{`${t("app")}: ${t(`nav.${route}`)}`}</h1>
+        <Update />
         <LinkLost />
         <Alarms />
         <Panel />

@@ -43,6 +43,7 @@ function What() {
     <div class="what">
       <span class={`badge ${kind}`} data-testid="header-arm">
         {t(`arm.${kind}`)}
+        {store.backend.value === "sim" && store.simSpeed !== 1 ? <b data-testid="header-speed"> ×{store.simSpeed}</b> : null}
         {store.arms.value.length > 1 && arm !== null ? <b> {arm.name}</b> : null}
       </span>
       {store.isLaserOn.value ? (
@@ -128,6 +129,20 @@ export function LinkLost() {
         </b>{" "}
         {t("link.again")}
       </p>
+    </div>
+  );
+}
+
+/** A newer build of the page: it waits until it is taken. */
+export function Update() {
+  const take = store.update.value;
+  if (take === null) return null;
+  return (
+    <div class="banner update" role="status">
+      <p>{t("update.text")}</p>
+      <button type="button" class="small" data-testid="update-offer" onClick={take}>
+        {t("update")}
+      </button>
     </div>
   );
 }

@@ -1,0 +1,109 @@
+// The library of the virtual arm's station, kept in the browser's own storage (OPFS): the module has it in memory alone.
+import type { Wire } from "./carrier";
+
+const FOLDER = "programs";
+
+interface Access {
+  getSize(): number;
+  read(into: Uint8Array): number;
+  truncate(size: number): void;
+  write(bytes: Uint8Array): number;
+  flush(): void;
+  close(): void;
+}
+/** TypeScript's list of a page's classes lacks what only workers have. */
+type Handle = FileSystemFileHandle & { createSyncAccessHandle(): Promise<Access> };
+type Folder = FileSystemDirectoryHandle & AsyncIterable<[string, FileSystemHandle]>;
+
+/** A change that was asked for, and is kept when the station has answered that it is done. */
+type Change = { put: string; bytes: Uint8Array } | { remove: string } | { fetch: string };
+
+const encoded = (bytes: Uint8Array) => {
+  let text = "";
+  for (const byte of bytes) text += String.fromCharCode(byte);
+  return btoa(text);
+};
+const decoded = (data: string) => Uint8Array.from(atob(data), (sign) => sign.charCodeAt(0));
+
+export class Kept {
+  private readonly asks = new Map<string, Change>();
+  private work: Promise<unknown> = Promise.resolve();
+
+  private constructor(private readonly folder: Folder | null) {}
+
+  static async open(): Promise<Kept> {
+    try {
+      const root = await navigator.storage.getDirectory();
+      return new Kept((await root.getDirectoryHandle(FOLDER, { create: true })) as Folder);
+    } catch {
+      // A private window keeps nothing.
+      return new Kept(null);
+    }
+  }
+
+  async *all(): AsyncGenerator<[string, string]> {
+    if (this.folder === null) return;
+    for await (const [name, handle] of this.folder) {
+      if (handle.kind !== "file") continue;
+      const bytes = new Uint8Array(await (await (handle as Handle).getFile()).arrayBuffer());
+      yield [name, encoded(bytes)];
+    }
+  }
+
+  /** Looks at what a session asks. */
+  asked(session: number, { id, method, params }: Wire): void {
+    if (this.folder === null || id == null || !method?.startsWith("program.")) return;
+    const { name, text, data, to } = (params ?? {}) as Record<string, string>;
+    const key = `${session} ${id}`;
+    if (method === "program.put" && name !== undefined) {
+      const bytes = text === undefined ? decodedOrNone(data ?? "") : new TextEncoder().encode(text);
+      if (bytes !== null) this.asks.set(key, { put: name, bytes });
+    } else if (method === "program.delete" && name !== undefined) {
+      this.asks.set(key, { remove: name });
+    } else if (method === "program.convert" && to !== undefined) {
+      this.asks.set(key, { fetch: to });
+    }
+  }
+
+  /** Looks at what it is answered. A program that the station made is asked for. */
+  answered(session: number, message: Wire, ask: (message: Wire) => void): void {
+    const got = message.result as { name?: string; data?: string } | undefined;
+    if (message.method !== undefined) return;
+    const key = `${session} ${message.id}`;
+    const change = this.asks.get(key);
+    this.asks.delete(key);
+    if (change === undefined || message.error) {
+      if (session === 1 && got?.name !== undefined && got.data !== undefined) this.write(got.name, decoded(got.data));
+    } else if ("put" in change) {
+      this.write(change.put, change.bytes);
+    } else if ("remove" in change) {
+      this.does(() => this.folder!.removeEntry(change.remove));
+    } else {
+      ask({ method: "program.get", params: { name: change.fetch } });
+    }
+  }
+
+  private write(name: string, bytes: Uint8Array): void {
+    this.does(async () => {
+      const handle = (await this.folder!.getFileHandle(name, { create: true })) as Handle;
+      const access = await handle.createSyncAccessHandle();
+      access.truncate(0);
+      access.write(bytes);
+      access.flush();
+      access.close();
+    });
+  }
+
+  /** One after the other; what the storage refuses is there until the page is closed, as the station has it. */
+  private does(work: () => Promise<unknown>): void {
+    this.work = this.work.then(work).catch(() => {});
+  }
+}
+
+function decodedOrNone(data: string): Uint8Array | null {
+  try {
+    return decoded(data);
+  } catch {
+    return null;
+  }
+}

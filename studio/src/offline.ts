@@ -1,0 +1,25 @@
+// The page without a network: its service worker, and a newer build, which is offered and never taken by itself.
+import * as store from "./store";
+
+export async function keepOffline(): Promise<void> {
+  // Only where the browser trusts where the page came from: https, or this computer.
+  if (!("serviceWorker" in navigator) || import.meta.env.DEV) return;
+  try {
+    const found = await navigator.serviceWorker.register("./sw.js", { scope: "./", updateViaCache: "none" });
+    const look = () => {
+      const waiting = found.waiting;
+      // Without a page of the build before there is nothing to take the place of.
+      store.update.value = waiting !== null && navigator.serviceWorker.controller !== null ? () => take(waiting) : null;
+    };
+    look();
+    found.addEventListener("updatefound", () => found.installing?.addEventListener("statechange", look));
+    document.addEventListener("visibilitychange", () => document.hidden || void found.update().catch(() => {}));
+  } catch {
+    // A browser that keeps nothing has the page as long as it is open.
+  }
+}
+
+function take(waiting: ServiceWorker): void {
+  navigator.serviceWorker.addEventListener("controllerchange", () => location.reload(), { once: true });
+  waiting.postMessage("take");
+}
