@@ -152,10 +152,7 @@ const DEPENDENCIES: &[(&str, &[&str])] = &[
 fn members() -> BTreeMap<String, BTreeMap<String, BTreeSet<String>>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut members = BTreeMap::new();
-    for manifest in [
-        "Cargo.toml",
-        "crates/magician-py/Cargo.toml",
-    ] {
+    for manifest in ["Cargo.toml", "crates/magician-py/Cargo.toml"] {
         let output = Command::new(env!("CARGO"))
             .args(["metadata", "--format-version=1", "--no-deps", "--offline"])
             .arg("--manifest-path")

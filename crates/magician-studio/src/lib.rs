@@ -11,18 +11,21 @@ pub struct File {
     pub kind: &'static str,
     /// What it holds.
     pub bytes: &'static [u8],
-    /// The same, compressed by gzip.
+    /// The same, compressed by gzip; empty for what is only kept as it is.
     pub gzip: &'static [u8],
 }
 
 macro_rules! files {
-    ($($path:literal $file:literal $kind:literal),* $(,)?) => {
+    (@gzip $file:literal) => { include_bytes!(concat!("../packed/", $file, ".gz")) };
+    // Large, and seldom asked for: once in the program is enough.
+    (@gzip $file:literal plain) => { &[] };
+    ($($path:literal $file:literal $kind:literal $($plain:ident)?),* $(,)?) => {
         /// All files of the page.
         pub static FILES: &[File] = &[$(File {
             path: $path,
             kind: $kind,
             bytes: include_bytes!(concat!("../dist/", $file)),
-            gzip: include_bytes!(concat!("../packed/", $file, ".gz")),
+            gzip: files!(@gzip $file $($plain)?),
         }),*];
     };
 }
@@ -31,8 +34,10 @@ files! {
     "/" "index.html" "text/html; charset=utf-8",
     "/assets/app.css" "assets/app.css" "text/css; charset=utf-8",
     "/assets/app.js" "assets/app.js" "text/javascript; charset=utf-8",
+    "/assets/arm.wasm" "assets/arm.wasm" "application/wasm" plain,
     "/assets/arms.css" "assets/arms.css" "text/css; charset=utf-8",
     "/assets/arms.js" "assets/arms.js" "text/javascript; charset=utf-8",
+    "/assets/first.json" "assets/first.json" "application/json",
     "/assets/fleet.js" "assets/fleet.js" "text/javascript; charset=utf-8",
     "/assets/icon.svg" "assets/icon.svg" "image/svg+xml",
     "/assets/io.css" "assets/io.css" "text/css; charset=utf-8",
@@ -52,7 +57,9 @@ files! {
     "/assets/worker.js" "assets/worker.js" "text/javascript; charset=utf-8",
     "/assets/world.css" "assets/world.css" "text/css; charset=utf-8",
     "/assets/world.js" "assets/world.js" "text/javascript; charset=utf-8",
+    "/licences.txt" "licences.txt" "text/plain; charset=utf-8",
     "/manifest.webmanifest" "manifest.webmanifest" "application/manifest+json",
+    "/sw.js" "sw.js" "text/javascript; charset=utf-8",
 }
 
 /// The file at a path.

@@ -8,8 +8,17 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use flate2::{Compression, GzBuilder};
+use sha2::{Digest, Sha256};
+
+use crate::dist;
 
 const CRATE: &str = "crates/magician-studio";
+/// The compiler whose module is kept: another one makes other bytes.
+const TOOLCHAIN: &str = "1.95.0";
+const MODULE: &str = "assets/arm.wasm";
+/// What the module should have, and what all that a browser keeps may have, by gzip.
+const MODULE_GOAL: usize = 450_000;
+const KEPT_MOST: usize = 3_000_000;
 /// What a browser loads first, and what it loads to show an arm: files, and bytes by gzip at most.
 const SIZES: [(&str, &[&str], usize); 2] = [
     (
@@ -74,12 +83,24 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     ]);
     vite.arg(std::path::absolute(&made)?).current_dir(&studio);
     done(vite)?;
-    let built = files(&made)?;
+    let kept = root.join(CRATE);
+    module(root, &made, &kept)?;
+    let mut built = files(&made)?;
+    let licences = dist::licences_of(&dist::Build {
+        title: "the page of the studio",
+        manifest: root.join("Cargo.toml"),
+        packages: vec!["magician-studio".to_owned(), "magician-wasm".to_owned()],
+        features: vec!["magician-wasm/module".to_owned()],
+        target: Some("wasm32-wasip1".to_owned()),
+    })?;
+    built.insert("licences.txt".to_owned(), licences.into_bytes());
+    let worker = fs::read_to_string(studio.join("sw.js"))?;
+    built.insert("sw.js".to_owned(), service_worker(&worker, &built)?);
     plain(&built, root)?;
     sizes(&built)?;
-    let kept = root.join(CRATE);
     let packed: Files = built
         .iter()
+        .filter(|(name, _)| *name != MODULE)
         .map(|(name, bytes)| Ok((format!("{name}.gz"), gzip(bytes)?)))
         .collect::<Result<_, std::io::Error>>()?;
     for (folder, wanted) in [("dist", &built), ("packed", &packed)] {
@@ -99,6 +120,68 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
         }
     }
     Ok(())
+}
+
+/// Builds arm.wasm into the bundle. Where this machine cannot make the same bytes, the one that is kept stays, and it is said.
+fn module(root: &Path, made: &Path, kept: &Path) -> Result<(), Box<dyn Error>> {
+    let to = made.join(MODULE);
+    let said = |program: &str, words: &[&str]| -> Option<String> {
+        let output = Command::new(program).args(words).output().ok()?;
+        output
+            .status
+            .success()
+            .then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let compiler = said("rustc", &["--version"]).unwrap_or_default();
+    let folder = said(
+        "rustc",
+        &["--print", "target-libdir", "--target", "wasm32-wasip1"],
+    );
+    let has_target = folder.is_some_and(|folder| Path::new(folder.trim()).exists());
+    if has_target && compiler.starts_with(&format!("rustc {TOOLCHAIN} ")) {
+        let mut build = Command::new(root.join("crates/magician-wasm/build"));
+        build
+            .arg("--out")
+            .arg(std::path::absolute(&to)?)
+            .current_dir(root);
+        return done(build);
+    }
+    println!(
+        "arm.wasm is not built, the one that is kept stays: it wants rustc {TOOLCHAIN} with the target wasm32-wasip1 (rustup toolchain \
+            install {TOOLCHAIN} --target wasm32-wasip1, then RUSTUP_TOOLCHAIN={TOOLCHAIN} cargo xtask studio)"
+    );
+    fs::copy(kept.join("dist").join(MODULE), to)?;
+    Ok(())
+}
+
+/// The service worker with what it keeps, under a name that is another one for each build.
+fn service_worker(source: &str, files: &Files) -> Result<Vec<u8>, Box<dyn Error>> {
+    let mut digest = Sha256::new();
+    digest.update(source);
+    for (name, bytes) in files {
+        digest.update(name);
+        digest.update(Sha256::digest(bytes));
+    }
+    let digest = digest.finalize();
+    let build: String = digest[..8]
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let names: Vec<_> = files.keys().collect();
+    let mut text = source.to_owned();
+    for (empty, full) in [
+        ("const BUILD = \"\";", format!("const BUILD = {build:?};")),
+        (
+            "const FILES = [];",
+            format!("const FILES = {};", serde_json::to_string(&names)?),
+        ),
+    ] {
+        if !text.contains(empty) {
+            return Err(format!("studio/sw.js has no line {empty}").into());
+        }
+        text = text.replace(empty, &full);
+    }
+    Ok(text.into_bytes())
 }
 
 fn done(mut command: Command) -> Result<(), Box<dyn Error>> {
@@ -135,7 +218,8 @@ fn files(folder: &Path) -> Result<Files, Box<dyn Error>> {
 fn plain(files: &Files, root: &Path) -> Result<(), Box<dyn Error>> {
     let here = std::path::absolute(root)?;
     let here = here.to_string_lossy();
-    for (name, bytes) in files {
+    // The module is no text; its build looks for paths itself.
+    for (name, bytes) in files.iter().filter(|(name, _)| *name != MODULE) {
         let text = String::from_utf8_lossy(bytes);
         for unwanted in ["sourceMappingURL", "\r", &*here] {
             if text.contains(unwanted) {
@@ -167,6 +251,21 @@ fn sizes(files: &Files) -> Result<(), Box<dyn Error>> {
         if size > most {
             too_large.push(what);
         }
+    }
+    let mut all = 0;
+    for bytes in files.values() {
+        all += gzip(bytes)?.len();
+    }
+    println!("{:<10} {all:>7} of {KEPT_MOST} bytes (gzip)", "offline");
+    if all > KEPT_MOST {
+        too_large.push("offline");
+    }
+    if let Some(module) = files.get(MODULE) {
+        let size = gzip(module)?.len();
+        println!(
+            "{:<10} {size:>7}, the goal is {MODULE_GOAL} bytes (gzip)",
+            "arm.wasm"
+        );
     }
     if too_large.is_empty() {
         Ok(())
@@ -200,8 +299,8 @@ mod tests {
     #[test]
     fn what_is_packed_is_what_is_kept_and_all_of_it_is_served() {
         let (dist, packed) = (kept("dist"), kept("packed"));
-        assert_eq!(dist.len(), packed.len());
-        for (name, bytes) in &dist {
+        assert_eq!(dist.len(), packed.len() + 1);
+        for (name, bytes) in dist.iter().filter(|(name, _)| *name != MODULE) {
             assert_eq!(
                 packed[&format!("{name}.gz")],
                 gzip(bytes).unwrap(),

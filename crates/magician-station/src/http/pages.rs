@@ -20,7 +20,7 @@ pub struct PageFile {
     pub kind: &'static str,
     /// What it holds.
     pub bytes: &'static [u8],
-    /// The same by gzip.
+    /// The same by gzip; empty if it is only sent as it is.
     pub gzip: &'static [u8],
 }
 
@@ -49,7 +49,7 @@ impl Pages {
     /// The file at a path, as a request with these headers wants it; none where there is no such file.
     pub(super) fn answer(&self, path: &str, headers: &HeaderMap) -> Option<Response> {
         let (file, digest) = self.0.iter().find(|(file, _)| file.path == path)?;
-        let zipped = takes_gzip(headers);
+        let zipped = !file.gzip.is_empty() && takes_gzip(headers);
         let tag = format!("\"{digest}{}\"", if zipped { "-gz" } else { "" });
         let known = headers
             .get_all(IF_NONE_MATCH)
