@@ -1,0 +1,219 @@
+// The suite on the second carrier: the page as files on any server, its station and virtual arm in the page's worker.
+import assert from "node:assert/strict";
+import { createServer } from "node:http";
+import { existsSync, readFileSync } from "node:fs";
+import { extname, join } from "node:path";
+import { Browser, Station, is, near } from "./bench.mjs";
+
+const TYPES = {
+  ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".json": "application/json",
+  ".wasm": "application/wasm", ".webmanifest": "application/manifest+json",
+};
+/** As beside a book: below a folder. */
+const BELOW = "/book/studio/";
+/** Tests of the station's page that mean the same here. */
+const SHARED = [
+  "a held button moves the arm until it is let go",
+  "the browser's menu, a cancelled touch and a hidden page end a jog",
+  "keys jog, and one that loses the focus stops",
+  "Escape and Space stop, and the key that was down does nothing more",
+  "a step is a step: by button, by key, in the frame of the tool",
+  "Stop stops what moves",
+  "the picture is the arm's: the tip is where its pose is projected",
+  "a page that hangs holds no jog",
+];
+
+/** A file server that knows nothing of the page; `patch` changes what it has, as a newer build does. */
+export class Files {
+  patched = new Map();
+
+  constructor(folder) {
+    this.folder = folder;
+  }
+
+  async start() {
+    this.server = createServer((request, response) => {
+      const { pathname } = new URL(request.url, "http://page");
+      const name = pathname.startsWith(BELOW) ? pathname.slice(BELOW.length) || "index.html" : "../nowhere";
+      const path = join(this.folder, name);
+      if (!existsSync(path) || name.includes("..")) return response.writeHead(404).end();
+      response.writeHead(200, { "content-type": TYPES[extname(path)] ?? "text/plain" });
+      response.end(request.method === "HEAD" ? undefined : (this.patched.get(name) ?? readFileSync(path)));
+    });
+    await new Promise((done) => this.server.listen(0, "127.0.0.1", done));
+    this.url = `http://127.0.0.1:${this.server.address().port}${BELOW}`;
+  }
+
+  /** Another build: the service worker is another one, and so is the title. */
+  renew() {
+    const text = (name) => readFileSync(join(this.folder, name), "utf8");
+    this.patched.set("sw.js", text("sw.js").replace(/BUILD = "/, 'BUILD = "newer'));
+    this.patched.set("index.html", text("index.html").replace("<title>", "<title>Newer "));
+  }
+
+  end() {
+    this.server.closeAllConnections();
+    this.server.close();
+  }
+}
+
+/** The arm in the worker of a page, past the page: a session of its own over a MessagePort. */
+export class Sim extends Station {
+  async join(page) {
+    this.worker = page.workers()[0];
+    await this.worker.evaluate(() => {
+      const { port1, port2 } = new MessageChannel();
+      globalThis.suite = { port: port2, ids: 0, waiting: new Map() };
+      port2.onmessage = ({ data }) => globalThis.suite.waiting.get(data.id)?.(data);
+      dispatchEvent(new MessageEvent("message", { data: { kind: "join" }, ports: [port1] }));
+    });
+    await this.call("session.hello", { client: { name: "suite" } });
+  }
+
+  async call(method, params = {}) {
+    const { result, error } = await this.worker.evaluate(
+      ([method, params]) =>
+        new Promise((done) => {
+          const { suite } = globalThis;
+          const id = ++suite.ids;
+          suite.waiting.set(id, done);
+          suite.port.postMessage({ jsonrpc: "2.0", id, method, params });
+        }),
+      [method, params],
+    );
+    if (error) throw new Error(`${method}: ${error.message}`);
+    return result;
+  }
+}
+
+/** Pages that have opened the virtual arm. */
+class SimBrowser extends Browser {
+  constructor(other, sim) {
+    super();
+    this.other = other;
+    this.complaints = other.complaints;
+    this.sim = sim;
+  }
+
+  get browser() {
+    return this.other.browser;
+  }
+
+  async inControl(url, options) {
+    const page = await this.page(url, options);
+    await page.getByTestId("connect-sim").click();
+    await is(page, "lease", "mine");
+    await is(page, "stale", "false");
+    await this.sim.join(page);
+    return page;
+  }
+
+  connected(url, options) {
+    return this.inControl(url, options);
+  }
+}
+
+/** What the tests of the other carrier take for their station, and those that are of this one. */
+export function onSim(tests, bench, folder) {
+  const files = new Files(folder);
+  const sim = new Sim("none");
+  const browser = new SimBrowser(bench.browser, sim);
+  const test = (name, body) => tests.push([name, body]);
+  const swap = () => bench.swap({ station: sim, browser, url: () => files.url });
+  const closed = (page) => page.context().close();
+
+  test("files: the arm of the page is homed, in control, and moves at the first press", async () => {
+    await files.start();
+    swap();
+    const page = await browser.page(files.url);
+    const began = Date.now();
+    await is(page, "backend", "none");
+    assert.match(await page.getByTestId("connect-serial").getAttribute("aria-describedby"), /serial-why/);
+    await page.getByRole("button", { name: "Virtual arm" }).click();
+    await is(page, "backend", "sim");
+    await is(page, "lease", "mine");
+    await sim.join(page);
+    const before = await sim.pose();
+    assert.deepEqual(before.alarms, []);
+    assert.notEqual(before.homed, false);
+    assert.ok(before.holder !== null);
+    await page.getByTestId("first-wave").click();
+    await sim.until("waves", (state) => Math.abs(state.j1 - before.j1) > 5);
+    assert.ok(Date.now() - began < 20_000, `${Date.now() - began} ms to the first motion`);
+    // The guide's picture.
+    await page.screenshot({ path: join(bench.shots, "offline.png") });
+    await page.getByTestId("stop").click();
+    await is(page, "moving", "false");
+    await is(page, "job", "stopped");
+    assert.equal(await page.getByTestId("header-arm").textContent(), "Virtual arm");
+    await closed(page);
+  });
+
+  test("files: the house is on the paper, and the speed is the address's", async () => {
+    const page = await browser.inControl(`${files.url}?speed=20`);
+    assert.equal(await page.getByTestId("header-arm").textContent(), "Virtual arm ×20");
+    await page.getByTestId("first-house").click();
+    await is(page, "job", "done", 10_000);
+    const { drawing } = await sim.call("world.look");
+    // Eight lines in one stroke.
+    assert.ok((drawing.match(/<path|<polyline/g) ?? []).length > 1 || /d="M[^"]{40,}/.test(drawing), drawing);
+    await page.getByTestId("first-close").click();
+    await page.getByTestId("first-house").waitFor({ state: "detached" });
+    await closed(page);
+  });
+
+  for (const [name, body] of [...tests]) {
+    if (SHARED.includes(name)) test(`files: ${name}`, body);
+  }
+
+  test("files: after a visit it needs no network: reload, move, and the programs are there", async () => {
+    const page = await browser.inControl(files.url);
+    const text = JSON.stringify({ format: "magician-plan", version: 1, steps: [{ wait: 1 }] });
+    await sim.call("lease.take", {});
+    for (const name of ["one.plan.json", "two.plan.json"]) await sim.call("program.put", { name, text });
+    await sim.call("program.delete", { name: "two.plan.json" });
+    await page.evaluate(() => navigator.serviceWorker.ready);
+    await page.waitForFunction(async () => (await (await navigator.storage.getDirectory()).getDirectoryHandle("programs")).getFileHandle("one.plan.json").then((handle) => handle.getFile()).then((file) => file.size > 0, () => false));
+    await page.context().setOffline(true);
+    files.end();
+    await page.reload();
+    await is(page, "ready", "true");
+    await is(page, "backend", "sim");
+    await is(page, "lease", "mine");
+    await sim.join(page);
+    const { programs } = await sim.call("program.list");
+    assert.deepEqual(programs.map(({ name, bytes }) => [name, bytes]), [["one.plan.json", text.length]]);
+    const before = await sim.stands();
+    await page.getByTestId("jog-mode-step").check({ force: true });
+    await page.getByTestId("jog-z-plus").click();
+    await sim.until("a step up", (state) => near(state.z, before.z + 5) && !state.moving);
+    await closed(page);
+    await files.start();
+  });
+
+  test("files: a newer build is offered, and not taken before it is pressed", async () => {
+    const page = await browser.page(files.url);
+    await page.evaluate(() => navigator.serviceWorker.ready);
+    await page.reload();
+    await is(page, "ready", "true");
+    files.renew();
+    await page.reload();
+    await page.getByTestId("update-offer").waitFor();
+    await page.reload();
+    assert.equal(await page.title(), "Magician studio");
+    await page.getByTestId("update-offer").click();
+    await page.waitForFunction(() => document.title === "Newer Magician studio");
+    await is(page, "ready", "true");
+    assert.equal(await page.getByTestId("update-offer").count(), 0);
+    await closed(page);
+    files.end();
+  });
+
+  test("files: opened from a folder the page says why it does not start", async () => {
+    const context = await bench.browser.browser.newContext();
+    const page = await context.newPage();
+    await page.goto(`file://${join(folder, "index.html")}`);
+    await page.getByText("the page was opened as a file").waitFor({ timeout: 10_000 });
+    await context.close();
+  });
+}
