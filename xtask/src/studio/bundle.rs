@@ -86,6 +86,10 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     let kept = root.join(CRATE);
     module(root, &made, &kept)?;
     let mut built = files(&made)?;
+    if !check {
+        // The licences are looked up in files of the bundle, which may be new.
+        write(&kept.join("dist"), &built)?;
+    }
     let licences = dist::licences_of(&dist::Build {
         title: "the page of the studio",
         manifest: root.join("Cargo.toml"),
@@ -108,16 +112,22 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
         if check {
             same(&files(&folder)?, wanted)?;
         } else {
-            fs::remove_dir_all(&folder).or_else(|error| match error.kind() {
-                std::io::ErrorKind::NotFound => Ok(()),
-                _ => Err(error),
-            })?;
-            for (name, bytes) in wanted {
-                let path = folder.join(name);
-                fs::create_dir_all(path.parent().unwrap_or(&folder))?;
-                fs::write(path, bytes)?;
-            }
+            write(&folder, wanted)?;
         }
+    }
+    Ok(())
+}
+
+/// Files as all that a folder holds.
+fn write(folder: &Path, files: &Files) -> std::io::Result<()> {
+    fs::remove_dir_all(folder).or_else(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => Ok(()),
+        _ => Err(error),
+    })?;
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        fs::create_dir_all(path.parent().unwrap_or(folder))?;
+        fs::write(path, bytes)?;
     }
     Ok(())
 }
