@@ -32,6 +32,7 @@ export class Files {
   }
 
   async start() {
+    if (this.server?.listening) return;
     this.server = createServer((request, response) => {
       const { pathname } = new URL(request.url, "http://page");
       const name = pathname.startsWith(BELOW) ? pathname.slice(BELOW.length) || "index.html" : "../nowhere";
@@ -40,8 +41,9 @@ export class Files {
       response.writeHead(200, { "content-type": TYPES[extname(path)] ?? "text/plain" });
       response.end(request.method === "HEAD" ? undefined : (this.patched.get(name) ?? readFileSync(path)));
     });
-    await new Promise((done) => this.server.listen(0, "127.0.0.1", done));
-    this.url = `http://127.0.0.1:${this.server.address().port}${BELOW}`;
+    await new Promise((done) => this.server.listen(this.port ?? 0, "127.0.0.1", done));
+    this.port = this.server.address().port;
+    this.url = `http://127.0.0.1:${this.port}${BELOW}`;
   }
 
   /** Another build: the service worker is another one, and so is the title. */
@@ -52,8 +54,8 @@ export class Files {
   }
 
   end() {
-    this.server.closeAllConnections();
-    this.server.close();
+    this.server?.closeAllConnections();
+    this.server?.close();
   }
 }
 
@@ -118,13 +120,16 @@ export function onSim(tests, bench, folder) {
   const files = new Files(folder);
   const sim = new Sim("none");
   const browser = new SimBrowser(bench.browser, sim);
-  const test = (name, body) => tests.push([name, body]);
-  const swap = () => bench.swap({ station: sim, browser, url: () => files.url });
+  const test = (name, body) => {
+    tests.push([name, async () => {
+      await files.start();
+      bench.swap({ station: sim, browser, url: () => files.url });
+      await body();
+    }]);
+  };
   const closed = (page) => page.context().close();
 
   test("files: the arm of the page is homed, in control, and moves at the first press", async () => {
-    await files.start();
-    swap();
     const page = await browser.page(files.url);
     const began = Date.now();
     await is(page, "backend", "none");
@@ -188,7 +193,6 @@ export function onSim(tests, bench, folder) {
     await page.getByTestId("jog-z-plus").click();
     await sim.until("a step up", (state) => near(state.z, before.z + 5) && !state.moving);
     await closed(page);
-    await files.start();
   });
 
   test("files: a newer build is offered, and not taken before it is pressed", async () => {
@@ -206,7 +210,6 @@ export function onSim(tests, bench, folder) {
     await is(page, "ready", "true");
     assert.equal(await page.getByTestId("update-offer").count(), 0);
     await closed(page);
-    files.end();
   });
 
   test("files: opened from a folder the page says why it does not start", async () => {
@@ -216,4 +219,5 @@ export function onSim(tests, bench, folder) {
     await page.getByText("the page was opened as a file").waitFor({ timeout: 10_000 });
     await context.close();
   });
+  return files;
 }

@@ -401,7 +401,7 @@ teaching(test, { browser, station, closed, shots });
 looks(test, { browser, station, shots });
 
 const swap = (to) => ({ station, browser, url } = to);
-onSim(tests, { browser, swap, shots }, process.env.STUDIO ?? join(here, "../../crates/magician-studio/dist"));
+const files = onSim(tests, { browser, swap, shots }, process.env.STUDIO ?? join(here, "../../crates/magician-studio/dist"));
 
 test("no page complained", async () => assert.deepEqual(browser.complaints, []));
 
@@ -425,6 +425,7 @@ for (const [name, body] of tests) {
   }
 }
 await first.browser.end();
+files.end();
 await first.station.end();
 console.log(failed === 0 ? "all passed" : `${failed} failed`);
 process.exitCode = failed === 0 ? 0 : 1;
