@@ -768,7 +768,7 @@ export interface Methods {
         command: string;
         values: {
           address: number;
-          level: number;
+          level: number | null;
         };
       };
     };
