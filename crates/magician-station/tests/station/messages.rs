@@ -182,7 +182,6 @@ async fn every_method_does_something() {
                 "joints" => json!([0, 45, 45, 0]),
                 "pose" => json!([220, 0, 50, 0]),
                 "z" => json!(0),
-                "address" => json!(5),
                 "fault" => json!("reset"),
                 "job" => job.clone(),
                 _ => json!("nonsense"),
