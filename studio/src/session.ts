@@ -74,6 +74,7 @@ export function disconnect(): void {
   clearTimeout(again);
   client?.close();
   address = null;
+  used.value = "none";
   tries = 0;
   batch(() => {
     store.backend.value = "none";
