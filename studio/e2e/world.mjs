@@ -203,5 +203,8 @@ export function worlds(test, { browser, station, shots, closed }) {
     await infrared.getByText(/in front of it/).waitFor();
     await infrared.getByRole("button", { name: "Reading" }).click();
     await closed(page);
+    // The tests that follow have an arm in an empty world.
+    await station.call("world.scenario", { text: "" });
+    await station.call("arm.clear_alarms");
   });
 }
