@@ -227,6 +227,7 @@ impl Life {
             match &order {
                 ArmOrder::Stop { request: None }
                 | ArmOrder::KeepJog(_)
+                | ArmOrder::EndGuided
                 | ArmOrder::EndJog(_)
                 | ArmOrder::Watch { .. } => continue,
                 _ => {}
