@@ -19,7 +19,9 @@ const folder = mkdtempSync(join(tmpdir(), "film-"));
 let taken = 0;
 await browser.start();
 await station.start();
-const page = await browser.inControl(station.url, { viewport: { width: 960, height: 640 }, colorScheme: "light" });
+const { scenarios } = await station.call("world.scenarios");
+await station.call("world.scenario", { text: scenarios.find(({ name }) => name === "drawing").text });
+const page = await browser.inControl(station.url, { viewport: { width: 1280, height: 860 }, colorScheme: "light" });
 const shot = () => page.screenshot({ path: join(folder, `${String(taken++).padStart(4, "0")}.png`) });
 const still = async () => {
   for (let left = STILL; left > 0; left--) await shot();
@@ -47,7 +49,7 @@ await still();
 await browser.end();
 await station.end();
 const words = ["-y", "-loglevel", "error", "-framerate", String(RATE), "-i", join(folder, "%04d.png"), "-vf",
-  "scale=800:-1:flags=lanczos,split[a][b];[a]palettegen=max_colors=96:stats_mode=diff[p];[b][p]paletteuse=dither=none:diff_mode=rectangle", out];
+  "scale=860:-1:flags=lanczos,split[a][b];[a]palettegen=max_colors=96:stats_mode=diff[p];[b][p]paletteuse=dither=none:diff_mode=rectangle", out];
 assert.equal(spawnSync("ffmpeg", words, { stdio: "inherit" }).status, 0, "ffmpeg makes the recording");
 rmSync(folder, { recursive: true });
 const { size } = statSync(out);
