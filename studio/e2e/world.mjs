@@ -59,8 +59,8 @@ export function worlds(test, { browser, station, shots, closed }) {
     await field.fill("-120");
     await field.press("Enter");
     await look("typed", (seen) => cube(seen).at[1] === -120);
-    await page.setViewportSize({ width: 760, height: 560 });
-    await page.waitForTimeout(300);
+    await page.setViewportSize({ width: 1280, height: 860 });
+    await page.getByTestId("notice").locator("p").waitFor({ state: "hidden" });
     await page.screenshot({ path: join(shots, "world.png") });
     await closed(page);
   });

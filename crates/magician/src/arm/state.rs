@@ -34,8 +34,8 @@ pub struct Status {
     pub pins: Arc<[Level]>,
     /// Whether there is a line; while there is none the rest is of before.
     pub link: Link,
-    /// When the pose was read. The rest was read within one period of it; free places and alarms, one of which is read at a time above
-    /// 20 readings a second, within two.
+    /// When the pose was read. The rest was read within one period of it; while no command ends, free places and alarms within two of them
+    /// from 20 readings a second on.
     pub at: std::time::Instant,
 }
 

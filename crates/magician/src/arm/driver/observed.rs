@@ -71,6 +71,11 @@ impl Driver {
         }
     }
 
+    /// The index that was read last.
+    pub(super) fn current_index(&self) -> Option<u64> {
+        self.observed.current
+    }
+
     fn see_current(&mut self, current: u64) {
         self.observed.current = Some(current);
         match self.observed.finished {

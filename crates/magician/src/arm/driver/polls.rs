@@ -14,7 +14,8 @@ use crate::connection::{Micros, Request};
 
 /// Reads of the state before the pins.
 const READS: usize = 4;
-/// Those among them whose answers seldom change. Each round reads one of them in turn, as long as neither gets older than this.
+/// Those among them whose answers seldom change: while no command has ended each round reads one of them in turn, as long as neither
+/// gets older than this. When one has, the round reads both: what is told of its end has the alarms and the room after it.
 const SELDOM: [usize; 2] = [2, 3];
 const OLDEST: Micros = 100_000;
 /// How long an answer may take. Nothing else is read for the onlookers meanwhile.
@@ -30,8 +31,11 @@ pub(super) struct Polls {
     turn: usize,
     /// One has not been answered: a round that is due meanwhile is left out.
     under_way: bool,
-    /// Rounds since everything was read; the first on a line reads everything.
     rounds: usize,
+    /// What this round has left out.
+    left_out: Option<usize>,
+    /// The index that was told last; `None` on a line of which nothing was told.
+    told: Option<u64>,
 }
 
 impl Polls {
@@ -41,17 +45,23 @@ impl Polls {
 
     /// The line broke, and what was under way with it.
     pub(super) fn interrupt(&mut self) {
-        (self.under_way, self.turn, self.rounds) = (false, 0, 0);
+        *self = Self {
+            next: self.next,
+            ..Self::default()
+        };
     }
 
-    /// The read of this round after `turn`.
-    fn after(&self, turn: usize, period: Micros) -> usize {
-        let left_out = SELDOM[self.rounds % SELDOM.len()];
-        let next = turn + 1;
-        if self.rounds > 0 && next == left_out && period.saturating_mul(2) <= OLDEST {
-            next + 1
-        } else {
-            next
+    /// Goes on to the next read of this round. `ended`: a command has ended since the last round was told.
+    fn advance(&mut self, period: Micros, ended: bool, end: usize) {
+        self.turn += 1;
+        let spared = !ended && period.saturating_mul(2) <= OLDEST;
+        if spared && self.turn == SELDOM[self.rounds % SELDOM.len()] {
+            self.left_out = Some(self.turn);
+            self.turn += 1;
+        }
+        if ended && self.turn >= end {
+            // It has ended since.
+            self.turn = self.left_out.take().unwrap_or(self.turn);
         }
     }
 }
@@ -62,7 +72,8 @@ impl Driver {
         let (period, pins) = {
             let watches = held(&self.shared.watches);
             let Some(period) = watches.period() else {
-                (self.polls.next, self.polls.turn) = (None, 0);
+                // What was read long ago is read anew when somebody looks again.
+                (self.polls.next, self.polls.turn, self.polls.told) = (None, 0, None);
                 return;
             };
             (micros(period).max(1), watches.pins())
@@ -97,10 +108,12 @@ impl Driver {
             let watches = held(&self.shared.watches);
             (watches.period().map_or(0, micros), watches.pins().len())
         };
-        self.polls.turn = self.polls.after(self.polls.turn, period);
+        let ended = self.polls.told.is_none() || self.polls.told != self.current_index();
+        self.polls.advance(period, ended, READS + pins);
         if self.polls.turn >= READS + pins {
-            self.polls.turn = 0;
-            self.polls.rounds = self.polls.rounds % SELDOM.len() + 1;
+            (self.polls.turn, self.polls.left_out) = (0, None);
+            self.polls.rounds = self.polls.rounds.wrapping_add(1);
+            self.polls.told = self.current_index();
             self.publish_status();
         }
     }
