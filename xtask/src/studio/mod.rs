@@ -2,3 +2,5 @@
 
 pub(crate) mod api;
 pub(crate) mod bundle;
+#[cfg(test)]
+mod lint;

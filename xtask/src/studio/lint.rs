@@ -1,0 +1,98 @@
+//! The page knows no command of the protocol and no number of the arm: both come from the station (`api.ts` is generated from it).
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use magician_protocol::Row;
+
+/// What stands behind a number of the arm.
+const UNITS: [&str; 7] = ["mm", "deg", "°", "V", "Hz", "毫米", "度"];
+/// Names that are words of the page as well.
+const WORDS: [&str; 2] = ["Pose", "Home"];
+
+/// What is wrong with a source, line by line.
+fn findings(source: &str) -> Vec<String> {
+    let lines = (1..).zip(source.lines());
+    lines
+        .filter_map(|(at, line)| {
+            let named = names().find(|name| is_quoted(line, name));
+            let named = named.map(|name| format!("{at}: the command {name}"));
+            named.or_else(|| measured(line).map(|number| format!("{at}: {number}")))
+        })
+        .collect()
+}
+
+fn names() -> impl Iterator<Item = &'static str> {
+    (0..=u8::MAX)
+        .filter_map(Row::with_id)
+        .map(|row| row.name)
+        .filter(|name| !WORDS.contains(name))
+}
+
+fn is_quoted(line: &str, name: &str) -> bool {
+    ['"', '\'', '`']
+        .iter()
+        .any(|quote| line.contains(&format!("{quote}{name}{quote}")))
+}
+
+/// The first number that has a unit.
+fn measured(line: &str) -> Option<String> {
+    // The path of a picture has numbers and letters of its own.
+    if line.contains("<path") || line.contains(" d=\"M") {
+        return None;
+    }
+    let digits = |text: &str| text.ends_with(|sign: char| sign.is_ascii_digit());
+    UNITS.iter().find_map(|unit| {
+        let mut places = line.match_indices(unit);
+        places.find_map(|(at, _)| {
+            let (before, behind) = line.split_at(at);
+            let word = behind[unit.len()..].chars().next();
+            let ends = !word.is_some_and(|sign| sign.is_alphanumeric() || sign == '_');
+            let number = before.strip_suffix(' ').unwrap_or(before);
+            (ends && digits(number)).then(|| {
+                let from = number.rfind(|sign: char| !sign.is_ascii_digit() && sign != '.');
+                format!("{}{unit}", &before[from.map_or(0, |from| from + 1)..])
+            })
+        })
+    })
+}
+
+fn sources(folder: &Path, to: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, to);
+        } else if path
+            .extension()
+            .is_some_and(|kind| kind == "ts" || kind == "tsx")
+        {
+            to.push(path);
+        }
+    }
+}
+
+#[test]
+fn the_page_knows_no_command_and_no_number_of_the_arm() {
+    let studio = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src");
+    let mut all = Vec::new();
+    sources(&studio, &mut all);
+    all.retain(|path| !path.ends_with("api.ts"));
+    assert!(all.len() > 20, "the page has moved");
+    let wrong: Vec<_> = { all.iter() }
+        .flat_map(|path| {
+            let source = fs::read_to_string(path).expect("a source");
+            let name = path.strip_prefix(&studio).unwrap_or(path).display();
+            let found = findings(&source).into_iter();
+            found
+                .map(move |found| format!("{name}:{found}"))
+                .collect::<Vec<_>>()
+        })
+        .collect();
+    assert_eq!(wrong, [""; 0]);
+}
+
+#[test]
+fn what_it_may_not_know_is_found() {
+    let source = "call(\"PTPCmd\");\nconst LEAST = -25; // 135 mm above\nconst POSE = \"Pose\";\nt(\"5 degrees\")\n`${z} mm`";
+    assert_eq!(findings(source), ["1: the command PTPCmd", "2: 135 mm"]);
+}
