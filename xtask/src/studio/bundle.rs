@@ -203,7 +203,7 @@ fn done(mut command: Command) -> Result<(), Box<dyn Error>> {
 }
 
 /// All files of a folder, by their path within it.
-fn files(folder: &Path) -> Result<Files, Box<dyn Error>> {
+pub(super) fn files(folder: &Path) -> Result<Files, Box<dyn Error>> {
     let mut all = Files::new();
     let mut folders = vec![PathBuf::new()];
     while let Some(within) = folders.pop() {

@@ -1,9 +1,10 @@
-//! The page knows no command of the protocol and no number of the arm: both come from the station (`api.ts` is generated from it).
+//! Commands of the protocol and figures of the arm come to the page from its station: none stands in its sources but `api.ts`, which is generated.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use magician_protocol::Row;
+
+use super::bundle::files;
 
 /// What stands behind a number of the arm.
 const UNITS: [&str; 7] = ["mm", "deg", "°", "V", "Hz", "毫米", "度"];
@@ -57,35 +58,16 @@ fn measured(line: &str) -> Option<String> {
     })
 }
 
-fn sources(folder: &Path, to: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).expect("a folder") {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            sources(&path, to);
-        } else if path
-            .extension()
-            .is_some_and(|kind| kind == "ts" || kind == "tsx")
-        {
-            to.push(path);
-        }
-    }
-}
-
 #[test]
 fn the_page_knows_no_command_and_no_number_of_the_arm() {
     let studio = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src");
-    let mut all = Vec::new();
-    sources(&studio, &mut all);
-    all.retain(|path| !path.ends_with("api.ts"));
+    let mut all = files(&studio).expect("the sources");
+    all.retain(|name, _| (name.ends_with(".ts") || name.ends_with(".tsx")) && name != "api.ts");
     assert!(all.len() > 20, "the page has moved");
     let wrong: Vec<_> = { all.iter() }
-        .flat_map(|path| {
-            let source = fs::read_to_string(path).expect("a source");
-            let name = path.strip_prefix(&studio).unwrap_or(path).display();
-            let found = findings(&source).into_iter();
-            found
-                .map(move |found| format!("{name}:{found}"))
-                .collect::<Vec<_>>()
+        .flat_map(|(name, source)| {
+            let found = findings(str::from_utf8(source).expect("text")).into_iter();
+            found.map(move |found| format!("{name}:{found}"))
         })
         .collect();
     assert_eq!(wrong, [""; 0]);

@@ -17,7 +17,7 @@ pub struct AskedOption {
     pub unit: &'static str,
     /// What may be chosen; the first one unless a person chooses.
     pub choices: &'static [&'static str],
-    /// The switch that has to be on for it; always if there is none.
+    /// The switch with which alone it is asked; without one it is asked always.
     pub with: Option<&'static str>,
     /// What it is for.
     pub about: &'static str,

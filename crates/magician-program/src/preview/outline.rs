@@ -155,7 +155,7 @@ impl Outlines {
             self.travels.push(vec![from, to]);
             return;
         };
-        // Straight on: the corner between is none.
+        // It goes straight on: the point between is left out.
         if let [.., before, last] = way.as_mut_slice()
             && is_straight(*before, *last, to)
         {

@@ -335,4 +335,15 @@ impl Tester {
     pub(crate) async fn lease(&mut self) -> Value {
         self.ok("lease.acquire", json!({})).await["lease"].clone()
     }
+
+    /// Starts a job of twenty moves; its id.
+    pub(crate) async fn begin_job(&mut self) -> Value {
+        let steps: Vec<_> = (0..20)
+            .map(|at| json!({"move": [220, at, 20, 0]}))
+            .collect();
+        let plan = json!({"format": "magician-plan", "version": 1, "steps": steps});
+        self.ok("job.start", json!({"text": plan.to_string()}))
+            .await["job"]
+            .clone()
+    }
 }

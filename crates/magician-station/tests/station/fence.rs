@@ -171,11 +171,7 @@ async fn what_is_under_way_ends_when_it_is_set_because_it_was_checked_without_it
     let pose = bench.arms[0].state().pose;
     assert!(pose.z > 0.0 && !bench.arms[0].state().moving, "{pose:?}");
     // A job has to be stopped first.
-    let steps: Vec<_> = (0..20)
-        .map(|at| json!({"move": [220, at, 20, 0]}))
-        .collect();
-    let plan = json!({"format": "magician-plan", "version": 1, "steps": steps});
-    let job = ben.ok("job.start", json!({"text": plan.to_string()})).await["job"].clone();
+    let job = ben.begin_job().await;
     let busy = anna
         .call("arm.fence", json!({"set": null}))
         .await

@@ -87,12 +87,7 @@ async fn one_setting_of_speeds_is_set_by_its_name() {
         );
     }
     // A job takes its speed as a whole alone.
-    let steps: Vec<_> = (0..20)
-        .map(|at| json!({"move": [220, at, 20, 0]}))
-        .collect();
-    let plan = json!({"format": "magician-plan", "version": 1, "steps": steps});
-    anna.ok("job.start", json!({"text": plan.to_string()}))
-        .await;
+    anna.begin_job().await;
     let row =
         json!({"row": "PTPCommonParams", "fields": {"velocity_ratio": 5, "acceleration_ratio": 5}});
     assert_eq!(anna.code("arm.speed", row).await, -32003);

@@ -152,12 +152,7 @@ async fn an_arm_is_guided_while_its_key_is_held_and_homed_by_the_key_at_its_base
     }
     assert!(bench.arms[0].state().homed);
     // A job has the arm: no hand is at it.
-    let steps: Vec<_> = (0..20)
-        .map(|at| json!({"move": [220, at, 20, 0]}))
-        .collect();
-    let plan = json!({"format": "magician-plan", "version": 1, "steps": steps});
-    anna.ok("job.start", json!({"text": plan.to_string()}))
-        .await;
+    anna.begin_job().await;
     assert_eq!(
         anna.code("world.unlock", json!({"held": true})).await,
         -32003
@@ -296,12 +291,7 @@ async fn things_go_wrong_at_a_call_also_under_a_job() {
     let mut alarms = alarms["alarms"].as_array().unwrap().iter();
     assert!(alarms.any(|alarm| alarm["code"] == json!(0x40)));
     anna.ok("arm.clear_alarms", json!({})).await;
-    let steps: Vec<_> = (0..20)
-        .map(|at| json!({"move": [220, at, 20, 0]}))
-        .collect();
-    let plan = json!({"format": "magician-plan", "version": 1, "steps": steps});
-    anna.ok("job.start", json!({"text": plan.to_string()}))
-        .await;
+    anna.begin_job().await;
     let slip = json!({"fault": "slip", "joint": 1, "degrees": 5});
     anna.ok("world.fault", slip).await;
     let state = bench.arms[0].state();

@@ -15,7 +15,7 @@ use crate::connection::{Micros, Request};
 /// Reads of the state before the pins.
 const READS: usize = 4;
 /// Those among them whose answers seldom change: while no command has ended each round reads one of them in turn, as long as neither
-/// gets older than this. When one has, the round reads both: what is told of its end has the alarms and the room after it.
+/// gets older than this. When one has ended, the round reads both: its index is reported with the alarms and the room after it.
 const SELDOM: [usize; 2] = [2, 3];
 const OLDEST: Micros = 100_000;
 /// How long an answer may take. Nothing else is read for the onlookers meanwhile.
