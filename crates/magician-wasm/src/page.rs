@@ -315,7 +315,9 @@ async fn connect(config: Config, calendar: Calendar, line: Line) -> Opened {
             Place::Line => {
                 let line = line.clone();
                 let opener = move || std::future::ready(line.open());
-                let arm = Arm::over_with(opener, Options::default()).await?;
+                // Nothing outside of the browser would stop a jog of the arm's own.
+                let options = Options::default().bounded_jogs(true);
+                let arm = Arm::over_with(opener, options).await?;
                 let entry = ArmEntry {
                     port: "line".to_owned(),
                     is_virtual: false,

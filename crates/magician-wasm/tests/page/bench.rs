@@ -43,8 +43,9 @@ pub(crate) struct Page {
     pub(crate) frames: Vec<(u16, Vec<u8>)>,
     pub(crate) closed: Vec<(u16, u16)>,
     pub(crate) far: Option<FarEnd>,
-    /// Bytes that were said to the arm.
+    /// Bytes that were said to the arm, and the commands among them.
     pub(crate) said: usize,
+    pub(crate) commands: Vec<u8>,
 }
 
 impl Page {
@@ -113,6 +114,12 @@ impl Page {
                 1 => self.frames.push((session, payload)),
                 2 => {
                     self.said += payload.len();
+                    // Frames come whole.
+                    let mut rest = &payload[..];
+                    while let [_, _, length, id, ..] = *rest {
+                        self.commands.push(id);
+                        rest = &rest[usize::from(length) + 4..];
+                    }
                     if let Some(far) = &mut self.far {
                         let now = HostInstant::from_micros(now as u64);
                         far.runner.receive(now, LinkId(0), &payload);

@@ -1,5 +1,6 @@
 //! A real arm at the line: here the virtual one behind a serial line, at the far end of the page's bytes.
 
+use magician::sim::HostInstant;
 use serde_json::{Value, json};
 
 use arm::table;
@@ -29,6 +30,7 @@ fn an_arm_at_the_line_is_moved_and_jogged_by_its_bytes() {
     page.ok(1, "arm.move", &json!({"to": [220, 40, 30, 0]}));
     let there = pose(&page);
     assert!((there[1] - 40.0).abs() < 1e-3, "{there:?}");
+    page.commands.clear();
     let jog = page.ok(1, "jog.start", &json!({"axis": "z+"}))["jog"].clone();
     for _ in 0..10 {
         page.notify(1, "jog.keep", &json!({"jog": jog}));
@@ -41,12 +43,82 @@ fn an_arm_at_the_line_is_moved_and_jogged_by_its_bytes() {
     let stood = pose(&page);
     page.wait(0.5);
     assert_eq!(pose(&page), stood);
+    assert!(page.commands.contains(&91) && !page.commands.contains(&73));
     // Nothing burns there that was not asked for.
     let laser = json!({"laser": {"on": true}});
     let refused = page.call(1, "arm.tool", &laser).unwrap_err();
     assert_eq!(refused["code"], json!(-32005), "{refused}");
     let refused = page.call(1, "world.look", &json!({})).unwrap_err();
     assert_eq!(refused["data"]["kind"], json!("unsupported"));
+}
+
+#[test]
+fn whenever_the_page_dies_in_a_jog_the_arm_stands_in_time() {
+    for (axis, turns) in [("z-", 20), ("z-", 90), ("j1+", 45), ("r-", 70)] {
+        let mut page = at_line();
+        page.becomes_ready();
+        page.join(1);
+        page.ok(1, "lease.acquire", &json!({}));
+        let asked = json!({"axis": axis, "percent": 100});
+        let jog = page.ok(1, "jog.start", &asked)["jog"].clone();
+        let mut longest = 0.0_f64;
+        for turn in 0..turns {
+            if turn % 15 == 0 {
+                page.notify(1, "jog.keep", &json!({"jog": jog}));
+            }
+            page.turn();
+            let mut alone = page.far.as_ref().unwrap().runner.controller().clone();
+            let begun = alone.now();
+            while alone.busy() {
+                alone.advance(alone.now() + std::time::Duration::from_millis(1));
+            }
+            longest = longest.max((alone.now() - begun).as_secs_f64());
+        }
+        assert!((0.1..=0.3).contains(&longest), "{axis} {turns}: {longest}");
+        // What is under way on the line comes to it.
+        let far = page.far.as_mut().unwrap();
+        let died = page.now;
+        let mut now = died;
+        while far.runner.controller().busy() {
+            now += 1000.0;
+            far.runner
+                .handle_timeout(HostInstant::from_micros(now as u64));
+        }
+        assert!(now - died <= 300e3, "{axis} {turns}: {} us", now - died);
+    }
+}
+
+#[test]
+fn a_step_after_a_jog_finds_the_arms_own_speeds() {
+    let mut page = at_line();
+    page.becomes_ready();
+    page.join(1);
+    page.ok(1, "lease.acquire", &json!({}));
+    let speeds = json!({"command": "PTPCommonParams"});
+    page.ok(1, "arm.speed", &json!({"percent": 20}));
+    let before = page.ok(1, "arm.get", &speeds);
+    page.ok(1, "arm.speed", &json!({"percent": 50}));
+    let jog = page.ok(1, "jog.start", &json!({"axis": "j1+"}))["jog"].clone();
+    assert_ne!(page.ok(1, "arm.get", &speeds), before);
+    page.send(1, "jog.stop", &json!({"jog": jog}));
+    // It is set behind what the jog gives back.
+    page.ok(1, "arm.speed", &json!({"percent": 20}));
+    page.ok(1, "jog.step", &json!({"axis": "x", "by": -5}));
+    assert_eq!(page.ok(1, "arm.get", &speeds), before);
+    let jog = page.ok(1, "jog.start", &json!({"axis": "j1+"}))["jog"].clone();
+    page.ok(1, "arm.stop", &json!({}));
+    page.ok(1, "jog.step", &json!({"axis": "x", "by": 5}));
+    assert_eq!(page.ok(1, "arm.get", &speeds), before);
+    assert_eq!(page.noticed(1, "jog.ended")[1]["jog"], jog);
+    // The line breaks in a jog.
+    page.ok(1, "jog.start", &json!({"axis": "j1+"}));
+    table::line_lost(page.handle);
+    page.far.as_mut().unwrap().mute = true;
+    page.wait(1.0);
+    table::line_found(page.handle);
+    page.far.as_mut().unwrap().mute = false;
+    page.wait(2.0);
+    assert_eq!(page.ok(1, "arm.get", &speeds), before);
 }
 
 #[test]

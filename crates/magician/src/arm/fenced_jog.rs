@@ -52,7 +52,7 @@ impl FencedJog {
     }
 }
 
-fn jog_of(command: &JogCmd) -> Option<magician_motion::Jog> {
+pub(super) fn jog_of(command: &JogCmd) -> Option<magician_motion::Jog> {
     let (number, positive) = command.cmd.axis()?;
     magician_motion::Jog::numbered(command.is_joint.is_on(), number, positive)
 }
@@ -73,14 +73,23 @@ impl Arm {
             return Ok(None);
         };
         let (turn, check) = turn;
-        let joint: JogJointParams = self.get().await?;
-        let space: JogCoordinateParams = self.get().await?;
+        let planner = check.jog_planner();
+        let rates = self.jog_rates(jog.axis).await?;
         let asked = Instant::now();
-        let share: JogCommonParams = self.get().await?;
+        self.get::<Pose>().await?;
         let trip = micros(asked.elapsed());
+        let fenced = fenced(&check, &planner, jog, rates, LATE + TRIPS * trip)?;
+        Ok(Some((turn, fenced)))
+    }
+
+    /// How fast the arm jogs along an axis, as it is set.
+    pub(super) async fn jog_rates(&self, axis: JogAxis) -> Result<KinematicLimits> {
+        let joint: JogJointParams = self.setting().await?;
+        let space: JogCoordinateParams = self.setting().await?;
+        let share: JogCommonParams = self.setting().await?;
         let ([vx, vy, vz, vr], [ax, ay, az, ar]) = (space.velocity, space.acceleration);
         // A jog moves along one axis, whose speed is then that of the line.
-        let (along, push) = match jog.axis {
+        let (along, push) = match axis {
             JogAxis::Y => (vy, ay),
             JogAxis::Z => (vz, az),
             _ => (vx, ax),
@@ -95,10 +104,7 @@ impl Arm {
             velocity_ratio: share.velocity_ratio.into(),
             acceleration_ratio: 100.0,
         };
-        let planner = check.jog_planner();
-        let rates = speeds.jog(jog.axis, &planner.ceilings)?;
-        let fenced = fenced(&check, &planner, jog, rates, LATE + TRIPS * trip)?;
-        Ok(Some((turn, fenced)))
+        Ok(speeds.jog(axis, &self.model().ceilings)?)
     }
 }
 

@@ -158,6 +158,12 @@ impl Arm {
     pub async fn stop(&self) -> Result<()> {
         let deadline = self.deadline();
         let stops = self.inner.shared.stop();
+        self.halted(deadline, stops).await?;
+        self.wait_still().await
+    }
+
+    /// Sends what stops the arm; it may still brake when it has answered.
+    pub(super) async fn halted(&self, deadline: Instant, stops: u64) -> Result<()> {
         let pins = self.inner.shared.lowered_pins();
         let mut answers = Vec::with_capacity(3 + pins.len());
         for request in Request::halt()?.into_iter().chain(pins) {
@@ -169,8 +175,7 @@ impl Arm {
             let answer = self.answer(answer, &frame, deadline).await;
             outcome = outcome.and(answer.map(drop));
         }
-        outcome?;
-        self.wait_still().await
+        outcome
     }
 
     /// Lets the command under way finish and then holds the queue (document 1.19.2). What waits

@@ -6,7 +6,8 @@ use std::time::Duration;
 
 use magician_protocol::commands::{JogCmd, JogCommonParams};
 use magician_protocol::{Ctrl, FrameBuf, Layout, NoArgs};
-use tokio::sync::{oneshot, watch};
+use tokio::sync::futures::Notified;
+use tokio::sync::{Notify, oneshot, watch};
 use tokio::time::{Instant, timeout_at};
 
 use super::driver::{JogStart, Message, micros};
@@ -77,6 +78,10 @@ pub(super) enum Why {
     NotKept,
     /// The arm did not confirm that it began.
     Failed,
+    /// An answer was lost: what the arm was sent is not known.
+    Doubt,
+    /// It came to the end of its way.
+    Limit,
     /// A stop came.
     Stopped,
     /// It came near the arm's fence.
@@ -113,11 +118,30 @@ pub(super) struct Life {
     /// When it was kept up last, since the connection's beginning.
     kept: AtomicU64,
     released: AtomicBool,
+    /// Another one takes its place.
+    replaced: AtomicBool,
+    /// A piece of it may have gone out.
+    sent: AtomicBool,
+    /// One of these has changed: for a jog in pieces.
+    woken: Notify,
     /// How it is kept from crossing the arm's fence.
     pub(super) fence: Option<FencedJog>,
 }
 
 impl Life {
+    pub(super) fn new(keep: Duration, now: Micros, fence: Option<FencedJog>) -> Self {
+        Self {
+            phase: watch::Sender::new(Phase::Running),
+            keep: micros(keep),
+            kept: AtomicU64::new(now),
+            released: AtomicBool::new(false),
+            replaced: AtomicBool::new(false),
+            sent: AtomicBool::new(false),
+            woken: Notify::new(),
+            fence,
+        }
+    }
+
     /// When it ends unless it is kept up.
     pub(super) fn ends(&self) -> Micros {
         let kept = self.kept.load(Ordering::SeqCst);
@@ -131,6 +155,51 @@ impl Life {
     pub(super) fn released(&self) -> bool {
         self.released.load(Ordering::SeqCst)
     }
+
+    pub(super) fn replaced(&self) {
+        self.replaced.store(true, Ordering::SeqCst);
+        self.woken.notify_one();
+    }
+
+    /// Why it is to end, if it is.
+    pub(super) fn is_to_end(&self, now: Micros) -> Option<Why> {
+        if self.released() {
+            Some(Why::Released)
+        } else if self.replaced.load(Ordering::SeqCst) {
+            Some(Why::Replaced)
+        } else {
+            (self.ends() <= now).then_some(Why::NotKept)
+        }
+    }
+
+    /// Waits until it was released or replaced.
+    pub(super) fn woken(&self) -> Notified<'_> {
+        self.woken.notified()
+    }
+
+    /// A piece goes out.
+    pub(super) fn sends(&self) {
+        self.sent.store(true, Ordering::SeqCst);
+    }
+
+    pub(super) fn has_sent(&self) -> bool {
+        self.sent.load(Ordering::SeqCst)
+    }
+
+    pub(super) fn ending(&self, why: Why) {
+        self.phase.send_replace(Phase::Ending(why));
+    }
+
+    /// It is over, unless it was before.
+    pub(super) fn over(&self, why: Why, stands: Stands) {
+        self.phase.send_if_modified(|phase| {
+            let goes_on = !matches!(phase, Phase::Over(..));
+            if goes_on {
+                *phase = Phase::Over(why, stands);
+            }
+            goes_on
+        });
+    }
 }
 
 /// A jog under way: a dead man's control. It goes on only while [`keep`](Self::keep) is called often enough; when that
@@ -138,8 +207,8 @@ impl Life {
 /// queue, and sent again until two equal poses show that the arm stands. That happens in the task that owns the line, so it
 /// does not depend on the program that called.
 ///
-/// The arm itself has no such watchdog: when the computer dies or the cable breaks, a jog goes on to the end of its range.
-/// This is a convenience, not a safety function.
+/// The arm itself has no such watchdog: when the computer dies or the cable breaks, a jog goes on to the end of its range, but
+/// one in pieces ([`Options::bounded_jogs`](super::Options::bounded_jogs)). This is a convenience, not a safety function.
 ///
 /// ```no_run
 /// use magician::{blocking::Arm, words::Axis};
@@ -164,6 +233,10 @@ pub struct Jog {
 }
 
 impl Jog {
+    pub(super) fn new(arm: Arm, life: Arc<Life>) -> Self {
+        Self { arm, life }
+    }
+
     /// Lets it go on. Costs nothing: nothing is sent.
     ///
     /// # Errors
@@ -208,6 +281,7 @@ impl Jog {
 
     fn release(&self) {
         self.life.released.store(true, Ordering::SeqCst);
+        self.life.woken.notify_one();
         // A task with so many messages before it is awake, and looks.
         let _ = self.arm.inner.messages.try_send(Message::Wake);
     }
@@ -226,6 +300,14 @@ impl Jog {
             Why::Fence => (
                 ErrorCode::Fenced,
                 "the jog was ended before it reached the arm's fence".to_owned(),
+            ),
+            Why::Limit => (
+                ErrorCode::OutOfReach,
+                "the jog came to the end of its way".to_owned(),
+            ),
+            Why::Doubt => (
+                ErrorCode::NoAnswer,
+                "the jog was ended: the arm did not answer".to_owned(),
             ),
             Why::Replaced => (ErrorCode::RunOver, "another jog replaced it".to_owned()),
             Why::Stopped => (ErrorCode::Stopped, "a stop ended the jog".to_owned()),
@@ -273,7 +355,7 @@ impl Arm {
         let deadline = self.deadline();
         let command = JogCmd::from(direction);
         options.check()?;
-        if self.fences_jogs() && self.moving() {
+        if self.fences_jogs() && !self.bounds_jogs() && self.moving() {
             // What follows needs an arm that stands.
             self.stop_jog().await?;
         }
@@ -285,6 +367,11 @@ impl Arm {
                 ..JogCommonParams::decode(read.frame().params())?
             };
             self.ask_until(Request::set(&slower)?, deadline).await?;
+        }
+        if self.bounds_jogs() {
+            return self
+                .jog_in_pieces(direction, options, stops, deadline)
+                .await;
         }
         let turn = self.fence_jog(&command, deadline).await?;
         let (_turn, fence) = turn.unzip();
@@ -302,18 +389,9 @@ impl Arm {
         deadline: Instant,
     ) -> Result<Jog> {
         let frame = FrameBuf::set(&command.into(), Ctrl::SET)?;
-        let life = Arc::new(Life {
-            phase: watch::Sender::new(Phase::Running),
-            keep: micros(options.keep),
-            kept: AtomicU64::new(self.inner.shared.now()),
-            released: AtomicBool::new(false),
-            fence,
-        });
+        let life = Arc::new(Life::new(options.keep, self.inner.shared.now(), fence));
         // From here on giving up ends it: the guard is dropped.
-        let jog = Jog {
-            arm: self.clone(),
-            life: Arc::clone(&life),
-        };
+        let jog = Jog::new(self.clone(), Arc::clone(&life));
         let (reply, answer) = oneshot::channel();
         let start = JogStart {
             request: Request::of(frame),

@@ -1,3 +1,4 @@
+mod bounded_jog;
 mod connect;
 mod driver;
 mod events;

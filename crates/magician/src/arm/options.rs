@@ -54,6 +54,11 @@ pub struct Options {
     /// It holds for what this connection sends, not for other programs, for hands and keys on the arm, nor for the way on
     /// which a stop brakes. This is a convenience, not a safety function.
     pub fence: Option<Fence>,
+    /// Jogs are pieces that end by themselves ([`Arm::jog`](crate::Arm::jog)), for a line that nothing outside of this program
+    /// watches: whatever becomes of the program, the arm stands when a jog was not kept, or at the latest 50 ms later. They are not
+    /// as fast and even as a jog of the arm's own ([`JogCmd`](crate::commands::JogCmd)), which is refused then; along y, r goes with
+    /// joint 1. Off at first.
+    pub bounded_jogs: bool,
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     #[cfg(feature = "faults")]
     pub faults: Faults,
@@ -76,6 +81,7 @@ impl Default for Options {
             laser_pins: true,
             model: ArmModel::MAGICIAN,
             fence: None,
+            bounded_jogs: false,
             #[cfg(feature = "faults")]
             faults: Faults::default(),
             #[cfg(feature = "trace")]
@@ -152,6 +158,13 @@ impl Options {
     #[must_use]
     pub fn fence(mut self, fence: impl Into<Option<Fence>>) -> Self {
         self.fence = fence.into();
+        self
+    }
+
+    /// Sets [`bounded_jogs`](Self::bounded_jogs).
+    #[must_use]
+    pub fn bounded_jogs(mut self, bounded: bool) -> Self {
+        self.bounded_jogs = bounded;
         self
     }
 

@@ -101,6 +101,7 @@ impl Arm {
         stops: u64,
     ) -> Result<oneshot::Receiver<Result<FrameBuf>>> {
         self.permit_frame(&request.frame().frame())
+            .and_then(|()| self.permit_jog(&request.frame().frame()))
             .map_err(|error| error.with_command(command_name(&request.frame().frame())))?;
         let (reply, answer) = oneshot::channel();
         let message = Message::Submit {

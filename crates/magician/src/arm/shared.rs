@@ -1,15 +1,17 @@
 //! What the handles of a connection and its task both know.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use tokio::sync::{broadcast, watch};
 use tokio::time::Instant;
 
+use super::SettingsBackup;
 use super::events::Event;
 use super::halt::Halts;
 use super::in_flight::InFlightMotion;
+use super::jog::Life;
 use super::known::Known;
 use super::link::Link;
 use super::state::{Status, Watches};
@@ -40,6 +42,9 @@ pub(super) struct Shared {
     known: Mutex<Known>,
     queue_fault: Mutex<Option<LastFault>>,
     pub(super) halts: Mutex<Halts>,
+    /// The last jog in pieces, and what such a jog has changed of the arm's settings and not given back.
+    pub(super) bounded_jog: Mutex<Option<Arc<Life>>>,
+    pub(super) owed: Mutex<SettingsBackup>,
     pub(super) link: watch::Sender<Link>,
     pub(super) status: watch::Sender<Option<Status>>,
     pub(super) watches: Mutex<Watches>,
@@ -84,6 +89,8 @@ impl Shared {
             known: Mutex::new(Known::new(line.is_shared)),
             queue_fault: Mutex::default(),
             halts: Mutex::default(),
+            bounded_jog: Mutex::default(),
+            owed: Mutex::default(),
             link: watch::Sender::new(Link::Up),
             status: watch::Sender::new(None),
             watches: Mutex::default(),

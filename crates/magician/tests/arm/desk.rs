@@ -26,6 +26,7 @@ struct Inner {
     heard: Vec<FrameBuf>,
     cable: Option<JoinHandle<()>>,
     watcher: Option<Watcher>,
+    prober: Option<Prober>,
     /// How long an answer takes.
     turnaround: Duration,
     /// Of a thousand frames so many are lost.
@@ -52,7 +53,10 @@ impl Dice {
 /// Looks at the arm every few milliseconds of its clock.
 type Watcher = Box<dyn FnMut(&ControllerState) + Send>;
 
-/// How often it does.
+/// Looks at the arm behind every request.
+type Prober = Box<dyn FnMut(&FrameBuf, &Controller) + Send>;
+
+/// How often the watcher does.
 const WATCHED: Duration = Duration::from_millis(4);
 
 impl Inner {
@@ -89,6 +93,9 @@ impl Inner {
         if !self.loses() {
             self.controller.receive(LinkId(0), request.bytes());
         }
+        if let Some(prober) = &mut self.prober {
+            prober(request, &self.controller);
+        }
         let mut replies = Vec::new();
         while let Some(reply) = self.controller.poll_transmit(LinkId(0)) {
             self.note(request, reply.bytes());
@@ -121,6 +128,7 @@ impl Desk {
             heard: Vec::new(),
             cable: None,
             watcher: None,
+            prober: None,
             turnaround: Duration::from_millis(2),
             lost: 0,
             dice: Dice(1),
@@ -215,6 +223,16 @@ impl Desk {
     /// Has the arm looked at every few milliseconds that it is busy.
     pub(crate) fn watched_by(&self, watcher: impl FnMut(&ControllerState) + Send + 'static) {
         self.lock().watcher = Some(Box::new(watcher));
+    }
+
+    /// Has the arm looked at as it is when it has taken a request, before it answers.
+    pub(crate) fn probed_by(&self, prober: impl FnMut(&FrameBuf, &Controller) + Send + 'static) {
+        self.lock().prober = Some(Box::new(prober));
+    }
+
+    /// How long an answer takes from now on.
+    pub(crate) fn answers_after(&self, turnaround: Duration) {
+        self.lock().turnaround = turnaround;
     }
 
     /// Requests of these ids are heard and not answered.

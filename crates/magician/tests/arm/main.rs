@@ -2,6 +2,7 @@
 
 mod bench;
 mod blocking;
+mod bounded_jogs;
 mod chaos;
 mod checks;
 mod clones;

@@ -159,7 +159,7 @@ impl Arm {
     }
 
     /// Commands that other programs left in the queue are not run by accident.
-    fn refuse_foreign_commands(&self, look: &QueueLook) -> Result<()> {
+    pub(in crate::arm) fn refuse_foreign_commands(&self, look: &QueueLook) -> Result<()> {
         let waiting = self.foreign_commands(look);
         let (commands, them) = match waiting {
             0 => return Ok(()),

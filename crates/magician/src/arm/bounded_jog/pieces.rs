@@ -1,0 +1,179 @@
+//! The pieces of a jog, and the speeds that the arm is given for them.
+
+use std::collections::VecDeque;
+
+use magician_motion::{JogAxis, KinematicLimits};
+use magician_protocol::Set;
+use magician_protocol::commands::{
+    JogCmd, JogCommonParams, JogLParams, PtpCommonParams, PtpJointParams,
+};
+
+use super::READ;
+use super::pace::{Joins, Pace, Piece};
+use crate::Result;
+use crate::arm::fenced_jog::jog_of;
+use crate::arm::shared::held;
+use crate::arm::{Arm, SettingsBackup};
+use crate::words::{self, Axis, JogDirection, Preflight};
+
+/// A piece that would cross a limit is cut to this share of it, again and again, but not below the least, mm or degrees.
+const CUT: f32 = 0.5;
+const LEAST: f32 = 0.05;
+
+/// What a jog in pieces is made of.
+pub(super) struct Pieces {
+    pub(super) direction: JogDirection,
+    pace: Pace,
+    course: Preflight,
+    /// Where it began on its axis.
+    pub(super) from: f64,
+    /// How far the arm was seen to be from there, and how far the pieces lead.
+    gone: f64,
+    pub(super) sent: f64,
+    /// Those that the arm may not have done: how long each is, and how far from the beginning it ends.
+    under_way: VecDeque<(f64, f64)>,
+}
+
+impl Pieces {
+    pub(super) fn new(direction: JogDirection, pace: Pace, course: Preflight, from: f64) -> Self {
+        Self {
+            direction,
+            pace,
+            course,
+            from,
+            gone: 0.0,
+            sent: 0.0,
+            under_way: VecDeque::new(),
+        }
+    }
+
+    /// How far along its way the arm is that was seen at a place. Pieces that are done are forgotten.
+    pub(super) fn saw(&mut self, place: f64) -> f64 {
+        let way = place - self.from;
+        self.gone = if self.direction.forward { way } else { -way };
+        while let Some((_, end)) = self.under_way.front()
+            && *end <= self.gone + READ
+        {
+            self.under_way.pop_front();
+        }
+        self.gone
+    }
+
+    /// How long the next piece may be; or after which time to look again, s.
+    pub(super) fn next(&self) -> std::result::Result<f64, f64> {
+        self.pace
+            .next(self.under_way.iter().map(|(length, end)| Piece {
+                length: *length,
+                left: (end - self.gone).clamp(0.0, *length),
+            }))
+    }
+
+    /// The piece of that length, or as much of it as leads across no limit, with the check behind it.
+    pub(super) fn cut(&self, length: f64) -> Result<(Set, Preflight, f64)> {
+        let mut by = length as f32;
+        loop {
+            let command = piece(self.direction, by);
+            let mut course = self.course.clone();
+            match course.check(&command) {
+                Ok(_) => return Ok((command, course, by.into())),
+                Err(error) if by * CUT < LEAST => return Err(error),
+                Err(_) => by *= CUT,
+            }
+        }
+    }
+
+    pub(super) fn note(&mut self, course: Preflight, length: f64) {
+        self.course = course;
+        self.sent += length;
+        self.under_way.push_back((length, self.sent));
+    }
+}
+
+/// A piece of a jog, of so many mm or degrees.
+pub(super) fn piece(direction: JogDirection, length: f32) -> Set {
+    let by = direction.signed(length);
+    match direction.axis {
+        Axis::X => words::path_by(by, 0.0, 0.0),
+        Axis::Y => words::path_by(0.0, by, 0.0),
+        Axis::Z => words::path_by(0.0, 0.0, by),
+        // A jog of r turns joint 4 alone.
+        Axis::R => words::move_joints_by(0.0, 0.0, 0.0, by),
+        axis => axis.step(by),
+    }
+}
+
+/// The joint of a jog that is not straight, from 0.
+fn joint_of(axis: JogAxis) -> usize {
+    match axis {
+        JogAxis::J1 => 0,
+        JogAxis::J2 => 1,
+        JogAxis::J3 => 2,
+        _ => 3,
+    }
+}
+
+impl Arm {
+    /// Sets the arm's speeds for the pieces of a jog, as it tells; what they were before is owed.
+    pub(super) async fn pace(
+        &self,
+        direction: JogDirection,
+        within: f64,
+    ) -> Result<(Pace, Vec<Set>)> {
+        let ceilings = &self.model().ceilings;
+        let whole = Set::from(PtpCommonParams {
+            velocity_ratio: 100.0,
+            acceleration_ratio: 100.0,
+        });
+        let (pace, settings) = match jog_of(&JogCmd::from(direction)).map(|jog| jog.axis) {
+            Some(axis @ (JogAxis::X | JogAxis::Y | JogAxis::Z)) => {
+                let ceilings = KinematicLimits {
+                    velocity: ceilings.linear_velocity,
+                    acceleration: ceilings.linear_acceleration,
+                };
+                let jog = self.jog_rates(axis).await?;
+                let pace = Pace::new(Joins::Through, jog, ceilings, within);
+                let speed =
+                    words::path_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
+                (pace, vec![speed])
+            }
+            Some(axis) => {
+                let joint = joint_of(axis);
+                let ceilings = KinematicLimits {
+                    velocity: ceilings.joint_velocity[joint],
+                    acceleration: ceilings.joint_acceleration[joint],
+                };
+                let jog = self.jog_rates(axis).await?;
+                let pace = Pace::new(Joins::AtRest, jog, ceilings, within);
+                let mut speeds: PtpJointParams = self.setting().await?;
+                speeds.velocity[joint] = pace.rates.velocity as f32;
+                speeds.acceleration[joint] = pace.rates.acceleration as f32;
+                (pace, vec![speeds.into(), whole])
+            }
+            None => {
+                let set: JogLParams = self.setting().await?;
+                let jog = KinematicLimits {
+                    velocity: f64::from(set.velocity) * self.jog_share().await?,
+                    acceleration: set.acceleration.into(),
+                };
+                // How fast a rail may be is not known: never more than what was set for its jogs.
+                let pace = Pace::new(Joins::AtRest, jog, jog, within);
+                let speed =
+                    words::rail_speed(pace.rates.velocity as f32, pace.rates.acceleration as f32);
+                (pace, vec![speed, whole])
+            }
+        };
+        let before = SettingsBackup::read(self, &settings).await?;
+        for (setting, before) in settings.iter().zip(before.settings()) {
+            if setting != before {
+                held(&self.inner.shared.owed).save(*before);
+                self.set_any(setting).await?;
+            }
+        }
+        Ok((pace, settings))
+    }
+
+    async fn jog_share(&self) -> Result<f64> {
+        let share: JogCommonParams = self.setting().await?;
+        Ok(f64::from(share.velocity_ratio).min(100.0) / 100.0)
+    }
+}
