@@ -87,7 +87,7 @@ impl ArmEngine {
             side: JoinSet::new(),
             jog: None,
             beginning: None,
-            guided: None,
+            guided: Guided::default(),
         };
         let task = tokio::spawn(work.run()).abort_handle();
         Self { orders, load, task }
@@ -128,8 +128,6 @@ enum TaskResult {
     Program(JobId, Result<Box<ReadProgram>, RpcError>),
     /// A job is over, and was reported.
     JobOver(JobId),
-    /// The arm tells where its unlock key is released, or does not.
-    Guided(RequestId, Result<Guided, RpcError>),
     /// Nothing follows.
     Nothing,
 }
@@ -162,7 +160,7 @@ struct Work {
     /// A jog that begins.
     beginning: Option<(JogId, AbortHandle)>,
     /// Where the unlock key is released, as long as that is told.
-    guided: Option<Guided>,
+    guided: Guided,
 }
 
 impl Work {
@@ -194,7 +192,7 @@ impl Work {
                     self.doing = None;
                     self.finish(request, done);
                 }
-                pose = guided::released(&mut self.guided) => self.hand_trigger(&pose),
+                news = self.guided.next() => self.take_guided(news),
                 status = changed(&mut self.watch) => match status {
                     Some(status) => self.read(&status),
                     None => self.watch = None,
@@ -248,7 +246,7 @@ impl Work {
                     self.await_jog();
                 }
             }
-            ArmOrder::EndGuided => self.end_guided(),
+            ArmOrder::Guide { request, on } => self.guide(request, on),
             ArmOrder::World { request, act } => self.change_world(request, act),
             ArmOrder::CheckJob {
                 request,
@@ -353,9 +351,6 @@ impl Work {
                 act,
                 laser,
             }) => {
-                if let ArmAct::Guided(on) = *act {
-                    return self.guide(request, on);
-                }
                 if let Some(outcome) = self.paced(&act) {
                     return (self.report)(ArmReport::Done { request, outcome });
                 }
@@ -411,7 +406,6 @@ impl Work {
             TaskResult::Report(report) => (self.report)(report),
             TaskResult::Program(job, program) => self.begin_job(job, program),
             TaskResult::JobOver(job) => self.job_is_over(job),
-            TaskResult::Guided(request, guided) => self.guides(request, guided),
             TaskResult::Nothing => {}
             TaskResult::Known(known) => self.known = *known,
             TaskResult::Read(request, outcome, known, reading) => {

@@ -66,8 +66,13 @@ pub enum ArmOrder {
         /// Whether what is under way has to end: it was checked against the earlier one.
         stops: bool,
     },
-    /// Who was told where the unlock key is released has the lease no more.
-    EndGuided,
+    /// The arm tells where its unlock key is released, or no more, beside all else.
+    Guide {
+        /// The request that is answered when it is so; none where the lease under which it told has ended.
+        request: Option<RequestId>,
+        /// Whether it tells.
+        on: bool,
+    },
     /// Something happens in the world of a virtual arm, at once.
     World {
         /// The request that is answered when it has happened.
@@ -233,8 +238,6 @@ pub enum ArmAct {
     Home,
     /// The alarms are cleared.
     ClearAlarms,
-    /// The arm tells where its unlock key was released, from now on or no more.
-    Guided(bool),
     /// The tool whose tip is so far from the flange, mm.
     Tip(ToolBias),
     /// Something of the tools.

@@ -263,6 +263,9 @@ impl Control {
     ) {
         let holder = self.arm_mut(arm).lease.holder.take();
         self.end_jog_of(arm, JogEnd::Lease, |_| true);
+        if std::mem::take(&mut self.arm_mut(arm).guided) {
+            self.effects.push_back(Effect::EndGuide { arm });
+        }
         if end == LeaseEnd::Released {
             // What was begun goes on to its end.
             self.arm_mut(arm).queued = false;

@@ -107,6 +107,11 @@ pub enum Effect {
         /// Why it ends.
         why: JogEnd,
     },
+    /// The arm is to tell no more where a hand leaves it.
+    EndGuide {
+        /// The arm.
+        arm: ArmId,
+    },
     /// These requests are over.
     EndWork {
         /// The arm.
@@ -205,6 +210,8 @@ struct ArmControl {
     work: Vec<Work>,
     /// Whether commands of the holder may wait in the arm's queue.
     queued: bool,
+    /// Whether the holder had it tell where a hand leaves it.
+    guided: bool,
     job: Option<Job>,
 }
 

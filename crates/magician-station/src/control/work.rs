@@ -151,6 +151,11 @@ impl Control {
         true
     }
 
+    /// The holder has the arm tell where a hand leaves it, or no more. It ends with the lease.
+    pub fn guide(&mut self, arm: ArmId, on: bool) {
+        self.arm_mut(arm).guided = on;
+    }
+
     /// A jog begins, in the place of one of the same session.
     ///
     /// # Errors

@@ -104,8 +104,6 @@ async fn act(arm: Arm, act: ArmAct, on_rail: bool) -> Result<Outcome, RpcError> 
             arm.clear_alarms().await?;
             Ok(Outcome::State)
         }
-        // The work's own: it goes on behind it.
-        ArmAct::Guided(_) => Ok(Outcome::Value(Value::Null)),
         ArmAct::Tip(bias) => {
             arm.set_any(&words::tool(bias)).await?;
             Ok(Outcome::State)

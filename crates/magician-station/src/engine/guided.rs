@@ -1,83 +1,130 @@
-//! Points that a hand teaches: the arm is asked whether its unlock key was released, as long as somebody who teaches wants it.
+//! Points that a hand teaches: the arm is asked whether its unlock key was released, as long as the holder of the lease wants it.
 
-use magician::ErrorKind;
+use std::future::{Future, pending};
+use std::pin::Pin;
+
 use magician::commands::Pose;
+use magician::{Arm, ErrorKind};
 use magician_job::teach::guided_points;
 use magician_job::{Polled, SavedSettings};
 use magician_program::Travel;
 use serde_json::Value;
 
+use super::Work;
 use super::reads::capture;
-use super::{TaskResult, Work};
 use crate::api::RpcError;
 use crate::control::RequestId;
 use crate::order::{ArmReport, Outcome};
 
-/// An arm that is asked.
+/// Whether the arm is asked, and is to be. What has begun comes to its end before it is changed again, so that no wish, however
+/// close to another one, leaves the arm's settings changed.
+#[derive(Default)]
 pub(super) struct Guided {
-    points: Polled<Pose>,
+    wanted: bool,
+    now: Now,
+    /// Requests that are answered when what is wanted is so.
+    asked: Vec<RequestId>,
     /// What was changed of the arm for it.
     saved: SavedSettings,
 }
 
+#[derive(Default)]
+enum Now {
+    #[default]
+    Off,
+    Begins(Pin<Box<dyn Future<Output = Result<Polled<Pose>, RpcError>> + Send>>),
+    On(Polled<Pose>),
+    Ends(Pin<Box<dyn Future<Output = ()> + Send>>),
+}
+
+/// Something new of it.
+pub(super) enum News {
+    /// The key was released with the arm there.
+    Released(Pose),
+    Begun(Result<Polled<Pose>, RpcError>),
+    Ended,
+}
+
+impl Guided {
+    /// What is new; never while it is off.
+    pub(super) async fn next(&mut self) -> News {
+        match &mut self.now {
+            Now::Off => pending().await,
+            Now::Begins(begins) => News::Begun(begins.await),
+            Now::On(points) => News::Released(points.next().await),
+            Now::Ends(ends) => {
+                ends.await;
+                News::Ended
+            }
+        }
+    }
+
+    /// Goes on to what is wanted. True when it is so.
+    fn turn(&mut self, arm: &Arm) -> bool {
+        let (arm, saved) = (arm.clone(), self.saved.clone());
+        match (&self.now, self.wanted) {
+            (Now::Off, false) | (Now::On(_), true) => return true,
+            (Now::Begins(_) | Now::Ends(_), _) => {}
+            (Now::Off, true) => self.now = Now::Begins(Box::pin(begin(arm, saved))),
+            (Now::On(_), false) => self.now = Now::Ends(Box::pin(end(arm, saved))),
+        }
+        false
+    }
+}
+
+async fn begin(arm: Arm, saved: SavedSettings) -> Result<Polled<Pose>, RpcError> {
+    guided_points(&arm, &saved).await?.ok_or_else(|| {
+        let why = "the arm does not tell when its unlock key is released";
+        RpcError::arm(ErrorKind::Unsupported, why)
+    })
+}
+
+async fn end(arm: Arm, saved: SavedSettings) {
+    // A line that is lost: the next program that sets something restores it.
+    let _ = saved.restore(&arm).await;
+}
+
 impl Work {
-    /// Begins, or ends, and answers.
-    pub(super) fn guide(&mut self, request: RequestId, on: bool) {
-        if on && self.guided.is_none() {
-            let arm = self.arm.clone();
-            self.side.spawn(async move {
-                let saved = SavedSettings::default();
-                let points = guided_points(&arm, &saved).await;
-                let points = points.map_err(RpcError::from).and_then(|points| {
-                    points.ok_or_else(|| {
-                        let why = "the arm does not tell when its unlock key is released";
-                        RpcError::arm(ErrorKind::Unsupported, why)
-                    })
-                });
-                TaskResult::Guided(request, points.map(|points| Guided { points, saved }))
-            });
-            return;
-        }
-        if !on {
-            self.end_guided();
-        }
-        let outcome = Ok(Outcome::Value(Value::Null));
-        (self.report)(ArmReport::Done { request, outcome });
+    /// The arm is to be asked, or no more; the request is answered when it is so.
+    pub(super) fn guide(&mut self, request: Option<RequestId>, on: bool) {
+        self.guided.wanted = on;
+        self.guided.asked.extend(request);
+        self.turn_guided();
     }
 
-    pub(super) fn guides(&mut self, request: RequestId, guided: Result<Guided, RpcError>) {
-        let outcome = guided.map(|guided| {
-            self.guided = Some(guided);
-            Outcome::Value(Value::Null)
-        });
-        (self.report)(ArmReport::Done { request, outcome });
+    pub(super) fn take_guided(&mut self, news: News) {
+        match news {
+            News::Released(pose) => return self.hand_trigger(&pose),
+            News::Ended => self.guided.now = Now::Off,
+            News::Begun(Ok(points)) => self.guided.now = Now::On(points),
+            News::Begun(Err(error)) => {
+                // What was changed for asking is restored at once.
+                let ends = end(self.arm.clone(), self.guided.saved.clone());
+                self.guided.now = Now::Ends(Box::pin(ends));
+                self.guided.wanted = false;
+                self.answer_guides(&Err(error));
+            }
+        }
+        self.turn_guided();
     }
 
-    /// Ends, and restores what was changed.
-    pub(super) fn end_guided(&mut self) {
-        if let Some(Guided { saved, .. }) = self.guided.take() {
-            let arm = self.arm.clone();
-            self.side.spawn(async move {
-                // A line that is lost: the next program that sets something restores it.
-                let _ = saved.restore(&arm).await;
-                TaskResult::Nothing
-            });
+    fn turn_guided(&mut self) {
+        if self.guided.turn(&self.arm) {
+            self.answer_guides(&Ok(Outcome::Value(Value::Null)));
         }
     }
 
-    /// The unlock key was released with the arm there.
-    pub(super) fn hand_trigger(&self, pose: &Pose) {
+    fn answer_guides(&mut self, outcome: &Result<Outcome, RpcError>) {
+        for request in std::mem::take(&mut self.guided.asked) {
+            let outcome = outcome.clone();
+            (self.report)(ArmReport::Done { request, outcome });
+        }
+    }
+
+    fn hand_trigger(&self, pose: &Pose) {
         let step = capture(pose, Travel::Joints).map(|mut captured| captured["step"].take());
         let fields = vec![("step", step.unwrap_or_default())];
         let name = "hand-trigger";
         (self.report)(ArmReport::Event { name, fields });
-    }
-}
-
-/// Where the unlock key was released; never while that is not asked.
-pub(super) async fn released(guided: &mut Option<Guided>) -> Pose {
-    match guided {
-        Some(guided) => guided.points.next().await,
-        None => std::future::pending().await,
     }
 }

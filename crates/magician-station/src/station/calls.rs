@@ -93,6 +93,7 @@ impl Station {
             }
             ("jog.stop", _) => self.stop_jog(call),
             (_, Some(arm)) => match method.needs {
+                Needs::Lease(kind) if name == "teach.guide" => self.guide(call, arm, kind),
                 Needs::Lease(kind) => self.act(call, arm, method, kind),
                 Needs::Nothing => Err(RpcError::internal(format!("{name} does nothing"))),
             },
@@ -366,7 +367,6 @@ fn act_of(name: &str, call: &Call<'_>) -> Result<ArmAct, RpcError> {
             })
         }
         "link.start" => Ok(ArmAct::StartEmptyQueue),
-        "teach.guide" => Ok(ArmAct::Guided(params.is_on("on"))),
         "arm.home" => Ok(ArmAct::Home),
         "arm.clear_alarms" => Ok(ArmAct::ClearAlarms),
         "arm.speed" => tools::speed(call),

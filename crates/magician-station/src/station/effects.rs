@@ -55,7 +55,6 @@ impl Station {
                 self.notify(session, "lease.queue", &params);
             }
             Effect::Holder { arm, .. } => {
-                self.order(arm, ArmOrder::EndGuided);
                 let holder = self.holder(arm);
                 let params = json!({"arm": self.arm(arm).entry.name, "holder": holder});
                 self.notify_all("lease.changed", &params);
@@ -79,6 +78,10 @@ impl Station {
             Effect::EndJog { arm, jog, why } => {
                 self.order(arm, ArmOrder::EndJog(jog));
                 self.jog_over(now, arm, jog, why);
+            }
+            Effect::EndGuide { arm } => {
+                let (request, on) = (None, false);
+                self.order(arm, ArmOrder::Guide { request, on });
             }
             Effect::EndWork {
                 arm,

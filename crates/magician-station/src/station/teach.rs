@@ -4,13 +4,35 @@ use magician_job::teach::{ProgramModel, TeachStep};
 use magician_program::{Action, Diagnostic, Plan};
 use serde_json::{Map, Value, json};
 
-use super::Station;
+use super::dispatch::{Call, Handled};
+use super::{Awaited, Station};
 use crate::api::{Params, RpcError};
+use crate::control::{ArmId, WorkKind};
+use crate::order::ArmOrder;
 
 /// The members of a row that are steps of a plan with this one member.
 const OF_TOOLS: [&str; 3] = ["gripper", "suction", "wait"];
 
 impl Station {
+    /// Has the arm tell where a hand leaves it, or no more.
+    pub(super) fn guide(
+        &mut self,
+        call: &Call<'_>,
+        arm: ArmId,
+        kind: WorkKind,
+    ) -> Result<Handled, RpcError> {
+        let (request, on) = (call.request, call.params.is_on("on"));
+        self.take_lease(call, arm);
+        let begun = self
+            .control
+            .begin(call.now, call.session, arm, request, kind);
+        begun.map_err(|refusal| self.refused(arm, refusal))?;
+        self.control.guide(arm, on);
+        let request = Some(request);
+        self.order(arm, ArmOrder::Guide { request, on });
+        Ok(Handled::Later(call.request, Awaited::Arm(arm)))
+    }
+
     pub(super) fn teach_call(name: &str, params: &Params) -> Result<Value, RpcError> {
         match name {
             "teach.rows" => rows(params),

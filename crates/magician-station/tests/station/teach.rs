@@ -2,9 +2,11 @@
 
 use std::time::Duration;
 
+use magician_station::ArmOrder;
 use serde_json::{Value, json};
 
-use crate::bench::Bench;
+use crate::bare::BareStation;
+use crate::bench::{Bench, Tester};
 
 fn plan() -> Value {
     json!({
@@ -102,4 +104,83 @@ async fn a_hand_teaches_points_until_the_lease_ends() {
     anna.ok("lease.release", json!({"lease": lease})).await;
     anna.listen(Duration::from_secs(1)).await;
     assert_eq!(anna.ok("arm.get", enabled).await["is_enabled"], json!(0));
+}
+
+/// Whether the arm is set to tell, and how often it has told of a hand that leaves it, once all that was sent is done.
+async fn tells(tester: &mut Tester) -> (Value, usize) {
+    tester.listen(Duration::from_secs(1)).await;
+    let enabled = json!({"command": "HHTTrigOutputEnabled"});
+    let enabled = tester.ok("arm.get", enabled).await["is_enabled"].clone();
+    tester.notices.clear();
+    let lease = tester.lease().await;
+    tester.ok("world.unlock", json!({"held": true})).await;
+    let joints = json!({"joints": [20, 30, 40, 10]});
+    tester.ok("world.guide", joints).await;
+    tester.ok("world.unlock", json!({"held": false})).await;
+    tester.listen(Duration::from_secs(1)).await;
+    tester.ok("lease.release", json!({"lease": lease})).await;
+    let events = tester.noticed("arm.event").into_iter();
+    let told = events.filter(|event| event["event"] == json!("hand-trigger"));
+    (enabled, told.count())
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_that_is_to_tell_while_the_lease_ends_does_not() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.ok("arm.subscribe", json!({"rate": 10})).await;
+    for behind_a_move in [false, true] {
+        let lease = anna.lease().await;
+        if behind_a_move {
+            anna.send("arm.move", json!({"to": [220, 0, 40, 0]}));
+        }
+        let begins = anna.send("teach.guide", json!({"on": true}));
+        anna.send("lease.release", json!({"lease": lease}));
+        assert_eq!(anna.answer(begins).await, Ok(Value::Null));
+        anna.listen(Duration::from_secs(5)).await;
+        assert_eq!(tells(&mut anna).await, (json!(0), 0), "{behind_a_move}");
+    }
+}
+
+#[tokio::test(start_paused = true)]
+async fn an_arm_that_is_to_tell_twice_at_once_is_left_as_it_was() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.ok("arm.subscribe", json!({"rate": 10})).await;
+    for wishes in [&[true, true][..], &[true, false], &[true, false, true]] {
+        let lease = anna.lease().await;
+        let on = |on: &bool| anna.send("teach.guide", json!({"on": on}));
+        let sent: Vec<_> = wishes.iter().map(on).collect();
+        for sent in sent {
+            assert_eq!(anna.answer(sent).await, Ok(Value::Null), "{wishes:?}");
+        }
+        let enabled = json!({"command": "HHTTrigOutputEnabled"});
+        let enabled = anna.ok("arm.get", enabled).await["is_enabled"].clone();
+        let wanted = u8::from(wishes.last() == Some(&true));
+        assert_eq!(enabled, json!(wanted), "{wishes:?}");
+        anna.ok("lease.release", json!({"lease": lease})).await;
+        assert_eq!(tells(&mut anna).await, (json!(0), 0), "{wishes:?}");
+    }
+}
+
+#[test]
+fn the_end_of_a_lease_ends_what_a_hand_teaches_only_where_it_does() {
+    let ended = |wishes: &[bool]| {
+        let mut station = BareStation::new();
+        station.send("lease.acquire", &json!({}));
+        for on in wishes {
+            station.send("teach.guide", &json!({"on": on}));
+        }
+        while station.station.poll_order().is_some() {}
+        station.send("lease.take", &json!({}));
+        let other = station.join("Ben");
+        station.ask(other, "lease.take", &json!({}));
+        let orders = std::iter::from_fn(|| station.station.poll_order());
+        let ends = orders.filter(|(_, order)| matches!(order, ArmOrder::Guide { on: false, .. }));
+        ends.count()
+    };
+    assert_eq!(ended(&[]), 0);
+    assert_eq!(ended(&[true]), 1);
+    assert_eq!(ended(&[true, true]), 1);
+    assert_eq!(ended(&[true, false]), 0);
 }

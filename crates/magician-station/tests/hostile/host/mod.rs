@@ -210,6 +210,10 @@ impl Life {
                     | ArmOrder::KeepJog(_)
                     | ArmOrder::StartJob(_)
                     | ArmOrder::World { .. }
+                    | ArmOrder::Guide {
+                        request: Some(_),
+                        ..
+                    }
                     | ArmOrder::ResumeJob { .. }
             );
             if moves {
@@ -227,7 +231,7 @@ impl Life {
             match &order {
                 ArmOrder::Stop { request: None }
                 | ArmOrder::KeepJog(_)
-                | ArmOrder::EndGuided
+                | ArmOrder::Guide { request: None, .. }
                 | ArmOrder::EndJog(_)
                 | ArmOrder::Watch { .. } => continue,
                 _ => {}
@@ -299,6 +303,10 @@ impl Life {
             | ArmOrder::Act { request, .. }
             | ArmOrder::Fence { request, .. }
             | ArmOrder::World { request, .. }
+            | ArmOrder::Guide {
+                request: Some(request),
+                ..
+            }
             | ArmOrder::StartJog { request, .. } => *request,
             ArmOrder::Stop { request } => request.expect("those without are not kept"),
             other => panic!("{other:?} is not kept"),
