@@ -333,7 +333,7 @@ pub(super) fn state(pin: &Pin) -> String {
     match (pin.level, pin.frequency, pin.duty_cycle, pin.value) {
         (Some(level), ..) => if level == 0 { "low" } else { "high" }.to_owned(),
         (_, Some(hertz), Some(percent), _) => format!("{hertz} Hz, {percent} %"),
-        (.., Some(value)) => format!("{value} of 4095"),
+        (.., Some(value)) => format!("{value} of {}", words::ANALOG_COUNTS),
         _ => String::new(),
     }
 }

@@ -6,9 +6,10 @@ use magician_protocol::commands::{
 };
 use magician_protocol::{Port, SensorVersion, Set};
 
-/// Volts at the highest count of an analog input (model section 13).
-const FULL_SCALE: f32 = 3.3;
-const MOST_COUNTS: f32 = 4095.0;
+/// The highest count of an analog input.
+pub const ANALOG_COUNTS: u16 = 4095;
+/// Volts at [`ANALOG_COUNTS`] (model section 13).
+pub const ANALOG_VOLTS: f32 = 3.3;
 
 /// Switches the colour sensor on a port (document 1.15.7, errata E42). Ask
 /// `arm.get_with::<ColorSensor>(&words::color_at(port))` for what it sees.
@@ -129,6 +130,6 @@ impl Sensed for IoAdc {
 
     /// Volts, 0 to 3.3.
     fn sensed(&self) -> f32 {
-        f32::from(self.value) / MOST_COUNTS * FULL_SCALE
+        f32::from(self.value) / f32::from(ANALOG_COUNTS) * ANALOG_VOLTS
     }
 }

@@ -1,24 +1,32 @@
 //! Pins, sensors and steppers by the protocol's table, so that a page needs to know no command.
 
 use magician::commands::{GetIoDo, GetIoMultiplexing, GetIoPwm, IoDo, IoMultiplexing, IoPwm};
-use magician::{Arm, ErrorKind};
-use magician_protocol::{Field, FieldType, IoFunction, LayoutInfo, Row};
+use magician::{Arm, words};
+use magician_protocol::{
+    Chapter, Effect, Field, FieldType, IoFunction, LayoutInfo, Port, Row, TABLE, Writable,
+};
 use serde_json::{Value, json};
 
 use crate::api::RpcError;
+use crate::reading::short;
 
 const PINS: u8 = 20;
 
-/// What each of these commands is for.
-const ROLES: [(&str, &str); 7] = [
-    ("function", "IOMultiplexing"),
-    ("output", "IODO"),
-    ("signal", "IOPWM"),
-    ("stepper", "EMotor"),
-    ("stepper", "EMotorS"),
-    ("sensor", "ColorSensor"),
-    ("sensor", "IRSwitch"),
-];
+/// What a command is for on such a page, by what its row says.
+fn role(row: &Row) -> Option<&'static str> {
+    let sets_port = |layout: &LayoutInfo| {
+        let is_port = |field: &Field| field.ty == FieldType::Enum(Port::INFO);
+        layout.fields.iter().any(is_port)
+    };
+    match row.id {
+        id if id == <IoMultiplexing as Writable>::ROW.id => Some("function"),
+        id if id == <IoDo as Writable>::ROW.id => Some("output"),
+        id if id == <IoPwm as Writable>::ROW.id => Some("signal"),
+        _ if row.effect == Effect::Motor => Some("stepper"),
+        _ if row.chapter == Chapter::Io && row.set.is_some_and(sets_port) => Some("sensor"),
+        _ => None,
+    }
+}
 
 /// What pins, sensors and steppers are, and what the pins do now.
 pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
@@ -49,11 +57,9 @@ pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
         }
         pins.push(pin);
     }
-    let rows = ROLES.iter().map(|(role, command)| {
-        let row = Row::find(command);
-        let row = row.map_err(|_| RpcError::arm(ErrorKind::Unsupported, *command))?;
-        Ok(json!({
-            "role": role,
+    let rows = TABLE.iter().filter_map(|row| {
+        Some(json!({
+            "role": role(row)?,
             "command": row.name,
             "about": row.doc,
             "asks": row.query.map(fields),
@@ -70,10 +76,10 @@ pub(super) async fn io(arm: &Arm) -> Result<Value, RpcError> {
         })
     });
     Ok(json!({
-        "analog": {"counts": 4095, "volts": 3.3},
+        "analog": {"counts": words::ANALOG_COUNTS, "volts": short(words::ANALOG_VOLTS)},
         "functions": functions.collect::<Vec<_>>(),
         "pins": pins,
-        "rows": rows.collect::<Result<Vec<_>, RpcError>>()?,
+        "rows": rows.collect::<Vec<_>>(),
     }))
 }
 
