@@ -90,7 +90,7 @@ pub use parse::{ParseError, encode_text};
 pub use range::{Bounds, Case, Range};
 pub use row::{Chapter, Confidence, Effect, NameError, Row, Source};
 pub use text::{Bytes, Text};
-pub use visible::{Visible, is_deceptive, visible, visible_lines};
+pub use visible::{Markup, Visible, is_deceptive, markup, visible, visible_lines};
 pub use wire::{EnumInfo, FieldType, Layout, NoArgs, Reader, Scalar, Variant, Wire, Writer};
 pub use wire::{Queueable, Readable, Writable};
 

@@ -89,6 +89,51 @@ impl Write for Filter<'_, '_> {
     }
 }
 
+/// Text as a part of HTML or XML, in an element or in an attribute's double quotes.
+#[derive(Clone, Copy, Debug)]
+pub struct Markup<T>(T);
+
+/// The text so that HTML and XML read it as it is. What XML has no place for is [`visible`]'s.
+///
+/// ```
+/// use magician_protocol::markup;
+///
+/// assert_eq!(markup("<b> & \"c\"").to_string(), "&lt;b&gt; &amp; &quot;c&quot;");
+/// ```
+pub const fn markup<T: Display>(text: T) -> Markup<T> {
+    Markup(text)
+}
+
+impl<T: Display> Display for Markup<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(Escape(f), "{}", self.0)
+    }
+}
+
+struct Escape<'a, 'f>(&'a mut fmt::Formatter<'f>);
+
+impl Write for Escape<'_, '_> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for piece in text.split_inclusive(['&', '<', '>', '"']) {
+            let sign = piece.chars().next_back().unwrap_or_default();
+            let escaped = match sign {
+                '&' => "&amp;",
+                '<' => "&lt;",
+                '>' => "&gt;",
+                '"' => "&quot;",
+                _ => {
+                    self.0.write_str(piece)?;
+                    continue;
+                }
+            };
+            self.0
+                .write_str(piece.strip_suffix(sign).unwrap_or_default())?;
+            self.0.write_str(escaped)?;
+        }
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::string::ToString;

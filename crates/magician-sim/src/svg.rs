@@ -4,7 +4,7 @@ pub mod palette;
 
 use std::fmt::{Display, Write};
 
-use magician_protocol::visible;
+use magician_protocol::{markup, visible};
 
 /// Fonts with the letters of pictures, the best first.
 pub const FONTS: &str = "Roboto, 'DejaVu Sans', Helvetica, Arial, sans-serif";
@@ -182,7 +182,7 @@ impl Svg {
         let [x, y] = [x, y].map(|value| Number(value).to_string());
         let at = [("x", x.as_str()), ("y", &y)];
         self.tag("text", &[&at, attributes].concat(), ">");
-        escape(&text.to_string(), &mut self.text);
+        escape(text, &mut self.text);
         self.text.push_str("</text>\n");
     }
 
@@ -219,16 +219,8 @@ pub fn rim(width: &str) -> [(&str, &str); 4] {
 }
 
 /// What XML has no place for, and what would turn the text around, is [`visible`].
-fn escape(text: &str, to: &mut String) {
-    for letter in visible(text).to_string().chars() {
-        match letter {
-            '&' => to.push_str("&amp;"),
-            '<' => to.push_str("&lt;"),
-            '>' => to.push_str("&gt;"),
-            '"' => to.push_str("&quot;"),
-            letter => to.push(letter),
-        }
-    }
+fn escape(text: impl Display, to: &mut String) {
+    let _ = write!(to, "{}", markup(visible(text)));
 }
 
 /// A length to a hundredth of a millimetre, as short as can be.

@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use magician_job::dirs;
+use magician_protocol::markup;
 use magician_station::RunningStation;
 use tokio::time::interval;
 
@@ -180,13 +181,7 @@ fn failure_page(failure: &Failure) -> String {
     // Memory takes all of it.
     let _ = failure.write_text(&mut text, Paint::plain());
     let text = String::from_utf8_lossy(&text);
-    let harmless: String = { text.chars() }
-        .map(|sign| match sign {
-            '&' => "&amp;".to_owned(),
-            '<' => "&lt;".to_owned(),
-            sign => sign.to_string(),
-        })
-        .collect();
+    let harmless = markup(text);
     format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>The studio did not start</title>\
          <style>:root{{color-scheme:light dark}}body{{font:1.1rem/1.5 system-ui;max-width:40rem;margin:4rem auto;padding:0 1rem}}\
@@ -294,6 +289,6 @@ mod tests {
     fn a_failure_cannot_bring_its_own_page() {
         let failure = Failure::invalid("no port <script>alert(1)</script> & more");
         let page = failure_page(&failure);
-        assert!(page.contains("no port &lt;script>alert(1)&lt;/script> &amp; more"));
+        assert!(page.contains("no port &lt;script&gt;alert(1)&lt;/script&gt; &amp; more"));
     }
 }
