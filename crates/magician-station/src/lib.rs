@@ -37,8 +37,8 @@ pub use job::{
     SourceBytes,
 };
 pub use library::{
-    LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, NoPrograms, ProgramEntry, ProgramName,
-    ProgramStore, Upload,
+    LARGEST_LIBRARY, LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, MOST_PROGRAMS,
+    NoPrograms, ProgramEntry, ProgramName, ProgramStore, Upload,
 };
 pub use order::{
     ArmAct, ArmOrder, ArmRead, ArmReport, Fault, JobEnd, JobNews, JobOrder, JobStart, Outcome,

@@ -16,6 +16,10 @@ use crate::job::{Reader, Source, SourceBytes};
 
 /// Bytes of a program, at most.
 pub const LARGEST_PROGRAM: u64 = 64 * 1024 * 1024;
+/// Programs of a library, at most: the loop of one pupil takes no disk away from all others.
+pub const MOST_PROGRAMS: usize = 1000;
+/// Bytes of all programs of a library, at most.
+pub const LARGEST_LIBRARY: u64 = 1024 * 1024 * 1024;
 /// Bytes of a program that are sent in an answer, at most.
 const IN_AN_ANSWER: u64 = 700 * 1024;
 
@@ -91,7 +95,9 @@ pub enum LibraryError {
     Unknown,
     /// The program is larger than [`LARGEST_PROGRAM`].
     TooLarge,
-    /// There is no room for it.
+    /// The library has [`MOST_PROGRAMS`], or would have more than [`LARGEST_LIBRARY`].
+    TooMany,
+    /// There is no room for it on the disk.
     Full,
     /// Anything else, in a sentence.
     Other(String),
@@ -102,6 +108,11 @@ impl fmt::Display for LibraryError {
         match self {
             Self::Unknown => f.write_str("there is no such program"),
             Self::TooLarge => write!(f, "a program is {} MiB at most", LARGEST_PROGRAM >> 20),
+            Self::TooMany => write!(
+                f,
+                "the library takes {MOST_PROGRAMS} programs and {} MiB at most: remove some",
+                LARGEST_LIBRARY >> 20
+            ),
             Self::Full => f.write_str("no room for the program"),
             Self::Other(why) => f.write_str(why),
         }
@@ -322,7 +333,9 @@ pub(crate) fn unknown_program() -> RpcError {
 pub(crate) fn wrong(error: LibraryError) -> RpcError {
     match error {
         LibraryError::Unknown => RpcError::param("name", error.to_string()),
-        LibraryError::TooLarge => RpcError::arm(ErrorKind::InvalidInput, error.to_string()),
+        LibraryError::TooLarge | LibraryError::TooMany => {
+            RpcError::arm(ErrorKind::InvalidInput, error.to_string())
+        }
         _ => RpcError::arm(ErrorKind::Unexpected, error.to_string()),
     }
 }

@@ -10,7 +10,8 @@ use std::time::{Duration, UNIX_EPOCH};
 use magician_program::Format;
 
 use crate::library::{
-    LARGEST_PROGRAM, LibraryError, ProgramEntry, ProgramName, ProgramStore, Upload,
+    LARGEST_LIBRARY, LARGEST_PROGRAM, LibraryError, MOST_PROGRAMS, ProgramEntry, ProgramName,
+    ProgramStore, Upload,
 };
 
 /// Names of what is not whole yet begin so: no program has such a name.
@@ -62,6 +63,35 @@ impl ProgramFolder {
         self.path.join(name.as_str())
     }
 
+    /// The names of its programs, and of what else has such a name.
+    fn names(&self) -> Result<impl Iterator<Item = ProgramName> + use<>, LibraryError> {
+        let items = match fs::read_dir(&self.path) {
+            Ok(items) => Some(items),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            Err(error) => return Err(failed(error)),
+        };
+        let items = items.into_iter().flatten().flatten();
+        Ok(items.filter_map(|item| ProgramName::new(item.file_name().to_str()?)))
+    }
+
+    /// Whether there is room for a program of so many bytes. One that takes the place of a larger one always has.
+    fn check_room(&self, name: &ProgramName, bytes: u64) -> Result<(), LibraryError> {
+        let before = self.known(name).map(|data| data.len()).ok();
+        if before.is_some_and(|before| bytes <= before) {
+            return Ok(());
+        }
+        let (mut count, mut sum) = (1, bytes);
+        for other in self.names()?.filter(|other| other != name) {
+            if let Ok(data) = self.known(&other) {
+                (count, sum) = (count + 1, sum.saturating_add(data.len()));
+            }
+        }
+        if before.is_none() && count > MOST_PROGRAMS || sum > LARGEST_LIBRARY {
+            return Err(LibraryError::TooMany);
+        }
+        Ok(())
+    }
+
     /// What is known of a file, if it is one.
     fn known(&self, name: &ProgramName) -> Result<fs::Metadata, LibraryError> {
         let metadata = fs::symlink_metadata(self.file(name)).map_err(failed)?;
@@ -97,16 +127,9 @@ impl ProgramStore for ProgramFolder {
     }
 
     fn list(&self) -> Result<Vec<ProgramEntry>, LibraryError> {
-        let items = match fs::read_dir(&self.path) {
-            Ok(items) => items,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-            Err(error) => return Err(failed(error)),
-        };
-        let names = items.flatten().filter_map(|item| {
-            let name = item.file_name();
-            ProgramName::new(name.to_str()?)
-        });
-        let mut entries: Vec<_> = names.filter_map(|name| self.entry(name)).collect();
+        let mut entries: Vec<_> = { self.names()? }
+            .filter_map(|name| self.entry(name))
+            .collect();
         entries.sort_by(|one, other| one.name.cmp(&other.name));
         Ok(entries)
     }
@@ -131,9 +154,9 @@ impl ProgramStore for ProgramFolder {
         Ok(Box::new(Part {
             file: Some(file),
             path: part,
-            to: self.file(name),
+            name: name.clone(),
             written: 0,
-            naming: Arc::clone(&self.naming),
+            folder: self.clone(),
         }))
     }
 
@@ -148,9 +171,9 @@ impl ProgramStore for ProgramFolder {
 struct Part {
     file: Option<File>,
     path: PathBuf,
-    to: PathBuf,
+    name: ProgramName,
     written: u64,
-    naming: Arc<Mutex<()>>,
+    folder: ProgramFolder,
 }
 
 impl Upload for Part {
@@ -169,9 +192,10 @@ impl Upload for Part {
         if let Some(file) = self.file.take() {
             file.sync_all().map_err(failed)?;
         }
-        let naming = Arc::clone(&self.naming);
-        let _alone = naming.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_new = match fs::symlink_metadata(&self.to) {
+        let (folder, to) = (self.folder.clone(), self.folder.file(&self.name));
+        let _alone = { folder.naming.lock() }.unwrap_or_else(PoisonError::into_inner);
+        folder.check_room(&self.name, self.written)?;
+        let is_new = match fs::symlink_metadata(&to) {
             Err(error) if error.kind() == io::ErrorKind::NotFound => true,
             Ok(there) if there.is_dir() => {
                 let why = "a folder has this name".to_owned();
@@ -179,7 +203,7 @@ impl Upload for Part {
             }
             _ => false,
         };
-        fs::rename(&self.path, &self.to).map_err(failed)?;
+        fs::rename(&self.path, to).map_err(failed)?;
         self.path.clear();
         Ok(is_new)
     }

@@ -200,7 +200,7 @@ pub(super) async fn delete(store: Arc<dyn ProgramStore>, name: ProgramName) -> R
 fn refused(error: &LibraryError) -> Response {
     let status = match error {
         LibraryError::Unknown => StatusCode::NOT_FOUND,
-        LibraryError::TooLarge => StatusCode::PAYLOAD_TOO_LARGE,
+        LibraryError::TooLarge | LibraryError::TooMany => StatusCode::PAYLOAD_TOO_LARGE,
         LibraryError::Full => StatusCode::INSUFFICIENT_STORAGE,
         LibraryError::Other(_) => StatusCode::INTERNAL_SERVER_ERROR,
     };

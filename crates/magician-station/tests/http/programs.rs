@@ -3,7 +3,7 @@
 use std::fs;
 
 use magician_station::http::Admission;
-use magician_station::{LARGEST_PROGRAM, Role};
+use magician_station::{LARGEST_LIBRARY, LARGEST_PROGRAM, MOST_PROGRAMS, Role};
 use serde_json::json;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
@@ -58,6 +58,39 @@ async fn a_program_is_put_given_and_removed() {
     assert_eq!(wrong.status, 405);
     assert_eq!(wrong.header("allow"), Some("PUT, GET, DELETE"));
     assert!(files(&bench).is_empty());
+}
+
+#[tokio::test]
+async fn a_library_takes_so_many_programs_and_bytes() {
+    let bench = Bench::new().await;
+    let folder = bench.folder.path().join("programs");
+    fs::create_dir_all(&folder).unwrap();
+    for number in 1..MOST_PROGRAMS {
+        fs::write(folder.join(number.to_string()), "x").unwrap();
+    }
+    let mut anna = bench.join("Anna").await;
+    let put = |name: &str| json!({"name": name, "text": "xx"});
+    assert_eq!(ask(&bench, "PUT", "last", "", "xx").await.status, 201);
+    let refused = ask(&bench, "PUT", "more", "", "xx").await;
+    assert_eq!(refused.status, 413, "{}", refused.body);
+    assert!(refused.body.contains("1000 programs"), "{}", refused.body);
+    let refused = anna.call("program.put", put("more")).await.unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
+    // One that is there is replaced, and one that is removed makes room.
+    assert_eq!(ask(&bench, "PUT", "last", "", "longer").await.status, 200);
+    assert_eq!(ask(&bench, "DELETE", "1", "", "").await.status, 204);
+    assert_eq!(ask(&bench, "PUT", "more", "", "xx").await.status, 201);
+    // The bytes of all of them: a file without content takes no disk, and counts as long as it is.
+    let large = fs::File::create(folder.join("2")).unwrap();
+    large.set_len(LARGEST_LIBRARY).unwrap();
+    assert_eq!(
+        ask(&bench, "PUT", "last", "", "much longer").await.status,
+        413
+    );
+    assert_eq!(ask(&bench, "PUT", "last", "", "short").await.status, 200);
+    let refused = anna.call("program.put", put("3")).await.unwrap_err();
+    assert_eq!(refused["data"]["kind"], json!("invalid-input"), "{refused}");
+    assert_eq!(files(&bench).len(), MOST_PROGRAMS);
 }
 
 #[tokio::test]
