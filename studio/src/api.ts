@@ -1,10 +1,5 @@
 // The methods of a station. Written by `cargo xtask studio-api` from the table that the station itself works by.
 
-export interface Holder {
-  session: string;
-  name: string;
-}
-
 export type State = {
   x: number;
   y: number;
@@ -18,18 +13,12 @@ export type State = {
   arm: string;
   current_index: number;
   left_space: number;
-  alarms: number[] | null;
+  alarms: number[];
   link: string;
   moving: boolean;
   homed: boolean | null;
   rail: number | null;
-  tool: {
-    name: string | null;
-    bias: number[] | null;
-    suction: boolean | null;
-    gripper: string | null;
-    laser: boolean | null;
-  };
+  tool: Tool;
   speed: number | null;
   pins: unknown[];
   job: string | null;
@@ -37,8 +26,38 @@ export type State = {
   holder: Holder | null;
 };
 
+export type Tool = {
+  name: string | null;
+  bias: number[] | null;
+  suction: boolean | null;
+  gripper: string | null;
+  laser: boolean | null;
+};
+
+export type Holder = {
+  session: string;
+  name: string;
+};
+
+export type Pose = {
+  x: number;
+  y: number;
+  z: number;
+  r: number;
+  j1: number;
+  j2: number;
+  j3: number;
+  j4: number;
+};
+
+export type Lease = {
+  arm: string;
+  lease: string;
+  ttl_s: number;
+};
+
 export type Job = {
-  job: string | null;
+  job: string;
   arm: string;
   title: string | null;
   state: string;
@@ -53,9 +72,26 @@ export type Job = {
   started: number | null;
   ended: number | null;
   holder: Holder | null;
-  part: string | null;
+  part: number | null;
   reason: string | null;
-  error: { message: string } | null;
+  error: {
+    message: string;
+  } | null;
+};
+
+export type Field = {
+  name: string;
+  about: string;
+  unit: string;
+  kind: string;
+  least: number | null;
+  most: number | null;
+  choices: Choice[];
+};
+
+export type Choice = {
+  value: number;
+  name: string;
 };
 
 export interface Methods {
@@ -104,7 +140,7 @@ export interface Methods {
       api: number;
       uptime_s: number;
       arms: string[];
-      programs: string;
+      programs: string | null;
       recording: boolean;
     };
   };
@@ -122,7 +158,7 @@ export interface Methods {
         waiting: Array<{
           session: string;
           name: string;
-          asks: boolean | null;
+          asks: boolean;
         }>;
         job: string | null;
       }>;
@@ -138,14 +174,14 @@ export interface Methods {
       device_name: string;
       device_sn: string;
       firmware: string;
-      device_id: number[];
+      device_id: number[] | null;
       uptime_ms: number;
       with_l: boolean;
-      alarms: number[] | null;
+      alarms: number[];
       queue_current_index: number;
       queue_left_space: number;
       laser: boolean | null;
-      fence: null | null;
+      fence: Record<string, unknown> | null;
     };
   };
   /** What the pins, sensors and steppers of an arm are and do, by the protocol's table: for pages that know no command. */
@@ -176,42 +212,9 @@ export interface Methods {
         role: string;
         command: string;
         about: string;
-        asks: Array<{
-          name: string;
-          about: string;
-          unit: string;
-          kind: string;
-          least: number | null;
-          most: number | null;
-          choices: Array<{
-            value: number;
-            name: string;
-          }>;
-        }> | null;
-        tells: Array<{
-          name: string;
-          about: string;
-          unit: string;
-          kind: string;
-          least: number | null;
-          most: number | null;
-          choices: Array<{
-            value: number;
-            name: string;
-          }>;
-        }> | null;
-        sets: Array<{
-          name: string;
-          about: string;
-          unit: string;
-          kind: string;
-          least: number | null;
-          most: number | null;
-          choices: Array<{
-            value: number;
-            name: string;
-          }>;
-        }> | null;
+        asks: Field[] | null;
+        tells: Field[] | null;
+        sets: Field[] | null;
       }>;
     };
   };
@@ -338,7 +341,7 @@ export interface Methods {
         cause: string;
         cure: string;
         holds_queue: boolean;
-      }> | null;
+      }>;
     };
   };
   /** Stops an arm, or all; never needs the lease, and lifts no pen. */
@@ -349,16 +352,7 @@ export interface Methods {
     result: {
       arms: Array<{
         stood: boolean;
-        pose: {
-          x: number;
-          y: number;
-          z: number;
-          r: number;
-          j1: number;
-          j2: number;
-          j3: number;
-          j4: number;
-        };
+        pose: Pose;
         arm: string;
       }>;
     };
@@ -407,7 +401,7 @@ export interface Methods {
       };
       tool: {
         name: string | null;
-        bias: number[] | null;
+        bias: number[];
       };
     };
   };
@@ -433,11 +427,7 @@ export interface Methods {
       arm?: string;
       wait_s?: number;
     };
-    result: {
-      arm: string;
-      lease: string;
-      ttl_s: number;
-    };
+    result: Lease;
   };
   /** Says that its holder is there; any message does. */
   "lease.renew": {
@@ -479,11 +469,7 @@ export interface Methods {
     params: {
       arm?: string;
     };
-    result: {
-      arm: string;
-      lease: string;
-      ttl_s: number;
-    };
+    result: Lease;
   };
   /** Jogs until it is stopped, or is not kept up. */
   "jog.start": {
@@ -494,7 +480,7 @@ export interface Methods {
       percent?: number;
     };
     result: {
-      jog: string | null;
+      jog: string;
     };
   };
   /** Keeps a jog up. A notification: it has no answer. */
@@ -511,16 +497,7 @@ export interface Methods {
     };
     result: {
       stood: boolean;
-      pose: {
-        x: number;
-        y: number;
-        z: number;
-        r: number;
-        j1: number;
-        j2: number;
-        j3: number;
-        j4: number;
-      };
+      pose: Pose;
     };
   };
   /** Moves by a step, checked first. */
@@ -547,10 +524,10 @@ export interface Methods {
     };
     result: {
       ok: boolean;
-      seconds: number;
+      seconds: number | null;
       steps: number | null;
-      drawn_mm: number | null;
-      travel_mm: number | null;
+      drawn_mm: number;
+      travel_mm: number;
       travel_bounds: {
         x: number[];
         y: number[];
@@ -579,7 +556,7 @@ export interface Methods {
       after_check?: boolean;
     };
     result: {
-      job: string | null;
+      job: string;
     };
   };
   /** A job, also one that is over. */
@@ -595,26 +572,7 @@ export interface Methods {
       arm?: string;
     };
     result: {
-      jobs: Array<{
-        job: string | null;
-        arm: string;
-        title: string | null;
-        state: string;
-        step: number;
-        steps: number | null;
-        first_step: number | null;
-        loops: number | null;
-        loop: number;
-        seconds_left: number | null;
-        drawn_mm: number | null;
-        travel_mm: number | null;
-        started: number | null;
-        ended: number | null;
-        holder: Holder | null;
-        part: string | null;
-        reason: string | null;
-        error: { message: string } | null;
-      }>;
+      jobs: Job[];
     };
   };
   /** Pauses a job: nothing of it waits in the arm, the laser is off, the pen is up. The arm may be moved then. */
@@ -686,7 +644,7 @@ export interface Methods {
     result: {
       from: string;
       to: string;
-      steps: number | null;
+      steps: number;
       lost: string[];
       notes: Array<{
         code: string;
@@ -768,7 +726,7 @@ export interface Methods {
         command: string;
         values: {
           address: number;
-          level: number | null;
+          level: number;
         };
       };
     };
@@ -833,7 +791,7 @@ export interface Methods {
     result: {
       scenarios: Array<{
         name: string;
-        title: string | null;
+        title: string;
         text: string;
       }>;
     };

@@ -61,13 +61,13 @@ export async function start(order: Order, title: string, about: string): Promise
   return id;
 }
 
-export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job ?? "" }));
+export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job }));
 /** It lifts its pen, which a stop of the arm does not. */
-export const end = (job: Job) => tried(() => call("job.stop", { job: job.job ?? "" }));
+export const end = (job: Job) => tried(() => call("job.stop", { job: job.job }));
 export const resume = (job: Job) =>
   tried(async () => {
     if (isReal() && !(await store.ask(t("run.resume.title", { title: job.title ?? "" }), t("run.resume.text"), t("run.resume")))) return;
-    await agreed(t("run.burns"), (yes) => call("job.resume", { job: job.job ?? "", ...yes }));
+    await agreed(t("run.burns"), (yes) => call("job.resume", { job: job.job, ...yes }));
   });
 
 /** Percent of all its loops; null where they have no end, or it is not known yet. */

@@ -2,6 +2,7 @@
 
 use serde_json::{Value, json};
 
+use super::examples::components;
 use super::{Example, METHODS, Method, Needs};
 
 /// The document: every method with its parameters, from the table, and its example.
@@ -16,13 +17,8 @@ pub fn openrpc() -> Value {
             "license": {"name": "MIT OR Apache-2.0"},
         },
         "methods": methods,
-        "components": {"schemas": {"State": shared("arm.state"), "Job": shared("job.get")}},
+        "components": {"schemas": components()},
     })
-}
-
-/// What several methods answer.
-fn shared(method: &str) -> Value {
-    Example::of(method).map_or_else(|| json!({}), |example| example.shape())
 }
 
 fn method(method: &Method) -> Value {
@@ -35,20 +31,7 @@ fn method(method: &Method) -> Value {
         })
     });
     let example = Example::of(method.name);
-    let schema = match (method.result.split([',', ' ']).next(), &example) {
-        (
-            _,
-            Some(Example {
-                schema: Some(schema),
-                ..
-            }),
-        ) => schema.clone(),
-        (Some(name @ ("State" | "Job")), _) => {
-            json!({"$ref": format!("#/components/schemas/{name}")})
-        }
-        (_, Some(example)) => example.shape(),
-        (_, None) => json!({}),
-    };
+    let schema = example.as_ref().map_or_else(|| json!({}), Example::shape);
     let examples: Vec<_> = example.iter().map(pairing).collect();
     json!({
         "name": method.name,
