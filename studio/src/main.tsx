@@ -2,6 +2,7 @@
 import { effect } from "@preact/signals";
 import { render } from "preact";
 import "./app.css";
+import { t } from "./i18n";
 import { phase } from "./jog";
 import { listen } from "./keys";
 import { keepOffline } from "./offline";
@@ -58,6 +59,9 @@ async function connectToOwn(): Promise<void> {
   else if (!isServed && used.value === "sim") session.connectSim();
 }
 
+effect(() => {
+  document.documentElement.lang = t("language.tag");
+});
 follow();
 addEventListener("hashchange", follow);
 // Closing the page stops what it has set going: the browser asks first.

@@ -21,12 +21,10 @@ function kept<T extends string>(key: string, usual: T, takes: (value: string) =>
   return made;
 }
 
-export type Language = "en" | "zh";
 export type Theme = "system" | "light" | "dark";
 
-const usualLanguage: Language = navigator.language.toLowerCase().startsWith("zh") ? "zh" : "en";
-
-export const language = kept<Language>("language", usualLanguage, (value) => value === "en" || value === "zh");
+/** A language that the page has no file of is English (`i18n.ts`). */
+export const language = kept("language", navigator.language.slice(0, 2).toLowerCase(), (value) => /^[a-z]{2}$/.test(value));
 export const theme = kept<Theme>("theme", "system", (value) => ["system", "light", "dark"].includes(value));
 export const ownName = kept<string>("name", "", (value) => value.length <= 40);
 /** The arm that was shown last. */
@@ -38,7 +36,6 @@ export const hasTried = kept<"no" | "yes">("tried", "no", (value) => value === "
 
 effect(() => {
   const root = document.documentElement;
-  root.lang = language.value === "zh" ? "zh-Hans" : "en";
   if (theme.value === "system") delete root.dataset["theme"];
   else root.dataset["theme"] = theme.value;
 });

@@ -1,8 +1,7 @@
 // The library of programs: opened, selected, deleted.
 import { useSignal } from "@preact/signals";
 import { tried } from "../actions";
-import { type Key, t } from "../i18n";
-import { en } from "../en";
+import { t, told } from "../i18n";
 import * as check from "../run/check";
 import * as library from "../run/programs";
 import * as store from "../store";
@@ -10,8 +9,6 @@ import { Card, Do, OpenFile } from "../ui/parts";
 
 const ACCEPT = ".gcode,.nc,.ngc,.gc,.g,.tap,.svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.playback,.blockly,.csv,.xyz,.json,.plan,.xml,.txt";
 
-/** A sentence if the page has it, else what the station says. */
-export const told = (key: string, or: string) => (key in en ? t(key as Key) : or);
 export const formatOf = (format: string | null) => (format === null ? t("format.none") : told(`format.${format}`, format));
 export function size(bytes: number): string {
   if (bytes < 1000) return `${bytes} B`;

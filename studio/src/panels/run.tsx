@@ -2,7 +2,7 @@
 import { effect, signal, useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { tried } from "../actions";
-import { t } from "../i18n";
+import { t, told } from "../i18n";
 import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
@@ -11,7 +11,7 @@ import { ArmView } from "../view/view";
 import { Card, Do, Times } from "../ui/parts";
 import { JobCard, PastJobs } from "./job";
 import { Pose } from "./pose";
-import { formatOf, Programs, size, told } from "./programs";
+import { formatOf, Programs, size } from "./programs";
 import "./run.css";
 
 const loops = signal(1);

@@ -1,7 +1,7 @@
 // The person's own settings, and the fence of the arm.
-import { t } from "../i18n";
+import { LANGUAGES, t } from "../i18n";
 import { rename } from "../session";
-import { type Language, language, ownName, type Theme, theme } from "../settings";
+import { language, ownName, type Theme, theme } from "../settings";
 import * as store from "../store";
 import { Card, Choice } from "../ui/parts";
 import type { Sides } from "../view/fence";
@@ -81,20 +81,17 @@ export function Settings() {
         <p id="name-hint" class="hint">
           {t("settings.name.hint")}
         </p>
-        <Choice<Language>
+        <Choice<string>
           name="language"
           label={t("settings.language")}
           value={language.value}
           choose={(value) => (language.value = value)}
-          options={[
-            { value: "en", text: "English", testId: "settings-language-en" },
-            { value: "zh", text: "中文", testId: "settings-language-zh" },
-          ]}
+          options={[...LANGUAGES].map(([value, texts]) => ({ value, text: texts["language.name"], testId: `settings-language-${value}` }))}
         />
         <p class="hint">
           <a href="licences.txt">{t("settings.licences")}</a>
         </p>
-        {t("settings.zh") ? <p class="hint">{t("settings.zh")}</p> : null}
+        {t("language.note") ? <p class="hint">{t("language.note")}</p> : null}
         <Choice<Theme>
           name="theme"
           label={t("settings.theme")}

@@ -1,5 +1,6 @@
 //! Commands of the protocol and figures of the arm come to the page from its station: none stands in its sources but `api.ts`, which is generated.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use magician_protocol::Row;
@@ -62,7 +63,12 @@ fn measured(line: &str) -> Option<String> {
 fn the_page_knows_no_command_and_no_number_of_the_arm() {
     let studio = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src");
     let mut all = files(&studio).expect("the sources");
-    all.retain(|name, _| (name.ends_with(".ts") || name.ends_with(".tsx")) && name != "api.ts");
+    let ours = |name: &str| {
+        [".ts", ".tsx", ".json"]
+            .iter()
+            .any(|end| name.ends_with(end))
+    };
+    all.retain(|name, _| ours(name) && name != "api.ts");
     assert!(all.len() > 20, "the page has moved");
     let wrong: Vec<_> = { all.iter() }
         .flat_map(|(name, source)| {
@@ -77,4 +83,40 @@ fn the_page_knows_no_command_and_no_number_of_the_arm() {
 fn what_it_may_not_know_is_found() {
     let source = "call(\"PTPCmd\");\nconst LEAST = -25; // 135 mm above\nconst POSE = \"Pose\";\nt(\"5 degrees\")\n`${z} mm`";
     assert_eq!(findings(source), ["1: the command PTPCmd", "2: 135 mm"]);
+}
+
+#[test]
+fn every_language_has_every_sentence_and_its_values() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../studio/src/languages");
+    let texts: Vec<(String, BTreeMap<String, String>)> =
+        { files(&folder).expect("the languages").into_iter() }
+            .map(|(name, json)| {
+                let texts =
+                    serde_json::from_slice(&json).unwrap_or_else(|error| panic!("{name}: {error}"));
+                (name, texts)
+            })
+            .collect();
+    let english = &texts
+        .iter()
+        .find(|(name, _)| name == "en.json")
+        .expect("English")
+        .1;
+    assert!(texts.len() > 1 && english.len() > 400);
+    for (name, texts) in &texts {
+        let differs: Vec<_> = { english.keys().chain(texts.keys()) }
+            .filter(|key| {
+                english.get(*key).map(|text| values(text))
+                    != texts.get(*key).map(|text| values(text))
+            })
+            .collect();
+        assert!(differs.is_empty(), "{name}: {differs:?}");
+    }
+}
+
+/// What stands in braces.
+fn values(text: &str) -> BTreeSet<&str> {
+    let parts = text.split('{').skip(1);
+    parts
+        .filter_map(|part| part.split_once('}').map(|(name, _)| name))
+        .collect()
 }
