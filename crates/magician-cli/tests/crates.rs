@@ -261,6 +261,7 @@ fn plans_alone_need_no_reader_no_picture_and_no_line() {
         "read-playback",
         "read-points",
         "read-svg",
+        "read-text",
         "text",
         "image",
         "picture",

@@ -183,6 +183,8 @@ named! {
         Dialect = "dialect",
         /// Make it as large as fits.
         Fit = "fit",
+        /// The font of text.
+        Font = "font",
         /// Burn what is white.
         Invert = "invert",
         /// Run what waits in the queue first.
@@ -211,6 +213,8 @@ named! {
         SMax = "s_max",
         /// How much larger it becomes.
         Scale = "scale",
+        /// Height of a capital, mm.
+        Size = "size",
         /// Distance between the lines of an image, mm.
         Spacing = "spacing",
         /// The speed, mm/s.
@@ -239,6 +243,8 @@ named! {
         Width = "width",
         /// How many requests go out at once.
         Window = "window",
+        /// The width that lines of text are broken at, mm.
+        Wrap = "wrap",
     }
 }
 

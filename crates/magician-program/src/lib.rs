@@ -25,6 +25,7 @@
 //! | `read-playback`, `read-blockly` | Teaching & Playback and DobotBlockly workspaces; playback files are written without it |
 //! | `read-gcode`, `read-hpgl`, `read-dxf`, `read-svg` | drawings, and programs of plotters, pens and lasers |
 //! | `read-points` | lists of points and recordings: CSV, JSON, text, MCAP |
+//! | `read-text` | text to be written, in three single-line fonts |
 //! | `text` | the font that texts in SVG are written with |
 //! | `image` | PNG, JPEG, BMP, WebP, GIF and TIFF images, to be engraved or traced |
 //! | `picture` | pictures as PNG, and their comparison (`compare`) |
@@ -48,6 +49,7 @@ mod ending;
 #[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
 mod font;
 pub mod formats;
+pub mod lettering;
 mod options;
 mod origin;
 mod pace;
@@ -71,6 +73,7 @@ pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;
 pub use formats::{Content, Fills, Format, Parsed, ReadOptions, White, read};
+pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};
 pub use options::{
     AskedOption, Begun, FileRead, Grid, LaidFile, ModeOption, OptionError, Reading, SetupDefaults,
     SetupOptions, UnknownStart, WorkOption,

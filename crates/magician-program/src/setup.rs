@@ -200,7 +200,7 @@ impl Setup {
             (Content::Artwork(artwork), _) => artwork,
             (content, _) => return Ok((content, None)),
         };
-        let order = match self.order {
+        let order = match self.order && !artwork.in_order {
             true => Order::default(),
             false => Order::OF_FILE,
         };

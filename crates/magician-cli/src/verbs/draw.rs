@@ -4,7 +4,7 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{File, Pen, PlacementOptions, PreviewFlags, RunFlags};
+use super::job::options::{File, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -26,6 +26,8 @@ pub(crate) struct Draw {
     #[command(flatten)]
     pen: Pen,
     #[command(flatten)]
+    text: TextFlags,
+    #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
     way: RunFlags,
@@ -41,6 +43,7 @@ impl Draw {
         let draw = WorkOption::Draw;
         let mut job = Job::new(draw, self.file, self.look, &self.place, self.way);
         self.pen.say(&mut job.options);
+        self.text.say(&mut job.options);
         job
     }
 }

@@ -4,7 +4,9 @@ use clap::{Args, ValueEnum};
 use magician_program::{ModeOption, SetupOptions, WorkOption};
 
 use super::job::Job;
-use super::job::options::{File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, positive};
+use super::job::options::{
+    File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, TextFlags, positive,
+};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -29,6 +31,8 @@ pub(crate) struct Verb {
     beam: LaserFlags,
     #[command(flatten)]
     laser: Laser,
+    #[command(flatten)]
+    text: TextFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
@@ -107,6 +111,7 @@ impl Verb {
         let mut job = Job::new(engrave, self.file, self.look, &self.place, self.way);
         self.beam.say(&mut job.options);
         self.laser.say(&mut job.options);
+        self.text.say(&mut job.options);
         job
     }
 }

@@ -23,6 +23,8 @@ pub struct Artwork {
     pub strokes: Vec<Stroke>,
     /// Names that origins refer to.
     pub names: Vec<String>,
+    /// Whether the lines are drawn in this order, because it has a meaning: that of the strokes of a character.
+    pub in_order: bool,
 }
 
 /// One line without a break; one of a single point is a dot.

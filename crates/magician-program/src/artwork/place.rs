@@ -332,6 +332,7 @@ impl<'a> Placer<'a> {
                 page: None,
                 strokes: strokes.collect(),
                 names: self.artwork.names.clone(),
+                in_order: self.artwork.in_order,
             },
             surface: self.layout.surface,
             scale,

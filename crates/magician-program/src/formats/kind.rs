@@ -23,7 +23,7 @@ macro_rules! behind {
 
 impl Format {
     /// All of them, in the order in which people are told.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Playback,
         Self::Svg,
         Self::Gcode,
@@ -32,6 +32,7 @@ impl Format {
         Self::Hpgl,
         Self::Blockly,
         Self::Points,
+        Self::Text,
         Self::Plan,
     ];
 
@@ -48,10 +49,11 @@ impl Format {
             Self::Blockly => "blockly",
             Self::Image => "image",
             Self::Points => "points",
+            Self::Text => "text",
         }
     }
 
-    /// How the names of its files end, the usual one first. `.xml` and `.json` may be something else as well.
+    /// How the names of its files end, the usual one first; none for text, which no name tells from other files. `.xml` and `.json` may be something else as well.
     #[must_use]
     pub fn endings(self) -> &'static [&'static str] {
         match self {
@@ -66,6 +68,8 @@ impl Format {
                 ".png", ".jpg", ".jpeg", ".bmp", ".webp", ".gif", ".tif", ".tiff",
             ],
             Self::Points => &[".csv", ".xyz", ".mcap"],
+            // No ending says that its text is to be written: `.txt` may be points or G-code.
+            Self::Text => &[],
         }
     }
 
@@ -100,6 +104,7 @@ impl Format {
             Self::Blockly => "DobotBlockly workspace",
             Self::Image => "PNG, JPEG, BMP, WebP, GIF or TIFF image",
             Self::Points => "points as CSV, JSON or text, and recordings as CSV or MCAP",
+            Self::Text => "text, to be written with the pen",
         }
     }
 
@@ -115,6 +120,7 @@ impl Format {
             Self::Blockly => behind!("read-blockly", blockly),
             Self::Image => behind!("image", image),
             Self::Points => behind!("read-points", points),
+            Self::Text => behind!("read-text", words),
         }
     }
 
@@ -154,7 +160,7 @@ impl Format {
     #[must_use]
     pub fn needs_homed_arm(self) -> bool {
         match self {
-            Self::Svg | Self::Gcode | Self::Image | Self::Dxf | Self::Hpgl => true,
+            Self::Svg | Self::Gcode | Self::Image | Self::Dxf | Self::Hpgl | Self::Text => true,
             Self::Playback | Self::Blockly | Self::Points | Self::Plan => false,
         }
     }
@@ -246,10 +252,9 @@ mod tests {
                 false => format.feature().map(Missing::Feature),
             };
             assert_eq!(missing, expected, "{format}");
-            assert_eq!(
-                Format::of(&format!("a{}", format.endings()[0]), b""),
-                Some(format)
-            );
+            for ending in format.endings() {
+                assert_eq!(Format::of(&format!("a{ending}"), b""), Some(format));
+            }
         }
         assert!(Format::Plan.is_built_in());
     }

@@ -24,6 +24,8 @@ mod span;
 mod svg;
 #[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
 mod text;
+#[cfg(feature = "read-text")]
+mod words;
 #[cfg(any(feature = "read-blockly", feature = "read-playback"))]
 mod xml;
 
@@ -31,6 +33,7 @@ pub use gcode_options::{Arcs, Dialect, GcodeOptions};
 
 use magician_host::{Remedy, Setting};
 
+use crate::lettering::TextOptions;
 use crate::raster::Raster;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Plan};
 use std::fmt;
@@ -58,6 +61,8 @@ pub enum Format {
     Image,
     /// Lists of points: CSV, JSON, text.
     Points,
+    /// Text, to be written.
+    Text,
 }
 
 /// How a file is read, where it leaves a choice.
@@ -78,6 +83,10 @@ pub struct ReadOptions {
     pub clip_page: bool,
     /// Points of a recording that are nearer to the line than this are left out, mm; the times of the others stay.
     pub resample: Option<f64>,
+    /// How text is set.
+    pub text: TextOptions,
+    /// Whether text is refused of which the font lacks a character; that is left out otherwise.
+    pub strict_text: bool,
 }
 
 /// What becomes of filled shapes without a line in a drawing.
@@ -133,6 +142,8 @@ impl Default for ReadOptions {
             white: White::default(),
             clip_page: false,
             resample: None,
+            text: TextOptions::default(),
+            strict_text: false,
         }
     }
 }

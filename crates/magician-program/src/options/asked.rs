@@ -48,6 +48,12 @@ const AT: AskedOption = asked("at", "point", "mm", "Where its centre goes");
 const WIDTH: AskedOption = asked("width", "number", "mm", "Width of an image");
 const SCALE: AskedOption = asked("scale", "number", "", "Its size, 1 being the true one");
 const ROTATE: AskedOption = asked("rotate", "number", "deg", "Turned counter-clockwise");
+const FONT: AskedOption = AskedOption {
+    choices: &["sans", "script", "gothic"],
+    ..asked("font", "choice", "", "Font of text")
+};
+const SIZE: AskedOption = asked("size", "number", "mm", "Height of a capital");
+const WRAP: AskedOption = asked("wrap", "number", "mm", "Width that lines are broken at");
 const FIT: AskedOption = asked("fit", "switch", "", "Made smaller until it can be reached");
 const PLACE: AskedOption = asked(
     "place",
@@ -87,6 +93,7 @@ impl SetupOptions {
         match format {
             Format::Svg | Format::Dxf | Format::Hpgl => &[TOOL, SURFACE, AT, SCALE, ROTATE, FIT],
             Format::Image => &[TOOL, SURFACE, AT, WIDTH, ROTATE, FIT],
+            Format::Text => &[FONT, SIZE, WRAP, TOOL, SURFACE, AT, ROTATE, FIT],
             Format::Gcode => &PLACED,
             Format::Playback | Format::Blockly | Format::Points | Format::Plan => &[],
         }

@@ -99,6 +99,9 @@ impl SetupOptions {
             ("spacing", self.spacing),
             ("overscan", self.overscan),
             ("gamma", self.gamma),
+            ("size", self.size),
+            ("wrap", self.wrap),
+            ("line_height", self.line_height),
         ];
         for (key, value) in above_0 {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
@@ -320,6 +323,12 @@ mod tests {
             (json!({"white": "grey"}), "white"),
             (json!({"dialect": "mill"}), "dialect"),
             (json!({"mode": "shiny"}), "mode"),
+            (json!({"font": "serif"}), "font"),
+            (json!({"font": "fonts/serif.ttf"}), "font"),
+            (json!({"size": 0}), "size"),
+            (json!({"wrap": -1}), "wrap"),
+            (json!({"align": "middle"}), "align"),
+            (json!({"line_height": 0}), "line_height"),
             (json!({"raw": true, "at": [1, 2]}), "raw"),
             (json!({"turn": false}), "turn"),
             (json!({"stay": true, "park": [1, 2, 3]}), "stay"),
@@ -338,6 +347,7 @@ mod tests {
             "work": "engrave", "tool": [10, 0, -5.5], "power": "5..80", "white": "draw",
             "dialect": "servo", "grid": "2x3:40x30", "move": [1, 2, 3], "order": false,
             "mode": "threshold", "threshold": 100, "fit": true, "turn": false,
+            "font": "script", "size": 12.5, "align": "center", "strict_text": true,
         });
         let options = read(fields.clone()).unwrap();
         let Ok(Value::Object(mut written)) = serde_json::to_value(&options) else {

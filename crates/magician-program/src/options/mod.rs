@@ -16,6 +16,7 @@ pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
 
 use crate::artwork::{Marking, Sheet};
 use crate::formats::Dialect;
+use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Engrave, Size, Tone, Trace};
 use crate::{
     Action, Ending, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, Tool, White, Work,
@@ -154,6 +155,20 @@ pub struct SetupOptions {
     pub overscan: Option<f64>,
     /// Exponent of the darkness.
     pub gamma: Option<f64>,
+    /// Font of text.
+    #[serde(with = "fields::text")]
+    pub font: Option<FontChoice>,
+    /// Height of a capital in text.
+    pub size: Option<f64>,
+    /// Width that lines of text are broken at.
+    pub wrap: Option<f64>,
+    /// Where shorter lines of text lie.
+    #[serde(with = "fields::text")]
+    pub align: Option<Align>,
+    /// From one line of text to the next, in heights of a capital.
+    pub line_height: Option<f64>,
+    /// Text is refused of which the font lacks a character.
+    pub strict_text: bool,
 }
 
 /// What settings say where an option is left open.
@@ -245,11 +260,25 @@ impl SetupOptions {
         options.white = self.white.unwrap_or_default();
         options.clip_page = self.clip_page;
         options.resample = self.resample;
+        options.text = self.text();
+        options.strict_text = self.strict_text;
         setup.prepare(&mut options.gcode, setup.known_surface());
         options.gcode.dialect = self.dialect.unwrap_or_default();
         options.gcode.s_max = self.s_max;
         options.gcode.laser_speed = setup.laser_speed.unwrap_or(options.gcode.laser_speed);
         options
+    }
+
+    /// How text is set.
+    fn text(&self) -> TextOptions {
+        let usual = TextOptions::default();
+        TextOptions {
+            font: self.font.clone().unwrap_or(usual.font),
+            size: self.size.unwrap_or(usual.size),
+            wrap: self.wrap,
+            align: self.align.unwrap_or(usual.align),
+            line_height: self.line_height.unwrap_or(usual.line_height),
+        }
     }
 
     /// What becomes of the pen and the arm at the end; `drawing` as in [`Ending::drawing`].

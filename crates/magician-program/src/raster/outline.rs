@@ -91,7 +91,7 @@ impl Raster {
             title: self.title.clone(),
             page: Some(page),
             strokes,
-            names: Vec::new(),
+            ..Artwork::default()
         })
     }
 }

@@ -23,3 +23,4 @@ mod samples;
 mod stopped;
 mod studio;
 mod svg;
+mod words;

@@ -36,7 +36,7 @@ const DATA: Param = may("data", PROGRAM, "the program's bytes in base64; or `tex
 const FORMAT: Param = may(
     "format",
     Kind::Text(20),
-    "its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan",
+    "its type, where its first bytes do not show it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan",
 );
 const SETUP: Param = may(
     "setup",

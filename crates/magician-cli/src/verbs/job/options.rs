@@ -1,10 +1,11 @@
 //! The flags that verbs which run a file share.
 
+use std::io::Read;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use magician_program::formats::Dialect;
-use magician_program::{Format, Grid, Power, SetupOptions, Tool, White};
+use magician_program::{Align, FontChoice, Format, Grid, Power, SetupOptions, Tool, White};
 
 use crate::options::number;
 
@@ -14,7 +15,7 @@ pub(crate) struct File {
     /// File to run; `-` reads stdin
     #[arg(value_hint = ValueHint::FilePath)]
     pub(super) file: PathBuf,
-    /// File type, if neither name nor content shows it: playback, svg, gcode, image, dxf, hpgl, blockly, points, plan
+    /// File type, if neither name nor content shows it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan
     #[arg(long, value_name = "FORMAT")]
     pub(super) format: Option<Format>,
     /// Machine of a G-code file: pen, laser, or servo (M3, M280 or M300 lifts the pen by an angle); default: laser if the
@@ -36,6 +37,30 @@ pub(crate) struct File {
     /// Drop points of a recording that are closer than this to the line, mm; the others keep their times
     #[arg(long, value_name = "MM", value_parser = positive)]
     resample: Option<f64>,
+    /// Refuse text if its font lacks a character; otherwise that is left out, with a note
+    #[arg(long)]
+    strict_text: bool,
+}
+
+/// How text is written.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Text")]
+pub(crate) struct TextFlags {
+    /// Font of text: sans, script, gothic, or a file [default: sans]
+    #[arg(long, value_name = "NAME|FILE", value_hint = ValueHint::FilePath, value_parser = font)]
+    font: Option<FontChoice>,
+    /// Height of a capital in text, mm [default: 10]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    size: Option<f64>,
+    /// Break lines of text at this width, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    wrap: Option<f64>,
+    /// Alignment of lines of text [default: left]
+    #[arg(long, value_name = "left|center|right", value_parser = str::parse::<Align>)]
+    align: Option<Align>,
+    /// Distance between lines of text, in heights of a capital [default: 1.8]
+    #[arg(long, value_name = "X", value_parser = positive)]
+    line_height: Option<f64>,
 }
 
 /// How strong what burns is.
@@ -201,6 +226,18 @@ impl File {
         options.s_max = self.s_max;
         options.white = Some(self.white);
         options.resample = self.resample;
+        options.strict_text = self.strict_text;
+    }
+}
+
+impl TextFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.font = self.font.clone();
+        options.size = self.size;
+        options.wrap = self.wrap;
+        options.align = self.align;
+        options.line_height = self.line_height;
     }
 }
 
@@ -261,6 +298,21 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     parsed
         .and_then(|all| all.try_into().ok())
         .ok_or_else(|| format!("expected {N} numbers with commas between them"))
+}
+
+/// A font that is built in, or a file.
+fn font(text: &str) -> Result<FontChoice, String> {
+    /// The largest file of a font that is read, bytes.
+    const LARGEST: u64 = 128 << 20;
+    text.parse().or_else(|unknown| {
+        let read = std::fs::File::open(text).and_then(|file| {
+            let mut bytes = Vec::new();
+            file.take(LARGEST).read_to_end(&mut bytes)?;
+            Ok(bytes)
+        });
+        let bytes = read.map_err(|error| format!("{unknown}; as a file: {error}"))?;
+        Ok(FontChoice::file(text, bytes))
+    })
 }
 
 /// Power of what is to burn: above 0.

@@ -88,6 +88,12 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"one_way": true}), json!({})),
         (json!({"overscan": 3.0}), json!({})),
         (json!({"gamma": 1.5}), json!({})),
+        (json!({"font": "script"}), json!({})),
+        (json!({"size": 12.0}), json!({})),
+        (json!({"wrap": 150.0}), json!({})),
+        (json!({"align": "center"}), json!({})),
+        (json!({"line_height": 2.0}), json!({})),
+        (json!({"strict_text": true}), json!({})),
     ]
     .into()
 }

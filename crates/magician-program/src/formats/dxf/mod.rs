@@ -46,9 +46,9 @@ fn read_text(text: &str, options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let (strokes, names, notes) = canvas.finish();
     let artwork = Artwork {
         title: options.title.clone(),
-        page: None,
         strokes: join::joined(strokes),
         names,
+        ..Artwork::default()
     };
     Ok(Parsed {
         content: Content::Artwork(artwork),

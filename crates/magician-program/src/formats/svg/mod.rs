@@ -129,6 +129,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         page: (says != Page::Unknown).then_some(page),
         strokes,
         names,
+        in_order: false,
     };
     Ok(Parsed {
         content: artwork,

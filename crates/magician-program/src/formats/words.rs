@@ -1,0 +1,82 @@
+//! Text: its characters as lines of a font.
+
+use magician_host::{Given, Setting};
+
+use super::{Content, Parsed, ReadOptions};
+use crate::lettering::{Glyphs, LaidText, lay_out};
+use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Origin, Stroke};
+
+/// As many characters text may have.
+const LONGEST: usize = 100_000;
+/// As many characters are named that a font lacks.
+const NAMED: usize = 20;
+/// Finer is of no use to any arm, mm.
+const FINEST: f64 = 1e-3;
+
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let at = error.valid_up_to();
+        Diagnostic::of_file(format!("the text is not UTF-8 from byte {at} on"))
+    })?;
+    let text = text.trim_end_matches(['\n', '\r']);
+    let lines = Lines::new(text);
+    if text.trim().is_empty() {
+        return Err(Diagnostic::of_file("there is no text"));
+    }
+    let count = text.chars().count();
+    if count > LONGEST {
+        let message = format!("the text has {count} characters, limit {LONGEST}");
+        return Err(Diagnostic::of_file(message));
+    }
+    let font = options.text.font.load()?;
+    let tolerance = options.tolerance.max(FINEST);
+    let LaidText {
+        lines: penned,
+        missing,
+    } = lay_out(text, &font, &options.text, tolerance)?;
+    let notes = notes(&missing, &lines, options)?;
+    let strokes = penned.into_iter().map(|line| Stroke {
+        points: line.points,
+        origin: lines.origin(line.range),
+    });
+    Ok(Parsed {
+        content: Content::Artwork(Artwork {
+            title: options.title.clone(),
+            strokes: strokes.collect(),
+            in_order: font.has_stroke_order(),
+            ..Artwork::default()
+        }),
+        notes,
+    })
+}
+
+/// What there is to be said of characters that the font does not have.
+fn notes(
+    missing: &[(char, std::ops::Range<usize>)],
+    lines: &Lines<'_>,
+    options: &ReadOptions,
+) -> Result<Vec<Diagnostic>, Diagnostic> {
+    let about = |(character, range): &(char, std::ops::Range<usize>), left_out: &str| {
+        let code = u32::from(*character);
+        let font = &options.text.font;
+        let message =
+            format!("U+{code:04X} '{character}'{left_out}: the font {font} does not have it");
+        Diagnostic::new(lines.origin(range.clone()), message).remedy(
+            (Setting::Font, Given::Any("FILE")),
+            "writes it with a font that has it",
+        )
+    };
+    if let Some(first) = missing.first().filter(|_| options.strict_text) {
+        return Err(about(first, ""));
+    }
+    let named = missing.iter().take(NAMED);
+    let mut notes: Vec<Diagnostic> = named
+        .map(|one| about(one, " is left out").coded(DiagnosticCode::LeftOut))
+        .collect();
+    let more = missing.len().saturating_sub(NAMED);
+    if more > 0 {
+        let message = format!("{more} more characters are left out");
+        notes.push(Diagnostic::new(Origin::NONE, message).coded(DiagnosticCode::LeftOut));
+    }
+    Ok(notes)
+}

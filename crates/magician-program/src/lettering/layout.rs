@@ -1,0 +1,322 @@
+//! Text in lines: where each character goes.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::rc::Rc;
+
+use magician_host::{Given, Setting};
+
+use super::compose::precomposed;
+use super::glyph::Bounds;
+use super::{Align, Glyph, Glyphs, TextOptions};
+use crate::{Diagnostic, Lines};
+
+/// Numbers are rounded: a line that is wider by no more than this is not, mm.
+const ROUNDED: f64 = 1e-9;
+/// A tab is as wide as so many spaces.
+const TAB: u8 = 4;
+/// What does not begin a line in Chinese and Japanese.
+const NOT_FIRST: &str =
+    "、。，．・：；？！）］｝」』】〉》”’ゝゞ々ーぁぃぅぇぉっゃゅょァィゥェォッャュョ";
+/// What does not end one.
+const NOT_LAST: &str = "（［｛「『【〈《“‘";
+
+/// A line of a character, and which bytes of the text the character is.
+pub(crate) struct Penned {
+    pub(crate) points: Vec<[f64; 2]>,
+    pub(crate) range: Range<usize>,
+}
+
+/// Text that was laid out, mm: x to the right, y up, from the lower left corner of what is drawn.
+pub(crate) struct LaidText {
+    pub(crate) lines: Vec<Penned>,
+    /// Each character that the font does not have, once, where it is first.
+    pub(crate) missing: Vec<(char, Range<usize>)>,
+}
+
+/// A character of the text at its size.
+struct Cell {
+    character: char,
+    range: Range<usize>,
+    glyph: Rc<Glyph>,
+    bounds: Option<Bounds>,
+}
+
+impl Cell {
+    fn is_space(&self) -> bool {
+        self.character == ' '
+    }
+}
+
+/// Lays text out.
+///
+/// # Errors
+/// A character that is wider than lines may be.
+pub(crate) fn lay_out(
+    text: &str,
+    font: &impl Glyphs,
+    options: &TextOptions,
+    tolerance: f64,
+) -> Result<LaidText, Diagnostic> {
+    let mut setter = Setter::new(font, options.size, tolerance);
+    let mut rows: Vec<Vec<Cell>> = Vec::new();
+    let mut at = 0;
+    for paragraph in text.split('\n') {
+        let cells = setter.cells(paragraph, at);
+        at += paragraph.len() + 1;
+        match options.wrap {
+            Some(width) => broken(cells, width, text, &mut rows)?,
+            None => rows.push(cells),
+        }
+    }
+    let extents: Vec<[f64; 2]> = rows.iter().map(|row| extent(row)).collect();
+    let widest = extents.iter().map(|[from, to]| to - from);
+    let width = options.wrap.unwrap_or(widest.fold(0.0, f64::max));
+    let mut lines = Vec::new();
+    for (nth, (row, [from, to])) in rows.into_iter().zip(extents).enumerate() {
+        let free = width - (to - from);
+        let mut x = match options.align {
+            Align::Left => 0.0,
+            Align::Center => free / 2.0,
+            Align::Right => free,
+        } - from;
+        let y = -(nth as f64) * options.line_height * options.size;
+        for cell in row {
+            lines.extend(cell.glyph.lines.iter().map(|line| Penned {
+                points: line.iter().map(|[dx, dy]| [x + dx, y + dy]).collect(),
+                range: cell.range.clone(),
+            }));
+            x += cell.glyph.advance;
+        }
+    }
+    let mut laid = LaidText {
+        lines,
+        missing: setter.missing,
+    };
+    laid.move_to_corner();
+    Ok(laid)
+}
+
+impl LaidText {
+    fn move_to_corner(&mut self) {
+        let points = self.lines.iter().flat_map(|line| &line.points);
+        let least = points.fold([f64::INFINITY; 2], |least, at| {
+            [least[0].min(at[0]), least[1].min(at[1])]
+        });
+        let points = self.lines.iter_mut().flat_map(|line| &mut line.points);
+        for point in points {
+            *point = [point[0] - least[0], point[1] - least[1]];
+        }
+    }
+}
+
+/// A glyph at its size, and what encloses it.
+type SizedGlyph = (Rc<Glyph>, Option<Bounds>);
+
+/// Makes glyphs of characters, each once.
+struct Setter<'f, F> {
+    font: &'f F,
+    scale: f64,
+    tolerance: f64,
+    known: HashMap<char, Option<SizedGlyph>>,
+    missing: Vec<(char, Range<usize>)>,
+}
+
+impl<'f, F: Glyphs> Setter<'f, F> {
+    fn new(font: &'f F, size: f64, tolerance: f64) -> Self {
+        let scale = size / font.cap_height();
+        Self {
+            font,
+            scale,
+            tolerance: tolerance / scale,
+            known: HashMap::new(),
+            missing: Vec::new(),
+        }
+    }
+
+    /// The characters of a paragraph that begins at this byte of the text.
+    fn cells(&mut self, paragraph: &str, at: usize) -> Vec<Cell> {
+        let mut cells: Vec<Cell> = Vec::new();
+        for (offset, character) in paragraph.char_indices() {
+            let range = at + offset..at + offset + character.len_utf8();
+            if is_ignored(character) {
+                continue;
+            }
+            if let Some(before) = cells.last()
+                && let Some(both) = precomposed(before.character, character)
+                && let Some(cell) = self.cell(both, before.range.start..range.end)
+            {
+                cells.pop();
+                cells.push(cell);
+                continue;
+            }
+            let (character, times) = match character {
+                '\t' => (' ', TAB),
+                '\u{A0}' | '\u{202F}' => (character, 1),
+                space if space.is_whitespace() => (' ', 1),
+                other => (other, 1),
+            };
+            for _ in 0..times {
+                match self.cell(character, range.clone()) {
+                    Some(cell) => cells.push(cell),
+                    None => self.lacks(character, range.clone()),
+                }
+            }
+        }
+        cells
+    }
+
+    fn lacks(&mut self, character: char, range: Range<usize>) {
+        if self.missing.iter().all(|(known, _)| *known != character) {
+            self.missing.push((character, range));
+        }
+    }
+
+    fn cell(&mut self, character: char, range: Range<usize>) -> Option<Cell> {
+        let (font, scale, tolerance) = (self.font, self.scale, self.tolerance);
+        let glyph = self.known.entry(character).or_insert_with(|| {
+            let glyph = font.glyph(character, tolerance)?.scaled([scale; 2]);
+            let bounds = glyph.bounds();
+            Some((Rc::new(glyph), bounds))
+        });
+        let (glyph, bounds) = glyph.as_ref()?;
+        Some(Cell {
+            character,
+            range,
+            glyph: Rc::clone(glyph),
+            bounds: *bounds,
+        })
+    }
+}
+
+/// What marks something else and is not seen: marks of order and of joining, soft hyphens, variants, the end of lines of other
+/// systems.
+const fn is_ignored(character: char) -> bool {
+    matches!(
+        character,
+        '\r' | '\u{AD}' | '\u{200B}'..='\u{200F}' | '\u{2060}' | '\u{FE00}'..='\u{FE0F}' | '\u{FEFF}'
+    )
+}
+
+/// From where to where a line is drawn, from where its first character begins. Spaces at its beginning count.
+fn extent(cells: &[Cell]) -> [f64; 2] {
+    let mut measure = Measure::default();
+    for cell in cells {
+        measure.take(cell);
+    }
+    measure.extent()
+}
+
+/// How wide a line is, as it grows.
+#[derive(Default)]
+struct Measure {
+    pen: f64,
+    indented: bool,
+    drawn: Option<[f64; 2]>,
+}
+
+impl Measure {
+    fn take(&mut self, cell: &Cell) {
+        self.indented |= self.pen == 0.0 && cell.is_space();
+        if let Some([least, most]) = cell.bounds {
+            let [from, to] = [self.pen + least[0], self.pen + most[0]];
+            let [first, last] = self.drawn.unwrap_or([from, to]);
+            self.drawn = Some([first.min(from), last.max(to)]);
+        }
+        self.pen += cell.glyph.advance;
+    }
+
+    fn extent(&self) -> [f64; 2] {
+        match self.drawn {
+            Some([from, to]) if self.indented => [from.min(0.0), to],
+            Some(drawn) => drawn,
+            None => [0.0; 2],
+        }
+    }
+
+    fn width(&self) -> f64 {
+        let [from, to] = self.extent();
+        to - from
+    }
+}
+
+/// Breaks a paragraph into lines: where it may be broken, else where it has to be.
+fn broken(
+    cells: Vec<Cell>,
+    width: f64,
+    text: &str,
+    rows: &mut Vec<Vec<Cell>>,
+) -> Result<(), Diagnostic> {
+    let mut rest = cells;
+    loop {
+        let mut measure = Measure::default();
+        let mut end = 0;
+        let mut allowed = None;
+        for (nth, cell) in rest.iter().enumerate() {
+            measure.take(cell);
+            if measure.width() > width + ROUNDED {
+                break;
+            }
+            end = nth + 1;
+            if may_break(cell, rest.get(end)) {
+                allowed = Some(end);
+            }
+        }
+        if end == rest.len() {
+            rows.push(rest);
+            return Ok(());
+        }
+        let end = match allowed {
+            Some(end) => end,
+            None if end > 0 => end,
+            None => return Err(too_wide(rest.first(), width, text)),
+        };
+        let mut next = rest.split_off(end);
+        let spaces = next.iter().take_while(|cell| cell.is_space()).count();
+        next.drain(..spaces);
+        rows.push(rest);
+        if next.is_empty() {
+            return Ok(());
+        }
+        rest = next;
+    }
+}
+
+/// Whether a line may end between two characters.
+fn may_break(cell: &Cell, next: Option<&Cell>) -> bool {
+    let Some(next) = next.map(|next| next.character) else {
+        return true;
+    };
+    match cell.character {
+        ' ' => true,
+        _ if next == ' ' => true,
+        '-' | '‐' | '–' | '—' => next.is_alphabetic(),
+        here => {
+            (is_wide(here) || is_wide(next))
+                && !NOT_LAST.contains(here)
+                && !NOT_FIRST.contains(next)
+        }
+    }
+}
+
+/// A character of Chinese, Japanese or Korean, which are written without spaces.
+const fn is_wide(character: char) -> bool {
+    matches!(character, '\u{2E80}'..='\u{9FFF}' | '\u{F900}'..='\u{FAFF}' | '\u{FF00}'..='\u{FFEF}' | '\u{20000}'..='\u{3FFFF}')
+}
+
+fn too_wide(cell: Option<&Cell>, width: f64, text: &str) -> Diagnostic {
+    let (range, [from, to], character) = cell.map_or((0..0, [0.0; 2], ' '), |cell| {
+        (
+            cell.range.clone(),
+            extent(std::slice::from_ref(cell)),
+            cell.character,
+        )
+    });
+    let message = format!(
+        "'{character}' is {:.1} mm wide, and lines are {width:.1} mm wide at most",
+        to - from
+    );
+    Diagnostic::new(Lines::new(text).origin(range), message)
+        .remedy((Setting::Size, Given::Any("MM")), "makes it smaller")
+        .remedy((Setting::Wrap, Given::Any("MM")), "makes lines wider")
+}

@@ -1,0 +1,46 @@
+//! Text as lines: fonts, and how text is laid out with them.
+//!
+//! A font gives for a character the lines of its [`Glyph`] and how far the next one is. Three single-line fonts are built in
+//! ([`hershey`]); their accents and the letters that they lack are composed ([`compose`], [`drawn`]).
+
+mod choice;
+#[cfg(feature = "read-text")]
+mod compose;
+#[cfg(feature = "read-text")]
+mod drawn;
+#[cfg(feature = "read-text")]
+mod glyph;
+#[cfg(feature = "read-text")]
+mod hershey;
+#[cfg(feature = "read-text")]
+mod layout;
+#[cfg(feature = "read-text")]
+mod loaded;
+#[cfg(feature = "read-text")]
+mod marks;
+mod options;
+
+pub use choice::{BundledFont, FontChoice, FontKind};
+pub use options::{Align, TextOptions};
+
+#[cfg(feature = "read-text")]
+pub(crate) use {
+    glyph::Glyph,
+    layout::{LaidText, lay_out},
+};
+
+#[cfg(feature = "read-text")]
+/// What gives the glyphs of a font.
+pub(crate) trait Glyphs {
+    /// How high a capital H is, in the font's units.
+    fn cap_height(&self) -> f64;
+
+    /// The glyph of a character, its curves followed within a tolerance, both in the font's units; none if the font does not have
+    /// it.
+    fn glyph(&self, character: char, tolerance: f64) -> Option<Glyph>;
+
+    /// Whether the order of its lines has a meaning.
+    fn has_stroke_order(&self) -> bool {
+        false
+    }
+}
