@@ -15,7 +15,7 @@ use crate::verbs::{
     alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
     demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, laser,
     man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, serve, set, shell,
-    sim, station, stop, teach, tools, travel, version, watch,
+    sim, station, stop, teach, tools, travel, version, watch, write,
 };
 
 /// The name of the option that chooses the tool of a virtual arm.
@@ -199,6 +199,7 @@ pub(crate) enum Verb {
     Teach(teach::Teach),
     Run(Box<run::Run>),
     Draw(Box<draw::Draw>),
+    Write(Box<write::Write>),
     Engrave(Box<engrave::Verb>),
     Play(Box<play::Play>),
     Convert(Box<convert::Convert>),
@@ -269,6 +270,7 @@ impl Verb {
             Self::Teach(verb) => verb.run(context),
             Self::Run(verb) => verb.run(context),
             Self::Draw(verb) => verb.run(context),
+            Self::Write(verb) => verb.run(context),
             Self::Engrave(verb) => verb.run(context),
             Self::Play(verb) => verb.run(context),
             Self::Convert(verb) => verb.run(context),

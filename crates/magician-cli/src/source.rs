@@ -53,6 +53,16 @@ impl Source {
         Ok(Self { name, title, bytes })
     }
 
+    /// Text that a person gave instead of a file.
+    pub(crate) fn of_text(text: &str) -> Self {
+        let first = text.lines().next().unwrap_or_default();
+        Self {
+            name: "text".to_owned(),
+            title: first.chars().take(WORDS).collect(),
+            bytes: text.into(),
+        }
+    }
+
     /// What it is: as the person says, else as its name and its first bytes do.
     pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
         let known = said.or_else(|| Format::of(&self.name, &self.bytes));

@@ -236,16 +236,26 @@ const BROUGHT_IN: [(&str, &[&str]); 9] = [
         "crc32fast",
         &["read-points", "read-svg", "image", "picture"],
     ),
-    ("flate2", &["read-svg", "image", "picture"]),
+    ("flate2", &["read-svg", "font-files", "image", "picture"]),
     ("fontdb", &["picture"]),
     ("image", &["image"]),
-    ("kurbo", &["read-dxf", "read-hpgl", "read-svg", "picture"]),
+    (
+        "kurbo",
+        &["read-dxf", "read-hpgl", "read-svg", "font-files", "picture"],
+    ),
     ("png", &["image", "picture"]),
     ("resvg", &["picture"]),
     (
         "roxmltree",
-        &["read-blockly", "read-playback", "read-svg", "picture"],
+        &[
+            "read-blockly",
+            "read-playback",
+            "read-svg",
+            "font-files",
+            "picture",
+        ],
     ),
+    ("skrifa", &["font-files", "picture"]),
     ("usvg", &["read-svg", "picture"]),
 ];
 
@@ -262,6 +272,7 @@ fn plans_alone_need_no_reader_no_picture_and_no_line() {
         "read-points",
         "read-svg",
         "read-text",
+        "font-files",
         "text",
         "image",
         "picture",

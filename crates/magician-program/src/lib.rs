@@ -26,6 +26,7 @@
 //! | `read-gcode`, `read-hpgl`, `read-dxf`, `read-svg` | drawings, and programs of plotters, pens and lasers |
 //! | `read-points` | lists of points and recordings: CSV, JSON, text, MCAP |
 //! | `read-text` | text to be written, in three single-line fonts |
+//! | `font-files` | text in fonts of files: SVG fonts, TrueType and OpenType, orders of strokes |
 //! | `text` | the font that texts in SVG are written with |
 //! | `image` | PNG, JPEG, BMP, WebP, GIF and TIFF images, to be engraved or traced |
 //! | `picture` | pictures as PNG, and their comparison (`compare`) |
@@ -44,6 +45,8 @@ mod check;
 #[cfg(feature = "picture")]
 pub mod compare;
 mod convert;
+#[cfg(any(feature = "read-svg", feature = "font-files"))]
+mod curves;
 mod diagnostic;
 mod ending;
 #[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
@@ -53,6 +56,8 @@ pub mod lettering;
 mod options;
 mod origin;
 mod pace;
+#[cfg(any(feature = "read-svg", feature = "font-files"))]
+mod packed;
 mod plan;
 mod power;
 pub mod preview;

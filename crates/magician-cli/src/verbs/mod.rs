@@ -49,3 +49,4 @@ pub(crate) mod tools;
 pub(crate) mod travel;
 pub(crate) mod version;
 pub(crate) mod watch;
+pub(crate) mod write;

@@ -8,7 +8,7 @@ use super::Format;
 /// So much of a file is looked at.
 const HEAD: usize = 4096;
 /// What gzip files begin with (RFC 1952, section 2.3.1).
-pub(super) const GZIP: [u8; 2] = [0x1f, 0x8b];
+pub(crate) const GZIP: [u8; 2] = [0x1f, 0x8b];
 
 /// What a file is by what is in it; nothing if that does not tell.
 pub(super) fn of(bytes: &[u8]) -> Option<Format> {

@@ -2,7 +2,7 @@
 
 #[cfg(feature = "read-blockly")]
 mod blockly;
-mod content;
+pub(crate) mod content;
 #[cfg(feature = "read-dxf")]
 mod dxf;
 #[cfg(feature = "read-gcode")]

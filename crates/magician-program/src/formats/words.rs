@@ -1,5 +1,7 @@
 //! Text: its characters as lines of a font.
 
+use std::ops::Range;
+
 use magician_host::{Given, Setting};
 
 use super::{Content, Parsed, ReadOptions};
@@ -33,8 +35,10 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     let LaidText {
         lines: penned,
         missing,
+        substituted,
     } = lay_out(text, &font, &options.text, tolerance)?;
-    let notes = notes(&missing, &lines, options)?;
+    let mut notes = notes(&missing, &lines, options)?;
+    notes.extend(substitution(&substituted, &lines, options));
     let strokes = penned.into_iter().map(|line| Stroke {
         points: line.points,
         origin: lines.origin(line.range),
@@ -50,13 +54,38 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     })
 }
 
-/// What there is to be said of characters that the font does not have.
+/// What there is to be said of characters that another font has.
+fn substitution(
+    substituted: &[(char, Range<usize>)],
+    lines: &Lines<'_>,
+    options: &ReadOptions,
+) -> Option<Diagnostic> {
+    let (_, first) = substituted.first()?;
+    let named = substituted.iter().take(NAMED);
+    let named: Vec<String> = named
+        .map(|(character, _)| format!("'{character}'"))
+        .collect();
+    let more = if substituted.len() > NAMED {
+        ", .."
+    } else {
+        ""
+    };
+    let message = format!(
+        "written in sans, because the font {} does not have them: {}{more}",
+        options.text.font,
+        named.join(", ")
+    );
+    let note = Diagnostic::new(lines.origin(first.clone()), message);
+    Some(note.coded(DiagnosticCode::Assumed))
+}
+
+/// What there is to be said of characters that no font has.
 fn notes(
-    missing: &[(char, std::ops::Range<usize>)],
+    missing: &[(char, Range<usize>)],
     lines: &Lines<'_>,
     options: &ReadOptions,
 ) -> Result<Vec<Diagnostic>, Diagnostic> {
-    let about = |(character, range): &(char, std::ops::Range<usize>), left_out: &str| {
+    let about = |(character, range): &(char, Range<usize>), left_out: &str| {
         let code = u32::from(*character);
         let font = &options.text.font;
         let message =

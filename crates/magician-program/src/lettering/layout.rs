@@ -8,7 +8,7 @@ use magician_host::{Given, Setting};
 
 use super::compose::precomposed;
 use super::glyph::Bounds;
-use super::{Align, Glyph, Glyphs, TextOptions};
+use super::{Align, Glyph, Glyphs, LoadedFont, TextOptions};
 use crate::{Diagnostic, Lines};
 
 /// Numbers are rounded: a line that is wider by no more than this is not, mm.
@@ -32,6 +32,8 @@ pub(crate) struct LaidText {
     pub(crate) lines: Vec<Penned>,
     /// Each character that the font does not have, once, where it is first.
     pub(crate) missing: Vec<(char, Range<usize>)>,
+    /// Each that another font has, once.
+    pub(crate) substituted: Vec<(char, Range<usize>)>,
 }
 
 /// A character of the text at its size.
@@ -54,7 +56,7 @@ impl Cell {
 /// A character that is wider than lines may be.
 pub(crate) fn lay_out(
     text: &str,
-    font: &impl Glyphs,
+    font: &LoadedFont,
     options: &TextOptions,
     tolerance: f64,
 ) -> Result<LaidText, Diagnostic> {
@@ -92,6 +94,7 @@ pub(crate) fn lay_out(
     let mut laid = LaidText {
         lines,
         missing: setter.missing,
+        substituted: setter.substituted,
     };
     laid.move_to_corner();
     Ok(laid)
@@ -114,23 +117,27 @@ impl LaidText {
 type SizedGlyph = (Rc<Glyph>, Option<Bounds>);
 
 /// Makes glyphs of characters, each once.
-struct Setter<'f, F> {
-    font: &'f F,
+struct Setter<'f> {
+    font: &'f LoadedFont,
+    size: f64,
     scale: f64,
     tolerance: f64,
     known: HashMap<char, Option<SizedGlyph>>,
     missing: Vec<(char, Range<usize>)>,
+    substituted: Vec<(char, Range<usize>)>,
 }
 
-impl<'f, F: Glyphs> Setter<'f, F> {
-    fn new(font: &'f F, size: f64, tolerance: f64) -> Self {
+impl<'f> Setter<'f> {
+    fn new(font: &'f LoadedFont, size: f64, tolerance: f64) -> Self {
         let scale = size / font.cap_height();
         Self {
             font,
+            size,
             scale,
             tolerance: tolerance / scale,
             known: HashMap::new(),
             missing: Vec::new(),
+            substituted: Vec::new(),
         }
     }
 
@@ -144,7 +151,7 @@ impl<'f, F: Glyphs> Setter<'f, F> {
             }
             if let Some(before) = cells.last()
                 && let Some(both) = precomposed(before.character, character)
-                && let Some(cell) = self.cell(both, before.range.start..range.end)
+                && let Some(cell) = self.cell(both, (before.range.start)..range.end)
             {
                 cells.pop();
                 cells.push(cell);
@@ -173,9 +180,27 @@ impl<'f, F: Glyphs> Setter<'f, F> {
     }
 
     fn cell(&mut self, character: char, range: Range<usize>) -> Option<Cell> {
-        let (font, scale, tolerance) = (self.font, self.scale, self.tolerance);
+        let Self {
+            font,
+            size,
+            scale,
+            tolerance,
+            substituted,
+            ..
+        } = self;
         let glyph = self.known.entry(character).or_insert_with(|| {
-            let glyph = font.glyph(character, tolerance)?.scaled([scale; 2]);
+            let own = font.glyph(character, *tolerance);
+            let glyph = match own.map(|glyph| glyph.scaled([*scale; 2])) {
+                Some(glyph) => glyph,
+                None => {
+                    let other = font.fallback()?;
+                    let glyph = other.glyph(character, *tolerance)?;
+                    if !character.is_whitespace() {
+                        substituted.push((character, range.clone()));
+                    }
+                    glyph.scaled([*size / other.cap_height(); 2])
+                }
+            };
             let bounds = glyph.bounds();
             Some((Rc::new(glyph), bounds))
         });

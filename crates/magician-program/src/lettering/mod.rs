@@ -8,6 +8,8 @@ mod choice;
 mod compose;
 #[cfg(feature = "read-text")]
 mod drawn;
+#[cfg(feature = "font-files")]
+mod files;
 #[cfg(feature = "read-text")]
 mod glyph;
 #[cfg(feature = "read-text")]
@@ -27,6 +29,7 @@ pub use options::{Align, TextOptions};
 pub(crate) use {
     glyph::Glyph,
     layout::{LaidText, lay_out},
+    loaded::LoadedFont,
 };
 
 #[cfg(feature = "read-text")]

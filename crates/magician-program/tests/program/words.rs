@@ -164,6 +164,123 @@ fn every_stroke_has_its_character_as_origin() {
     assert_eq!(places, [(1, 1), (1, 2), (2, 1), (2, 2)]);
 }
 
+fn of_file(name: &str, bytes: &[u8]) -> ReadOptions {
+    let mut options = ReadOptions::default();
+    options.text.font = FontChoice::file(name, bytes);
+    options
+}
+
+const SVG_FONT: &str = r#"<svg xmlns="http://www.w3.org/2000/svg"><defs>
+<font id="one" horiz-adv-x="500"><font-face units-per-em="1000" cap-height="900"/>
+<glyph unicode="H" d="M100 0V600M400 0V600M100 300H400"/>
+<glyph unicode="o" horiz-adv-x="400" d="M50 200C50 400 350 400 350 200S50 0 50 200"/>
+<glyph unicode="ffi" d="M0 0"/><glyph unicode="&#233;" d="M0 0H10"/></font></defs></svg>"#;
+
+#[test]
+fn an_svg_font_is_drawn_as_it_is() {
+    let options = of_file("one.svg", SVG_FONT.as_bytes());
+    let (artwork, notes) = written("Ho", &options);
+    assert_eq!(artwork.strokes.len(), 4);
+    assert!(notes.is_empty() && !artwork.in_order);
+    // The H is 600 units high, whatever the font says, and 10 mm.
+    let left: Vec<_> = artwork.strokes[0].points.clone();
+    assert_eq!(left, [[0.0, 0.0], [0.0, 10.0]]);
+    let round = &artwork.strokes[3];
+    assert!((round.points[0][0] - 450.0 / 60.0).abs() < 1e-9);
+    for [x, y] in &round.points {
+        assert!(
+            (7.5..12.51).contains(x) && (-0.1..6.0).contains(y),
+            "{x} {y}"
+        );
+    }
+    let (_, notes) = written("Hi é", &options);
+    let told: Vec<_> = notes.iter().map(|note| note.message.as_str()).collect();
+    assert_eq!(
+        told,
+        ["written in sans, because the font one.svg does not have them: 'i'"]
+    );
+}
+
+#[test]
+fn an_outline_font_gives_the_edges_of_its_letters() {
+    let roboto = include_bytes!("../../fonts/Roboto-Regular.ttf");
+    for size in [4.0, 30.0] {
+        let mut options = of_file("Roboto.ttf", roboto);
+        options.text.size = size;
+        let (artwork, notes) = written("HOé", &options);
+        assert!(notes.is_empty(), "{notes:?}");
+        assert!(
+            artwork
+                .strokes
+                .iter()
+                .all(magician_program::Stroke::is_closed)
+        );
+        let (capital, _) = written("H", &options);
+        let [least, most] = capital.bounds().unwrap();
+        assert!((most[1] - least[1] - size).abs() < 1e-6);
+    }
+    let mut strict = of_file("Roboto.ttf", roboto);
+    strict.strict_text = true;
+    assert!(read(Format::Text, "東".as_bytes(), &strict).is_err());
+}
+
+const KANJI: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<!DOCTYPE svg PUBLIC "-//W3C//DTD SVG 1.0//EN" "http://www.w3.org/TR/2001/REC-SVG-20010904/DTD/svg10.dtd" [
+<!ATTLIST g xmlns:kvg CDATA #FIXED "http://kanjivg.tagaini.net" kvg:element CDATA #IMPLIED >
+]>
+<svg xmlns="http://www.w3.org/2000/svg" width="109" height="109" viewBox="0 0 109 109">
+<g id="kvg:StrokePaths_04e8c"><g id="kvg:04e8c" kvg:element="二">
+<path id="kvg:04e8c-s1" d="M25,30c10,1 40,1 60,0"/><path id="kvg:04e8c-s2" d="M10,85c20,1 60,1 90,0"/>
+</g></g><g id="kvg:StrokeNumbers_04e8c"><text>1</text></g></svg>"#;
+
+/// Strokes keep their order and direction, wherever the pen would travel less.
+#[test]
+fn strokes_of_characters_are_drawn_in_their_order() {
+    let medians =
+        r#"{"strokes":["M 0 0"],"medians":[[[200,700],[800,700]],[[100,100],[900,100]]]}"#;
+    let all = format!(r#"{{"二":{medians},"一":{{"medians":[[[100,400],[900,400]]]}}}}"#);
+    let lines = format!(
+        "{}\n{}\n",
+        r#"{"character":"二","strokes":["M 0 0"],"medians":[[[200,700],[800,700]],[[100,100],[900,100]]]}"#,
+        r#"{"character":"一","strokes":[],"medians":[[[100,400],[900,400]]]}"#
+    );
+    let one_file = KANJI
+        .replace("<svg ", "<kanjivg xmlns:kvg='k' ")
+        .replace("</svg>", "</kanjivg>");
+    let one_file = one_file.replace("g id=\"kvg:StrokePaths_", "g id=\"kvg:kanji_");
+    for (name, file) in [
+        ("04e8c.svg", KANJI),
+        ("kanjivg.xml", &one_file),
+        ("data/二.json", medians),
+        ("all.json", &all),
+        ("graphics.txt", &lines),
+    ] {
+        let (artwork, notes) = written("二二", &of_file(name, file.as_bytes()));
+        assert!(notes.is_empty(), "{name}: {notes:?}");
+        assert!(artwork.in_order, "{name}");
+        let strokes = &artwork.strokes;
+        assert_eq!(strokes.len(), 4, "{name}");
+        for [upper, lower] in [[&strokes[0], &strokes[1]], [&strokes[2], &strokes[3]]] {
+            assert!(upper.points[0][1] > lower.points[0][1] + 5.0, "{name}");
+            for stroke in [upper, lower] {
+                assert!(stroke.points[0][0] < stroke.points[stroke.points.len() - 1][0]);
+            }
+        }
+    }
+    let refused = |name, text: &str| {
+        let refused = read(
+            Format::Text,
+            "二".as_bytes(),
+            &of_file(name, text.as_bytes()),
+        );
+        refused.unwrap_err().message
+    };
+    assert!(refused("two.json", medians).contains("named for it"));
+    assert!(refused("a.json", "{}").contains("no character"));
+    assert!(refused("a.svg", "<svg/>").contains("neither TrueType"));
+    assert!(refused("a.svg", "<svg><font></font></svg>").contains("no glyph"));
+}
+
 /// Writes pictures of the fonts to the directory `FONT_SHEETS`, to be looked at.
 #[test]
 #[ignore = "writes pictures: FONT_SHEETS=DIR"]

@@ -29,6 +29,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("teach", &["teach"], &["StopPolicy::Pad"]),
     ("run", &["run.rs", "job"], JOB),
     ("draw", &["draw.rs", "job"], JOB),
+    ("write", &["write.rs", "job"], JOB),
     ("engrave", &["engrave.rs", "job"], JOB),
     ("play", &["play.rs", "job"], JOB),
     ("convert", &["convert.rs"], &[]),

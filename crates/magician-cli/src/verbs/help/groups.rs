@@ -20,7 +20,15 @@ const GROUPS: [(&str, &[&str]); 7] = [
     ),
     (
         "Make",
-        &["draw", "engrave", "run", "convert", "calibrate", "demo"],
+        &[
+            "draw",
+            "write",
+            "engrave",
+            "run",
+            "convert",
+            "calibrate",
+            "demo",
+        ],
     ),
     ("Teach", &["teach", "play"]),
     (

@@ -56,6 +56,8 @@ const NOTES: usize = 10;
 #[derive(Debug)]
 pub(crate) struct Job {
     pub(crate) file: File,
+    /// The text that is written, instead of what is in the file.
+    pub(crate) text: Option<String>,
     pub(crate) look: PreviewFlags,
     pub(crate) way: RunFlags,
     /// How it is to be done: what its flags say.
@@ -114,6 +116,7 @@ impl Job {
         way.say(&mut options);
         Self {
             file,
+            text: None,
             look,
             way,
             options,

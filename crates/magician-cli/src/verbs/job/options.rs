@@ -221,6 +221,19 @@ pub(crate) struct Pen {
 }
 
 impl File {
+    /// Text of an argument, or of stdin.
+    pub(crate) fn of_text(file: &str) -> Self {
+        Self {
+            file: file.into(),
+            format: Some(Format::Text),
+            dialect: None,
+            s_max: None,
+            white: White::default(),
+            resample: None,
+            strict_text: false,
+        }
+    }
+
     pub(super) fn say(&self, options: &mut SetupOptions) {
         options.dialect = self.dialect;
         options.s_max = self.s_max;

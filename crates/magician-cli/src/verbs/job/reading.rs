@@ -28,7 +28,10 @@ pub(super) struct Read {
 impl Job {
     /// Opens the file: what is wrong with it is told before an arm is looked for.
     pub(super) fn opened(&self) -> Result<Opened, Failure> {
-        let source = Source::open(&self.file.file)?;
+        let source = match &self.text {
+            Some(text) => Source::of_text(text),
+            None => Source::open(&self.file.file)?,
+        };
         let format = source.format(self.file.format)?;
         let reading = match format {
             Format::Gcode => None,

@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 
 use crate::verbs::draw::Draw;
 use crate::verbs::engrave::Verb as Engrave;
+use crate::verbs::write::Write;
 
 /// Flags that change nothing of what is made: how it is looked at, and how the job goes.
 const NOT_OF_A_SETUP: [&str; 15] = [
@@ -34,6 +35,16 @@ fn draw() -> Command {
 
 fn engrave() -> Command {
     Engrave::augment_args(Command::new("engrave"))
+}
+
+#[test]
+fn text_is_written_with_the_flags_of_draw() {
+    const OF_A_FILE: [&str; 5] = ["format", "dialect", "s-max", "white", "resample"];
+    let write = flags(&Write::augment_args(Command::new("write")));
+    let mut drawn = flags(&draw());
+    drawn.retain(|flag| !OF_A_FILE.contains(&flag.as_str()));
+    drawn.insert("fonts".to_owned());
+    assert_eq!(write, drawn);
 }
 
 fn flags(command: &Command) -> BTreeSet<String> {

@@ -13,7 +13,6 @@ mod lines;
 mod mask;
 mod notes;
 mod numbers;
-mod packed;
 mod source;
 // Without the font texts are left out.
 mod collector;
@@ -53,7 +52,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         let message = format!("it has {} bytes, limit {LARGEST}", bytes.len());
         return Err(Diagnostic::of_file(message));
     }
-    let bytes = packed::unpacked(bytes, LARGEST)?;
+    let bytes = crate::packed::unpacked(bytes, LARGEST)?;
     let bytes = bytes.as_ref();
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let at = error.valid_up_to();

@@ -9,7 +9,7 @@ use crate::Diagnostic;
 use crate::formats::content::GZIP;
 
 /// The bytes as they are, or what was packed in them; no more than so many.
-pub(super) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Diagnostic> {
+pub(crate) fn unpacked(bytes: &[u8], largest: usize) -> Result<Cow<'_, [u8]>, Diagnostic> {
     if !bytes.starts_with(&GZIP) {
         return Ok(bytes.into());
     }

@@ -1,0 +1,105 @@
+//! `write`: text with the pen.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use magician_program::{BundledFont, FontKind, WorkOption};
+use serde::Serialize;
+
+use super::job::Job;
+use super::job::options::{File, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags};
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// Write text with the pen, in single-line letters
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician write Anna --preview out.svg                  what will be written, and where
+  magician write Happy birthday --font script --size 15
+  magician write \"$(date +%F)\" --size 5 --at 220,60
+  magician write - --wrap 120 --align center < poem.txt
+  magician write 東京 --font 中.json                      in the order of the strokes
+  magician write --fonts                                 the fonts that are built in
+
+A font of a file is a TrueType or OpenType font, whose letters are outlined; an SVG font, whose lines are drawn as they are; or a stroke-order file for Chinese and \
+Japanese from KanjiVG or hanzi-writer. `magician engrave - --format text` burns text.")]
+pub(crate) struct Write {
+    /// Text to write; several are joined by a space; `-` reads stdin
+    #[arg(required_unless_present = "fonts")]
+    text: Vec<String>,
+    /// List the fonts that are built in
+    #[arg(long, conflicts_with = "text")]
+    fonts: bool,
+    /// Refuse text if its font lacks a character; otherwise that is left out, with a note
+    #[arg(long)]
+    strict_text: bool,
+    #[command(flatten)]
+    letters: TextFlags,
+    #[command(flatten)]
+    look: PreviewFlags,
+    #[command(flatten)]
+    pen: Pen,
+    #[command(flatten)]
+    place: PlacementOptions,
+    #[command(flatten)]
+    way: RunFlags,
+}
+
+/// A font in the list.
+#[derive(Serialize)]
+struct FontReport {
+    name: &'static str,
+    kind: &'static str,
+    /// Where it is; none for one that is built in.
+    file: Option<PathBuf>,
+    licence: Option<&'static str>,
+}
+
+#[derive(Serialize)]
+struct FontList {
+    fonts: Vec<FontReport>,
+}
+
+impl Write {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        if self.fonts {
+            return list(context);
+        }
+        self.job().run(context)
+    }
+
+    /// What its flags say.
+    pub(super) fn job(self) -> Job {
+        let (file, text) = match self.text.as_slice() {
+            [stdin] if stdin == "-" => (File::of_text("-"), None),
+            words => (File::of_text("text"), Some(words.join(" "))),
+        };
+        let mut job = Job::new(WorkOption::Draw, file, self.look, &self.place, self.way);
+        job.text = text;
+        self.pen.say(&mut job.options);
+        self.letters.say(&mut job.options);
+        job.options.strict_text = self.strict_text;
+        job
+    }
+}
+
+fn list(context: &mut Context) -> Result<(), Failure> {
+    let fonts = BundledFont::ALL.into_iter().map(|font| FontReport {
+        name: font.name(),
+        kind: FontKind::Stroke.name(),
+        file: None,
+        licence: Some(font.licence()),
+    });
+    let list = FontList {
+        fonts: fonts.collect(),
+    };
+    context.show(&list, |out| {
+        let mut columns = Columns::default();
+        for font in &list.fonts {
+            columns.row([font.name, font.kind, font.licence.unwrap_or_default()]);
+        }
+        columns.write(out)
+    })
+}

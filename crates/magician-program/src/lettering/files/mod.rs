@@ -1,0 +1,78 @@
+//! Fonts of files.
+
+mod outline;
+mod stroke_order;
+mod svg_font;
+
+use std::sync::Arc;
+
+use super::Glyphs;
+use crate::{Diagnostic, packed};
+
+/// Files may be as large once they are unpacked, bytes.
+const LARGEST: usize = 256 << 20;
+
+/// Reads a font of any of the kinds.
+pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Diagnostic> {
+    let of_this_file = |problem: Diagnostic| Diagnostic {
+        message: format!("{name}: {}", problem.message),
+        ..problem
+    };
+    let unpacked = packed::unpacked(bytes, LARGEST).map_err(of_this_file)?;
+    let bytes = match unpacked {
+        std::borrow::Cow::Borrowed(_) => Arc::clone(bytes),
+        std::borrow::Cow::Owned(unpacked) => unpacked.into(),
+    };
+    let font: Result<Box<dyn Glyphs>, Diagnostic> = match of(&bytes) {
+        Some(Kind::Outline) => outline::read(bytes).map(|font| Box::new(font) as _),
+        Some(Kind::Svg) => svg_font::read(text(&bytes)?).map(|font| Box::new(font) as _),
+        Some(Kind::KanjiVg) => stroke_order::kanjivg(text(&bytes)?).map(|font| Box::new(font) as _),
+        Some(Kind::Medians) => {
+            stroke_order::medians(text(&bytes)?, name).map(|font| Box::new(font) as _)
+        }
+        None => Err(Diagnostic::of_file(
+            "this is neither TrueType or OpenType, nor an SVG font, nor an order of strokes (KanjiVG, hanzi-writer)",
+        )),
+    };
+    font.map_err(of_this_file)
+}
+
+enum Kind {
+    /// TrueType and OpenType.
+    Outline,
+    Svg,
+    KanjiVg,
+    Medians,
+}
+
+/// What a file is, by what is in it.
+fn of(bytes: &[u8]) -> Option<Kind> {
+    const OUTLINES: [&[u8]; 4] = [&[0, 1, 0, 0], b"OTTO", b"true", b"ttcf"];
+    if OUTLINES.iter().any(|magic| bytes.starts_with(magic)) {
+        return Some(Kind::Outline);
+    }
+    let text = std::str::from_utf8(bytes).ok()?;
+    let text = text.trim_start_matches('\u{FEFF}').trim_start();
+    match text.chars().next()? {
+        '{' => Some(Kind::Medians),
+        '<' if text.contains("\"kvg:") => Some(Kind::KanjiVg),
+        '<' if text.contains("<font") => Some(Kind::Svg),
+        _ => None,
+    }
+}
+
+fn text(bytes: &[u8]) -> Result<&str, Diagnostic> {
+    let text =
+        std::str::from_utf8(bytes).map_err(|_| Diagnostic::of_file("the file is not UTF-8"))?;
+    Ok(text.trim_start_matches('\u{FEFF}').trim_start())
+}
+
+/// An XML file.
+fn document(text: &str) -> Result<roxmltree::Document<'_>, Diagnostic> {
+    let options = roxmltree::ParsingOptions {
+        allow_dtd: true,
+        ..Default::default()
+    };
+    roxmltree::Document::parse_with_options(text, options)
+        .map_err(|error| Diagnostic::of_file(error.to_string()))
+}

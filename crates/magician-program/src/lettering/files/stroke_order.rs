@@ -1,0 +1,132 @@
+//! Characters of Chinese and Japanese, whose strokes have an order: as KanjiVG has them, and hanzi-writer and Make Me a Hanzi.
+
+use std::collections::HashMap;
+
+use kurbo::{Affine, BezPath};
+use serde::Deserialize;
+
+use crate::Diagnostic;
+use crate::curves::flatten;
+use crate::formats::Format;
+use crate::lettering::{Glyph, Glyphs};
+
+/// How high a capital is beside these characters, of their square; how far the square goes below the baseline.
+const CAP: f64 = 0.75;
+const BELOW: f64 = 0.12;
+/// The square of KanjiVG, whose y grows downwards.
+const KANJIVG: f64 = 109.0;
+/// The square of hanzi-writer, whose baseline is at y 0.
+const HANZI: f64 = 1024.0;
+
+pub(super) struct StrokeOrder {
+    square: f64,
+    strokes: HashMap<char, Vec<BezPath>>,
+}
+
+impl StrokeOrder {
+    fn new(square: f64, strokes: HashMap<char, Vec<BezPath>>) -> Result<Self, Diagnostic> {
+        match strokes.is_empty() {
+            true => Err(Diagnostic::of_file("the file has no character")),
+            false => Ok(Self { square, strokes }),
+        }
+    }
+}
+
+impl Glyphs for StrokeOrder {
+    fn cap_height(&self) -> f64 {
+        CAP * self.square
+    }
+
+    fn glyph(&self, character: char, tolerance: f64) -> Option<Glyph> {
+        let strokes = self.strokes.get(&character)?.iter();
+        Some(Glyph {
+            advance: self.square,
+            lines: strokes
+                .flat_map(|stroke| flatten(stroke, tolerance, false))
+                .collect(),
+        })
+    }
+
+    fn has_stroke_order(&self) -> bool {
+        true
+    }
+}
+
+/// KanjiVG: all characters in one file, or one as a drawing. Elements have the code of their character in their id.
+pub(super) fn kanjivg(text: &str) -> Result<StrokeOrder, Diagnostic> {
+    // In a drawing the prefix is declared in the document type alone.
+    let text = text.replace("kvg:", "kvg-");
+    let document = super::document(&text)?;
+    let to = Affine::new([1.0, 0.0, 0.0, -1.0, 0.0, KANJIVG * (1.0 - BELOW)]);
+    let mut strokes = HashMap::new();
+    for node in document.descendants() {
+        let id = node.attribute("id").unwrap_or_default();
+        let code = id
+            .strip_prefix("kvg-kanji_")
+            .or_else(|| id.strip_prefix("kvg-StrokePaths_"));
+        // Variants have more behind the code.
+        let Some(character) = code
+            .and_then(|code| u32::from_str_radix(code, 16).ok())
+            .and_then(char::from_u32)
+        else {
+            continue;
+        };
+        let paths = node.descendants().filter_map(|node| node.attribute("d"));
+        let paths = paths.map(|path| Ok(to * BezPath::from_svg(path)?));
+        let paths: Result<Vec<_>, kurbo::SvgParseError> = paths.collect();
+        let paths = paths.map_err(|error| {
+            Diagnostic::of_file(format!("a stroke of '{character}' cannot be read: {error}"))
+        })?;
+        strokes.entry(character).or_insert(paths);
+    }
+    StrokeOrder::new(KANJIVG, strokes)
+}
+
+/// A character of hanzi-writer's or Make Me a Hanzi's: the middle of each stroke.
+#[derive(Deserialize)]
+struct Character {
+    character: Option<String>,
+    medians: Vec<Vec<[f64; 2]>>,
+}
+
+/// JSON of hanzi-writer: all characters by name, or one, whose name is that of the file; or a line for each (Make Me a Hanzi).
+pub(super) fn medians(text: &str, name: &str) -> Result<StrokeOrder, Diagnostic> {
+    let all: Result<HashMap<String, Character>, _> = serde_json::from_str(text);
+    let all: Vec<(String, Character)> = match all {
+        Ok(all) => all.into_iter().collect(),
+        Err(_) => {
+            let stream = serde_json::Deserializer::from_str(text).into_iter::<Character>();
+            let named = stream.map(|character| {
+                let character = character?;
+                let own = character.character.clone();
+                Ok((
+                    own.unwrap_or_else(|| Format::title(name).to_owned()),
+                    character,
+                ))
+            });
+            let named: Result<_, serde_json::Error> = named.collect();
+            named.map_err(|error| Diagnostic::of_file(error.to_string()))?
+        }
+    };
+    let mut strokes = HashMap::new();
+    for (name, character) in all {
+        let mut letters = name.chars();
+        let (Some(letter), None) = (letters.next(), letters.next()) else {
+            let message = format!(
+                "'{name}' is not one character: a file of one is named for it, such as 中.json"
+            );
+            return Err(Diagnostic::of_file(message));
+        };
+        let paths = character.medians.iter().map(|median| {
+            let mut points = median.iter().map(|[x, y]| (*x, *y));
+            let mut path = BezPath::new();
+            if let Some(first) = points.next() {
+                path.move_to(first);
+            }
+            points.for_each(|point| path.line_to(point));
+            path
+        });
+        strokes.insert(letter, paths.collect());
+    }
+    StrokeOrder::new(HANZI, strokes)
+}
