@@ -231,10 +231,10 @@ fn built_with(package: &str, features: &str) -> BTreeSet<String> {
 }
 
 /// What only a feature of `magician-program` brings in: the crate, and the features that do.
-const BROUGHT_IN: [(&str, &[&str]); 9] = [
+const BROUGHT_IN: [(&str, &[&str]); 10] = [
     (
         "crc32fast",
-        &["read-points", "read-svg", "image", "picture"],
+        &["read-points", "read-svg", "font-files", "image", "picture"],
     ),
     ("flate2", &["read-svg", "font-files", "image", "picture"]),
     ("fontdb", &["picture"]),
@@ -255,7 +255,7 @@ const BROUGHT_IN: [(&str, &[&str]); 9] = [
             "picture",
         ],
     ),
-    ("skrifa", &["font-files", "picture"]),
+    ("skrifa", &["font-files", "text", "picture"]),
     ("usvg", &["read-svg", "picture"]),
 ];
 

@@ -85,6 +85,8 @@ pub struct ReadOptions {
     pub resample: Option<f64>,
     /// How text is set.
     pub text: TextOptions,
+    /// How the letters of texts in drawings are drawn.
+    pub text_lines: TextLines,
     /// Whether text is refused of which the font lacks a character; that is left out otherwise.
     pub strict_text: bool,
 }
@@ -98,6 +100,38 @@ pub enum Fills {
     Outline,
     /// They are left out.
     Ignore,
+}
+
+/// How the letters of texts in a drawing are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum TextLines {
+    /// By their outlines, but for those of fonts whose name says that they have single lines.
+    #[default]
+    Outline,
+    /// All in single lines.
+    Stroke,
+}
+
+impl FromStr for TextLines {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "outline" => Ok(Self::Outline),
+            "stroke" => Ok(Self::Stroke),
+            other => Err(format!("text is 'outline' or 'stroke', not '{other}'")),
+        }
+    }
+}
+
+impl fmt::Display for TextLines {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Outline => "outline",
+            Self::Stroke => "stroke",
+        })
+    }
 }
 
 /// What becomes of white lines and shapes in a drawing.
@@ -143,6 +177,7 @@ impl Default for ReadOptions {
             clip_page: false,
             resample: None,
             text: TextOptions::default(),
+            text_lines: TextLines::default(),
             strict_text: false,
         }
     }

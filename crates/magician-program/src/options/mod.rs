@@ -19,7 +19,8 @@ use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Engrave, Size, Tone, Trace};
 use crate::{
-    Action, Ending, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, Tool, White, Work,
+    Action, Ending, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, TextLines, Tool,
+    White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -167,6 +168,9 @@ pub struct SetupOptions {
     pub align: Option<Align>,
     /// From one line of text to the next, in heights of a capital.
     pub line_height: Option<f64>,
+    /// How the letters of texts in drawings are drawn.
+    #[serde(with = "fields::text")]
+    pub text: Option<TextLines>,
     /// Text is refused of which the font lacks a character.
     pub strict_text: bool,
 }
@@ -260,7 +264,8 @@ impl SetupOptions {
         options.white = self.white.unwrap_or_default();
         options.clip_page = self.clip_page;
         options.resample = self.resample;
-        options.text = self.text();
+        options.text = self.text_options();
+        options.text_lines = self.text.unwrap_or_default();
         options.strict_text = self.strict_text;
         setup.prepare(&mut options.gcode, setup.known_surface());
         options.gcode.dialect = self.dialect.unwrap_or_default();
@@ -270,7 +275,7 @@ impl SetupOptions {
     }
 
     /// How text is set.
-    fn text(&self) -> TextOptions {
+    fn text_options(&self) -> TextOptions {
         let usual = TextOptions::default();
         TextOptions {
             font: self.font.clone().unwrap_or(usual.font),

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use magician_program::{
     Align, Artwork, BundledFont, Content, Diagnostic, DiagnosticCode, FontChoice, Format,
-    ReadOptions, read,
+    ReadOptions, TextLines, read,
 };
 
 fn options(font: BundledFont, size: f64) -> ReadOptions {
@@ -279,6 +279,104 @@ fn strokes_of_characters_are_drawn_in_their_order() {
     assert!(refused("a.json", "{}").contains("no character"));
     assert!(refused("a.svg", "<svg/>").contains("neither TrueType"));
     assert!(refused("a.svg", "<svg><font></font></svg>").contains("no glyph"));
+}
+
+fn svg(body: &str, options: &ReadOptions) -> (Artwork, Vec<Diagnostic>) {
+    let svg = format!(
+        r#"<svg xmlns="http://www.w3.org/2000/svg" width="200mm" height="100mm" viewBox="0 0 200 100">{body}</svg>"#
+    );
+    let parsed = read(Format::Svg, svg.as_bytes(), options).unwrap();
+    let Content::Artwork(artwork) = parsed.content else {
+        panic!("{:?}", parsed.content);
+    };
+    (artwork, parsed.notes)
+}
+
+#[test]
+fn texts_of_drawings_are_in_single_lines_where_their_font_or_a_person_says_so() {
+    let usual = ReadOptions::default();
+    let mut stroke = ReadOptions::default();
+    stroke.text_lines = TextLines::Stroke;
+    let text = |family: &str| {
+        format!(r#"<text x="10" y="50" font-size="20" font-family="'{family}'">HIT</text>"#)
+    };
+    let lines = |family: &str, options| svg(&text(family), options);
+    for family in [
+        "Hershey Sans 1-stroke",
+        "HersheyScript1",
+        "EMS Nixish Single Line",
+        "My 1-Stroke",
+    ] {
+        let (artwork, notes) = lines(family, &usual);
+        assert!(notes.is_empty(), "{family}: {notes:?}");
+        assert!(
+            artwork.strokes.iter().all(|stroke| !stroke.is_closed()),
+            "{family}"
+        );
+    }
+    let (sans, _) = lines("Hershey", &usual);
+    // Three of the H, one of the I, two of the T.
+    assert_eq!(sans.strokes.len(), 6);
+    assert_eq!(lines("Arial", &stroke).0.strokes.len(), 6);
+    assert!(
+        lines("Arial", &usual)
+            .0
+            .strokes
+            .iter()
+            .all(magician_program::Stroke::is_closed)
+    );
+    // They lie where the outlines lie, and are as high.
+    let (outlines, _) = lines("Roboto", &usual);
+    let ([from, to], [of, end]) = (sans.bounds().unwrap(), outlines.bounds().unwrap());
+    for (one, other) in [from, to]
+        .into_iter()
+        .flatten()
+        .zip([of, end].into_iter().flatten())
+    {
+        assert!((one - other).abs() < 1.5, "{from:?} {to:?} {of:?} {end:?}");
+    }
+    assert!((to[1] - from[1] - (end[1] - of[1])).abs() < 0.05);
+}
+
+#[test]
+fn single_lines_follow_anchors_tspans_and_transforms() {
+    let usual = ReadOptions::default();
+    let bounds = |body: &str| svg(body, &usual).0.bounds().unwrap();
+    let text =
+        |rest: &str| format!(r#"<text font-size="10" font-family="Hershey" {rest}>HH</text>"#);
+    let [start, end] = bounds(&text(r#"x="100" y="50""#));
+    assert!(start[0] > 100.0 && start[1] - 50.0 < 1e-3, "{start:?}");
+    let [from, to] = bounds(&text(r#"x="100" y="50" text-anchor="end""#));
+    assert!(to[0] < 100.0 && (to[0] - from[0] - (end[0] - start[0])).abs() < 1e-3);
+    let [from, to] = bounds(&text(r#"x="100" y="50" text-anchor="middle""#));
+    assert!(((from[0] + to[0]) / 2.0 - 100.0).abs() < 0.5);
+    let [from, to] = bounds(&text(r#"transform="translate(50 50) rotate(90) scale(2)""#));
+    assert!((to[1] - from[1] - 2.0 * (end[0] - start[0])).abs() < 1e-2);
+    let both = r#"<text x="10" y="20" font-size="10" font-family="Hershey">H<tspan x="10" y="60" font-size="20">H</tspan></text>"#;
+    let strokes = svg(both, &usual).0.strokes;
+    let height = |nth: usize| (strokes[nth].points[0][1] - strokes[nth].points[1][1]).abs();
+    assert_eq!(strokes.len(), 6);
+    assert!((height(3) - 2.0 * height(0)).abs() < 1e-3);
+}
+
+#[test]
+fn characters_of_drawings_that_no_font_has_are_named_or_refused() {
+    for family in ["Hershey", "Arial"] {
+        let body = format!(r#"<text x="5" y="50" font-family="{family}">a中b</text>"#);
+        let mut options = ReadOptions::default();
+        let (_, notes) = svg(&body, &options);
+        let named = |note: &&Diagnostic| note.message.starts_with("U+4E2D '中' is left out");
+        let note = notes.iter().find(named).expect(family);
+        assert_eq!(note.code, DiagnosticCode::LeftOut);
+        options.strict_text = true;
+        let svg =
+            format!(r#"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 9 9">{body}</svg>"#);
+        let refused = read(Format::Svg, svg.as_bytes(), &options).unwrap_err();
+        assert!(
+            refused.message.starts_with("U+4E2D '中': the font"),
+            "{refused}"
+        );
+    }
 }
 
 /// Writes pictures of the fonts to the directory `FONT_SHEETS`, to be looked at.

@@ -10,13 +10,15 @@ Lengths are mm, angles degrees, times seconds; coordinates are the arm's: X forw
 
 from __future__ import annotations
 
+import io
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any, Literal, NamedTuple, overload
 
 from . import _magician
-from ._arguments import flag, flags, number, numbers, seconds, text, whole
+from ._arguments import flag, flags, number, numbers, seconds, whole
+from ._arguments import text as string
 from ._meaning import Joints, Position
 from ._pictures import Drawing, Picture
 from ._points import Floats, Points, SupportsArray, column, rows, to_numpy, to_tuples
@@ -43,6 +45,7 @@ __all__ = [
     "ToolName",
     "Travel",
     "load",
+    "write",
 ]
 
 ToolName = Literal["none", "suction", "gripper", "pen", "laser"]
@@ -210,7 +213,7 @@ class Plan:
         :raises InvalidInputError: A command cannot be queued, or a move keeps an r that no move before it has.
         """
         return cls(
-            _magician.Plan.of_commands(text("title", title), kept(commands, None), _tool(tool), _surface(surface))
+            _magician.Plan.of_commands(string("title", title), kept(commands, None), _tool(tool), _surface(surface))
         )
 
     @classmethod
@@ -251,10 +254,10 @@ class Plan:
         if hasattr(power, "__len__"):
             each, one = column(one, count, "power"), None
         way = {
-            "title": text("title", title),
+            "title": string("title", title),
             "tool": _tool(tool),
             "surface": _surface(surface),
-            "by": text("by", by),
+            "by": string("by", by),
             "r": number("r", r, unit="deg"),
             "lift": number("lift", lift, least=0, unit="mm"),
             "speed": number("speed", speed, above=0, unit="mm/s"),
@@ -269,7 +272,7 @@ class Plan:
 
         :raises InvalidInputError: It is not a plan file; the message has line, column, and what is expected.
         """
-        return cls(_magician.Plan.of_json(text("json", json)))
+        return cls(_magician.Plan.of_json(string("json", json)))
 
     # Looking at it.
 
@@ -558,13 +561,20 @@ def load(
     spacing: float | None = None,
     overscan: float | None = None,
     gamma: float | None = None,
+    font: str | os.PathLike[str] | None = None,
+    size: float | None = None,
+    wrap: float | None = None,
+    align: Literal["left", "center", "right"] | None = None,
+    line_height: float | None = None,
+    text: Literal["outline", "stroke"] | None = None,
+    strict_text: bool = False,
 ) -> Plan:
     """A plan of a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly program, an
     image, points (CSV, JSON, text), or a plan file. Drawings are drawn with the pen, images engraved.
 
     :param file: Path, or an open binary file.
     :param format: What it is, where neither name nor content tells: ``playback``, ``svg``, ``gcode``, ``image``,
-        ``dxf``, ``hpgl``, ``blockly``, ``points``, ``plan``.
+        ``dxf``, ``hpgl``, ``blockly``, ``points``, ``text``, ``plan``.
     :param title: What it is called; the file's name if left out.
     :param tool: The tool on the arm, by name or by its bias in mm.
     :param surface: How high the paper or the wood lies: the z of the arm's pose when its tool touches it, mm. Drawings
@@ -609,18 +619,29 @@ def load(
     :param spacing: Distance between the lines of an image, mm; 0.2 if left out.
     :param overscan: Run-up and run-out of the tool at the ends of a line, mm; as needed if left out.
     :param gamma: Exponent of the darkness; above 1 burns light parts less.
+    :param font: Font of text: ``"sans"``, ``"script"`` or ``"gothic"``, whose letters are single lines, or the path of a
+        file: TrueType, OpenType, an SVG font, or the order of strokes of Chinese and Japanese characters (KanjiVG,
+        hanzi-writer). ``"sans"`` if left out.
+    :param size: Height of a capital in text, mm; 10 if left out.
+    :param wrap: The width that lines of text are broken at, mm.
+    :param align: Where shorter lines of text lie.
+    :param line_height: From one line of text to the next, in heights of a capital; 1.8 if left out.
+    :param text: How the letters of texts in an SVG are drawn: by their outlines, except in fonts whose name begins with
+        Hershey or ends in 1-stroke or Single Line; or ``"stroke"``, all in single lines.
+    :param strict_text: Whether text is refused of which the font lacks a character; otherwise that is left out.
     :returns: The plan. :attr:`Plan.notes` lists the parts that were left out or interpreted.
     :raises InvalidInputError: It cannot be read (with line and column), cannot be placed like this, or an argument is
         invalid.
     :raises OSError: The file cannot be opened.
     """
     name, data = _open(file)
+    font_name, font_file = _font(font)
     given: Any = power
     if power is not None:
         given = _two("power", given if hasattr(power, "__len__") else (0.0, given))
     wanted: Mapping[str, Any] = {
-        "format": text("format", format),
-        "title": text("title", title),
+        "format": string("format", format),
+        "title": string("title", title),
         "tool": _tool(tool),
         "surface": _surface(surface),
         "sheet": None if sheet is None else _sheet(sheet),
@@ -639,6 +660,7 @@ def load(
             order=order,
             invert=invert,
             both_directions=both_directions,
+            strict_text=strict_text,
         ),
         "by": _three("move", move),
         "speed": number("speed", speed, above=0, unit="mm/s"),
@@ -646,20 +668,77 @@ def load(
         "lift": number("lift", lift, above=0, unit="mm"),
         "tolerance": number("tolerance", tolerance, above=0, unit="mm"),
         "resample": number("resample", resample, above=0, unit="mm"),
-        "white": text("white", white),
-        "dialect": text("dialect", dialect),
+        "white": string("white", white),
+        "dialect": string("dialect", dialect),
         "s_max": number("s_max", s_max, above=0),
-        "work": text("work", work),
+        "work": string("work", work),
         "width": number("width", width, above=0, unit="mm"),
         "height": number("height", height, above=0, unit="mm"),
         "threshold": None if threshold is None else whole("threshold", threshold, 1, 255),
         "power": given,
-        "tone": text("tone", tone),
+        "tone": string("tone", tone),
         "spacing": number("spacing", spacing, above=0, unit="mm"),
         "overscan": number("overscan", overscan, above=0, unit="mm"),
         "gamma": number("gamma", gamma, above=0),
+        "font": font_name,
+        "font_file": font_file,
+        "size": number("size", size, above=0, unit="mm"),
+        "wrap": number("wrap", wrap, above=0, unit="mm"),
+        "align": string("align", align),
+        "line_height": number("line_height", line_height, above=0),
+        "text": string("text", text),
     }
     return Plan(_magician.Plan.load(name, data, wanted))
+
+
+def write(
+    words: str,
+    *,
+    font: str | os.PathLike[str] | None = None,
+    size: float | None = None,
+    wrap: float | None = None,
+    align: Literal["left", "center", "right"] | None = None,
+    line_height: float | None = None,
+    strict_text: bool = False,
+    **options: Any,
+) -> Plan:
+    """A plan that writes text with the pen, as ``magician write`` does.
+
+    :param words: The text; it may have several lines.
+    :param font: ``"sans"``, ``"script"`` or ``"gothic"``, or the path of a file, as of :func:`load`.
+    :param size: Height of a capital, mm; 10 if left out.
+    :param wrap: The width that lines are broken at, mm.
+    :param align: Where shorter lines lie.
+    :param line_height: From one line to the next, in heights of a capital; 1.8 if left out.
+    :param strict_text: Whether text is refused of which the font lacks a character; otherwise that is left out, and
+        :attr:`Plan.notes` names it.
+    :param options: Where and how it is written: ``surface``, ``at``, ``rotate``, ``speed`` and the others of
+        :func:`load`.
+    :returns: The plan.
+    :raises InvalidInputError: There is no text, the font cannot be read, or an argument is invalid.
+    :raises OSError: The file of the font cannot be opened.
+    """
+    if not isinstance(words, str):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"words is {words!r}; it takes text")
+    options.setdefault("title", words.split("\n", 1)[0][:40])
+    return load(
+        io.BytesIO(words.encode()),
+        format="text",
+        font=font,
+        size=size,
+        wrap=wrap,
+        align=align,
+        line_height=line_height,
+        strict_text=strict_text,
+        **options,
+    )
+
+
+def _font(font: str | os.PathLike[str] | None) -> tuple[str | None, bytes | None]:
+    if font is None or font in ("sans", "script", "gothic"):
+        return font, None
+    path = Path(font)
+    return path.name, path.read_bytes()
 
 
 def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:

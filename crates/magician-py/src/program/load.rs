@@ -3,7 +3,7 @@
 use magician::Error;
 use magician_program::artwork::Sheet;
 use magician_program::{
-    Content, Diagnostic, Format, ModeOption, Parsed, Plan, Power, Prepared, ReadOptions, Setup,
+    Content, Diagnostic, FontChoice, Format, ModeOption, Parsed, Plan, Power, Prepared, ReadOptions, Setup,
     SetupDefaults, SetupOptions, Surface, WorkOption, read,
 };
 use pyo3::prelude::*;
@@ -56,6 +56,14 @@ struct Wanted {
     spacing: Option<f64>,
     overscan: Option<f64>,
     gamma: Option<f64>,
+    font: Option<String>,
+    font_file: Option<Vec<u8>>,
+    size: Option<f64>,
+    wrap: Option<f64>,
+    align: Option<String>,
+    line_height: Option<f64>,
+    text: Option<String>,
+    strict_text: bool,
 }
 
 impl Wanted {
@@ -110,6 +118,15 @@ impl Wanted {
         (options.invert, options.one_way) = (self.invert, !self.both_directions);
         (options.spacing, options.overscan) = (self.spacing, self.overscan);
         options.gamma = self.gamma;
+        options.font = match (&self.font, &self.font_file) {
+            (Some(name), Some(bytes)) => Some(FontChoice::file(name, bytes.as_slice())),
+            (name, _) => name.as_deref().map(str::parse).transpose()?,
+        };
+        (options.size, options.wrap) = (self.size, self.wrap);
+        options.align = self.align.as_deref().map(str::parse).transpose()?;
+        options.line_height = self.line_height;
+        options.text = self.text.as_deref().map(str::parse).transpose()?;
+        options.strict_text = self.strict_text;
         options.check_values().map_err(|error| error.message)?;
         // No power at all is one, too: it burns nothing.
         if let Some([least, most]) = self.power {

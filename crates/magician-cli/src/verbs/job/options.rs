@@ -5,7 +5,9 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 use magician_program::formats::Dialect;
-use magician_program::{Align, FontChoice, Format, Grid, Power, SetupOptions, Tool, White};
+use magician_program::{
+    Align, FontChoice, Format, Grid, Power, SetupOptions, TextLines, Tool, White,
+};
 
 use crate::options::number;
 
@@ -37,6 +39,10 @@ pub(crate) struct File {
     /// Drop points of a recording that are closer than this to the line, mm; the others keep their times
     #[arg(long, value_name = "MM", value_parser = positive)]
     resample: Option<f64>,
+    /// Letters of text in an SVG: `outline` draws their edges, except in fonts whose name begins with Hershey or ends in 1-stroke or
+    /// Single Line; `stroke` draws all in single lines
+    #[arg(long, value_name = "outline|stroke", value_parser = str::parse::<TextLines>)]
+    text: Option<TextLines>,
     /// Refuse text if its font lacks a character; otherwise that is left out, with a note
     #[arg(long)]
     strict_text: bool,
@@ -230,6 +236,7 @@ impl File {
             s_max: None,
             white: White::default(),
             resample: None,
+            text: None,
             strict_text: false,
         }
     }
@@ -239,6 +246,7 @@ impl File {
         options.s_max = self.s_max;
         options.white = Some(self.white);
         options.resample = self.resample;
+        options.text = self.text;
         options.strict_text = self.strict_text;
     }
 }

@@ -13,7 +13,7 @@ use super::notes::Notes;
 use super::source::Element;
 use super::white::Whites;
 use crate::formats::Fills;
-use crate::{Diagnostic, DiagnosticCode, Stroke};
+use crate::{Diagnostic, DiagnosticCode, ReadOptions, Stroke};
 
 /// As many corners a drawing may have.
 const MOST_CORNERS: usize = 5_000_000;
@@ -25,6 +25,11 @@ pub(super) struct StrokeCollector<'a> {
     pub(super) elements: &'a HashMap<String, Element>,
     pub(super) tolerance: f64,
     pub(super) fills: Fills,
+    #[cfg_attr(
+        not(feature = "text"),
+        expect(dead_code, reason = "texts are left out")
+    )]
+    pub(super) writing: &'a ReadOptions,
     pub(super) notes: &'a mut Notes,
     pub(super) strokes: Vec<Stroke>,
     pub(super) names: Vec<String>,
@@ -49,14 +54,15 @@ impl<'a> StrokeCollector<'a> {
     pub(super) fn new(
         elements: &'a HashMap<String, Element>,
         tolerance: f64,
-        fills: Fills,
+        writing: &'a ReadOptions,
         whites: Whites,
         notes: &'a mut Notes,
     ) -> Self {
         Self {
             elements,
             tolerance,
-            fills,
+            fills: writing.fills,
+            writing,
             whites,
             notes,
             strokes: Vec::new(),

@@ -116,8 +116,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         ..
     } = source;
     let whites = Whites::of(tree.root(), options.white);
-    let mut collector =
-        StrokeCollector::new(&elements, tolerance, options.fills, whites, &mut notes);
+    let mut collector = StrokeCollector::new(&elements, tolerance, options, whites, &mut notes);
     collector.all(tree.root(), to)?;
     let StrokeCollector { strokes, names, .. } = collector;
     if says != Page::Unknown && !options.clip_page {

@@ -1,4 +1,6 @@
-//! Texts, as the outlines of their letters.
+//! Texts, as the outlines of their letters, or in single lines.
+
+mod single;
 
 use kurbo::{Affine, BezPath, PathEl};
 use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text};
@@ -24,15 +26,12 @@ pub(super) fn left_out(_text: &Element) -> Option<Diagnostic> {
 impl StrokeCollector<'_> {
     pub(super) fn text(&mut self, text: &Text, outer: &NodeContext) -> Result<(), Diagnostic> {
         let place = self.inner(text.id(), outer);
+        if let Some(font) = single::font(text, self.writing) {
+            return self.single_lines(text, &font, &place);
+        }
         for character in missing(text).chars() {
-            let code = u32::from(character);
-            let remark = format!(
-                "U+{code:04X} '{character}' is left out: the font {} does not have it",
-                font::NAME
-            );
             let help = "turn the text into paths in the program that it was drawn with";
-            let note = place.element.diagnostic(remark).help(help);
-            self.notes.add(note.coded(DiagnosticCode::LeftOut));
+            self.lacks(character, font::NAME, &place, |note| note.help(help))?;
         }
         for wish in differences(text) {
             let remark = format!(
@@ -47,6 +46,29 @@ impl StrokeCollector<'_> {
             );
         }
         self.letters(text.flattened(), &place, speck(text))
+    }
+
+    /// A character that no font has is left out with a note, or refused.
+    fn lacks(
+        &mut self,
+        character: char,
+        font: &str,
+        place: &NodeContext,
+        advice: impl FnOnce(Diagnostic) -> Diagnostic,
+    ) -> Result<(), Diagnostic> {
+        let code = u32::from(character);
+        let left_out = match self.writing.strict_text {
+            true => "",
+            false => " is left out",
+        };
+        let remark =
+            format!("U+{code:04X} '{character}'{left_out}: the font {font} does not have it");
+        let found = advice(place.element.diagnostic(remark));
+        if self.writing.strict_text {
+            return Err(found);
+        }
+        self.notes.add(found.coded(DiagnosticCode::LeftOut));
+        Ok(())
     }
 
     /// The outlines of a text's letters, whatever is done with other fills, but for those that are smaller than a speck.

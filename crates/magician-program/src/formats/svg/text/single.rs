@@ -1,0 +1,148 @@
+//! Texts in single lines: of a font whose name asks for them, or all if that is wanted.
+//!
+//! The library lays a text out with the outline font; each letter is put where its own would be and made as wide. So anchors, tspans,
+//! spacing, turned letters and texts on paths count, and the letters of a hand stay joined.
+
+use kurbo::Affine;
+use magician_host::{Given, Setting};
+use skrifa::instance::{LocationRef, Size};
+use skrifa::{FontRef, GlyphId, MetadataProvider};
+use usvg::{FontFamily, Path, Text};
+
+use super::super::collector::{NodeContext, StrokeCollector, matrix};
+use super::super::lines::Line;
+use crate::lettering::{BundledFont, FontChoice, Glyphs};
+use crate::{Diagnostic, ReadOptions, TextLines, font};
+
+/// The font that a text is written with in single lines; none if its outlines are drawn.
+pub(super) fn font(text: &Text, writing: &ReadOptions) -> Option<FontChoice> {
+    let spans = text.chunks().iter().flat_map(|chunk| chunk.spans());
+    let families = spans.flat_map(|span| span.font().families());
+    let mut asked = families.filter_map(|family| match family {
+        FontFamily::Named(name) => single_line(name),
+        _ => None,
+    });
+    match asked.next() {
+        Some(font) => Some(FontChoice::Bundled(font)),
+        None if writing.text_lines == TextLines::Stroke => Some(writing.text.font.clone()),
+        None => None,
+    }
+}
+
+/// The font for a family whose name says that it has single lines, as the programs of plotters name theirs.
+fn single_line(family: &str) -> Option<BundledFont> {
+    let name = family.to_ascii_lowercase();
+    if !(name.starts_with("hershey") || name.ends_with("1-stroke") || name.ends_with("single line"))
+    {
+        return None;
+    }
+    let has = |parts: &[&str]| parts.iter().any(|part| name.contains(part));
+    Some(if has(&["script", "cursive"]) {
+        BundledFont::Script
+    } else if has(&["gothic", "blackletter"]) {
+        BundledFont::Gothic
+    } else {
+        BundledFont::Sans
+    })
+}
+
+/// What of the font that a text is laid out with counts: its units.
+struct Metrics {
+    cap_height: f64,
+    advance: f64,
+}
+
+fn metrics(glyph: &usvg::layout::PositionedGlyph) -> Option<Metrics> {
+    let database = font::database();
+    database.with_face_data(glyph.font, |data, index| {
+        let font = FontRef::from_index(data, index).ok()?;
+        let (size, place) = (Size::unscaled(), LocationRef::default());
+        let id = GlyphId::new(glyph.id.0);
+        Some(Metrics {
+            cap_height: font.metrics(size, place).cap_height?.into(),
+            advance: font.glyph_metrics(size, place).advance_width(id)?.into(),
+        })
+    })?
+}
+
+impl StrokeCollector<'_> {
+    pub(super) fn single_lines(
+        &mut self,
+        text: &Text,
+        choice: &FontChoice,
+        place: &NodeContext,
+    ) -> Result<(), Diagnostic> {
+        let font = choice.load()?;
+        let mut missing = String::new();
+        for span in text.layouted().iter().filter(|span| span.visible) {
+            let paints = [
+                span.stroke.as_ref().map(usvg::Stroke::paint),
+                span.fill.as_ref().map(usvg::Fill::paint),
+            ];
+            let paint = paints.into_iter().flatten().next();
+            let white = paint.is_some_and(|paint| self.whites.is_white(paint));
+            let lines = [&span.underline, &span.overline, &span.line_through];
+            for line in lines.into_iter().flatten() {
+                self.add(vec![middle(line, place.to)], place, white)?;
+            }
+            for laid in &span.positioned_glyphs {
+                let Some(own) = metrics(laid) else { continue };
+                let to = place.to * matrix(laid.outline_transform());
+                let scale = own.cap_height / font.cap_height();
+                let tolerance = self.tolerance / (scale * to.determinant().abs().sqrt());
+                let mut advance = 0.0;
+                let mut letters: Vec<Line> = Vec::new();
+                for character in laid
+                    .text
+                    .chars()
+                    .filter(|character| !character.is_control())
+                {
+                    let glyph = font.glyph(character, tolerance).or_else(|| {
+                        let other = font.fallback()?;
+                        other.glyph(character, tolerance)
+                    });
+                    let Some(glyph) = glyph else {
+                        if !missing.contains(character) {
+                            missing.push(character);
+                        }
+                        continue;
+                    };
+                    let moved = |line: &Line| line.iter().map(|[x, y]| [x + advance, *y]).collect();
+                    letters.extend(glyph.lines.iter().map(moved));
+                    advance += glyph.advance;
+                }
+                let widened = match advance > 0.0 && own.advance > 0.0 {
+                    true => own.advance / advance,
+                    false => scale,
+                };
+                let to = to * Affine::scale_non_uniform(widened, scale);
+                for point in letters.iter_mut().flatten() {
+                    let at = to * kurbo::Point::new(point[0], point[1]);
+                    *point = [at.x, at.y];
+                }
+                self.add(letters, place, white)?;
+            }
+        }
+        for character in missing.chars() {
+            self.lacks(character, &choice.to_string(), place, |note| {
+                note.remedy(
+                    (Setting::Font, Given::Any("FILE")),
+                    "writes it with a font that has it",
+                )
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// The line in the middle of a bar.
+fn middle(bar: &Path, to: Affine) -> Line {
+    let bounds = bar.data().bounds();
+    let y = f64::from(bounds.top() + bounds.bottom()) / 2.0;
+    let ends = [bounds.left(), bounds.right()];
+    let point = |x: f32| {
+        let at = to * kurbo::Point::new(x.into(), y);
+        [at.x, at.y]
+    };
+    ends.map(point).to_vec()
+}
