@@ -179,6 +179,8 @@ named! {
         At = "at",
         /// Cut off what lies outside the page.
         ClipPage = "clip_page",
+        /// Draw once what is there twice.
+        Dedupe = "dedupe",
         /// How G-code is to be understood.
         Dialect = "dialect",
         /// Make it as large as fits.

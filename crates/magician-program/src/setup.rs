@@ -4,7 +4,7 @@ use magician_host::words::{self, Preflight};
 use magician_host::{Action, Given, Set, Setting};
 use magician_motion::{ArmModel, Fence, ToolBias};
 
-use crate::artwork::{FitFailure, Layout, Marking, Order, Sheet, rotated};
+use crate::artwork::{FitFailure, Layout, Marking, Order, Sheet, Tidy, rotated};
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
     Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Power, Raster, Reach,
@@ -35,6 +35,8 @@ pub struct Setup {
     pub placement: Placement,
     /// How lines are drawn with a pen.
     pub pen: Marking,
+    /// How the lines of a drawing are tidied.
+    pub tidy: Tidy,
     /// Whether the lines of a drawing may be taken in another order, to travel less.
     pub order: bool,
     /// What is made of drawings and images.
@@ -136,6 +138,7 @@ impl Default for Setup {
             sheet: None,
             placement: Placement::default(),
             pen: Marking::pen(),
+            tidy: Tidy::default(),
             order: true,
             work: Work::Default,
             size: Size::Natural,
@@ -191,21 +194,39 @@ impl Setup {
     }
 
     /// An image that is drawn as its outlines, and lines in the order in which they are drawn.
-    fn lines_of(&self, content: Content) -> Result<(Content, Option<Diagnostic>), Diagnostic> {
+    fn lines_of(&self, content: Content) -> Result<(Content, Vec<Diagnostic>), Diagnostic> {
         let mut artwork = match (content, &self.work) {
             (Content::Image(image), Work::Draw(trace)) => image.outlines(&Trace {
                 size: self.size,
                 ..trace.clone()
             })?,
             (Content::Artwork(artwork), _) => artwork,
-            (content, _) => return Ok((content, None)),
+            (content, _) => return Ok((content, Vec::new())),
         };
+        // Lengths are those of what is drawn, and not of the file.
+        let scale = self.placement.scale;
+        let tidy = Tidy {
+            merge: self.tidy.merge / scale,
+            simplify: self.tidy.simplify / scale,
+            ..self.tidy
+        };
+        let repeated = artwork.tidy(&tidy).repeated;
+        let mut notes = Vec::new();
+        if repeated > 0 {
+            let lines = if repeated == 1 { "line" } else { "lines" };
+            let what = format!("drawn once, though it is there twice: {repeated} {lines}");
+            let note = Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut);
+            notes.push(note.remedy(
+                (Setting::Dedupe, Given::Off),
+                "draws it as often as it is there",
+            ));
+        }
         let order = match self.order && !artwork.in_order {
             true => Order::default(),
             false => Order::OF_FILE,
         };
         let saving = artwork.put_in_order(&order);
-        let note = (saving.before_mm - saving.after_mm >= 1.0).then(|| {
+        let reordered = (saving.before_mm - saving.after_mm >= 1.0).then(|| {
             let (before, after) = (saving.before_mm, saving.after_mm);
             let what = format!(
                 "drawn in another order: {after:.0} mm of travel between its lines instead of \
@@ -214,7 +235,8 @@ impl Setup {
             let note = Diagnostic::of_file(what).coded(DiagnosticCode::Reordered);
             note.remedy((Setting::Order, Given::Off), "keeps the order of the file")
         });
-        Ok((Content::Artwork(artwork), note))
+        notes.extend(reordered);
+        Ok((Content::Artwork(artwork), notes))
     }
 
     /// A plan that is in the arm's coordinates already.

@@ -42,6 +42,8 @@ fn a_large_drawing_is_fitted_and_checked_in_few_bytes_for_each_point() {
     let mut setup = Setup::default();
     setup.surface = Some(Surface::level(-60.0));
     setup.placement.fit = true;
+    // Every point counts here.
+    setup.tidy.simplify = 0.0;
     let made = setup.plan(Format::Svg, Content::Artwork(artwork));
     let made = made.expect("it is made to fit");
     assert!(made.misfit.is_none() && made.plan.steps.len() > 200_000);

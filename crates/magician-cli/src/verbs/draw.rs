@@ -4,7 +4,9 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{File, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags};
+use super::job::options::{
+    File, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
+};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -28,6 +30,8 @@ pub(crate) struct Draw {
     #[command(flatten)]
     text: TextFlags,
     #[command(flatten)]
+    tidy: TidyFlags,
+    #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
     way: RunFlags,
@@ -44,6 +48,7 @@ impl Draw {
         let mut job = Job::new(draw, self.file, self.look, &self.place, self.way);
         self.pen.say(&mut job.options);
         self.text.say(&mut job.options);
+        self.tidy.say(&mut job.options);
         job
     }
 }

@@ -5,7 +5,7 @@ use magician_program::{ModeOption, SetupOptions, WorkOption};
 
 use super::job::Job;
 use super::job::options::{
-    File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, TextFlags, positive,
+    File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags, positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -33,6 +33,8 @@ pub(crate) struct Verb {
     laser: Laser,
     #[command(flatten)]
     text: TextFlags,
+    #[command(flatten)]
+    tidy: TidyFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
@@ -112,6 +114,7 @@ impl Verb {
         self.beam.say(&mut job.options);
         self.laser.say(&mut job.options);
         self.text.say(&mut job.options);
+        self.tidy.say(&mut job.options);
         job
     }
 }

@@ -7,7 +7,9 @@ use magician_program::{BundledFont, FontKind, WorkOption};
 use serde::Serialize;
 
 use super::job::Job;
-use super::job::options::{File, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags};
+use super::job::options::{
+    File, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
+};
 use crate::columns::Columns;
 use crate::context::Context;
 use crate::failure::Failure;
@@ -37,6 +39,8 @@ pub(crate) struct Write {
     strict_text: bool,
     #[command(flatten)]
     letters: TextFlags,
+    #[command(flatten)]
+    tidy: TidyFlags,
     #[command(flatten)]
     look: PreviewFlags,
     #[command(flatten)]
@@ -80,6 +84,7 @@ impl Write {
         job.text = text;
         self.pen.say(&mut job.options);
         self.letters.say(&mut job.options);
+        self.tidy.say(&mut job.options);
         job.options.strict_text = self.strict_text;
         job
     }

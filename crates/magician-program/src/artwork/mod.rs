@@ -4,11 +4,13 @@ mod clip;
 mod mark;
 mod order;
 mod place;
+mod tidy;
 
 pub use mark::Marking;
 pub use order::{Order, Saving};
 pub(crate) use place::{FitFailure, rotated, rounded};
 pub use place::{Layout, PlacedArtwork, Sheet, WouldFit};
+pub use tidy::{Tidied, Tidy};
 
 use crate::Origin;
 

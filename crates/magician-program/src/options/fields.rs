@@ -109,6 +109,12 @@ impl SetupOptions {
                 return Err(OptionError::new(key, message));
             }
         }
+        for (key, value) in [("merge", self.merge), ("simplify", self.simplify)] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= 0.0)) {
+                let message = format!("{key} is a number from 0, not {value}");
+                return Err(OptionError::new(key, message));
+            }
+        }
         let finite: [(&str, &[f64]); 7] = [
             ("surface", self.surface.as_slice()),
             ("pen_z", self.pen_z.as_slice()),
@@ -324,6 +330,9 @@ mod tests {
             (json!({"dialect": "mill"}), "dialect"),
             (json!({"mode": "shiny"}), "mode"),
             (json!({"font": "serif"}), "font"),
+            (json!({"merge": -0.1}), "merge"),
+            (json!({"simplify": -1}), "simplify"),
+            (json!({"dedupe": 1}), "dedupe"),
             (json!({"font": "fonts/serif.ttf"}), "font"),
             (json!({"size": 0}), "size"),
             (json!({"wrap": -1}), "wrap"),

@@ -14,7 +14,7 @@ pub use fields::OptionError;
 pub use grid::Grid;
 pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
 
-use crate::artwork::{Marking, Sheet};
+use crate::artwork::{Marking, Sheet, Tidy};
 use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Engrave, Size, Tone, Trace};
@@ -156,6 +156,12 @@ pub struct SetupOptions {
     pub overscan: Option<f64>,
     /// Exponent of the darkness.
     pub gamma: Option<f64>,
+    /// Ends of lines of a drawing that are no farther apart are joined; none with 0.
+    pub merge: Option<f64>,
+    /// Whether a line that is there twice is drawn once; it is unless given.
+    pub dedupe: Option<bool>,
+    /// Points of a drawing that are no farther from the line without them are left out; none with 0.
+    pub simplify: Option<f64>,
     /// Font of text.
     #[serde(with = "fields::text")]
     pub font: Option<FontChoice>,
@@ -245,6 +251,7 @@ impl SetupOptions {
                 ),
                 ..usual
             },
+            tidy: self.tidy(),
             order: self.order.unwrap_or(true),
             work: self.work(defaults),
             size: self.size(),
@@ -272,6 +279,15 @@ impl SetupOptions {
         options.gcode.s_max = self.s_max;
         options.gcode.laser_speed = setup.laser_speed.unwrap_or(options.gcode.laser_speed);
         options
+    }
+
+    /// How the lines of a drawing are tidied.
+    fn tidy(&self) -> Tidy {
+        let mut tidy = Tidy::default();
+        tidy.merge = self.merge.unwrap_or(tidy.merge);
+        tidy.dedupe = self.dedupe.unwrap_or(tidy.dedupe);
+        tidy.simplify = self.simplify.unwrap_or(tidy.simplify);
+        tidy
     }
 
     /// How text is set.

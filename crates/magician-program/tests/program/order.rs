@@ -1,6 +1,6 @@
 //! Lines in an order with short ways between them: what is drawn stays, the ways never grow.
 
-use magician_program::artwork::Order;
+use magician_program::artwork::{Order, Tidy};
 use magician_program::{Artwork, Origin, Stroke};
 use proptest::prelude::*;
 
@@ -193,4 +193,127 @@ proptest! {
         prop_assert!((saving.after_mm - ordered.travel()).abs() < 1e-9);
         prop_assert_eq!(pieces(&ordered), pieces(&original));
     }
+}
+
+fn tolerant() -> Tidy {
+    let mut tidy = Tidy::default();
+    tidy.merge = 0.1;
+    tidy.simplify = 0.02;
+    tidy
+}
+
+/// Points along lines, a twentieth apart at most.
+fn along(strokes: &[Stroke]) -> Vec<[f64; 2]> {
+    let mut points = Vec::new();
+    for stroke in strokes {
+        points.extend(stroke.points.first());
+        for pair in stroke.points.windows(2) {
+            let [[x, y], [to_x, to_y]] = [pair[0], pair[1]];
+            let count = ((to_x - x).hypot(to_y - y) / 0.05).ceil();
+            let nth = (1..=count as u32).map(|nth| f64::from(nth) / count);
+            points.extend(nth.map(|share| [x + (to_x - x) * share, y + (to_y - y) * share]));
+        }
+    }
+    points
+}
+
+/// How far the points of one are from the lines of the other, at most.
+fn farthest(points: &[[f64; 2]], from: &[Stroke]) -> f64 {
+    let to_piece = |[x, y]: [f64; 2], [a, b]: [[f64; 2]; 2]| {
+        let way = [b[0] - a[0], b[1] - a[1]];
+        let square = way[0] * way[0] + way[1] * way[1];
+        let share = ((x - a[0]) * way[0] + (y - a[1]) * way[1]) / square;
+        let share = if square > 0.0 {
+            share.clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        (x - a[0] - share * way[0]).hypot(y - a[1] - share * way[1])
+    };
+    let nearest = |point: [f64; 2]| {
+        let pieces = from.iter().flat_map(|stroke| {
+            let dot = stroke.points.first().map(|at| [*at, *at]);
+            let pairs = stroke.points.windows(2).map(|pair| [pair[0], pair[1]]);
+            dot.into_iter().chain(pairs)
+        });
+        pieces
+            .map(|piece| to_piece(point, piece))
+            .fold(f64::INFINITY, f64::min)
+    };
+    points
+        .iter()
+        .map(|point| nearest(*point))
+        .fold(0.0, f64::max)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+    /// Lines on a small sheet, so that their ends often meet, in steps that are thinned, each perhaps there twice.
+    #[test]
+    fn tidied_lines_stay_within_merge_and_simplify(
+        lines in proptest::collection::vec(
+            (proptest::collection::vec([0.0..2.0f64, 0.0..2.0f64], 1..9), any::<bool>()), 1..9),
+        wave in 0.0..0.03f64,
+    ) {
+        let mut all = Vec::new();
+        for (points, twice) in lines {
+            let mut line: Vec<[f64; 2]> = Vec::new();
+            for pair in points.windows(2) {
+                for nth in 0..10 {
+                    let share = f64::from(nth) / 10.0;
+                    let off = if nth % 2 == 0 { wave } else { 0.0 };
+                    line.push([0, 1].map(|axis| pair[0][axis] + share * (pair[1][axis] - pair[0][axis]) + off));
+                }
+            }
+            line.extend(points.last());
+            if twice {
+                all.push(line.iter().rev().copied().collect());
+            }
+            all.push(line);
+        }
+        let before = artwork(all);
+        let mut after = before.clone();
+        after.tidy(&tolerant());
+        let most = 0.1 + 0.02 + 1e-9;
+        prop_assert!(farthest(&along(&after.strokes), &before.strokes) <= most);
+        prop_assert!(farthest(&along(&before.strokes), &after.strokes) <= most);
+        prop_assert!(after.strokes.len() <= before.strokes.len());
+    }
+}
+
+#[test]
+fn what_is_there_twice_is_drawn_once_wherever_it_begins() {
+    let square = [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]];
+    let from = |at: usize, back: bool| {
+        let mut corners: Vec<[f64; 2]> = square.into_iter().cycle().skip(at).take(5).collect();
+        if back {
+            corners.reverse();
+        }
+        corners
+    };
+    let open = square.to_vec();
+    let turned = open.iter().rev().copied().collect();
+    let mut drawing = artwork(vec![
+        from(0, false),
+        from(2, false),
+        from(3, true),
+        open,
+        turned,
+    ]);
+    let mut tidy = Tidy::default();
+    tidy.merge = 0.0;
+    assert_eq!(drawing.clone().tidy(&tidy).repeated, 3);
+    tidy.dedupe = false;
+    assert_eq!(drawing.tidy(&tidy).repeated, 0);
+    assert_eq!(drawing.strokes.len(), 5);
+}
+
+#[test]
+fn strokes_whose_order_has_a_meaning_are_not_joined() {
+    let lines = vec![vec![[0.0, 0.0], [9.0, 0.0]], vec![[9.0, 0.0], [9.0, 9.0]]];
+    let mut drawing = artwork(lines);
+    drawing.in_order = true;
+    let before = drawing.clone();
+    drawing.tidy(&Tidy::default());
+    assert_eq!(drawing, before);
 }

@@ -561,6 +561,9 @@ def load(
     spacing: float | None = None,
     overscan: float | None = None,
     gamma: float | None = None,
+    merge: float | None = None,
+    dedupe: bool = True,
+    simplify: float | None = None,
     font: str | os.PathLike[str] | None = None,
     size: float | None = None,
     wrap: float | None = None,
@@ -619,6 +622,10 @@ def load(
     :param spacing: Distance between the lines of an image, mm; 0.2 if left out.
     :param overscan: Run-up and run-out of the tool at the ends of a line, mm; as needed if left out.
     :param gamma: Exponent of the darkness; above 1 burns light parts less.
+    :param merge: Ends of lines of a drawing that are no farther apart than this are joined, mm; 0.1 if left out.
+    :param dedupe: Whether a line of a drawing that is there twice is drawn once.
+    :param simplify: Points of a drawing that are no farther from the line without them are left out, mm; 0.02 if left
+        out.
     :param font: Font of text: ``"sans"``, ``"script"`` or ``"gothic"``, whose letters are single lines, or the path of a
         file: TrueType, OpenType, an SVG font, or the order of strokes of Chinese and Japanese characters (KanjiVG,
         hanzi-writer). ``"sans"`` if left out.
@@ -660,6 +667,7 @@ def load(
             order=order,
             invert=invert,
             both_directions=both_directions,
+            dedupe=dedupe,
             strict_text=strict_text,
         ),
         "by": _three("move", move),
@@ -680,6 +688,8 @@ def load(
         "spacing": number("spacing", spacing, above=0, unit="mm"),
         "overscan": number("overscan", overscan, above=0, unit="mm"),
         "gamma": number("gamma", gamma, above=0),
+        "merge": number("merge", merge, least=0, unit="mm"),
+        "simplify": number("simplify", simplify, least=0, unit="mm"),
         "font": font_name,
         "font_file": font_file,
         "size": number("size", size, above=0, unit="mm"),

@@ -56,6 +56,9 @@ struct Wanted {
     spacing: Option<f64>,
     overscan: Option<f64>,
     gamma: Option<f64>,
+    merge: Option<f64>,
+    dedupe: bool,
+    simplify: Option<f64>,
     font: Option<String>,
     font_file: Option<Vec<u8>>,
     size: Option<f64>,
@@ -118,6 +121,8 @@ impl Wanted {
         (options.invert, options.one_way) = (self.invert, !self.both_directions);
         (options.spacing, options.overscan) = (self.spacing, self.overscan);
         options.gamma = self.gamma;
+        (options.merge, options.simplify) = (self.merge, self.simplify);
+        options.dedupe = Some(self.dedupe);
         options.font = match (&self.font, &self.font_file) {
             (Some(name), Some(bytes)) => Some(FontChoice::file(name, bytes.as_slice())),
             (name, _) => name.as_deref().map(str::parse).transpose()?,

@@ -226,6 +226,30 @@ pub(crate) struct Pen {
     width: Option<f64>,
 }
 
+/// How the lines of a drawing are tidied.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Lines of a drawing")]
+pub(crate) struct TidyFlags {
+    /// Join ends of lines that are no farther apart than this, mm; 0 joins none [default: 0.1]
+    #[arg(long, value_name = "MM", value_parser = from_zero)]
+    merge: Option<f64>,
+    /// Draw lines that are there twice twice
+    #[arg(long)]
+    no_dedupe: bool,
+    /// Drop points that are closer than this to the line without them, mm; 0 drops none [default: 0.02]
+    #[arg(long, value_name = "MM", value_parser = from_zero)]
+    simplify: Option<f64>,
+}
+
+impl TidyFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.merge = self.merge;
+        options.dedupe = self.no_dedupe.then_some(false);
+        options.simplify = self.simplify;
+    }
+}
+
 impl File {
     /// Text of an argument, or of stdin.
     pub(crate) fn of_text(file: &str) -> Self {
@@ -352,6 +376,13 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|value| value.is_finite() && *value > 0.0);
     value.ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+/// 0 or above.
+fn from_zero(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok();
+    let value = value.filter(|value| value.is_finite() && *value >= 0.0);
+    value.ok_or_else(|| "expected a number from 0".to_owned())
 }
 
 /// 1 to 100.

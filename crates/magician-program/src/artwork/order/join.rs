@@ -19,7 +19,7 @@ pub(super) fn drop_repeated(strokes: &mut Vec<Stroke>) {
 }
 
 /// Makes one line of open lines whose ends are no farther apart than `within`; how many others have been taken up.
-pub(super) fn join(strokes: &mut Vec<Stroke>, within: f64) -> usize {
+pub(in crate::artwork) fn join(strokes: &mut Vec<Stroke>, within: f64) -> usize {
     if within.is_nan() || within < 0.0 {
         return 0;
     }

@@ -2,7 +2,7 @@
 
 mod greedy;
 mod improve;
-mod join;
+pub(super) mod join;
 mod kd_tree;
 
 use super::{Artwork, Stroke, distance};

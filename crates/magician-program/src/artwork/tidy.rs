@@ -1,0 +1,119 @@
+//! Lines of drawings tidied: ends that nearly meet are joined, lines that are there twice are drawn once, points that say nothing are
+//! left out.
+
+use std::collections::HashSet;
+
+use super::order::join;
+use super::{Artwork, Stroke};
+use crate::simplify::simplified;
+
+/// Corners of two lines no farther apart than about this are the same, mm.
+const SAME: f64 = 1e-4;
+
+/// How the lines of a drawing are tidied before they are put in order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Tidy {
+    /// Ends that are no farther apart are joined, mm; none are with 0.
+    pub merge: f64,
+    /// Whether a line that is there twice is drawn once, wherever it begins and whichever way it goes.
+    pub dedupe: bool,
+    /// Points that are no farther from the line without them are left out, mm; none are with 0.
+    pub simplify: f64,
+}
+
+impl Default for Tidy {
+    /// Joined within 0.1 mm, once if it is there twice, thinned within 0.02 mm.
+    fn default() -> Self {
+        Self {
+            merge: 0.1,
+            dedupe: true,
+            simplify: 0.02,
+        }
+    }
+}
+
+/// What tidying has come to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Tidied {
+    /// How many lines were there before and are not drawn again.
+    pub repeated: usize,
+    /// How many lines go on from another one now.
+    pub joined: usize,
+}
+
+impl Artwork {
+    /// Tidies its lines. None of what is drawn then is farther from what was drawn before than `merge` and `simplify` together, nor
+    /// the other way round. Strokes whose order has a meaning are thinned alone.
+    ///
+    /// ```
+    /// use magician_program::artwork::Tidy;
+    /// use magician_program::{Artwork, Origin, Stroke};
+    ///
+    /// let line = |points: &[[f64; 2]]| Stroke { points: points.to_vec(), origin: Origin::NONE };
+    /// let mut drawing = Artwork::default();
+    /// drawing.strokes = vec![
+    ///     line(&[[0.0, 0.0], [10.0, 0.0]]),
+    ///     line(&[[10.0, 0.05], [20.0, 0.05]]),
+    ///     line(&[[10.0, 0.0], [0.0, 0.0]]),
+    /// ];
+    /// let tidied = drawing.tidy(&Tidy::default());
+    /// assert_eq!((tidied.repeated, tidied.joined, drawing.strokes.len()), (1, 1, 1));
+    /// ```
+    pub fn tidy(&mut self, tidy: &Tidy) -> Tidied {
+        let mut tidied = Tidied::default();
+        let finite = |stroke: &Stroke| {
+            stroke
+                .points
+                .iter()
+                .flatten()
+                .all(|value| value.is_finite())
+        };
+        if !self.strokes.iter().all(finite) {
+            return tidied;
+        }
+        if tidy.dedupe && !self.in_order {
+            let count = self.strokes.len();
+            let mut known = HashSet::new();
+            self.strokes.retain(|stroke| known.insert(shape(stroke)));
+            tidied.repeated = count - self.strokes.len();
+        }
+        if tidy.merge > 0.0 && !self.in_order {
+            tidied.joined = join::join(&mut self.strokes, tidy.merge);
+        }
+        if tidy.simplify > 0.0 {
+            for stroke in &mut self.strokes {
+                stroke.points = simplified(&stroke.points, tidy.simplify);
+            }
+        }
+        tidied
+    }
+}
+
+/// The same for lines of the same corners, whichever way they go; for closed ones wherever they begin.
+fn shape(stroke: &Stroke) -> Vec<[i64; 2]> {
+    let near = |point: &[f64; 2]| point.map(|value| (value / SAME).round() as i64);
+    let mut corners: Vec<[i64; 2]> = stroke.points.iter().map(near).collect();
+    if stroke.is_closed() {
+        corners.pop();
+        let forth = from_the_least(corners.clone());
+        corners.reverse();
+        let mut least = forth.min(from_the_least(corners));
+        // A closed line is another than the open one of its corners.
+        least.extend(least.first().copied());
+        return least;
+    }
+    let back = corners.iter().rev().copied().collect();
+    corners.min(back)
+}
+
+fn from_the_least(mut corners: Vec<[i64; 2]>) -> Vec<[i64; 2]> {
+    let least = corners
+        .iter()
+        .enumerate()
+        .min_by_key(|(_, corner)| **corner);
+    let at = least.map_or(0, |(at, _)| at);
+    corners.rotate_left(at);
+    corners
+}
