@@ -10,6 +10,8 @@ use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Origin, Stroke};
 
 /// As many characters text may have.
 const LONGEST: usize = 100_000;
+/// No capital is higher, mm.
+const LARGEST: f64 = 10_000.0;
 /// As many characters are named that a font lacks.
 const NAMED: usize = 20;
 /// Finer is of no use to any arm, mm.
@@ -29,6 +31,13 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     if count > LONGEST {
         let message = format!("the text has {count} characters, limit {LONGEST}");
         return Err(Diagnostic::of_file(message));
+    }
+    let size = options.text.size;
+    if !(size > 0.0 && size <= LARGEST) {
+        let message = format!("a capital is {size} mm high, limit {LARGEST}");
+        return Err(
+            Diagnostic::of_file(message).remedy((Setting::Size, Given::Any("MM")), "sets it")
+        );
     }
     let font = options.text.font.load()?;
     let tolerance = options.tolerance.max(FINEST);

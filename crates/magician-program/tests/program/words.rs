@@ -279,6 +279,11 @@ fn strokes_of_characters_are_drawn_in_their_order() {
     assert!(refused("a.json", "{}").contains("no character"));
     assert!(refused("a.svg", "<svg/>").contains("neither TrueType"));
     assert!(refused("a.svg", "<svg><font></font></svg>").contains("no glyph"));
+    let far = r#"<svg><font><glyph unicode="二" d="M0 0C1e300 0 1 1 2 2"/></font></svg>"#;
+    assert!(refused("a.svg", far).contains("too far away"));
+    let flat = r#"<svg><font><glyph unicode="H" d="M0 0H1"/></font></svg>"#;
+    assert!(refused("a.svg", flat).contains("no height"));
+    assert!(refused("二.json", &medians.replace("900", "1e300")).contains("too far away"));
 }
 
 fn svg(body: &str, options: &ReadOptions) -> (Artwork, Vec<Diagnostic>) {

@@ -6,6 +6,8 @@ mod svg_font;
 
 use std::sync::Arc;
 
+use kurbo::BezPath;
+
 use super::Glyphs;
 use crate::{Diagnostic, packed};
 
@@ -34,7 +36,11 @@ pub(super) fn read(name: &str, bytes: &Arc<[u8]>) -> Result<Box<dyn Glyphs>, Dia
             "this is neither TrueType or OpenType, nor an SVG font, nor an order of strokes (KanjiVG, hanzi-writer)",
         )),
     };
-    font.map_err(of_this_file)
+    let font = font.map_err(of_this_file)?;
+    match font.cap_height().is_finite() && font.cap_height() > 0.0 {
+        true => Ok(font),
+        false => Err(of_this_file(Diagnostic::of_file("the font has no height"))),
+    }
 }
 
 enum Kind {
@@ -65,6 +71,29 @@ fn text(bytes: &[u8]) -> Result<&str, Diagnostic> {
     let text =
         std::str::from_utf8(bytes).map_err(|_| Diagnostic::of_file("the file is not UTF-8"))?;
     Ok(text.trim_start_matches('\u{FEFF}').trim_start())
+}
+
+/// Nothing of a glyph lies farther out than so many of its font's squares.
+const FARTHEST: f64 = 100.0;
+
+/// The lines of a glyph, if they are of numbers that can be drawn.
+fn path(path: &str, character: char, square: f64) -> Result<BezPath, Diagnostic> {
+    let path = BezPath::from_svg(path).map_err(|error| {
+        Diagnostic::of_file(format!("a path of '{character}' cannot be read: {error}"))
+    })?;
+    within(path, character, square)
+}
+
+fn within(path: BezPath, character: char, square: f64) -> Result<BezPath, Diagnostic> {
+    let bounds = path.control_box();
+    let sides = [bounds.x0, bounds.y0, bounds.x1, bounds.y1];
+    let is_near = |side: f64| side.is_finite() && side.abs() <= FARTHEST * square;
+    match path.elements().is_empty() || sides.into_iter().all(is_near) {
+        true => Ok(path),
+        false => Err(Diagnostic::of_file(format!(
+            "a line of '{character}' is too far away from it"
+        ))),
+    }
 }
 
 /// An XML file.

@@ -72,11 +72,8 @@ pub(super) fn kanjivg(text: &str) -> Result<StrokeOrder, Diagnostic> {
             continue;
         };
         let paths = node.descendants().filter_map(|node| node.attribute("d"));
-        let paths = paths.map(|path| Ok(to * BezPath::from_svg(path)?));
-        let paths: Result<Vec<_>, kurbo::SvgParseError> = paths.collect();
-        let paths = paths.map_err(|error| {
-            Diagnostic::of_file(format!("a stroke of '{character}' cannot be read: {error}"))
-        })?;
+        let paths = paths.map(|path| Ok(to * super::path(path, character, KANJIVG)?));
+        let paths: Vec<_> = paths.collect::<Result<_, Diagnostic>>()?;
         strokes.entry(character).or_insert(paths);
     }
     StrokeOrder::new(KANJIVG, strokes)
@@ -124,9 +121,9 @@ pub(super) fn medians(text: &str, name: &str) -> Result<StrokeOrder, Diagnostic>
                 path.move_to(first);
             }
             points.for_each(|point| path.line_to(point));
-            path
+            super::within(path, letter, HANZI)
         });
-        strokes.insert(letter, paths.collect());
+        strokes.insert(letter, paths.collect::<Result<_, Diagnostic>>()?);
     }
     StrokeOrder::new(HANZI, strokes)
 }

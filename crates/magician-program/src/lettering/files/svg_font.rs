@@ -11,6 +11,8 @@ use crate::lettering::{Glyph, Glyphs};
 
 /// Units of the em where the font does not say it (20.8.3).
 const USUAL_EM: f64 = 1000.0;
+/// No capital is lower, of its em.
+const LEAST_CAP: f64 = 0.01;
 /// How high a capital is where the font has no H and does not say it, of its em.
 const USUAL_CAP: f64 = 0.7;
 
@@ -41,11 +43,10 @@ pub(super) fn read(text: &str) -> Result<SvgFont, Diagnostic> {
         let (Some(character), None) = (characters.next(), characters.next()) else {
             continue;
         };
-        let path = BezPath::from_svg(node.attribute("d").unwrap_or_default());
-        let path = path.map_err(|error| {
-            Diagnostic::of_file(format!("the path of '{character}' cannot be read: {error}"))
-        })?;
-        let advance = number(&node, "horiz-adv-x").or(usual).unwrap_or(em / 2.0);
+        let path = super::path(node.attribute("d").unwrap_or_default(), character, em)?;
+        let advance = number(&node, "horiz-adv-x").or(usual);
+        let advance = advance.filter(|advance| advance.abs() <= super::FARTHEST * em);
+        let advance = advance.unwrap_or(em / 2.0);
         // The first one counts (20.4).
         glyphs.entry(character).or_insert(Entry { advance, path });
     }
@@ -62,7 +63,7 @@ pub(super) fn read(text: &str) -> Result<SvgFont, Diagnostic> {
     if let Some([_, most]) = of_h {
         font.cap_height = most[1];
     }
-    match font.cap_height.is_finite() && font.cap_height > 0.0 {
+    match font.cap_height > LEAST_CAP * em {
         true => Ok(font),
         false => Err(Diagnostic::of_file("the font has no height")),
     }
