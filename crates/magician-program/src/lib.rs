@@ -49,6 +49,7 @@ mod convert;
 mod curves;
 mod diagnostic;
 mod ending;
+pub mod fill;
 #[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
 mod font;
 pub mod formats;

@@ -1,0 +1,72 @@
+//! Rings from the edge inwards, joined where the next one is near.
+
+use super::region::Region;
+use crate::artwork::distance;
+
+/// Rings that are no farther apart than this many spacings are drawn as one line.
+const NEAR: f64 = 1.5;
+
+/// The rings of a region: its own edge, and others within it.
+pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
+    let mut lines: Vec<Vec<[f64; 2]>> = Vec::new();
+    let mut layer = region.clone();
+    // Each is narrower than the one before; there are no more, whatever becomes of rounding.
+    let most = (region.size() / spacing) as usize + 1;
+    for _ in 0..most {
+        for ring in layer.rings() {
+            add(&mut lines, ring, spacing);
+        }
+        let next = layer.offset(-spacing);
+        // The middle of what is too narrow for another ring.
+        let passed = next.offset(spacing * 1.02);
+        let middle = layer.without(&passed, spacing).offset(-spacing * 0.5);
+        for ring in middle.rings() {
+            add(&mut lines, ring, spacing);
+        }
+        layer = next;
+    }
+    lines
+}
+
+/// Behind the line that ends near it, else as a line of its own.
+fn add(lines: &mut Vec<Vec<[f64; 2]>>, ring: &[[f64; 2]], spacing: f64) {
+    let ends = lines.iter().enumerate().filter_map(|(which, line)| {
+        let (far, begun) = begun_near(ring, *line.last()?)?;
+        (far <= NEAR * spacing).then_some((which, far, begun))
+    });
+    let near = ends.min_by(|one, other| one.1.total_cmp(&other.1));
+    match near {
+        Some((which, _, begun)) => lines[which].extend(begun),
+        // From a sharp corner the next ring is far.
+        None => lines.extend(begun_near(ring, middle_of_longest(ring)).map(|(_, begun)| begun)),
+    }
+}
+
+/// A ring from its point that is nearest to this one, and how far that is.
+fn begun_near(ring: &[[f64; 2]], to: [f64; 2]) -> Option<(f64, Vec<[f64; 2]>)> {
+    let next = ring.iter().cycle().skip(1);
+    let edges = ring.iter().zip(next).enumerate();
+    let nearest = edges.map(|(which, (a, b))| {
+        let way = [b[0] - a[0], b[1] - a[1]];
+        let length = way[0] * way[0] + way[1] * way[1];
+        let share = ((to[0] - a[0]) * way[0] + (to[1] - a[1]) * way[1]) / length;
+        let share = share.clamp(0.0, 1.0);
+        let at = [0, 1].map(|side| a[side] + way[side] * share);
+        (distance(at, to), which, at)
+    });
+    let (far, which, at) = nearest.min_by(|one, other| one.0.total_cmp(&other.0))?;
+    let (before, behind) = ring.split_at_checked(which + 1)?;
+    let corners = behind.iter().chain(before);
+    let whole = [at].into_iter().chain(corners.copied()).chain([at]);
+    Some((far, whole.collect()))
+}
+
+fn middle_of_longest(ring: &[[f64; 2]]) -> [f64; 2] {
+    let next = ring.iter().cycle().skip(1);
+    let edges = ring.iter().zip(next);
+    let longest = edges
+        .max_by(|one, other| distance(*one.0, *one.1).total_cmp(&distance(*other.0, *other.1)));
+    longest.map_or([0.0; 2], |(a, b)| {
+        [0, 1].map(|side| f64::midpoint(a[side], b[side]))
+    })
+}

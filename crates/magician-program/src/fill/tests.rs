@@ -1,0 +1,281 @@
+//! How well shapes are covered, and how often the pen is lifted.
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::hatch::{LONGEST, graph};
+use super::region::Region;
+use super::{Area, Fill, FillMode, FillRule};
+use crate::artwork::distance;
+
+const SPACING: f64 = 0.8;
+
+fn area(rings: &[&[[f64; 2]]], rule: FillRule) -> Area {
+    Area {
+        rings: rings.iter().map(|ring| ring.to_vec()).collect(),
+        rule,
+    }
+}
+
+fn polygon(corners: usize, radius: f64, step: usize) -> Vec<[f64; 2]> {
+    let angle = |nth: usize| (nth * step) as f64 * std::f64::consts::TAU / corners as f64 + 0.3;
+    let corner = |nth| {
+        let (sin, cos) = libm::sincos(angle(nth));
+        [radius * cos, radius * sin]
+    };
+    (0..corners).map(corner).collect()
+}
+
+fn shapes() -> Vec<(&'static str, Area)> {
+    let square = [[0.0, 0.0], [40.0, 0.0], [40.0, 40.0], [0.0, 40.0]];
+    let hole = [[10.0, 12.0], [10.0, 30.0], [25.0, 28.0], [28.0, 10.0]];
+    let island = [[14.0, 16.0], [20.0, 16.0], [20.0, 22.0], [14.0, 22.0]];
+    let letter = [
+        [0.0, 0.0],
+        [30.0, 0.0],
+        [30.0, 8.0],
+        [8.0, 8.0],
+        [8.0, 16.0],
+        [24.0, 16.0],
+        [24.0, 24.0],
+        [8.0, 24.0],
+        [8.0, 32.0],
+        [30.0, 32.0],
+        [30.0, 40.0],
+        [0.0, 40.0],
+    ];
+    let comb: Vec<[f64; 2]> = { 0..6 }
+        .flat_map(|tooth| {
+            let x = f64::from(tooth) * 16.0;
+            [[x, 8.0], [x, 40.0], [x + 10.0, 40.0], [x + 10.0, 8.0]]
+        })
+        .chain([[90.0, 0.0], [0.0, 0.0]])
+        .collect();
+    let star = polygon(5, 50.0, 2);
+    let bow = [[0.0, 0.0], [40.0, 30.0], [40.0, 0.0], [0.0, 30.0]];
+    vec![
+        ("square", area(&[&square], FillRule::NonZero)),
+        ("circle", area(&[&polygon(90, 20.0, 1)], FillRule::NonZero)),
+        ("hole", area(&[&square, &hole], FillRule::EvenOdd)),
+        (
+            "island",
+            area(&[&square, &hole, &island], FillRule::EvenOdd),
+        ),
+        ("letter", area(&[&letter], FillRule::NonZero)),
+        ("comb", area(&[&comb], FillRule::NonZero)),
+        ("star", area(&[&star], FillRule::NonZero)),
+        ("hollow star", area(&[&star], FillRule::EvenOdd)),
+        ("bow", area(&[&bow], FillRule::NonZero)),
+    ]
+}
+
+fn fill(mode: FillMode, angle: f64) -> Fill {
+    Fill {
+        mode,
+        spacing: SPACING,
+        angle,
+        inset: SPACING / 2.0,
+    }
+}
+
+/// Of the shape's area the share that is bare, and of what is marked the share beside it, on a fine raster.
+fn coverage(area: &Area, lines: &[Vec<[f64; 2]>], pen: f64) -> (f64, f64) {
+    const CELL: f64 = 0.16;
+    let region = Region::of(area);
+    let [x, y] = [0, 1].map(|side| region.extent(|point| point[side]));
+    let (columns, rows) = (
+        ((x.1 - x.0) / CELL) as usize + 20,
+        ((y.1 - y.0) / CELL) as usize + 20,
+    );
+    let centre = |column: usize, row: usize| {
+        [
+            x.0 + (column as f64 - 9.5) * CELL,
+            y.0 + (row as f64 - 9.5) * CELL,
+        ]
+    };
+    let mut marked = vec![false; columns * rows];
+    for line in lines {
+        for pair in line.windows(2) {
+            let steps = (distance(pair[0], pair[1]) / (CELL / 2.0)).ceil().max(1.0) as usize;
+            for step in 0..=steps {
+                let share = step as f64 / steps as f64;
+                let at = [0, 1].map(|side| pair[0][side] + (pair[1][side] - pair[0][side]) * share);
+                let index = |from: f64, value: f64| ((value - from) / CELL + 9.5).max(0.0) as usize;
+                let (column, row) = (index(x.0, at[0]), index(y.0, at[1]));
+                let reach = (pen / 2.0 / CELL) as usize + 1;
+                for row in row.saturating_sub(reach)..(row + reach + 1).min(rows) {
+                    for column in column.saturating_sub(reach)..(column + reach + 1).min(columns) {
+                        if distance(centre(column, row), at) <= pen / 2.0 {
+                            marked[row * columns + column] = true;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    let (mut shape, mut bare, mut beside, mut all) = (0, 0, 0, 0);
+    for row in 0..rows {
+        for column in 0..columns {
+            let inside = is_inside(&region, centre(column, row));
+            let marked = marked[row * columns + column];
+            shape += usize::from(inside);
+            bare += usize::from(inside && !marked);
+            beside += usize::from(marked && !inside);
+            all += usize::from(marked);
+        }
+    }
+    (
+        bare as f64 / shape as f64,
+        beside as f64 / all.max(1) as f64,
+    )
+}
+
+fn is_inside(region: &Region, [x, y]: [f64; 2]) -> bool {
+    let crosses = |ring: &Vec<[f64; 2]>| {
+        let next = ring.iter().cycle().skip(1);
+        { ring.iter().zip(next) }
+            .filter(|(a, b)| {
+                (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]
+            })
+            .count()
+    };
+    region.rings().map(crosses).sum::<usize>() % 2 == 1
+}
+
+#[test]
+fn hatches_cover_shapes_and_nothing_beside_them() {
+    for (name, area) in shapes() {
+        for angle in [0.0, 45.0, 110.0] {
+            let lines = fill(FillMode::Hatch, angle).lines(&area);
+            let (bare, beside) = coverage(&area, &lines, SPACING);
+            assert!(
+                bare < 0.03 && beside < 0.005,
+                "{name} at {angle}: {bare} {beside}"
+            );
+        }
+    }
+}
+
+#[test]
+fn rings_cover_shapes_and_nothing_beside_them() {
+    for (name, area) in shapes() {
+        let lines = fill(FillMode::Contour, 0.0).lines(&area);
+        let (bare, beside) = coverage(&area, &lines, SPACING);
+        assert!(bare < 0.03 && beside < 0.005, "{name}: {bare} {beside}");
+    }
+}
+
+#[test]
+fn the_pen_is_lifted_at_most_a_third_more_often_than_it_must_be() {
+    let (mut lifts, mut least) = (0, 0);
+    for (name, area) in shapes() {
+        for angle in [0.0, 45.0, 110.0] {
+            for part in Region::of(&area).offset(-2.0).parts() {
+                let graph = graph(&part, 6.0, angle);
+                let Some(fewest) = graph.fewest(LONGEST * 6.0) else {
+                    continue;
+                };
+                let found = graph.paths(LONGEST * 6.0, f64::INFINITY).len();
+                assert!(found >= fewest, "{name}: {found} {fewest}");
+                lifts += found;
+                least += fewest;
+            }
+        }
+    }
+    assert!(lifts as f64 <= 1.3 * least as f64, "{lifts} of {least}");
+    println!("{lifts} of {least}");
+}
+
+#[test]
+fn a_simple_shape_is_hatched_without_lifting_the_pen() {
+    for (name, area) in shapes() {
+        if ["square", "circle"].contains(&name) {
+            for angle in [0.0, 20.0, 45.0, 90.0] {
+                let lines = fill(FillMode::Hatch, angle).lines(&area);
+                assert_eq!(lines.len(), 1, "{name} at {angle}");
+            }
+            assert_eq!(fill(FillMode::Contour, 0.0).lines(&area).len(), 1, "{name}");
+            assert_eq!(fill(FillMode::Cross, 0.0).lines(&area).len(), 2, "{name}");
+        }
+    }
+}
+
+#[test]
+fn what_is_narrower_than_the_pen_gets_a_line() {
+    let strip = [[0.0, 0.0], [30.0, 0.0], [30.0, 0.5], [0.0, 0.5]];
+    let strip = area(&[&strip], FillRule::NonZero);
+    for (mode, angle) in [
+        (FillMode::Hatch, 0.0),
+        (FillMode::Hatch, 45.0),
+        (FillMode::Contour, 0.0),
+    ] {
+        let lines = fill(mode, angle).lines(&strip);
+        let (bare, _) = coverage(&strip, &lines, SPACING);
+        assert!(bare < 0.03, "{mode:?} at {angle}: {bare}");
+    }
+    let hair = [[0.0, 0.0], [30.0, 0.0], [30.0, 0.05], [0.0, 0.05]];
+    assert!(
+        fill(FillMode::Hatch, 0.0)
+            .lines(&area(&[&hair], FillRule::NonZero))
+            .is_empty()
+    );
+}
+
+#[test]
+fn numbers_that_mean_nothing_fill_nothing() {
+    let (_, square) = shapes().remove(0);
+    for spacing in [0.0, -1.0, 1e-9, f64::NAN, f64::INFINITY] {
+        let fill = Fill {
+            spacing,
+            ..fill(FillMode::Hatch, 0.0)
+        };
+        assert!(fill.lines(&square).is_empty(), "{spacing}");
+    }
+    let negative = Fill {
+        inset: -1.0,
+        ..fill(FillMode::Hatch, 0.0)
+    };
+    assert!(negative.lines(&square).is_empty());
+    for rings in [
+        vec![],
+        vec![vec![]],
+        vec![vec![[1.0, 1.0]]],
+        vec![vec![[f64::NAN, 0.0], [1.0, 0.0], [0.0, 1.0]]],
+    ] {
+        let area = Area {
+            rings,
+            ..Area::default()
+        };
+        for mode in [FillMode::Hatch, FillMode::Contour] {
+            assert!(fill(mode, 30.0).lines(&area).is_empty());
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
+
+    #[test]
+    fn lines_stay_within_any_tangle(
+        rings in vec(vec([-40.0..40.0f64, -40.0..40.0], 0..12), 0..4),
+        even_odd: bool,
+        angle in -200.0..200.0f64,
+        spacing in 0.3..9.0f64,
+        mode in 0..3usize,
+    ) {
+        let rule = if even_odd { FillRule::EvenOdd } else { FillRule::NonZero };
+        let area = Area { rings, rule };
+        let mode = [FillMode::Hatch, FillMode::Cross, FillMode::Contour][mode];
+        let fill = Fill { mode, spacing, angle, inset: spacing / 2.0 };
+        let region = Region::of(&area).offset(0.01);
+        for line in fill.lines(&area) {
+            prop_assert!(line.len() > 1);
+            for pair in line.windows(2) {
+                let middle = [0, 1].map(|side| f64::midpoint(pair[0][side], pair[1][side]));
+                for point in [pair[0], middle] {
+                    prop_assert!(is_inside(&region, point), "{point:?}");
+                }
+            }
+        }
+    }
+}
