@@ -72,7 +72,7 @@ mod setup;
 mod simplify;
 mod surface;
 
-pub use artwork::{Artwork, Stroke, WouldFit};
+pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
 pub use calibrate::{Tip, rounded_height};
 pub use check::{RefusedStep, Report, check, would_do_at, would_fit, would_fit_turned};
 pub use convert::{Conversion, ConversionError};

@@ -5,6 +5,7 @@ use magician_host::{Action, Given, Set, Setting};
 use magician_motion::{ArmModel, Fence, ToolBias};
 
 use crate::artwork::{FitFailure, Layout, Marking, Order, Sheet, Tidy, rotated};
+use crate::fill::Filling;
 use crate::raster::{Engrave, Grid, Size, Trace};
 use crate::{
     Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Power, Raster, Reach,
@@ -47,6 +48,8 @@ pub struct Setup {
     pub speed: Option<f32>,
     /// Speed of the laser on drawings and images by default, mm/s.
     pub laser_speed: Option<f64>,
+    /// How filled shapes are filled.
+    pub filling: Filling,
     /// The full power that was asked for, whatever burns.
     pub power: Option<Power>,
     /// Full power, by default.
@@ -144,6 +147,7 @@ impl Default for Setup {
             size: Size::Natural,
             speed: None,
             laser_speed: None,
+            filling: Filling::default(),
             power: None,
             default_power: None,
             fence: None,
@@ -173,7 +177,7 @@ impl Setup {
                 self.laid(plan.clone(), &mut notes)?
             }
             Content::Plan(plan) => self.taught(format, plan.clone(), &mut notes)?,
-            Content::Artwork(artwork) => self.drawn(artwork)?,
+            Content::Artwork(artwork) => self.drawn(artwork, &mut notes)?,
             Content::Image(image) => match &self.work {
                 Work::Engrave(engrave) => self.engraved(image, engrave.clone())?,
                 _ => self.engraved(image, Engrave::default())?,
@@ -221,10 +225,11 @@ impl Setup {
                 "draws it as often as it is there",
             ));
         }
-        let order = match self.order && !artwork.in_order {
-            true => Order::default(),
-            false => Order::OF_FILE,
-        };
+        // What is filled has its lines when it is known how large it is.
+        if !artwork.areas.is_empty() {
+            return Ok((Content::Artwork(artwork), notes));
+        }
+        let order = self.order_of(&artwork);
         let saving = artwork.put_in_order(&order);
         let reordered = (saving.before_mm - saving.after_mm >= 1.0).then(|| {
             let (before, after) = (saving.before_mm, saving.after_mm);
@@ -237,6 +242,13 @@ impl Setup {
         });
         notes.extend(reordered);
         Ok((Content::Artwork(artwork), notes))
+    }
+
+    fn order_of(&self, artwork: &Artwork) -> Order {
+        match self.order && !artwork.in_order {
+            true => Order::default(),
+            false => Order::OF_FILE,
+        }
     }
 
     /// A plan that is in the arm's coordinates already.
@@ -340,9 +352,23 @@ impl Setup {
     }
 
     /// Lines on a sheet.
-    fn drawn(&self, artwork: &Artwork) -> Result<Laid, Diagnostic> {
+    fn drawn(&self, artwork: &Artwork, notes: &mut Vec<Diagnostic>) -> Result<Laid, Diagnostic> {
         let marking = self.marking();
-        let (placed, misfit) = artwork.laid(&self.layout()?, &marking)?;
+        let (mut placed, misfit) = artwork.laid(&self.layout()?, &marking)?;
+        if !artwork.areas.is_empty() {
+            let fill = self.filling.fill(matches!(self.work, Work::Engrave(_)));
+            let bare = placed.artwork.fill(&fill);
+            notes.extend(too_small(bare, fill.spacing));
+            if placed.artwork.strokes.is_empty() {
+                return Err(
+                    Diagnostic::of_file("its shapes are too small to be filled").remedy(
+                        (Setting::FillSpacing, Given::Any("MM")),
+                        "draws finer lines",
+                    ),
+                );
+            }
+            placed.artwork.put_in_order(&self.order_of(artwork));
+        }
         let plan = placed.plan(&marking);
         Ok(Laid {
             plan: self.pushed(plan)?,
@@ -570,6 +596,17 @@ fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>
     let half = rotated(taken.map(|side| side / 2.0), sheet.rotation);
     let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
     Ok(Some((at, turn)))
+}
+
+/// That some shapes have no lines.
+fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
+    let what = match shapes {
+        0 => return None,
+        1 => "1 shape is".to_owned(),
+        shapes => format!("{shapes} shapes are"),
+    };
+    let message = format!("{what} too small to be filled with lines {spacing} mm apart: left out");
+    Some(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
 }
 
 /// Paths that are to be drawn faster than the arm goes.

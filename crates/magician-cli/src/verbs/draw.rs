@@ -5,7 +5,7 @@ use magician_program::WorkOption;
 
 use super::job::Job;
 use super::job::options::{
-    File, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
+    File, FillFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -28,6 +28,8 @@ pub(crate) struct Draw {
     #[command(flatten)]
     pen: Pen,
     #[command(flatten)]
+    fill: FillFlags,
+    #[command(flatten)]
     text: TextFlags,
     #[command(flatten)]
     tidy: TidyFlags,
@@ -47,6 +49,7 @@ impl Draw {
         let draw = WorkOption::Draw;
         let mut job = Job::new(draw, self.file, self.look, &self.place, self.way);
         self.pen.say(&mut job.options);
+        self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);
         job

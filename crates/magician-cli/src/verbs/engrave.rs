@@ -5,7 +5,8 @@ use magician_program::{ModeOption, SetupOptions, WorkOption};
 
 use super::job::Job;
 use super::job::options::{
-    File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags, positive,
+    File, FillFlags, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
+    positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -31,6 +32,8 @@ pub(crate) struct Verb {
     beam: LaserFlags,
     #[command(flatten)]
     laser: Laser,
+    #[command(flatten)]
+    fill: FillFlags,
     #[command(flatten)]
     text: TextFlags,
     #[command(flatten)]
@@ -113,6 +116,7 @@ impl Verb {
         let mut job = Job::new(engrave, self.file, self.look, &self.place, self.way);
         self.beam.say(&mut job.options);
         self.laser.say(&mut job.options);
+        self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);
         job

@@ -13,6 +13,7 @@ pub use place::{Layout, PlacedArtwork, Sheet, WouldFit};
 pub use tidy::{Tidied, Tidy};
 
 use crate::Origin;
+use crate::fill::{Area, Fill};
 
 /// Lines on a sheet. Coordinates are those of the sheet, mm: x to the right, y up, from its lower left corner.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,6 +24,8 @@ pub struct Artwork {
     pub page: Option<[f64; 2]>,
     /// The lines, in the order of the file.
     pub strokes: Vec<Stroke>,
+    /// What is filled, in the order in which it is painted; only where it was [asked for](crate::Fills::Areas).
+    pub areas: Vec<FilledArea>,
     /// Names that origins refer to.
     pub names: Vec<String>,
     /// Whether the lines are drawn in this order, because it has a meaning: that of the strokes of a character.
@@ -34,6 +37,15 @@ pub struct Artwork {
 pub struct Stroke {
     /// Its corners; a closed one ends where it begins, with the same point.
     pub points: Vec<[f64; 2]>,
+    /// Where it came from.
+    pub origin: Origin,
+}
+
+/// A filled shape of a drawing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FilledArea {
+    /// Its shape.
+    pub area: Area,
     /// Where it came from.
     pub origin: Origin,
 }
@@ -54,10 +66,32 @@ impl Stroke {
 }
 
 impl Artwork {
-    /// The least and the greatest corner of its lines.
+    /// Its areas as the lines that fill them, drawn before all others; how many of them are too small for any line.
+    pub(crate) fn fill(&mut self, fill: &Fill) -> usize {
+        let mut bare = 0;
+        let mut strokes = Vec::new();
+        for FilledArea { area, origin } in std::mem::take(&mut self.areas) {
+            let lines = fill.lines(&area).into_iter();
+            let before = strokes.len();
+            strokes.extend(lines.map(|points| Stroke { points, origin }));
+            bare += usize::from(strokes.len() == before);
+        }
+        strokes.append(&mut self.strokes);
+        self.strokes = strokes;
+        bare
+    }
+
+    /// The points of its lines, and of the edges of its areas.
+    fn points(&self) -> impl Iterator<Item = &[f64; 2]> {
+        let edges = self.areas.iter().flat_map(|filled| &filled.area.rings);
+        let lines = self.strokes.iter().map(|stroke| &stroke.points);
+        lines.chain(edges).flatten()
+    }
+
+    /// The least and the greatest corner of its lines and areas.
     #[must_use]
     pub fn bounds(&self) -> Option<[[f64; 2]; 2]> {
-        let mut points = self.strokes.iter().flat_map(|stroke| &stroke.points);
+        let mut points = self.points();
         let first = *points.next()?;
         Some(points.fold([first, first], |[least, most], [x, y]| {
             [

@@ -3,7 +3,8 @@
 use magician_host::{Given, Setting};
 use serde::{Deserialize, Serialize};
 
-use super::{Artwork, Marking, Stroke};
+use super::{Artwork, FilledArea, Marking, Stroke};
+use crate::fill::Area;
 use crate::reach::{bisect, hull};
 use crate::{Diagnostic, Fit, Origin, Reach, SheetTransform, Surface};
 
@@ -190,7 +191,7 @@ struct Placer<'a> {
     artwork: &'a Artwork,
     layout: &'a Layout,
     reach: &'a Reach,
-    /// Mirrored and turned in true size, the middle of its lines at the origin.
+    /// Its lines, then the edges of its areas, mirrored and turned in true size, their middle at the origin.
     turned: Vec<Vec<[f64; 2]>>,
     /// The corners of their outside.
     hull: Vec<[f64; 2]>,
@@ -214,7 +215,9 @@ impl<'a> Placer<'a> {
             rotated([if layout.mirror { -x } else { x }, y], layout.rotate)
         };
         let sheet = layout.sheet.map_or(0.0, |sheet| sheet.rotation);
-        let lines = artwork.strokes.iter().map(|stroke| &stroke.points);
+        let edges = artwork.areas.iter().flat_map(|filled| &filled.area.rings);
+        let lines = { artwork.strokes.iter() }.map(|stroke| &stroke.points);
+        let lines = lines.chain(edges);
         let turned: Vec<Vec<_>> = lines
             .map(|points| points.iter().map(|point| own(*point)).collect())
             .collect();
@@ -321,16 +324,29 @@ impl<'a> Placer<'a> {
 
     fn put(&self, scale: f64, at: [f64; 2]) -> PlacedArtwork {
         let put = |point: &[f64; 2]| [0, 1].map(|axis| at[axis] + scale * point[axis]);
-        let lines = self.turned.iter().zip(&self.artwork.strokes);
-        let strokes = lines.map(|(points, stroke)| Stroke {
-            points: points.iter().map(put).collect(),
+        let put = |points: &Vec<[f64; 2]>| points.iter().map(put).collect();
+        let mut lines = self.turned.iter();
+        let strokes = self.artwork.strokes.iter().zip(lines.by_ref());
+        let strokes = strokes.map(|(stroke, points)| Stroke {
+            points: put(points),
             origin: stroke.origin,
+        });
+        let strokes: Vec<_> = strokes.collect();
+        let areas = self.artwork.areas.iter().map(|filled| FilledArea {
+            area: Area {
+                rings: { filled.area.rings.iter().zip(lines.by_ref()) }
+                    .map(|(_, points)| put(points))
+                    .collect(),
+                ..filled.area
+            },
+            origin: filled.origin,
         });
         PlacedArtwork {
             artwork: Artwork {
                 title: self.artwork.title.clone(),
                 page: None,
-                strokes: strokes.collect(),
+                areas: areas.collect(),
+                strokes,
                 names: self.artwork.names.clone(),
                 in_order: self.artwork.in_order,
             },

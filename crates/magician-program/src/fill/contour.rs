@@ -12,11 +12,15 @@ pub(super) fn lines(region: &Region, spacing: f64) -> Vec<Vec<[f64; 2]>> {
     let mut layer = region.clone();
     // Each is narrower than the one before; there are no more, whatever becomes of rounding.
     let most = (region.size() / spacing) as usize + 1;
-    for _ in 0..most {
+    for nth in 1..=most {
+        if layer.is_empty() {
+            break;
+        }
         for ring in layer.rings() {
             add(&mut lines, ring, spacing);
         }
-        let next = layer.offset(-spacing);
+        // From the edge itself: rounding does not add up.
+        let next = region.offset(-spacing * nth as f64);
         // The middle of what is too narrow for another ring.
         let passed = next.offset(spacing * 1.02);
         let middle = layer.without(&passed, spacing).offset(-spacing * 0.5);

@@ -17,21 +17,85 @@ mod region;
 #[cfg(test)]
 mod tests;
 
-use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
 
-use region::Region;
+pub(crate) use region::Region;
 
 /// How an area is filled.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum FillMode {
+    /// It is not.
+    #[default]
+    None,
     /// Parallel lines.
     Hatch,
     /// Parallel lines, and others across them.
     Cross,
     /// Rings from the edge inwards.
     Contour,
+}
+
+impl FromStr for FillMode {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "none" => Ok(Self::None),
+            "hatch" => Ok(Self::Hatch),
+            "cross" => Ok(Self::Cross),
+            "contour" => Ok(Self::Contour),
+            other => Err(format!(
+                "fill is 'none', 'hatch', 'cross' or 'contour', not '{other}'"
+            )),
+        }
+    }
+}
+
+impl fmt::Display for FillMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::None => "none",
+            Self::Hatch => "hatch",
+            Self::Cross => "cross",
+            Self::Contour => "contour",
+        })
+    }
+}
+
+/// How the shapes of a drawing are filled, as far as that was said. Lengths are mm on the surface, however the drawing is scaled.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Filling {
+    /// With which lines.
+    pub mode: FillMode,
+    /// Distance of the lines; 0.8 with a pen and 0.2 with a laser unless given.
+    pub spacing: Option<f64>,
+    /// Direction of the lines, degrees counter-clockwise from x; 45 unless given.
+    pub angle: Option<f64>,
+    /// Distance from the edge; half the distance of the lines unless given.
+    pub inset: Option<f64>,
+}
+
+impl Filling {
+    /// The widths of a pen's line and of a laser's.
+    const PEN: f64 = 0.8;
+    const BEAM: f64 = 0.2;
+    const ANGLE: f64 = 45.0;
+
+    /// With what was not said as it is for a pen, or for a laser.
+    #[must_use]
+    pub fn fill(&self, burns: bool) -> Fill {
+        let usual = if burns { Self::BEAM } else { Self::PEN };
+        let spacing = self.spacing.unwrap_or(usual);
+        Fill {
+            mode: self.mode,
+            spacing,
+            angle: self.angle.unwrap_or(Self::ANGLE),
+            inset: self.inset.unwrap_or(spacing / 2.0),
+        }
+    }
 }
 
 /// Which side of its rings is inside (SVG 2, section 13.4.2).
@@ -53,6 +117,19 @@ pub struct Area {
     pub rings: Vec<Vec<[f64; 2]>>,
     /// Which side of them is inside.
     pub rule: FillRule,
+}
+
+impl Area {
+    /// What of it is within a rectangle, from its least to its greatest corner.
+    #[must_use]
+    pub fn within(&self, [least, most]: [[f64; 2]; 2]) -> Self {
+        let corners = [least, [most[0], least[1]], most, [least[0], most[1]]];
+        let window = Self {
+            rings: vec![corners.to_vec()],
+            rule: FillRule::NonZero,
+        };
+        Region::of(self).common(&Region::of(&window)).area()
+    }
 }
 
 /// How an area is filled. Lengths are mm.
@@ -90,6 +167,7 @@ impl Fill {
             return Vec::new();
         }
         match self.mode {
+            FillMode::None => Vec::new(),
             FillMode::Hatch => self.hatched(&region, self.angle),
             FillMode::Cross => {
                 let mut lines = self.hatched(&region, self.angle);

@@ -14,10 +14,10 @@ const SHARPEST: f64 = 0.5;
 
 /// Shapes: of each first its outline, counter-clockwise, then its holes.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Region(Vec<Vec<Vec<[f64; 2]>>>);
+pub(crate) struct Region(Vec<Vec<Vec<[f64; 2]>>>);
 
 impl Region {
-    pub(super) fn of(area: &Area) -> Self {
+    pub(crate) fn of(area: &Area) -> Self {
         let finite = |ring: &&Vec<[f64; 2]>| ring.iter().flatten().all(|side| side.is_finite());
         let rings: Vec<_> = area.rings.iter().filter(finite).cloned().collect();
         let rule = match area.rule {
@@ -27,7 +27,7 @@ impl Region {
         Self(rings.simplify_shape_as::<i64>(rule))
     }
 
-    pub(super) fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
@@ -39,6 +39,12 @@ impl Region {
     /// All outlines and holes.
     pub(super) fn rings(&self) -> impl Iterator<Item = &Vec<[f64; 2]>> {
         self.0.iter().flatten()
+    }
+
+    /// Its least and its greatest corner; none if it is empty.
+    pub(crate) fn bounds(&self) -> Option<[[f64; 2]; 2]> {
+        let [x, y] = [0, 1].map(|side: usize| self.extent(|point| point[side]));
+        (!self.is_empty()).then_some([[x.0, y.0], [x.1, y.1]])
     }
 
     /// The larger of its width and height.
@@ -67,6 +73,35 @@ impl Region {
         Self(self.0.outline_as::<i64>(&style))
     }
 
+    pub(crate) fn area(self) -> Area {
+        Area {
+            rings: self.0.into_iter().flatten().collect(),
+            rule: FillRule::NonZero,
+        }
+    }
+
+    /// What is in both.
+    pub(crate) fn common(&self, other: &Self) -> Self {
+        self.overlaid(other, OverlayRule::Intersect)
+    }
+
+    /// What is in any of both.
+    pub(crate) fn joined(&self, other: &Self) -> Self {
+        self.overlaid(other, OverlayRule::Union)
+    }
+
+    /// What is in this one alone.
+    pub(crate) fn except(&self, other: &Self) -> Self {
+        self.overlaid(other, OverlayRule::Difference)
+    }
+
+    fn overlaid(&self, other: &Self, rule: OverlayRule) -> Self {
+        Self(
+            self.0
+                .overlay_as::<i64>(&other.0, rule, OverlayFillRule::NonZero),
+        )
+    }
+
     /// Without another one; of what is left only what is worth a line that wide.
     pub(super) fn without(&self, other: &Self, width: f64) -> Self {
         let mut rest =
@@ -74,13 +109,13 @@ impl Region {
                 .overlay_as::<i64>(&other.0, OverlayRule::Difference, OverlayFillRule::NonZero);
         rest.retain(|shape| {
             let shape = Self(vec![shape.clone()]);
-            shape.size() > width && shape.area() > width * width / 4.0
+            shape.size() > width && shape.size_of() > width * width / 4.0
         });
         Self(rest)
     }
 
     /// How large it is, mm2.
-    pub(super) fn area(&self) -> f64 {
+    pub(super) fn size_of(&self) -> f64 {
         self.rings().map(|ring| ring_area(ring)).sum()
     }
 }

@@ -161,7 +161,7 @@ fn rings_cover_shapes_and_nothing_beside_them() {
     for (name, area) in shapes() {
         let lines = fill(FillMode::Contour, 0.0).lines(&area);
         let (bare, beside) = coverage(&area, &lines, SPACING);
-        assert!(bare < 0.03 && beside < 0.005, "{name}: {bare} {beside}");
+        assert!(bare < 0.03 && beside < 0.01, "{name}: {bare} {beside}");
     }
 }
 

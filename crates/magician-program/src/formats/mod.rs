@@ -100,6 +100,8 @@ pub enum Fills {
     Outline,
     /// They are left out.
     Ignore,
+    /// What is filled is kept as [areas](Artwork::areas), also where there is a line around it.
+    Areas,
 }
 
 /// How the letters of texts in a drawing are drawn.
@@ -251,6 +253,10 @@ impl Parsed {
             [width + ON_THE_EDGE, height + ON_THE_EDGE],
         ];
         let mut cut = 0;
+        for filled in &mut artwork.areas {
+            filled.area = filled.area.within(window);
+        }
+        artwork.areas.retain(|filled| !filled.area.rings.is_empty());
         let strokes = std::mem::take(&mut artwork.strokes);
         for stroke in strokes {
             let pieces = stroke.within(window);

@@ -5,6 +5,7 @@ use std::fmt;
 use serde_json::{Map, Value};
 
 use super::{SetupOptions, WorkOption};
+use crate::fill::{FillMode, LEAST_SPACING};
 
 /// Why an option is not taken.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -115,7 +116,8 @@ impl SetupOptions {
                 return Err(OptionError::new(key, message));
             }
         }
-        let finite: [(&str, &[f64]); 7] = [
+        let finite: [(&str, &[f64]); 8] = [
+            ("fill_angle", self.fill_angle.as_slice()),
             ("surface", self.surface.as_slice()),
             ("pen_z", self.pen_z.as_slice()),
             ("rotate", self.rotate.as_slice()),
@@ -135,6 +137,18 @@ impl SetupOptions {
         {
             let message = format!("speed_ratio is 1 to 100 percent, not {ratio}");
             return Err(OptionError::new("speed_ratio", message));
+        }
+        let fine = |spacing: &f64| !(spacing.is_finite() && *spacing >= LEAST_SPACING);
+        if let Some(spacing) = self.fill_spacing.filter(fine) {
+            let message = format!("fill_spacing is {LEAST_SPACING} mm or more, not {spacing}");
+            return Err(OptionError::new("fill_spacing", message));
+        }
+        if let Some(inset) = self
+            .fill_inset
+            .filter(|inset| !(inset.is_finite() && *inset >= 0.0))
+        {
+            let message = format!("fill_inset is a number from 0 on, not {inset}");
+            return Err(OptionError::new("fill_inset", message));
         }
         if self.threshold == Some(0) {
             let message = "threshold is a grey from 1 to 255, not 0";
@@ -167,6 +181,19 @@ impl SetupOptions {
                 let message = format!("{key} and {other} contradict each other");
                 return Err(OptionError::new(key, message));
             }
+        }
+        let filling = [
+            ("fill_spacing", self.fill_spacing),
+            ("fill_angle", self.fill_angle),
+            ("fill_inset", self.fill_inset),
+        ];
+        let unfilled = matches!(self.fill, None | Some(FillMode::None));
+        if let Some((key, _)) = filling
+            .iter()
+            .find(|(_, value)| unfilled && value.is_some())
+        {
+            let message = format!("{key} needs fill: hatch, cross or contour");
+            return Err(OptionError::new(key, message));
         }
         if self.turn == Some(false) && !self.fit {
             return Err(OptionError::new("turn", "turn counts with fit alone"));
@@ -338,6 +365,9 @@ mod tests {
             (json!({"wrap": -1}), "wrap"),
             (json!({"align": "middle"}), "align"),
             (json!({"line_height": 0}), "line_height"),
+            (json!({"fill": "solid"}), "fill"),
+            (json!({"fill_spacing": 0}), "fill_spacing"),
+            (json!({"fill_inset": -1}), "fill_inset"),
             (json!({"raw": true, "at": [1, 2]}), "raw"),
             (json!({"turn": false}), "turn"),
             (json!({"stay": true, "park": [1, 2, 3]}), "stay"),
@@ -356,7 +386,7 @@ mod tests {
             "work": "engrave", "tool": [10, 0, -5.5], "power": "5..80", "white": "draw",
             "dialect": "servo", "grid": "2x3:40x30", "move": [1, 2, 3], "order": false,
             "mode": "threshold", "threshold": 100, "fit": true, "turn": false,
-            "font": "script", "size": 12.5, "align": "center", "strict_text": true,
+            "font": "script", "size": 12.5, "align": "center", "strict_text": true, "fill": "hatch", "fill_angle": -30.0,
         });
         let options = read(fields.clone()).unwrap();
         let Ok(Value::Object(mut written)) = serde_json::to_value(&options) else {

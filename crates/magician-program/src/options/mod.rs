@@ -15,12 +15,13 @@ pub use grid::Grid;
 pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
 
 use crate::artwork::{Marking, Sheet, Tidy};
+use crate::fill::{FillMode, Filling};
 use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Engrave, Size, Tone, Trace};
 use crate::{
-    Action, Ending, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, TextLines, Tool,
-    White, Work,
+    Action, Ending, Fills, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, TextLines,
+    Tool, White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -177,6 +178,15 @@ pub struct SetupOptions {
     /// How the letters of texts in drawings are drawn.
     #[serde(with = "fields::text")]
     pub text: Option<TextLines>,
+    /// How filled shapes are filled.
+    #[serde(with = "fields::text")]
+    pub fill: Option<FillMode>,
+    /// Distance of the lines that fill a shape.
+    pub fill_spacing: Option<f64>,
+    /// Direction of the lines that fill a shape, counter-clockwise from x.
+    pub fill_angle: Option<f64>,
+    /// Distance of the lines that fill a shape from its edge.
+    pub fill_inset: Option<f64>,
     /// Text is refused of which the font lacks a character.
     pub strict_text: bool,
 }
@@ -257,6 +267,7 @@ impl SetupOptions {
             size: self.size(),
             speed: self.speed.map(|speed| speed as f32),
             laser_speed: defaults.engrave_speed,
+            filling: self.filling(),
             power: self.power,
             default_power: defaults.engrave_power,
             fence: None,
@@ -270,6 +281,9 @@ impl SetupOptions {
         options.tolerance = self.tolerance.unwrap_or(options.tolerance);
         options.white = self.white.unwrap_or_default();
         options.clip_page = self.clip_page;
+        if self.filling().mode != FillMode::None {
+            options.fills = Fills::Areas;
+        }
         options.resample = self.resample;
         options.text = self.text_options();
         options.text_lines = self.text.unwrap_or_default();
@@ -288,6 +302,16 @@ impl SetupOptions {
         tidy.dedupe = self.dedupe.unwrap_or(tidy.dedupe);
         tidy.simplify = self.simplify.unwrap_or(tidy.simplify);
         tidy
+    }
+
+    /// How shapes are filled.
+    fn filling(&self) -> Filling {
+        Filling {
+            mode: self.fill.unwrap_or_default(),
+            spacing: self.fill_spacing,
+            angle: self.fill_angle,
+            inset: self.fill_inset,
+        }
     }
 
     /// How text is set.

@@ -7,6 +7,7 @@ mod check;
 mod compare;
 mod drawn;
 mod ending;
+mod fills;
 mod fit;
 mod gcode;
 mod hpgl;

@@ -4,6 +4,7 @@ use std::io::Read;
 use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
+use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
 use magician_program::{
     Align, FontChoice, Format, Grid, Power, SetupOptions, TextLines, Tool, White,
@@ -67,6 +68,24 @@ pub(crate) struct TextFlags {
     /// Distance between lines of text, in heights of a capital [default: 1.8]
     #[arg(long, value_name = "X", value_parser = positive)]
     line_height: Option<f64>,
+}
+
+/// How shapes are filled.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Fill")]
+pub(crate) struct FillFlags {
+    /// Fill the visible shapes of an SVG with lines; without it they are outlined [default: none]
+    #[arg(long, value_name = "none|hatch|cross|contour", value_parser = str::parse::<FillMode>)]
+    fill: Option<FillMode>,
+    /// Distance of the lines, mm on the surface [default: 0.8 with the pen, 0.2 with the laser]
+    #[arg(long, value_name = "MM", requires = "fill", value_parser = positive)]
+    fill_spacing: Option<f64>,
+    /// Direction of the lines, counter-clockwise from x [default: 45]
+    #[arg(long, value_name = "DEGREES", requires = "fill", allow_hyphen_values = true, value_parser = number::<f64>)]
+    fill_angle: Option<f64>,
+    /// Distance of the lines from the edge, mm [default: half the distance of the lines]
+    #[arg(long, value_name = "MM", requires = "fill", value_parser = number::<f64>)]
+    fill_inset: Option<f64>,
 }
 
 /// How strong what burns is.
@@ -272,6 +291,16 @@ impl File {
         options.resample = self.resample;
         options.text = self.text;
         options.strict_text = self.strict_text;
+    }
+}
+
+impl FillFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.fill = self.fill;
+        options.fill_spacing = self.fill_spacing;
+        options.fill_angle = self.fill_angle;
+        options.fill_inset = self.fill_inset;
     }
 }
 

@@ -5,6 +5,7 @@ use usvg::{ClipPath, FillRule, Group, Node};
 
 use super::collector::matrix;
 use super::lines::{Line, curves, flatten};
+use crate::fill::{Area, Region as Shapes};
 
 /// As many crossings of corners and edges are looked at for one path.
 const MOST_WORK: usize = 200_000_000;
@@ -56,6 +57,22 @@ impl Region {
             shapes: vec![(shape, true)],
             also: Vec::new(),
         }
+    }
+
+    /// What is inside, as shapes.
+    pub(super) fn shapes(&self) -> Shapes {
+        let painted = self
+            .shapes
+            .iter()
+            .fold(Shapes::default(), |painted, (shape, shows)| {
+                let own = shape.shapes();
+                match shows {
+                    true => painted.joined(&own),
+                    false => painted.except(&own),
+                }
+            });
+        let also = self.also.iter();
+        also.fold(painted, |inside, region| inside.common(&region.shapes()))
     }
 
     fn edges(&self) -> usize {
@@ -157,6 +174,25 @@ impl Shape {
             rule,
             within: within.to_vec(),
         }
+    }
+
+    fn shapes(&self) -> Shapes {
+        let mut rings: Vec<Line> = Vec::new();
+        let mut last = None;
+        for [from, to] in &self.edges {
+            match rings.last_mut().filter(|_| last == Some(from)) {
+                Some(ring) => ring.push(*to),
+                None => rings.push(vec![*from, *to]),
+            }
+            last = Some(to);
+        }
+        let rule = match self.rule {
+            FillRule::NonZero => crate::fill::FillRule::NonZero,
+            FillRule::EvenOdd => crate::fill::FillRule::EvenOdd,
+        };
+        let whole = Shapes::of(&Area { rings, rule });
+        let within = self.within.iter();
+        within.fold(whole, |inside, region| inside.common(&region.shapes()))
     }
 
     pub(super) fn edges(&self) -> usize {

@@ -8,10 +8,12 @@ use usvg::{Group, Node, Paint, Path, Stroke as Outline, Transform};
 
 use super::area::encloses;
 use super::clip::Region;
+use super::filled::Areas;
 use super::lines::{Line, curves, dashed, flatten};
 use super::notes::Notes;
 use super::source::Element;
 use super::white::Whites;
+use crate::fill::{Area, FillRule, Region as Shapes};
 use crate::formats::Fills;
 use crate::{Diagnostic, DiagnosticCode, ReadOptions, Stroke};
 
@@ -32,6 +34,7 @@ pub(super) struct StrokeCollector<'a> {
     pub(super) writing: &'a ReadOptions,
     pub(super) notes: &'a mut Notes,
     pub(super) strokes: Vec<Stroke>,
+    pub(super) areas: Areas,
     pub(super) names: Vec<String>,
     pub(super) whites: Whites,
     /// Where a name is in the list.
@@ -66,6 +69,7 @@ impl<'a> StrokeCollector<'a> {
             whites,
             notes,
             strokes: Vec::new(),
+            areas: Areas::default(),
             names: Vec::new(),
             known: HashMap::new(),
             corners: 0,
@@ -152,6 +156,10 @@ impl<'a> StrokeCollector<'a> {
             None => !fill.is_none_or(darker),
         };
         let stroke = stroke.filter(|_| !edge_alone);
+        if let Some(fill) = fill.filter(|_| self.fills == Fills::Areas) {
+            let rings = flatten(&self.curves(path, &place)?, self.tolerance, true);
+            self.area(rings, fill, &place)?;
+        }
         let drawn = self.lines_of(path, stroke, fill, &place)?;
         self.add(drawn, &place, white)?;
         self.whites
@@ -169,6 +177,7 @@ impl<'a> StrokeCollector<'a> {
     ) -> Result<Vec<Line>, Diagnostic> {
         match (stroke, fill) {
             (Some(stroke), _) => self.stroked(path, stroke, place),
+            (None, Some(fill)) if self.is_area(fill) => Ok(Vec::new()),
             (None, Some(fill)) => {
                 let mut lines = flatten(&self.curves(path, place)?, self.tolerance, true);
                 let all = lines.len();
@@ -189,13 +198,46 @@ impl<'a> StrokeCollector<'a> {
         }
     }
 
+    /// Whether it is filled, so that its edge is not drawn for it.
+    fn is_area(&self, fill: &usvg::Fill) -> bool {
+        self.fills == Fills::Areas && !self.whites.is_white(fill.paint())
+    }
+
+    /// Takes a filled shape, as far as it is not clipped away. A white one hides what is below it.
+    pub(super) fn area(
+        &mut self,
+        rings: Vec<Line>,
+        fill: &usvg::Fill,
+        place: &NodeContext,
+    ) -> Result<(), Diagnostic> {
+        self.count(&rings)?;
+        let rule = match fill.rule() {
+            usvg::FillRule::NonZero => FillRule::NonZero,
+            usvg::FillRule::EvenOdd => FillRule::EvenOdd,
+        };
+        let whole = Shapes::of(&Area { rings, rule });
+        let shapes = place
+            .clips
+            .iter()
+            .fold(whole, |shapes, clip| shapes.common(&clip.shapes()));
+        if self.is_area(fill) {
+            let origin = place.element.origin.named(self.name(&place.element.name));
+            self.areas.paint(shapes, origin);
+        } else {
+            self.areas.hide(&shapes);
+        }
+        Ok(())
+    }
+
     /// Whether the edge of a filled shape is drawn.
     fn takes_fill(&mut self, paint: &Paint, element: &Element) -> bool {
         let (take, remark) = match self.fills {
             Fills::Ignore => (false, "filled shapes without a line are left out"),
             // Whether white is drawn is decided, and reported, after the walk.
-            Fills::Outline if self.whites.is_white(paint) => return true,
-            Fills::Outline => (true, "filled shapes without a line are drawn as outlines"),
+            Fills::Outline | Fills::Areas if self.whites.is_white(paint) => return true,
+            Fills::Outline | Fills::Areas => {
+                (true, "filled shapes without a line are drawn as outlines")
+            }
         };
         let code = if take {
             DiagnosticCode::Assumed

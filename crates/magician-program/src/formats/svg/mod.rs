@@ -9,6 +9,7 @@ mod area;
 mod circles;
 mod clip;
 mod cost;
+mod filled;
 mod lines;
 mod mask;
 mod notes;
@@ -118,7 +119,12 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
     let whites = Whites::of(tree.root(), options.white);
     let mut collector = StrokeCollector::new(&elements, tolerance, options, whites, &mut notes);
     collector.all(tree.root(), to)?;
-    let StrokeCollector { strokes, names, .. } = collector;
+    let StrokeCollector {
+        strokes,
+        areas,
+        names,
+        ..
+    } = collector;
     if says != Page::Unknown && !options.clip_page {
         beyond_the_page(&strokes, page, &mut notes);
     }
@@ -126,6 +132,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         title: options.title.clone(),
         page: (says != Page::Unknown).then_some(page),
         strokes,
+        areas: areas.into_filled(),
         names,
         in_order: false,
     };

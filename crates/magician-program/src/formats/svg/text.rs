@@ -9,6 +9,7 @@ use super::collector::{NodeContext, StrokeCollector, matrix};
 use super::lines::{curves, flatten};
 use super::source::Element;
 use super::white::Whites;
+use crate::formats::Fills;
 use crate::{Diagnostic, DiagnosticCode, font};
 
 /// Texts are written in our font.
@@ -95,7 +96,14 @@ impl StrokeCollector<'_> {
                     let letters: BezPath =
                         letters.flat_map(|(_, placed)| placed).copied().collect();
                     let white = is_all_white(&self.whites, path);
-                    self.add(flatten(&letters, self.tolerance, true), &place, white)?;
+                    let lines = flatten(&letters, self.tolerance, true);
+                    let fill = path.fill().filter(|_| self.fills == Fills::Areas);
+                    if let Some(fill) = fill {
+                        self.area(lines.clone(), fill, &place)?;
+                    }
+                    if fill.is_none() || white {
+                        self.add(lines, &place, white)?;
+                    }
                     self.whites
                         .paint(path, place.to, &place.clips, self.tolerance);
                 }
