@@ -13,7 +13,7 @@ export interface Wire {
 
 /** What the page tells the worker. */
 export type ToWorker =
-  /** A station: its address, or `SIM` and the virtual arm's speed. */
+  /** A station: its address, or `SIM` and the virtual arm's speed, or `SERIAL` and the port. */
   | { kind: "open"; url: string }
   | { kind: "send"; message: Wire }
   /** Starts a jog, and keeps it up until `release`: `every` and `most` in ms, by the clock of the worker. */
@@ -21,26 +21,41 @@ export type ToWorker =
   | { kind: "release" }
   /** The page's main thread is alive: a jog is not kept up for a page that hangs. */
   | { kind: "alive" }
-  /** With a port: another client of the virtual arm's station. */
+  /** With a port: another client of the station in the worker. */
   | { kind: "join" }
+  /** The page goes: what it has set going on a real arm is stopped before anything else. */
+  | { kind: "leave" }
+  /** A lost port was chosen again. */
+  | { kind: "port"; url: string }
+  /** Asks for the bytes that passed between driver and arm. */
+  | { kind: "trace" }
   | { kind: "close" };
 
 /** What the address of a virtual arm in the worker begins with. */
 export const SIM = "sim:";
+/** .. and that of a real arm at a port of the browser. */
+export const SERIAL = "serial:";
 
 /** What the worker tells the page. */
 export type FromWorker =
   | { kind: "opened" }
   | { kind: "heard"; message: Wire }
-  | { kind: "closed"; code: number };
+  | { kind: "closed"; code: number }
+  | { kind: "traced"; file: Uint8Array<ArrayBuffer> };
 
 export interface Carrier {
   tell(message: ToWorker): void;
   heard: (message: FromWorker) => void;
+  /** Ends it, whatever it is doing. */
+  end(): void;
 }
 
 /** The code of `closed` where the worker itself could not be started. */
 export const NO_WORKER = 0;
+/** Codes of a serial port: nobody lets it be opened; it is not there; no arm answers. */
+export const PORT_BUSY = 4500;
+export const PORT_GONE = 4501;
+export const PORT_SILENT = 4502;
 
 /** A worker, or anything with its two ends, as a carrier. */
 export class WorkerCarrier implements Carrier {
@@ -53,5 +68,9 @@ export class WorkerCarrier implements Carrier {
 
   tell(message: ToWorker): void {
     this.worker.postMessage(message);
+  }
+
+  end(): void {
+    this.worker.terminate();
   }
 }

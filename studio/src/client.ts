@@ -29,6 +29,7 @@ export class Client {
   onNotification: (method: string, params: Record<string, unknown>) => void = () => {};
   onOpened: () => void = () => {};
   onClosed: (code: number) => void = () => {};
+  private onTraced: (file: Uint8Array<ArrayBuffer>) => void = () => {};
   private next = 1;
   private readonly waiting = new Map<number, Waiting>();
 
@@ -61,6 +62,27 @@ export class Client {
     this.carrier.tell({ kind: "alive" });
   }
 
+  /** The page goes. */
+  leave(): void {
+    this.carrier.tell({ kind: "leave" });
+  }
+
+  choosePort(url: string): void {
+    this.carrier.tell({ kind: "port", url });
+  }
+
+  /** What passed between the driver in the worker and its arm, as a trace file. */
+  trace(): Promise<Uint8Array<ArrayBuffer>> {
+    this.carrier.tell({ kind: "trace" });
+    return new Promise((done) => (this.onTraced = done));
+  }
+
+  /** Nothing comes of what is asked, and of the worker. */
+  abandon(): void {
+    this.fail();
+    this.carrier.end();
+  }
+
   /** Ends the connection; `open` makes another one. */
   close(): void {
     this.fail();
@@ -82,6 +104,7 @@ export class Client {
       this.fail();
       return this.onClosed(event.code);
     }
+    if (event.kind === "traced") return this.onTraced(event.file);
     const { id, method, params, result, error } = event.message;
     if (method !== undefined) return this.onNotification(method, params ?? {});
     const waiting = this.waiting.get(id ?? -1);
@@ -91,7 +114,8 @@ export class Client {
     else waiting.done(result as never);
   }
 
-  private fail(): void {
+  /** What waits for an answer gets none. */
+  fail(): void {
     for (const { failed } of this.waiting.values()) failed(new RpcError(LINE_ENDED, "the connection ended"));
     this.waiting.clear();
   }

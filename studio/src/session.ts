@@ -1,10 +1,11 @@
 // The session with a station: connected, kept, found again; what it tells goes to the store.
 import { batch } from "@preact/signals";
 import type { Holder, Job, State } from "./api";
-import { NO_WORKER, SIM, WorkerCarrier } from "./carrier";
+import { NO_WORKER, PORT_BUSY, PORT_GONE, PORT_SILENT, SERIAL, SIM, WorkerCarrier } from "./carrier";
 import { Client, LINE_ENDED, type Method, type Params, type Result, RpcError } from "./client";
 import { t } from "./i18n";
 import { log } from "./log";
+import { choose } from "./serial";
 import { lastArm, ownName, used } from "./settings";
 import * as store from "./store";
 
@@ -15,6 +16,8 @@ const PAUSES = [200, 400, 800, 1600, 3200, 5000];
 const STALE = 1000;
 /** After so long without a word the station is asked for one; after as long again the line counts as dead. */
 const SILENT = 1500;
+/** A worker with a real arm that is silent for so long more is ended. */
+const DEAD = 8000;
 const RESUME = "magician.resume";
 /** A token is kept until the tab is closed: tablets are shared. */
 const TOKEN = "magician.token";
@@ -55,8 +58,29 @@ export function connect(url: string, token: string): void {
   }
   const isSim = url.startsWith(SIM);
   used.value = isSim ? "sim" : "none";
-  store.backend.value = isSim ? "sim" : "station";
+  store.backend.value = isSim ? "sim" : url.startsWith(SERIAL) ? "serial" : "station";
   open();
+}
+
+/** A real arm at a port that the person chooses; while one is lost, the port where it is now. */
+export async function connectSerial(): Promise<void> {
+  store.portFault.value = null;
+  let chosen: string | null;
+  try {
+    chosen = await choose();
+  } catch (error) {
+    return portFails("denied", String((error as Error).message));
+  }
+  // Choosing none is no fault.
+  if (chosen === null) return;
+  const url = SERIAL + chosen;
+  if (store.backend.value === "serial" && store.socket.value === "up") client?.choosePort(url);
+  else connect(url, "");
+}
+
+function portFails(why: NonNullable<typeof store.portFault.value>, more = ""): void {
+  store.portFault.value = why;
+  log(`${t(`serial.${why}`)} ${more}`.trim());
 }
 
 /** The virtual arm of the page itself. */
@@ -80,6 +104,7 @@ export function disconnect(): void {
     store.backend.value = "none";
     store.socket.value = "closed";
     store.refused.value = null;
+    store.portFault.value = null;
     store.since.value = null;
     forget();
     store.arms.value = [];
@@ -137,6 +162,7 @@ async function hello(made: Client): Promise<void> {
     batch(() => {
       resume = answer.resume;
       tries = 0;
+      clearTimeout(again);
       store.refused.value = null;
       store.session.value = answer.session;
       store.role.value = answer.role;
@@ -148,7 +174,8 @@ async function hello(made: Client): Promise<void> {
       store.armName.value = names.includes(shown) ? shown : (names[0] ?? null);
     });
     const isSim = store.backend.value === "sim";
-    log(t(wasLost ? "log.found" : "log.connected", { url: isSim ? t("connect.sim") : (address?.url ?? "") }));
+    const isSerial = store.backend.value === "serial";
+    log(t(wasLost ? "log.found" : "log.connected", { url: isSim ? t("connect.sim") : isSerial ? t("connect.serial") : (address?.url ?? "") }));
     await watch();
     // There is no one else to give it.
     if (isSim && store.lease.value === "free") await takeControl();
@@ -210,6 +237,7 @@ function lost(code: number): void {
     disconnect();
     return store.say(t("connect.sim.failed"), true);
   }
+  if (store.backend.value === "serial") return lostPort(code);
   client?.close();
   // The script itself did not come.
   if (code === NO_WORKER) client = null;
@@ -234,6 +262,35 @@ function lost(code: number): void {
       again = setTimeout(open, PAUSES[Math.min(tries++, PAUSES.length - 1)]);
     }
   });
+}
+
+/** The worker with the arm's driver says that there is no arm, or says nothing any more. */
+function lostPort(code: number): void {
+  const faults = { [PORT_BUSY]: "busy", [PORT_GONE]: "gone", [PORT_SILENT]: "silent" } as const;
+  const why = faults[code as keyof typeof faults];
+  // Another port was to take the place of the lost one: that is still looked for.
+  if (why !== undefined && store.socket.value === "up") return portFails(why);
+  if (why === undefined && code === 1006 && store.socket.value === "up") {
+    // One that hangs goes on with the same station when it wakes; what it is told until then waits.
+    client?.fail();
+    batch(() => {
+      store.subscription.value = null;
+      store.since.value = new Date();
+      store.socket.value = "lost";
+    });
+    log(t("log.lost"));
+    client?.open(address?.url ?? "");
+    again = setTimeout(() => lostPort(NO_WORKER), DEAD);
+    return;
+  }
+  if (why === undefined) {
+    // What its arm has is done there: nothing else can reach it.
+    client?.abandon();
+    client = null;
+  }
+  disconnect();
+  portFails(why ?? "died");
+  store.say(t(`serial.${why ?? "died"}`), true);
 }
 
 function hear(method: string, params: Record<string, unknown>): void {
@@ -317,9 +374,13 @@ export function call<M extends Method>(method: M, params: Params<M>): Promise<Re
   return client.call(method, params);
 }
 
+/** Whether the bytes between driver and arm can be had: the driver is in this page. */
+export const canTrace = (): boolean => store.backend.value === "sim" || store.backend.value === "serial";
+export const trace = (): Promise<Uint8Array<ArrayBuffer>> => client?.trace() ?? Promise.reject(new RpcError(LINE_ENDED, t("why.lost")));
+
 /** Where the station takes files by HTTP, and what it wants to know there; null without a server. */
 export function files(): { url: string; headers: Record<string, string> } | null {
-  if (address === null) return null;
+  if (address === null || store.backend.value !== "station") return null;
   const { protocol, host } = new URL(address.url);
   const headers: Record<string, string> = address.token ? { authorization: `Bearer ${address.token}` } : {};
   return { url: `${protocol === "wss:" ? "https" : "http"}://${host}/api/v1/programs/`, headers };
@@ -371,7 +432,15 @@ document.addEventListener("visibilitychange", () => {
   // After a sleep the next try may be seconds away.
   if (!document.hidden && (store.socket.value === "lost" || store.refused.value === "unreachable")) open();
 });
+/** The worker of a page that goes has so long to stop its arm, ms: browsers end both together. */
+const LAST = 80;
 addEventListener("pagehide", () => {
+  if (store.backend.value === "serial") {
+    client?.leave();
+    for (const ends = performance.now() + LAST; performance.now() < ends; );
+    // A page that is shown again begins anew.
+    disconnect();
+  }
   try {
     if (resume !== null) sessionStorage.setItem(RESUME, resume);
   } catch {

@@ -1,7 +1,8 @@
-// The station in the worker: arm.wasm with a virtual arm, turned by the worker's clock.
+// The station in the worker: arm.wasm with a virtual arm, or with a line to a real one, turned by the worker's clock.
 import { load, type Station } from "../../crates/magician-wasm/node/shim.mjs";
-import type { Wire } from "./carrier";
+import { PORT_SILENT, type Wire } from "./carrier";
 import { Kept } from "./kept";
+import type { SerialLine } from "./serial";
 
 /** What a session hears: its messages, and its end with a code as WebSockets have. */
 export interface Hearer {
@@ -15,41 +16,103 @@ const SESSIONS = 65535;
 const OWN = 1;
 /** A virtual arm is ready for the page this soon, ms of its clock: homing is over then. */
 const READY = 120_000;
+/** A real arm has answered by then, ms: the driver asks for three seconds. */
+const ANSWERS = 15_000;
+/** When a page goes, its arm has so long to answer the stop, ms. */
+const LEAVES = 250;
 
-export class SimStation {
+export class WorkerStation {
   private readonly hearers = new Map<number, Hearer>();
   private last = OWN;
   private timer: ReturnType<typeof setTimeout> | undefined;
   private answers: Wire[] = [];
   private ids = 0;
 
+  private traced: ((file: Uint8Array) => void) | null = null;
+  /** Control was taken: what moves then is this page's doing. */
+  private hasControlled = false;
+
   private constructor(
     private readonly station: Station,
+    /** How far the clock of a virtual arm runs ahead, ms. */
     private readonly clock: { ahead: number },
     private readonly kept: Kept,
+    private readonly line: SerialLine | null,
   ) {}
 
   /** Loads the module and homes its arm: what takes seconds of the arm's clock takes none of the person's. */
-  static async open(module: URL, speed: number): Promise<SimStation> {
-    const fetched = async (url: URL) => {
-      const answer = await fetch(url);
-      if (!answer.ok) throw new Error(`${url.pathname}: ${answer.status}`);
-      return answer;
-    };
-    const [code, first, kept] = await Promise.all([fetched(module), fetched(new URL("first.json", module)), Kept.open()]);
+  static async simulated(module: URL, speed: number): Promise<WorkerStation> {
+    const first = await fetched(new URL("first.json", module));
     const { scenario } = (await first.json()) as { scenario: string };
+    const made = await WorkerStation.load(module, { name: "arm", sim: { speed, scenario } }, null);
+    await made.ready();
+    await made.readies();
+    return made.opened();
+  }
+
+  /** Over a line: it only reads. `closed` hears of the end; what is thrown is its code. */
+  static async atLine(module: URL, line: SerialLine): Promise<WorkerStation> {
+    const made = await WorkerStation.load(module, { name: "arm", line: true }, line);
+    line.begin({
+      heard: (bytes) => (made.station.lineIn(bytes), made.turns()),
+      is: (there) => (made.station.lineIs(there), made.turns()),
+    });
+    try {
+      await made.ready();
+      await made.call("session.hello", { client: { name: "page" } });
+    } catch (error) {
+      clearTimeout(made.timer);
+      await line.close();
+      throw error === NO_ANSWER ? PORT_SILENT : error;
+    }
+    return made.opened();
+  }
+
+  private static async load(module: URL, arm: object, line: SerialLine | null): Promise<WorkerStation> {
+    const [code, kept] = await Promise.all([fetched(module), Kept.open()]);
     const clock = { ahead: 0 };
-    const now = () => performance.now() + clock.ahead;
-    const { open } = await load(await code.arrayBuffer(), now);
+    const { open } = await load(await code.arrayBuffer(), () => performance.now() + clock.ahead);
     const epoch = crypto.randomUUID().slice(0, 8);
     const unix_zero = (Date.now() - performance.now()) / 1000;
-    const station = open({ arms: [{ name: "arm", sim: { speed, scenario } }], epoch, unix_zero });
-    const made = new SimStation(station, clock, kept);
+    const made = new WorkerStation(open({ arms: [arm], epoch, unix_zero }), clock, kept, line);
     made.hearers.set(OWN, { heard: (message) => made.answers.push(message), closed: () => {} });
-    made.readies();
-    await made.fills();
-    made.turns();
     return made;
+  }
+
+  private async opened(): Promise<WorkerStation> {
+    await this.fills();
+    this.turns();
+    return this;
+  }
+
+  /** What passed between the driver and the arm lately, as a file. */
+  trace(): Promise<Uint8Array> {
+    return new Promise((done) => {
+      this.traced = done;
+      this.station.rpc(0, "trace");
+      this.turns();
+    });
+  }
+
+  choosePort(chosen: string): Promise<void> {
+    return this.line?.again(chosen) ?? Promise.resolve();
+  }
+
+  /** Stops what a page has set going on a real arm, before all that waits; then the port is free. */
+  async leave(): Promise<void> {
+    if (this.line === null) return;
+    this.halt();
+    await this.until(() => this.answers.find((message) => message.id === this.ids), LEAVES).catch(() => {});
+    clearTimeout(this.timer);
+    await this.line.close();
+  }
+
+  private halt(): void {
+    if (!this.hasControlled) return;
+    this.answers = [];
+    this.hearers.set(OWN, { heard: (message) => this.answers.push(message), closed: () => {} });
+    this.own({ method: "arm.stop", params: {} });
+    this.turns();
   }
 
   /** A session of its own; what it is sent goes by `send`. */
@@ -61,6 +124,7 @@ export class SimStation {
   }
 
   send(session: number, message: Wire): void {
+    if (message.method?.startsWith("lease.")) this.hasControlled = true;
     this.kept.asked(session, message);
     this.station.rpc(session, JSON.stringify(message));
     this.turns();
@@ -90,48 +154,67 @@ export class SimStation {
       } else if (out.kind === "close") {
         this.hearers.delete(out.session);
         hearer?.closed(out.payload[0]! | (out.payload[1]! << 8));
+      } else if (out.kind === "line") {
+        this.line?.say(out.payload);
+      } else if (out.kind === "trace") {
+        this.traced?.(out.payload);
       }
     }
     return next;
   }
 
-  /** The clock runs ahead until this is so. */
-  private until<T>(found: () => T | undefined): T {
-    for (const ends = this.clock.ahead + READY; this.clock.ahead < ends; ) {
+  /** Waits for this: the clock of a virtual arm runs ahead until it is so, that of a real one cannot. */
+  private async until<T>(found: () => T | undefined, within = this.line === null ? READY : ANSWERS): Promise<T> {
+    const now = () => performance.now() + this.clock.ahead;
+    for (const ends = now() + within; now() < ends; ) {
       const next = this.turn();
       const what = found();
       if (what !== undefined) return what;
-      this.clock.ahead += Math.max(0, next - performance.now() - this.clock.ahead);
+      const left = Math.max(0, next - now());
+      if (this.line === null) this.clock.ahead += left;
+      else await new Promise((done) => setTimeout(done, left));
     }
-    throw new Error("the virtual arm does not become ready");
+    throw new Error("the arm does not become ready");
   }
 
   private own(message: Wire): void {
     this.station.rpc(OWN, JSON.stringify({ jsonrpc: "2.0", id: ++this.ids, ...message }));
   }
 
-  private call(method: string, params: Record<string, unknown> = {}): Record<string, unknown> {
+  private async call(method: string, params: Record<string, unknown> = {}): Promise<Record<string, unknown>> {
     this.own({ method, params });
-    const answer = this.until(() => this.answers.find((message) => message.id === this.ids));
+    const answer = await this.until(() => this.answers.find((message) => message.id === this.ids));
     if (answer.error) throw new Error(answer.error.message);
     return answer.result as Record<string, unknown>;
   }
 
-  private readies(): void {
-    const first = this.until(() => this.answers[0]) as { error?: { message: string } };
-    if (first.error) throw new Error(first.error.message);
-    this.call("session.hello", { client: { name: "page" } });
-    const { lease } = this.call("lease.acquire");
-    this.call("arm.clear_alarms");
-    this.call("arm.home");
-    this.call("lease.release", { lease });
+  /** The module says whether the arm answers. */
+  private async ready(): Promise<void> {
+    const first = (await this.until(() => this.answers[0])) as unknown as { error?: { kind: string; message: string } };
+    if (first.error) throw first.error.kind === "timeout" || first.error.kind === "unexpected" ? NO_ANSWER : new Error(first.error.message);
+  }
+
+  private async readies(): Promise<void> {
+    await this.call("session.hello", { client: { name: "page" } });
+    const { lease } = await this.call("lease.acquire");
+    await this.call("arm.clear_alarms");
+    await this.call("arm.home");
+    await this.call("lease.release", { lease });
     this.answers = [];
   }
 
   private async fills(): Promise<void> {
-    for await (const [name, data] of this.kept.all()) this.call("program.put", { name, data });
+    for await (const [name, data] of this.kept.all()) await this.call("program.put", { name, data });
     this.answers = [];
     // What it is told from now on nobody reads.
     this.hearers.set(OWN, { heard: () => {}, closed: () => {} });
   }
+}
+
+const NO_ANSWER = new Error("no arm answers");
+
+async function fetched(url: URL): Promise<Response> {
+  const answer = await fetch(url);
+  if (!answer.ok) throw new Error(`${url.pathname}: ${answer.status}`);
+  return answer;
 }

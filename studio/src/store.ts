@@ -14,7 +14,7 @@ export const ROUTES: readonly Route[] = ["move", "teach", "run", "io", "plots", 
 export const route = signal<Route>("move");
 
 /** How the station is reached: `none` before anything is chosen. */
-export const backend = signal<"none" | "sim" | "station">("none");
+export const backend = signal<"none" | "sim" | "station" | "serial">("none");
 /** How fast the page's virtual arm is: `?speed=N`. */
 export const simSpeed = Math.max(1, Math.min(100, Number(new URLSearchParams(location.search).get("speed")) || 1));
 /** Whether the page is of files, without a station behind it. */
@@ -26,6 +26,8 @@ export const socket = signal<"closed" | "connecting" | "up" | "lost">("closed");
 export const since = signal<Date | null>(null);
 /** Why the page does not try again: a token is wanted, another page took the session over. */
 export const refused = signal<"token" | "revoked" | "taken" | "unreachable" | null>(null);
+/** Why the serial port did not lead to an arm. */
+export const portFault = signal<"busy" | "gone" | "silent" | "died" | "denied" | null>(null);
 
 /** The subscription to the shown arm. */
 export const subscription = signal<number | null>(null);

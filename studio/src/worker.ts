@@ -1,7 +1,8 @@
-// The worker that holds the line: a WebSocket to a station, or the station itself with a virtual arm.
-import { type FromWorker, SIM, type ToWorker, type Wire } from "./carrier";
+// The worker that holds the line: a WebSocket to a station, or the station itself with a virtual arm or a real one at a serial port.
+import { type FromWorker, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
 import { JogKeeper } from "./keeper";
-import { SimStation } from "./sim";
+import { SerialLine } from "./serial";
+import { WorkerStation } from "./sim";
 
 const tell = (message: FromWorker) => postMessage(message);
 
@@ -13,7 +14,11 @@ interface Line {
 let line: Line | null = null;
 const keeper = new JogKeeper((message) => line?.send(message));
 /** A module is a station, and lasts as long as the worker: a virtual arm that is connected again stands where it stood. */
-let sim: Promise<SimStation> | null = null;
+let sim: Promise<WorkerStation> | null = null;
+/** The station at the serial port: until the page is done with it. */
+let real: Promise<WorkerStation> | null = null;
+/** The port of the one before is not free until then. */
+let left: Promise<unknown> = Promise.resolve();
 
 /** What a connection hears as long as it is the one that the page has. */
 function hearer(isOn: () => boolean) {
@@ -34,7 +39,14 @@ function hearer(isOn: () => boolean) {
 
 function open(url: string): void {
   close();
-  if (url.startsWith(SIM)) return void openSim(Number(url.slice(SIM.length)));
+  if (url.startsWith(SIM)) {
+    sim ??= WorkerStation.simulated(MODULE(), Number(url.slice(SIM.length)));
+    return void openHere(sim, () => (sim = null));
+  }
+  if (url.startsWith(SERIAL)) {
+    real ??= left.then(() => SerialLine.open(url.slice(SERIAL.length))).then((line) => WorkerStation.atLine(MODULE(), line));
+    return void openHere(real, () => (real = null));
+  }
   let socket: WebSocket;
   try {
     socket = new WebSocket(url, "magician.v1");
@@ -55,28 +67,45 @@ function open(url: string): void {
   socket.onclose = (event) => closed(event.code);
 }
 
-async function openSim(speed: number): Promise<void> {
+const MODULE = () => new URL("arm.wasm", location.href);
+
+async function openHere(opening: Promise<WorkerStation>, failed: () => void): Promise<void> {
   const mine: Line = { send: () => {}, close: () => {} };
   line = mine;
   const hears = hearer(() => line === mine);
-  sim ??= SimStation.open(new URL("arm.wasm", location.href), speed);
   try {
-    const station = await sim;
+    const station = await opening;
     if (line !== mine) return;
     const session = station.connect(hears);
     mine.send = (message) => station.send(session, message);
     mine.close = () => station.end(session);
     tell({ kind: "opened" });
   } catch (error) {
-    sim = null;
+    failed();
+    if (typeof error === "number") return hears.closed(error);
     console.error(String(error));
     hears.closed(1006);
   }
 }
 
-/** Another client of the virtual arm's station: messages as over a WebSocket, by a port. */
+/** Done with the real arm: what moves there is stopped first. */
+function leave(): void {
+  keeper.release();
+  const station = real;
+  if (station === null) return;
+  real = null;
+  line = null;
+  left = station.then((station) => station.leave()).catch(() => {});
+}
+
+async function trace(): Promise<void> {
+  const station = await (real ?? sim);
+  if (station !== null) tell({ kind: "traced", file: (await station.trace()) as Uint8Array<ArrayBuffer> });
+}
+
+/** Another client of the station in the worker: messages as over a WebSocket, by a port. */
 async function join(port: MessagePort): Promise<void> {
-  const station = await sim;
+  const station = await (real ?? sim);
   if (station === null) return port.close();
   const session = station.connect({ heard: (message) => port.postMessage(message), closed: () => port.close() });
   port.onmessage = (event: MessageEvent<Wire>) => station.send(session, event.data);
@@ -103,7 +132,14 @@ onmessage = (event: MessageEvent<ToWorker>) => {
       return keeper.isAlive();
     case "join":
       return void event.ports.map(join);
+    case "trace":
+      return void trace();
+    case "port":
+      return void real?.then((station) => station.choosePort(order.url.slice(SERIAL.length))).catch((code) => tell({ kind: "closed", code: Number(code) }));
+    case "leave":
+      return leave();
     case "close":
+      leave();
       return close();
   }
 };

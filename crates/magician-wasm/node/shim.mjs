@@ -1,7 +1,7 @@
 // arm.wasm with text and bytes instead of addresses, and what it imports: the page's clock, random numbers, and somewhere for a panic's
 // last words. Nothing in it waits: `poll_oneoff` is what a runtime sleeps in, and this one is turned.
 const utf8 = new TextDecoder();
-const KINDS = ["text", "frame", "line", "close"];
+const KINDS = ["text", "frame", "line", "close", "trace"];
 const fail = (why) => { throw new Error(why); };
 
 // `now` is the clock of the page in ms: it does not go back. Its zero is `unix_zero` of the configuration.
@@ -11,7 +11,8 @@ export async function load(source, now = () => performance.now()) {
   const view = () => new DataView(wasm.memory.buffer);
   const end = (what) => () => fail(`arm.wasm: ${what}`);
   const wasi = {
-    clock_time_get: (_clock, _precision, at) => (view().setBigUint64(at, BigInt(Math.round(now() * 1e6)), true), 0),
+    // Clock 0 is the calendar's.
+    clock_time_get: (clock, _precision, at) => (view().setBigUint64(at, BigInt(Math.round((now() + (clock === 0 ? performance.timeOrigin : 0)) * 1000)) * 1000n, true), 0),
     random_get: (at, count) => (crypto.getRandomValues(bytes(at, count)), 0),
     environ_sizes_get: (count, size) => (view().setUint32(count, 0, true), view().setUint32(size, 0, true), 0),
     environ_get: () => 0,

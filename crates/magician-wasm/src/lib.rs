@@ -12,9 +12,12 @@
 //! | `station_out(h) -> p << 32 \| n` | what comes out, until 0: a byte for its kind, the session (two bytes, little endian), then the payload. It lies there until the next call |
 //! | `line_in(h, p, n)`, `line_lost(h)`, `line_found(h)` | the line to a real arm |
 //!
-//! Kinds that come out: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its close code (two bytes). Text of session
-//! 0 is the station's own: `{"ready":true,"arms":[..]}` when all arms are connected, `{"error":{"kind","message"}}` if that went
-//! wrong, after which nothing else comes.
+//! Kinds that come out: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its close code (two bytes), 4 a trace. Text of
+//! session 0 is the station's own: `{"ready":true,"arms":[..]}` when all arms are connected, `{"error":{"kind","message"}}` if that went
+//! wrong, after which nothing comes but traces.
+//!
+//! The text `trace` to session 0 asks for what passed between driver and arms lately, as a file (`.pcapng`, [`trace`]): it comes out as kind 4, also
+//! where no arm answered.
 //!
 //! Text, bytes and the state of the line are taken at once and acted upon by the next turn: turn behind each call. The clock is put
 //! forward before text is read, so that a page that was asleep finds its jog ended and its lease gone.
@@ -32,5 +35,6 @@ mod line;
 mod page;
 mod stores;
 pub mod table;
+pub mod trace;
 
 pub use page::PageStation;

@@ -7,7 +7,7 @@ use std::hash::{BuildHasher, Hasher};
 use std::ops::Bound;
 use std::sync::Arc;
 
-use magician::{Arm, Options};
+use magician::{Arm, Options, Tracer};
 use magician_station::{
     ArmEntry, Client, FormatReader, Grant, Outgoing, Peer, Role, RunningStation, StationConfig,
 };
@@ -20,12 +20,14 @@ use crate::clock::{TurnClock, settle};
 use crate::config::{Config, Place};
 use crate::line::Line;
 use crate::stores::{Calendar, MemoryJobs, MemoryPrograms};
+use crate::trace::TraceRing;
 
 /// Kinds of what comes out.
 const TEXT: u8 = 0;
 const FRAME: u8 = 1;
 const LINE: u8 = 2;
 const CLOSE: u8 = 3;
+const TRACE: u8 = 4;
 
 /// How often the station is told that its sessions are alive, us. Over a socket the browser answers pings, whatever its page is busy with;
 /// here the worker does, until the page says that a session ends.
@@ -48,6 +50,7 @@ pub struct PageStation {
     clock: TurnClock,
     stage: Stage,
     line: Line,
+    trace: TraceRing,
     role: Role,
     inbox: VecDeque<(u16, Vec<u8>)>,
     sessions: BTreeMap<u16, Client>,
@@ -97,6 +100,7 @@ impl PageStation {
             runtime,
             clock: TurnClock::default(),
             line: Line::default(),
+            trace: TraceRing::default(),
             role: config.role,
             stage: Stage::Closed(Box::new(config)),
             inbox: VecDeque::new(),
@@ -109,9 +113,11 @@ impl PageStation {
         })
     }
 
-    /// Text of a session; none ends it. Session 0 is the station's own: what it says is dropped.
+    /// Text of a session; none ends it. Session 0 is the station's own: it takes the word `trace`.
     pub fn rpc(&mut self, session: u16, text: &[u8]) {
-        if session > 0 && !matches!(self.stage, Stage::Over) {
+        if session == 0 && text == b"trace" {
+            self.outbox.push_back((TRACE, 0, self.trace.file()));
+        } else if session > 0 && !matches!(self.stage, Stage::Over) {
             self.inbox.push_back((session, text.to_vec()));
         }
     }
@@ -139,13 +145,14 @@ impl PageStation {
             clock,
             stage,
             line,
+            trace,
             ..
         } = self;
         runtime.block_on(async {
             // What has come over the line is read before time says that it is late.
             settle().await;
             clock.pass(now).await;
-            stage.go_on(clock, line);
+            stage.go_on(clock, line, trace);
         });
         if let Some(told) = self.stage.arrived() {
             self.outbox.push_back((TEXT, 0, told.into_bytes()));
@@ -255,7 +262,7 @@ impl Drop for PageStation {
 
 impl Stage {
     /// Begins to connect the arms with the first turn, whose instant is known; in the runtime.
-    fn go_on(&mut self, clock: &TurnClock, line: &Line) {
+    fn go_on(&mut self, clock: &TurnClock, line: &Line, trace: &TraceRing) {
         if !matches!(self, Self::Closed(_)) {
             return;
         }
@@ -267,10 +274,10 @@ impl Stage {
             unix: config.unix_zero + clock.now() / 1e6,
             at: Instant::now(),
         };
-        let line = line.clone();
+        let (line, trace) = (line.clone(), trace.clone());
         tokio::spawn(async move {
             // Without the page's end there is nothing to tell.
-            let _ = done.send(connect(*config, calendar, line).await);
+            let _ = done.send(connect(*config, calendar, line, trace).await);
         });
     }
 
@@ -303,20 +310,23 @@ pub(crate) fn failure(kind: &str, message: &str) -> Value {
     json!({"error": {"kind": kind, "message": message}})
 }
 
-async fn connect(config: Config, calendar: Calendar, line: Line) -> Opened {
+async fn connect(config: Config, calendar: Calendar, line: Line, trace: TraceRing) -> Opened {
+    let mut usual = Options::default();
+    // It takes whatever is written.
+    usual.trace = Tracer::new(trace).ok();
     let mut entries = Vec::new();
     let mut arms = Vec::new();
     for (name, place) in config.arms {
         let (entry, arm) = match place {
             Place::Here(arm) => {
-                let arm = Arm::simulated(arm, Options::default()).await?;
+                let arm = Arm::simulated(arm, usual.clone()).await?;
                 (ArmEntry::simulated(name), arm)
             }
             Place::Line => {
                 let line = line.clone();
                 let opener = move || std::future::ready(line.open());
                 // Nothing outside of the browser would stop a jog of the arm's own.
-                let options = Options::default().bounded_jogs(true);
+                let options = usual.clone().bounded_jogs(true);
                 let arm = Arm::over_with(opener, options).await?;
                 let entry = ArmEntry {
                     port: "line".to_owned(),

@@ -1,7 +1,9 @@
 // The arms of the station, how it is reached, and what happened.
 import { t } from "../i18n";
 import { clock, lines, save } from "../log";
-import { Card } from "../ui/parts";
+import { tried } from "../actions";
+import { canTrace, trace } from "../session";
+import { Card, Do } from "../ui/parts";
 import { Connect } from "./connect";
 import { Site } from "./site";
 
@@ -13,9 +15,16 @@ function Log() {
       title={t("log.title")}
       class="log-card"
       more={
-        <button type="button" class="quiet small" disabled={all.length === 0} onClick={() => save("magician-log.txt", text())}>
-          {t("log.export")}
-        </button>
+        <>
+          {canTrace() ? (
+            <Do id="log-export" class="quiet small" press={() => tried(async () => save("magician.pcapng", await trace()))}>
+              {t("log.bytes")}
+            </Do>
+          ) : null}
+          <button type="button" class="quiet small" disabled={all.length === 0} onClick={() => save("magician-log.txt", text())}>
+            {t("log.export")}
+          </button>
+        </>
       }
     >
       <div class="log" role="log" aria-label={t("log.title")} tabIndex={0} data-testid="log">

@@ -2,9 +2,18 @@
 import { useSignal } from "@preact/signals";
 import { t } from "../i18n";
 import { tokenFor } from "../pairing";
-import { apiUrl, connect, connectSim, disconnect, keptToken } from "../session";
+import { serial } from "../serial";
+import { apiUrl, connect, connectSerial, connectSim, disconnect, keptToken } from "../session";
 import * as store from "../store";
 import { Card } from "../ui/parts";
+
+/** What stands beside the button: what it does, or why it does nothing here. */
+function serialHint() {
+  const fault = store.portFault.value;
+  if (fault !== null) return t(`serial.${fault}`);
+  if (serial !== undefined) return t("connect.serial.why");
+  return t(isSecureContext ? "connect.serial.none" : "connect.serial.http");
+}
 
 export function Connect() {
   const url = useSignal(location.protocol.startsWith("http") ? location.host : "127.0.0.1:8910");
@@ -41,11 +50,17 @@ export function Connect() {
           </p>
         </div>
         <div class="way">
-          <button type="button" data-testid="connect-serial" disabled aria-describedby="serial-why">
+          <button
+            type="button"
+            data-testid="connect-serial"
+            disabled={serial === undefined || (store.backend.value === "serial" && store.link.value !== "lost")}
+            aria-describedby="serial-why"
+            onClick={() => void connectSerial()}
+          >
             {t("connect.serial")}
           </button>
-          <p id="serial-why" class="hint">
-            {t("connect.serial.why")}
+          <p id="serial-why" class={`hint ${store.portFault.value === null ? "" : "bad"}`} role="status" data-testid="serial-why">
+            {serialHint()}
           </p>
         </div>
       </div>

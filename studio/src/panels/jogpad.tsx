@@ -89,6 +89,11 @@ export function JogPad() {
       }
     >
       <Status />
+      {store.backend.value === "serial" ? (
+        <p class="hint" data-testid="jog-note">
+          {t("jog.note")}
+        </p>
+      ) : null}
       <div
         class={`jog-pad ${joints ? "joints" : "base"}`}
         data-testid="jog-pad"

@@ -51,7 +51,7 @@ export type Order = Pick<Params<"job.start">, "program" | "text" | "format" | "s
 /** Starts a job, after the questions that a real arm and a laser need; its id, or null. */
 export async function start(order: Order, title: string, about: string): Promise<string | null> {
   if (isReal()) {
-    const text = `${about} ${t("run.real.text")}`.trim();
+    const text = [about, t("run.real.text"), store.backend.value === "serial" ? t("run.real.note") : ""].join(" ").trim();
     if (!(await store.ask(t("run.real.title", { title }), text, t("run.start")))) return null;
   }
   let id: string | null = null;
@@ -66,7 +66,7 @@ export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job 
 export const end = (job: Job) => tried(() => call("job.stop", { job: job.job }));
 export const resume = (job: Job) =>
   tried(async () => {
-    if (isReal() && !(await store.ask(t("run.resume.title", { title: job.title ?? "" }), t("run.resume.text"), t("run.resume")))) return;
+    if (isReal() && !(await store.ask(t("run.resume.title", { title: job.title ?? "" }), [t("run.resume.text"), store.backend.value === "serial" ? t("run.real.note") : ""].join(" ").trim(), t("run.resume")))) return;
     await agreed(t("run.burns"), (yes) => call("job.resume", { job: job.job, ...yes }));
   });
 

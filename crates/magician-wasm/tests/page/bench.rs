@@ -42,6 +42,8 @@ pub(crate) struct Page {
     pub(crate) texts: BTreeMap<u16, Vec<Value>>,
     pub(crate) frames: Vec<(u16, Vec<u8>)>,
     pub(crate) closed: Vec<(u16, u16)>,
+    /// The trace file that came last.
+    pub(crate) trace: Vec<u8>,
     pub(crate) far: Option<FarEnd>,
     /// Bytes that were said to the arm, and the commands among them.
     pub(crate) said: usize,
@@ -129,6 +131,7 @@ impl Page {
                     let code = u16::from_le_bytes([payload[0], payload[1]]);
                     self.closed.push((session, code));
                 }
+                4 => self.trace = payload,
                 other => panic!("kind {other}"),
             }
         }
@@ -186,6 +189,13 @@ impl Page {
     pub(crate) fn ok(&mut self, session: u16, method: &str, params: &Value) -> Value {
         let outcome = self.call(session, method, params);
         outcome.unwrap_or_else(|error| panic!("{method}: {error}"))
+    }
+
+    /// What passed lately, as a file.
+    pub(crate) fn trace(&mut self) -> Vec<u8> {
+        table::station_rpc(self.handle, 0, b"trace");
+        self.turn();
+        std::mem::take(&mut self.trace)
     }
 
     /// A session says who it is.

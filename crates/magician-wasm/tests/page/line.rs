@@ -1,6 +1,8 @@
 //! A real arm at the line: here the virtual one behind a serial line, at the far end of the page's bytes.
 
+use magician::protocol::Direction;
 use magician::sim::HostInstant;
+use magician_record::trace::read_trace;
 use serde_json::{Value, json};
 
 use arm::table;
@@ -163,4 +165,44 @@ fn where_no_arm_answers_the_station_says_so_and_is_over() {
     assert_eq!(told["error"]["kind"], json!("timeout"), "{told}");
     assert_eq!(table::station_turn(page.handle, page.now + 1e6), -1.0);
     assert!(!page.texts.contains_key(&1), "{id} has no answer");
+}
+
+#[test]
+fn connecting_sends_nothing_but_reads() {
+    let mut page = at_line();
+    page.becomes_ready();
+    page.join(1);
+    page.ok(1, "arm.subscribe", &json!({"rate": 20}));
+    page.ok(1, "job.list", &json!({}));
+    page.wait(3.0);
+    let file = page.trace();
+    let packets = read_trace(&file).map(Result::unwrap);
+    let sent = packets.filter(|packet| packet.direction == Some(Direction::Request));
+    // The Ctrl byte: bit 0 writes, bit 1 queues.
+    let ctrls: Vec<u8> = sent.map(|packet| packet.bytes[4]).collect();
+    assert!(ctrls.len() > 20, "{}", ctrls.len());
+    assert!(ctrls.iter().all(|ctrl| *ctrl == 0), "{ctrls:?}");
+}
+
+#[test]
+fn a_trace_has_the_last_of_what_passed() {
+    let mut page = at_line();
+    page.becomes_ready();
+    page.join(1);
+    page.ok(1, "lease.acquire", &json!({}));
+    page.ok(1, "arm.move", &json!({"to": [220, 40, 30, 0]}));
+    let file = page.trace();
+    let moves = read_trace(&file).map(Result::unwrap);
+    let moves = moves.filter(|packet| packet.bytes.get(3) == Some(&84));
+    let sides: Vec<_> = moves.map(|packet| packet.direction).collect();
+    assert_eq!(sides, [Some(Direction::Request), Some(Direction::Reply)]);
+    page.ok(1, "arm.subscribe", &json!({"rate": 50}));
+    while page.trace().len() < arm::trace::ROOM {
+        page.wait(20.0);
+    }
+    page.wait(20.0);
+    let file = page.trace();
+    assert!(file.len() < arm::trace::ROOM + 1000, "{}", file.len());
+    let mut packets = read_trace(&file).map(Result::unwrap);
+    assert!(packets.all(|packet| packet.bytes.get(3) != Some(&84)));
 }

@@ -59,8 +59,8 @@ impl Arm {
     where
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
-        options.bare()?;
-        Self::greet(Line::over(stream), None, options).await
+        options.without_faults()?;
+        Self::greet(Line::over(stream).traced(&options), None, options).await
     }
 
     /// As [`over`](Self::over), with what opens the stream: now, and again whenever it broke.
@@ -87,15 +87,16 @@ impl Arm {
         O: Future<Output = io::Result<T>> + Send + 'static,
         T: AsyncRead + AsyncWrite + Send + Unpin + 'static,
     {
-        options.bare()?;
+        options.without_faults()?;
+        let fitted = options.clone();
         let mut again: Opener = Box::new(move || {
-            let opening = opener();
+            let (opening, options) = (opener(), fitted.clone());
             Box::pin(async move {
                 let stream = opening.await.map_err(|error| {
                     let message = format!("the stream cannot be opened: {error}");
                     Error::port(message, error)
                 })?;
-                Ok(Line::over(stream))
+                Ok(Line::over(stream).traced(&options))
             })
         });
         let line = again().await?;
@@ -314,5 +315,14 @@ impl Line {
             arm: None,
             is_shared: true,
         }
+    }
+    /// With the trace that the options ask for.
+    #[cfg_attr(not(feature = "trace"), allow(unused_variables))]
+    fn traced(self, options: &Options) -> Self {
+        #[cfg(feature = "trace")]
+        if let Some(tracer) = &options.trace {
+            return self.with_trace(tracer.clone());
+        }
+        self
     }
 }

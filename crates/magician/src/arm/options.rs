@@ -2,11 +2,11 @@ use std::time::Duration;
 
 use magician_motion::{ArmModel, Fence};
 
+use crate::Result;
 #[cfg(feature = "faults")]
 use crate::faults::Faults;
 #[cfg(feature = "trace")]
 use crate::transport::Tracer;
-use crate::{Error, Result};
 
 /// How a connection behaves.
 #[derive(Clone, Debug)]
@@ -62,8 +62,7 @@ pub struct Options {
     /// What is done to what passes on the line, for tests: not over a stream that the caller opens.
     #[cfg(feature = "faults")]
     pub faults: Faults,
-    /// Where what passes on the line is written to, as this program says and hears it: not over a stream that the
-    /// caller opens.
+    /// Where what passes on the line is written to, as this program says and hears it.
     #[cfg(feature = "trace")]
     pub trace: Option<Tracer>,
 }
@@ -192,22 +191,14 @@ impl Options {
         false
     }
 
-    /// For a line that cannot have them: [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if faults or a
-    /// trace are asked for.
-    pub(crate) fn bare(&self) -> Result<()> {
-        #[cfg(feature = "trace")]
-        let traced = self.trace.is_some();
-        #[cfg(not(feature = "trace"))]
-        let traced = false;
+    /// For a line that cannot have them: [`ErrorKind::InvalidInput`](crate::ErrorKind::InvalidInput) if faults are asked for.
+    pub(crate) fn without_faults(&self) -> Result<()> {
         #[cfg(feature = "faults")]
-        let spoilt = !self.faults.is_none();
-        #[cfg(not(feature = "faults"))]
-        let spoilt = false;
-        match traced || spoilt {
-            true => Err(Error::invalid(
-                "faults and a trace need a line that this library opens, not the caller's stream",
-            )),
-            false => Ok(()),
+        if !self.faults.is_none() {
+            return Err(crate::Error::invalid(
+                "faults need a line that this library opens, not the caller's stream",
+            ));
         }
+        Ok(())
     }
 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use magician_protocol::Direction;
 use magician_record::trace::{TraceLink, TraceWriter};
 
-use super::{Leap, LeapTo, Transport};
+use super::{Leap, LeapTo, Line, Transport};
 
 /// A trace file under way: everything that passes on a line, as a pcapng file of link type USER0
 /// that Wireshark opens. Clones write to the same file.
@@ -96,6 +96,14 @@ impl File {
             (Some(link), Some(writer)) => writer.close(link),
             _ => Ok(()),
         }
+    }
+}
+
+impl Line {
+    /// The line, written down under its name.
+    pub(crate) fn with_trace(self, tracer: Tracer) -> Self {
+        let transport = Box::new(Traced::new(self.transport, tracer, &self.name));
+        Self { transport, ..self }
     }
 }
 

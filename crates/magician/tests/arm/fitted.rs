@@ -86,18 +86,22 @@ async fn what_an_arm_says_and_hears_is_written_down() {
         }
     }
 
-    let file = Memory::default();
-    let options = Options::default().trace(Tracer::new(file.clone()).unwrap());
-    let arm = Arm::simulated(VirtualArm::default(), options)
-        .await
-        .unwrap();
-    arm.get::<Pose>().await.unwrap();
-    arm.close().await;
-    let file = file.0.lock().unwrap().clone();
-    let packets: Vec<_> = read_trace(&file).map(Result::unwrap).collect();
-    let poses = packets
-        .iter()
-        .filter(|packet| packet.bytes.get(3) == Some(&10));
-    let sides: Vec<_> = poses.map(|packet| packet.direction.unwrap()).collect();
-    assert_eq!(sides, [Direction::Request, Direction::Reply]);
+    for is_stream in [false, true] {
+        let file = Memory::default();
+        let options = Options::default().trace(Tracer::new(file.clone()).unwrap());
+        let arm = match is_stream {
+            false => Arm::simulated(VirtualArm::default(), options).await,
+            true => Arm::over_with(Desk::new().opener(), options).await,
+        };
+        let arm = arm.unwrap();
+        arm.get::<Pose>().await.unwrap();
+        arm.close().await;
+        let file = file.0.lock().unwrap().clone();
+        let packets: Vec<_> = read_trace(&file).map(Result::unwrap).collect();
+        let poses = packets
+            .iter()
+            .filter(|packet| packet.bytes.get(3) == Some(&10));
+        let sides: Vec<_> = poses.map(|packet| packet.direction.unwrap()).collect();
+        assert_eq!(sides, [Direction::Request, Direction::Reply]);
+    }
 }
