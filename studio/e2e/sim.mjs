@@ -12,7 +12,7 @@ const TYPES = {
 /** As beside a book: below a folder. */
 const BELOW = "/book/studio/";
 /** Tests of the station's page that mean the same here. */
-const SHARED = [
+export const SHARED = [
   "a held button moves the arm until it is let go",
   "the browser's menu, a cancelled touch and a hidden page end a jog",
   "keys jog, and one that loses the focus stops",

@@ -12,6 +12,7 @@ import { worlds } from "./world.mjs";
 import { running } from "./run.mjs";
 import { teaching } from "./teach.mjs";
 import { onSim } from "./sim.mjs";
+import { onSerial } from "./serial.mjs";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const program = process.env.MAGICIAN ?? join(here, "../../target/debug/magician");
@@ -355,7 +356,7 @@ test("without a station the page says so, and connects when it is told where", a
   await is(page, "backend", "none");
   await is(page, "link", "closed");
   assert.ok(await page.getByTestId("connect-sim").isEnabled());
-  assert.ok(await page.getByTestId("connect-serial").isDisabled());
+  assert.ok(await page.getByTestId("connect-serial").isEnabled());
   await page.getByTestId("station-url").fill("not:an:address");
   await page.getByTestId("connect-station").click();
   await page.getByText("This is no address").waitFor();
@@ -401,7 +402,10 @@ teaching(test, { browser, station, closed, shots });
 looks(test, { browser, station, shots });
 
 const swap = (to) => ({ station, browser, url } = to);
-const files = onSim(tests, { browser, swap, shots }, process.env.STUDIO ?? join(here, "../../crates/magician-studio/dist"));
+const shared = [...tests];
+const bundle = process.env.STUDIO ?? join(here, "../../crates/magician-studio/dist");
+const files = onSim(tests, { browser, swap, shots }, bundle);
+const port = onSerial(tests, shared, { browser, swap, shots, program }, bundle);
 
 test("no page complained", async () => assert.deepEqual(browser.complaints, []));
 
@@ -426,6 +430,7 @@ for (const [name, body] of tests) {
 }
 await first.browser.end();
 files.end();
+port.end();
 await first.station.end();
 console.log(failed === 0 ? "all passed" : `${failed} failed`);
 process.exitCode = failed === 0 ? 0 : 1;

@@ -1,0 +1,273 @@
+// The suite on the third carrier: a real arm at a serial port of the browser, judged at the bytes and the pose of a virtual one behind it.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { setTimeout as sleep } from "node:timers/promises";
+import { Browser, is } from "./bench.mjs";
+import { Cable, mockOf } from "./port.mjs";
+import { Files, SHARED, Sim } from "./sim.mjs";
+
+/** Commands, by their numbers in the protocol. */
+const [JOG, CP, PTP, LASER, CLEAR] = [73, 91, 84, 61, 245];
+/** What a jog may take after the last byte, ms: its `keep_ms` and 50; and what this machine may take to look. */
+const [BOUND, SLACK] = [300, 60];
+/** Shows the worker to the test, so that it can be ended. */
+const SHOWN = `globalThis.workers = []; Worker = class extends Worker { constructor(...all) { super(...all); globalThis.workers.push(this); } };`;
+/** Moves for some seconds, in many commands. */
+const PLAN = JSON.stringify({
+  format: "magician-plan",
+  version: 1,
+  steps: Array.from({ length: 12 }, (_, nth) => ({ move: { to: [220, nth % 2 ? 60 : -60, 40, 0], by: "linear" } })),
+});
+
+class SerialBrowser extends Browser {
+  constructor(other, sim, cable) {
+    super();
+    this.other = other;
+    this.complaints = other.complaints;
+    this.sim = sim;
+    this.cable = cable;
+  }
+
+  get browser() {
+    return this.other.browser;
+  }
+
+  page(url, options = {}) {
+    return super.page(url, { ...options, init: { content: SHOWN + mockOf(this.cable.bridge) } });
+  }
+
+  async connected(url, options) {
+    const page = await this.page(url, options);
+    await page.getByTestId("connect-serial").click();
+    await is(page, "link", "up");
+    await is(page, "stale", "false");
+    await this.sim.join(page);
+    return page;
+  }
+
+  async inControl(url, options) {
+    const page = await this.connected(url, options);
+    await page.getByTestId("lease-take").click();
+    await is(page, "lease", "mine");
+    return page;
+  }
+}
+
+export function onSerial(tests, shared, bench, folder) {
+  const files = new Files(folder);
+  const sim = new Sim("none");
+  const cable = new Cable(bench.program);
+  const browser = new SerialBrowser(bench.browser, sim, cable);
+  const test = (name, body) => {
+    tests.push([`port: ${name}`, async () => {
+      await files.start();
+      await cable.start();
+      Object.assign(cable, { granted: true, there: cable.there || 1, isBusy: false, isMute: false, piece: Infinity, noise: false });
+      files.patched.set("assets/worker.js", mockOf(cable.bridge) + readFileSync(join(folder, "assets/worker.js"), "utf8"));
+      bench.swap({ station: sim, browser, url: () => files.url });
+      cable.sent = [];
+      await body();
+      assert.ok(!cable.sent.some((frame) => frame.id === JOG && frame.params[1] !== 0), "a jog of the arm's own was sent");
+    }]);
+  };
+  const closed = (page) => page.context().close();
+  const moving = (frame) => frame.id === CP || frame.id === PTP;
+
+  /** A page that holds a jog. */
+  const jogging = async (page) => {
+    await page.getByTestId("jog-j1-plus").hover();
+    await page.mouse.down();
+    await is(page, "jog", "running");
+    await cable.untilMoves();
+  };
+  const running = async (page) => {
+    await page.goto(`${files.url}#/run`);
+    await page.getByTestId("program-open").setInputFiles({ name: "there.plan.json", mimeType: "text/plain", buffer: Buffer.from(PLAN) });
+    await page.locator('[data-testid="program-there.plan.json"][aria-selected=true]').waitFor();
+    await page.getByTestId("run-start").click();
+    await page.getByTestId("confirm").getByText("keep it open").waitFor();
+    assert.ok(!cable.sent.some(moving), "nothing moves before the question is answered");
+    await page.getByTestId("confirm-yes").click();
+    await is(page, "job", "running");
+    await cable.untilMoves();
+  };
+  /** After its last byte an arm that was jogged stands in time, and nothing comes after. */
+  const standsInTime = async () => {
+    const stood = await cable.standsAt();
+    const last = cable.sent.filter(moving).at(-1).at;
+    assert.ok(stood - last <= BOUND + SLACK, `it stood ${stood - last} ms after the last byte`);
+    await sleep(300);
+    assert.ok(!(await cable.moves()));
+  };
+
+  test("connecting sends nothing that moves, queues or clears, and takes no control", async () => {
+    const page = await browser.page(files.url);
+    assert.match(await page.getByTestId("serial-why").textContent(), /only reads/);
+    await page.getByRole("button", { name: "USB" }).click();
+    await is(page, "link", "up");
+    await is(page, "backend", "serial");
+    await is(page, "lease", "free");
+    assert.equal(await page.getByTestId("header-arm").textContent(), "Real arm");
+    await page.getByTestId("jog-note").waitFor();
+    await sleep(2000);
+    assert.ok(cable.sent.length > 20);
+    assert.deepEqual(cable.sent.filter((frame) => frame.ctrl !== 0), []);
+    await page.goto(`${files.url}#/arms`);
+    const [file] = await Promise.all([page.waitForEvent("download"), page.getByTestId("log-export").click()]);
+    assert.equal(file.suggestedFilename(), "magician.pcapng");
+    const said = execFileSync(bench.program, ["decode", "--json", await file.path()], { encoding: "utf8" });
+    const lines = said.trim().split("\n").map((line) => JSON.parse(line));
+    assert.ok(lines.length > 40 && lines.every(({ ok }) => ok), said.slice(0, 500));
+    assert.ok(lines.some(({ command, direction }) => command === "GetPose" && direction === "reply"));
+    await page.reload();
+    await is(page, "ready", "true");
+    await sleep(500);
+    await is(page, "backend", "none");
+    assert.ok(await page.getByTestId("connect-serial").isEnabled());
+    await closed(page);
+  });
+
+  test("a picker that is closed is no fault; a busy port and a silent arm are named", async () => {
+    const page = await browser.page(files.url);
+    const press = () => page.getByTestId("connect-serial").click();
+    const says = (text) => page.getByTestId("serial-why").filter({ hasText: text }).waitFor();
+    cable.granted = false;
+    await press();
+    await sleep(500);
+    await is(page, "backend", "none");
+    await says("only reads");
+    assert.equal((await page.getByTestId("notice").textContent()).trim(), "");
+    Object.assign(cable, { granted: true, isBusy: true });
+    await press();
+    await says("magician serve");
+    await is(page, "backend", "none");
+    Object.assign(cable, { isBusy: false, isMute: true });
+    await press();
+    await says("no arm answers");
+    cable.isMute = false;
+    await press();
+    await is(page, "link", "up");
+    await closed(page);
+  });
+
+  test("where a browser has no serial ports the page says which reason it is", async () => {
+    for (const [secure, text] of [[true, "Chrome or Edge"], [false, "through a server"]]) {
+      const context = await browser.browser.newContext();
+      const page = await context.newPage();
+      await page.addInitScript((secure) => {
+        delete Navigator.prototype.serial;
+        Object.defineProperty(globalThis, "isSecureContext", { value: secure });
+      }, secure);
+      await page.goto(files.url);
+      await page.getByTestId("serial-why").filter({ hasText: text }).waitFor();
+      assert.ok(await page.getByTestId("connect-serial").isDisabled());
+      await context.close();
+    }
+  });
+
+  for (const [name, body] of shared) if (SHARED.includes(name)) test(name, body);
+
+  test("home and laser ask first", async () => {
+    const page = await browser.inControl(files.url);
+    for (const button of ["home", "tool-laser"]) {
+      if (button === "tool-laser") await page.getByTestId("tool-select").selectOption("laser");
+      const began = performance.now();
+      await page.getByTestId(button).click();
+      await page.getByTestId("confirm-no").click();
+      await sleep(300);
+      assert.ok(!cable.since(began).some((frame) => frame.id === 31 || (frame.id === LASER && frame.ctrl)));
+    }
+    assert.ok(!(await cable.burns()));
+    await closed(page);
+  });
+
+  test("reads in single bytes, noise between frames and errors of the stream lose nothing", async () => {
+    Object.assign(cable, { piece: 1, noise: true });
+    const page = await browser.inControl(files.url);
+    for (const error of ["BufferOverrunError", "FramingError", "BreakError", "ParityError"]) {
+      cable.error(error);
+      await sleep(300);
+      await is(page, "link", "up");
+    }
+    await page.getByTestId("jog-mode-step").check({ force: true });
+    const before = await cable.pose();
+    await page.getByTestId("jog-z-plus").click();
+    await sim.until("a step", (state) => Math.abs(state.z - before[2] - 5) < 0.02 && !state.moving);
+    assert.equal(cable.sent.filter(moving).length, 1);
+    await closed(page);
+  });
+
+  for (const [what, kill] of [
+    ["a worker that is ended", (page) => page.evaluate(() => globalThis.workers[0].terminate())],
+    ["a worker that hangs", (page) => void page.workers()[0].evaluate(() => { for (const ends = performance.now() + 4000; performance.now() < ends; ); }).catch(() => {})],
+    ["a page that is closed", (page) => page.close()],
+    ["a page that is left", (page) => page.goto("about:blank")],
+    ["a browser window that is gone", (page) => page.context().close()],
+    ["a cable that is pulled", () => cable.unplug()],
+  ]) {
+    test(`in a jog, ${what}: the arm stands in time`, async () => {
+      const page = await browser.inControl(files.url);
+      await jogging(page);
+      await kill(page);
+      await standsInTime();
+      await page.context().close().catch(() => {});
+      cable.plug();
+    });
+  }
+
+  test("a page that is left in a job stops it, with the laser off, within 300 ms", async () => {
+    for (const leave of [(page) => page.goto("about:blank"), (page) => page.close()]) {
+      cable.sent = [];
+      const page = await browser.inControl(files.url);
+      page.on("dialog", (dialog) => void dialog.accept());
+      await running(page);
+      const began = performance.now();
+      await leave(page);
+      await sleep(400);
+      const stop = cable.since(began).find((frame) => frame.id === CLEAR);
+      assert.ok(stop !== undefined, "no stop was sent");
+      console.log(`      stop ${(stop.at - began).toFixed(0)} ms after it began to go`);
+      assert.ok(cable.since(began).some((frame) => frame.id === LASER && frame.params[1] === 0), "laser off");
+      assert.ok(!(await cable.moves()) && !(await cable.burns()));
+      await page.context().close();
+    }
+  });
+
+  test("a cable that is pulled in a job is named lost and found again, and nothing is sent twice", async () => {
+    const page = await browser.inControl(files.url);
+    await running(page);
+    cable.unplug();
+    await is(page, "link", "lost");
+    await page.getByTestId("link-since").waitFor();
+    await is(page, "job", "interrupted");
+    await page.goto(`${files.url}#/move`);
+    assert.ok(await page.getByTestId("jog-x-plus").isDisabled());
+    await is(page, "stale", "true");
+    const count = cable.sent.filter(moving).length;
+    await cable.standsAt(15_000);
+    const plugged = performance.now();
+    cable.plug();
+    await is(page, "link", "up");
+    await is(page, "stale", "false");
+    await sleep(500);
+    assert.ok(!cable.since(plugged).some(moving), "it goes on by itself");
+    assert.equal(cable.sent.filter(moving).length, count);
+    assert.ok(!(await cable.burns()));
+    await closed(page);
+  });
+
+  test("a worker that is ended is noticed, and the port can be chosen again", async () => {
+    const page = await browser.connected(files.url);
+    await page.evaluate(() => globalThis.workers[0].terminate());
+    await is(page, "link", "lost");
+    await is(page, "backend", "none", 20_000);
+    await page.getByTestId("serial-why").filter({ hasText: "has ended" }).waitFor();
+    await page.getByTestId("connect-serial").click();
+    await is(page, "link", "up");
+    await closed(page);
+  });
+
+  return { end: () => (files.end(), cable.end()) };
+}
