@@ -2,8 +2,11 @@
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { createHash } from "node:crypto";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { createServer } from "node:http";
 import { connect } from "node:net";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 
 /** Runs in page and worker: `navigator.serial` with one port, at the bridge. */
@@ -124,13 +127,13 @@ export class Cable {
 
   /** One that was just switched on. */
   async newArm() {
-    this.child?.kill();
+    this.folder ??= mkdtempSync(join(tmpdir(), "studio-port-"));
     const free = createServer();
     await new Promise((done) => free.listen(0, "127.0.0.1", done));
     const { port } = free.address();
     await new Promise((done) => free.close(done));
     this.port = port;
-    this.child = spawn(this.program, ["sim", "--tcp", `127.0.0.1:${port}`], { stdio: ["ignore", "pipe", "ignore"] });
+    this.child = spawn(this.program, ["sim", "--tcp", `127.0.0.1:${port}`, "--trace", join(this.folder, "arm.pcapng")], { stdio: ["ignore", "pipe", "ignore"] });
     await new Promise((done) => this.child.stdout.once("data", done));
     this.judge?.destroy();
     this.judge = connect(port, "127.0.0.1");
@@ -233,6 +236,31 @@ export class Cable {
     return changed;
   }
 
+  /** How long the arm went on after its last command to move, ms by its own clock: this machine may be busy. */
+  async wentOn(isMove) {
+    await this.standsAt();
+    const frames = this.traced();
+    const last = frames.findLast((frame) => frame.toArm && isMove(frame));
+    const poses = frames.filter((frame) => !frame.toArm && frame.id === 10);
+    const end = String(poses.at(-1).params);
+    return (poses.findLast((frame) => String(frame.params) !== end)?.at ?? 0) - last.at;
+  }
+
+  /** What passed at the arm, ms. */
+  traced() {
+    const file = readFileSync(join(this.folder, "arm.pcapng"));
+    const frames = [];
+    for (let at = 0; at + 12 <= file.length; at += file.readUInt32LE(at + 4)) {
+      if (file.readUInt32LE(at) !== 6 || at + file.readUInt32LE(at + 4) > file.length) continue;
+      const time = (file.readUInt32LE(at + 12) * 2 ** 32 + file.readUInt32LE(at + 16)) / 1000;
+      const long = file.readUInt32LE(at + 20);
+      const flags = file.readUInt32LE(at + 28 + Math.ceil(long / 4) * 4 + 4);
+      const frame = framesOf(file.subarray(at + 28, at + 28 + long))[0];
+      if (frame) frames.push({ at: time, toArm: (flags & 3) === 2, ...frame });
+    }
+    return frames;
+  }
+
   /** Whether it moves now. */
   async moves() {
     const before = String(await this.pose());
@@ -255,5 +283,6 @@ export class Cable {
     for (const socket of this.sockets) socket.destroy();
     this.server?.closeAllConnections();
     this.server?.close();
+    if (this.folder) rmSync(this.folder, { recursive: true, force: true });
   }
 }

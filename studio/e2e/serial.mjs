@@ -10,15 +10,15 @@ import { Files, SHARED, Sim } from "./sim.mjs";
 
 /** Commands, by their numbers in the protocol. */
 const [JOG, CP, PTP, LASER, CLEAR] = [73, 91, 84, 61, 245];
-/** What a jog may take after the last byte, ms: its `keep_ms` and 50; and what this machine may take to look. */
-const [BOUND, SLACK] = [300, 60];
+/** What a jog may take after the last byte, ms: its `keep_ms` and 50. */
+const BOUND = 300;
 /** Shows the worker to the test, so that it can be ended. */
 const SHOWN = `globalThis.workers = []; Worker = class extends Worker { constructor(...all) { super(...all); globalThis.workers.push(this); } };`;
 /** Moves for some seconds, in many commands. */
 const PLAN = JSON.stringify({
   format: "magician-plan",
   version: 1,
-  steps: Array.from({ length: 12 }, (_, nth) => ({ move: { to: [220, nth % 2 ? 60 : -60, 40, 0], by: "linear" } })),
+  steps: Array.from({ length: 12 }, (_, nth) => ({ line: [220, nth % 2 ? 60 : -60, 40, 0] })),
 });
 
 class SerialBrowser extends Browser {
@@ -57,7 +57,7 @@ class SerialBrowser extends Browser {
 
 export function onSerial(tests, shared, bench, folder) {
   const files = new Files(folder);
-  const sim = new Sim("none");
+  const sim = Object.assign(new Sim("none"), { asks: true });
   const cable = new Cable(bench.program);
   const browser = new SerialBrowser(bench.browser, sim, cable);
   const test = (name, body) => {
@@ -78,9 +78,14 @@ export function onSerial(tests, shared, bench, folder) {
   /** A page that holds a jog. */
   const jogging = async (page) => {
     await page.getByTestId("jog-j1-plus").hover();
-    await page.mouse.down();
-    await is(page, "jog", "running");
-    await cable.untilMoves();
+    // On a machine that is busy elsewhere the page may not be heard in time, and the jog ends by itself.
+    for (let tries = 0; ; tries++) {
+      await page.mouse.down();
+      for (let looks = 0; looks < 20; looks++) if (await cable.moves()) return;
+      assert.ok(tries < 5, await page.getByTestId("jog-status").textContent());
+      await page.mouse.up();
+      await is(page, "jog", "idle");
+    }
   };
   const running = async (page) => {
     await page.goto(`${files.url}#/run`);
@@ -95,9 +100,9 @@ export function onSerial(tests, shared, bench, folder) {
   };
   /** After its last byte an arm that was jogged stands in time, and nothing comes after. */
   const standsInTime = async () => {
-    const stood = await cable.standsAt();
-    const last = cable.sent.filter(moving).at(-1).at;
-    assert.ok(stood - last <= BOUND + SLACK, `it stood ${stood - last} ms after the last byte`);
+    const ms = await cable.wentOn(moving);
+    console.log(`      moved for ${ms.toFixed(0)} ms after the last byte`);
+    assert.ok(ms > 0 && ms <= BOUND, `it moved for ${ms} ms after the last byte`);
     await sleep(300);
     assert.ok(!(await cable.moves()));
   };

@@ -201,6 +201,7 @@ test("Stop stops what moves", async () => {
   const page = await browser.inControl(url());
   await station.stands();
   await page.getByTestId("home").click();
+  if (station.asks) await page.getByTestId("confirm-yes").click();
   await is(page, "moving", "true");
   await page.getByTestId("stop").click();
   await is(page, "moving", "false");
