@@ -91,6 +91,7 @@ export function onSerial(tests, shared, bench, folder) {
     await page.goto(`${files.url}#/run`);
     await page.getByTestId("program-open").setInputFiles({ name: "there.plan.json", mimeType: "text/plain", buffer: Buffer.from(PLAN) });
     await page.locator('[data-testid="program-there.plan.json"][aria-selected=true]').waitFor();
+    await page.getByText("The arm can do it").waitFor();
     await page.getByTestId("run-start").click();
     await page.getByTestId("confirm").getByText("keep it open").waitFor();
     assert.ok(!cable.sent.some(moving), "nothing moves before the question is answered");
@@ -273,6 +274,24 @@ export function onSerial(tests, shared, bench, folder) {
     assert.ok(!cable.since(plugged).some(moving), "it goes on by itself");
     assert.equal(cable.sent.filter(moving).length, count);
     assert.ok(!(await cable.burns()));
+    await closed(page);
+  });
+
+  test("another name, and a worker that hung for a while, keep port, control and what moves", async () => {
+    const page = await browser.inControl(files.url);
+    await page.goto(`${files.url}#/settings`);
+    await page.getByTestId("settings-name").fill("Ada");
+    await page.getByTestId("settings-name").press("Tab");
+    await page.getByTestId("lease-holder").filter({ hasText: "You have control" }).waitFor();
+    await is(page, "link", "up");
+    await running(page);
+    void page.workers()[0].evaluate(() => { for (const ends = performance.now() + 4000; performance.now() < ends; ); }).catch(() => {});
+    await is(page, "link", "lost");
+    await is(page, "link", "up");
+    await is(page, "backend", "serial");
+    assert.ok(!cable.sent.some((frame) => frame.id === CLEAR && frame.ctrl), "nothing was stopped");
+    await page.getByTestId("run-stop").click();
+    await is(page, "job", "stopped");
     await closed(page);
   });
 

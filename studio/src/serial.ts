@@ -93,11 +93,15 @@ export class SerialLine {
     const [at = "", of] = chosen.split(" ");
     const port = (await serial?.getPorts())?.[Number(at)];
     if (port === undefined || kind(port) !== of) throw PORT_GONE;
-    if (this.writer !== null) return;
-    this.port = port;
-    this.others = [];
-    await this.opens();
-    this.found();
+    if (this.writer !== null || this.looking) return;
+    this.looking = true;
+    try {
+      this.port = port;
+      await this.opens();
+      this.found();
+    } finally {
+      this.looking = false;
+    }
   }
 
   async close(): Promise<void> {

@@ -131,7 +131,9 @@ function forget(): void {
 function open(): void {
   if (address === null) return;
   clearTimeout(again);
-  client?.close();
+  // A port stays open under another session; `close` would stop its arm.
+  if (store.backend.value === "serial") client?.fail();
+  else client?.close();
   client ??= made();
   if (store.socket.value !== "lost") store.socket.value = "connecting";
   probedAt = null;
@@ -430,7 +432,7 @@ setInterval(() => {
 
 document.addEventListener("visibilitychange", () => {
   // After a sleep the next try may be seconds away.
-  if (!document.hidden && (store.socket.value === "lost" || store.refused.value === "unreachable")) open();
+  if (!document.hidden && store.backend.value !== "serial" && (store.socket.value === "lost" || store.refused.value === "unreachable")) open();
 });
 /** The worker of a page that goes has so long to stop its arm, ms: browsers end both together. */
 const LAST = 80;

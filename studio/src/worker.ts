@@ -1,5 +1,5 @@
 // The worker that holds the line: a WebSocket to a station, or the station itself with a virtual arm or a real one at a serial port.
-import { type FromWorker, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
+import { type FromWorker, PORT_GONE, SERIAL, SIM, type ToWorker, type Wire } from "./carrier";
 import { JogKeeper } from "./keeper";
 import { SerialLine } from "./serial";
 import { WorkerStation } from "./sim";
@@ -98,6 +98,15 @@ function leave(): void {
   left = station.then((station) => station.leave()).catch(() => {});
 }
 
+async function choosePort(chosen: string): Promise<void> {
+  try {
+    await (await real)?.choosePort(chosen);
+  } catch (code) {
+    // The station goes on: the port of before is still looked for.
+    tell({ kind: "closed", code: typeof code === "number" ? code : PORT_GONE });
+  }
+}
+
 async function trace(): Promise<void> {
   const station = await (real ?? sim);
   if (station !== null) tell({ kind: "traced", file: (await station.trace()) as Uint8Array<ArrayBuffer> });
@@ -135,7 +144,7 @@ onmessage = (event: MessageEvent<ToWorker>) => {
     case "trace":
       return void trace();
     case "port":
-      return void real?.then((station) => station.choosePort(order.url.slice(SERIAL.length))).catch((code) => tell({ kind: "closed", code: Number(code) }));
+      return void choosePort(order.url.slice(SERIAL.length));
     case "leave":
       return leave();
     case "close":
