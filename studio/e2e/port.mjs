@@ -110,6 +110,8 @@ export class Cable {
   piece = Infinity;
   noise = false;
   sent = [];
+  /** How often the port was opened. */
+  opens = 0;
   sockets = new Set();
 
   constructor(program) {
@@ -154,6 +156,7 @@ export class Cable {
     const arm = this.isMute ? null : connect(this.port, "127.0.0.1");
     arm?.setNoDelay(true);
     this.sockets.add(socket);
+    this.opens++;
     const end = () => (arm?.destroy(), socket.destroy(), this.sockets.delete(socket));
     let rest = Buffer.alloc(0);
     socket.on("data", (bytes) => {

@@ -205,11 +205,13 @@ export function onSerial(tests, shared, bench, folder) {
   test("reads in single bytes, noise between frames and errors of the stream lose nothing", async () => {
     Object.assign(cable, { piece: 1, noise: true });
     const page = await browser.inControl(files.url);
+    const { opens } = cable;
     for (const error of ["BufferOverrunError", "FramingError", "BreakError", "ParityError"]) {
       cable.error(error);
       await sleep(300);
       await is(page, "link", "up");
     }
+    assert.equal(cable.opens, opens, "the port was lost");
     await page.getByTestId("jog-mode-step").check({ force: true });
     const before = await cable.pose();
     await page.getByTestId("jog-z-plus").click();
