@@ -1,5 +1,5 @@
 // arm.wasm with text and bytes instead of addresses, and what it imports: the page's clock, random numbers, and somewhere for a panic's
-// last words. Nothing in it waits: `poll_oneoff` is what a runtime sleeps in, and this one is turned.
+// last words. Clock 0 is the calendar's. Nothing in it waits: `poll_oneoff` is what a runtime sleeps in, and this one is turned.
 const utf8 = new TextDecoder();
 const KINDS = ["text", "frame", "line", "close", "trace"];
 const fail = (why) => { throw new Error(why); };
@@ -11,7 +11,6 @@ export async function load(source, now = () => performance.now()) {
   const view = () => new DataView(wasm.memory.buffer);
   const end = (what) => () => fail(`arm.wasm: ${what}`);
   const wasi = {
-    // Clock 0 is the calendar's.
     clock_time_get: (clock, _precision, at) => (view().setBigUint64(at, BigInt(Math.round((now() + (clock === 0 ? performance.timeOrigin : 0)) * 1000)) * 1000n, true), 0),
     random_get: (at, count) => (crypto.getRandomValues(bytes(at, count)), 0),
     environ_sizes_get: (count, size) => (view().setUint32(count, 0, true), view().setUint32(size, 0, true), 0),
