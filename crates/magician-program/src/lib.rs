@@ -63,6 +63,7 @@ pub mod resume;
 mod setup;
 mod simplify;
 mod surface;
+pub mod wire;
 
 pub use artwork::{Artwork, Stroke, WouldFit};
 pub use calibrate::{Tip, rounded_height};
