@@ -73,8 +73,8 @@ pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;
 pub use formats::{Content, Fills, Format, Parsed, ReadOptions, White, read};
 pub use options::{
-    AskedOption, Begun, FileRead, Grid, LaidFile, ModeOption, OptionError, Reading, SetupDefaults,
-    SetupOptions, UnknownStart, WorkOption,
+    AskedOption, Begun, FileRead, Grid, LaidFile, ModeOption, OptionError, ReadFile, Reading,
+    SetupDefaults, SetupOptions, UnknownStart, WorkOption,
 };
 pub use origin::{Lines, Origin};
 pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};

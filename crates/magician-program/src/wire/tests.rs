@@ -60,7 +60,11 @@ fn an_error_comes_back_with_its_place_and_its_advice() {
             options,
             bytes: text.as_bytes().into(),
         };
-        assert_eq!(answer_from(&answer(&request.to_bytes())), Ok(read), "{text}");
+        assert_eq!(
+            answer_from(&answer(&request.to_bytes())),
+            Ok(read),
+            "{text}"
+        );
     }
     let given = Diagnostic::of_file("all kinds of advice")
         .named("rect7")
@@ -87,7 +91,11 @@ fn what_another_build_wrote_is_refused_and_not_misread() {
     assert_eq!(answer_from(&FORM), Err(WireError::Malformed));
     answered[7] ^= 0x80;
     assert_eq!(answer_from(&answered), Err(WireError::OtherBuild));
-    assert!(WireError::OtherBuild.to_string().contains("reload the page"));
+    assert!(
+        WireError::OtherBuild
+            .to_string()
+            .contains("reload the page")
+    );
 }
 
 #[test]
