@@ -23,6 +23,8 @@ export type ToWorker =
   | { kind: "alive" }
   /** With a port: another client of the virtual arm's station. */
   | { kind: "join" }
+  /** A program of the virtual arm's library, which is kept, or without bytes given: what a message has no room for. Answered as a request. */
+  | { kind: "file"; id: number; name: string; bytes?: ArrayBuffer }
   | { kind: "close" };
 
 /** What the address of a virtual arm in the worker begins with. */

@@ -325,6 +325,12 @@ export function files(): { url: string; headers: Record<string, string> } | null
   return { url: `${protocol === "wss:" ? "https" : "http"}://${host}/api/v1/programs/`, headers };
 }
 
+/** A program of the page's own station, kept or given; null where the station is a server's. */
+export function ownFile(): ((name: string, bytes?: ArrayBuffer) => Promise<ArrayBuffer>) | null {
+  const own = store.backend.value === "sim" && store.socket.value === "up" ? client : null;
+  return own && ((name, bytes) => own.file(name, bytes));
+}
+
 /** The arm that is shown, for calls. */
 export const shown = (): { arm: string } => ({ arm: store.armName.value ?? "" });
 

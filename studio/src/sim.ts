@@ -1,6 +1,7 @@
 // The station in the worker: arm.wasm with a virtual arm, turned by the worker's clock.
 import { load, type Station } from "../../crates/magician-wasm/node/shim.mjs";
 import type { Wire } from "./carrier";
+import { FilesWorker } from "./files";
 import { Kept } from "./kept";
 
 /** What a session hears: its messages, and its end with a code as WebSockets have. */
@@ -22,12 +23,19 @@ export class SimStation {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private answers: Wire[] = [];
   private ids = 0;
+  private readonly files: FilesWorker;
 
   private constructor(
     private readonly station: Station,
     private readonly clock: { ahead: number },
     private readonly kept: Kept,
-  ) {}
+    readers: URL,
+  ) {
+    this.files = new FilesWorker(readers, (id, answer) => {
+      this.station.fileIn(id, answer);
+      this.turns();
+    });
+  }
 
   /** Loads the module and homes its arm: what takes seconds of the arm's clock takes none of the person's. */
   static async open(module: URL, speed: number): Promise<SimStation> {
@@ -44,7 +52,7 @@ export class SimStation {
     const epoch = crypto.randomUUID().slice(0, 8);
     const unix_zero = (Date.now() - performance.now()) / 1000;
     const station = open({ arms: [{ name: "arm", sim: { speed, scenario } }], epoch, unix_zero });
-    const made = new SimStation(station, clock, kept);
+    const made = new SimStation(station, clock, kept, new URL("files.wasm", module));
     made.hearers.set(OWN, { heard: (message) => made.answers.push(message), closed: () => {} });
     made.readies();
     await made.fills();
@@ -72,6 +80,24 @@ export class SimStation {
     this.turns();
   }
 
+  /** A program of the library, kept or given. */
+  file(name: string, bytes?: ArrayBuffer): ArrayBuffer {
+    if (bytes === undefined) {
+      const found = this.station.programOut(name);
+      if (found === null) throw new Error(`${name} is not there`);
+      return found.buffer as ArrayBuffer;
+    }
+    const whole = new Uint8Array(bytes);
+    this.keeps(name, whole);
+    this.kept.write(name, whole);
+    return new ArrayBuffer(0);
+  }
+
+  private keeps(name: string, bytes: Uint8Array): void {
+    const why = this.station.programIn(name, bytes);
+    if (why !== null) throw new Error(new TextDecoder().decode(why));
+  }
+
   private turns(): void {
     clearTimeout(this.timer);
     const next = this.turn();
@@ -84,9 +110,11 @@ export class SimStation {
       const hearer = this.hearers.get(out.session);
       if (out.kind === "text") {
         const message = JSON.parse(out.payload) as Wire;
-        this.kept.answered(out.session, message, (message) => this.own(message));
+        this.kept.answered(out.session, message, (name) => this.station.programOut(name));
         if (out.session === 0) this.answers.push(message);
         else hearer?.heard(message);
+      } else if (out.kind === "file") {
+        this.files.read(out.payload);
       } else if (out.kind === "close") {
         this.hearers.delete(out.session);
         hearer?.closed(out.payload[0]! | (out.payload[1]! << 8));
@@ -106,12 +134,8 @@ export class SimStation {
     throw new Error("the virtual arm does not become ready");
   }
 
-  private own(message: Wire): void {
-    this.station.rpc(OWN, JSON.stringify({ jsonrpc: "2.0", id: ++this.ids, ...message }));
-  }
-
   private call(method: string, params: Record<string, unknown> = {}): Record<string, unknown> {
-    this.own({ method, params });
+    this.station.rpc(OWN, JSON.stringify({ jsonrpc: "2.0", id: ++this.ids, method, params }));
     const answer = this.until(() => this.answers.find((message) => message.id === this.ids));
     if (answer.error) throw new Error(answer.error.message);
     return answer.result as Record<string, unknown>;
@@ -129,8 +153,7 @@ export class SimStation {
   }
 
   private async fills(): Promise<void> {
-    for await (const [name, data] of this.kept.all()) this.call("program.put", { name, data });
-    this.answers = [];
+    for await (const [name, bytes] of this.kept.all()) this.keeps(name, bytes);
     // What it is told from now on nobody reads.
     this.hearers.set(OWN, { heard: () => {}, closed: () => {} });
   }

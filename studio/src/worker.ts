@@ -8,6 +8,8 @@ const tell = (message: FromWorker) => postMessage(message);
 /** A connection: what is sent after its end is lost. */
 interface Line {
   send(message: Wire): void;
+  /** A program past the messages, of a station in this worker. */
+  file?(name: string, bytes?: ArrayBuffer): ArrayBuffer;
   close(): void;
 }
 let line: Line | null = null;
@@ -65,6 +67,7 @@ async function openSim(speed: number): Promise<void> {
     if (line !== mine) return;
     const session = station.connect(hears);
     mine.send = (message) => station.send(session, message);
+    mine.file = (name, bytes) => station.file(name, bytes);
     mine.close = () => station.end(session);
     tell({ kind: "opened" });
   } catch (error) {
@@ -80,6 +83,15 @@ async function join(port: MessagePort): Promise<void> {
   if (station === null) return port.close();
   const session = station.connect({ heard: (message) => port.postMessage(message), closed: () => port.close() });
   port.onmessage = (event: MessageEvent<Wire>) => station.send(session, event.data);
+}
+
+function file(id: number, name: string, bytes?: ArrayBuffer): void {
+  const answer = (message: Wire) => tell({ kind: "heard", message: { id, ...message } });
+  try {
+    if (line?.file) answer({ result: line.file(name, bytes) });
+  } catch (error) {
+    answer({ error: { code: 0, message: error instanceof Error ? error.message : String(error) } });
+  }
 }
 
 function close(): void {
@@ -103,6 +115,8 @@ onmessage = (event: MessageEvent<ToWorker>) => {
       return keeper.isAlive();
     case "join":
       return void event.ports.map(join);
+    case "file":
+      return file(order.id, order.name, order.bytes);
     case "close":
       return close();
   }
