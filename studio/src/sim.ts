@@ -32,7 +32,12 @@ export class SimStation {
     readers: URL,
   ) {
     this.files = new FilesWorker(readers, (id, answer) => {
-      this.station.fileIn(id, answer);
+      try {
+        this.station.fileIn(id, answer);
+      } catch {
+        // There is no memory for it.
+        this.station.fileIn(id, new Uint8Array());
+      }
       this.turns();
     });
   }

@@ -14,6 +14,9 @@ use tokio::time::timeout;
 /// A file that was not read by then is not read: the page ends its reader before.
 const LONGEST: Duration = Duration::from_secs(90);
 
+/// Of a larger answer, some two million steps, the module would not have the memory that a check takes.
+const LARGEST: usize = 64 << 20;
+
 /// One file at a time is handed to the page; the others wait in order, and take no memory there.
 #[derive(Clone)]
 pub(crate) struct PageFiles {
@@ -26,7 +29,7 @@ struct Desk {
     last: u32,
     /// What the page is to be told: a file to be read, or one that is wanted no more.
     out: VecDeque<(u32, Vec<u8>)>,
-    waiting: BTreeMap<u32, oneshot::Sender<Vec<u8>>>,
+    waiting: BTreeMap<u32, oneshot::Sender<Option<Vec<u8>>>>,
 }
 
 impl Default for PageFiles {
@@ -55,11 +58,11 @@ impl PageFiles {
         let waiting = self.desk().waiting.remove(&id);
         if let Some(waiting) = waiting {
             // Who waited may have given up.
-            let _ = waiting.send(answer.to_vec());
+            let _ = waiting.send((answer.len() <= LARGEST).then(|| answer.to_vec()));
         }
     }
 
-    fn ask(&self, request: Vec<u8>) -> (Asked, oneshot::Receiver<Vec<u8>>) {
+    fn ask(&self, request: Vec<u8>) -> (Asked, oneshot::Receiver<Option<Vec<u8>>>) {
         let (done, answer) = oneshot::channel();
         let mut desk = self.desk();
         desk.last = desk.last.wrapping_add(1);
@@ -106,8 +109,9 @@ impl FileReader for PageFiles {
             match answer {
                 Err(_) => wrong(ErrorKind::Timeout, "reading the file took too long"),
                 Ok(Err(_)) => wrong(ErrorKind::Unexpected, FAILED),
-                Ok(Ok(bytes)) if bytes.is_empty() => wrong(ErrorKind::Unexpected, FAILED),
-                Ok(Ok(bytes)) => answer_from(&bytes).or_else(|error| match error {
+                Ok(Ok(None)) => wrong(ErrorKind::Unsupported, TOO_LARGE),
+                Ok(Ok(Some(bytes))) if bytes.is_empty() => wrong(ErrorKind::Unexpected, FAILED),
+                Ok(Ok(Some(bytes))) => answer_from(&bytes).or_else(|error| match error {
                     WireError::OtherBuild => wrong(ErrorKind::Unsupported, &error.to_string()),
                     _ => wrong(ErrorKind::Unexpected, &error.to_string()),
                 }),
@@ -116,4 +120,5 @@ impl FileReader for PageFiles {
     }
 }
 
+const TOO_LARGE: &str = "the program is too large to be run by a page: run it by a station";
 const FAILED: &str = "the file reader stopped before it had read the file";

@@ -110,6 +110,7 @@ fn answers_of_another_build_and_damaged_ones_are_refused() {
         ((|whole| whole[2] ^= 1) as fn(&mut Vec<u8>), "unsupported"),
         (|whole| whole.truncate(whole.len() - 3), "unexpected"),
         (|whole| *whole = vec![7; 5], "unexpected"),
+        (|whole| whole.resize((64 << 20) + 1, 0), "unsupported"),
     ] {
         let check = page.send(1, "job.check", &gcode(SQUARE));
         let (id, request) = is_asked(&mut page);
