@@ -2,7 +2,7 @@
 import { defineConfig } from "vite";
 
 /** What every page begins with; the panels of other routes and the picture come when they are opened. */
-const SHELL = /src.(?!main|worker|site|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen|fence)).*\.tsx?$/;
+const SHELL = /src.(?!main|worker|reader|files|site|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen|fence)).*\.tsx?$/;
 
 export default defineConfig({
   base: "./",
@@ -32,5 +32,5 @@ export default defineConfig({
       },
     },
   },
-  worker: { format: "es", rollupOptions: { output: { entryFileNames: "assets/worker.js" } } },
+  worker: { format: "es", rollupOptions: { output: { entryFileNames: "assets/[name].js" } } },
 });

@@ -2,7 +2,8 @@
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    if std::env::var("CARGO_CFG_TARGET_FAMILY").is_ok_and(|family| family == "wasm") {
+    // files.wasm has no C library.
+    if std::env::var("CARGO_CFG_TARGET_OS").is_ok_and(|system| system == "wasi") {
         println!("cargo::rustc-link-arg=--export=free");
     }
 }

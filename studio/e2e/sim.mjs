@@ -195,6 +195,105 @@ export function onSim(tests, bench, folder) {
     await closed(page);
   });
 
+  const sample = (name) => join(folder, "../../magician-program/samples", name);
+  const onRun = async (query = "") => {
+    const page = await browser.inControl(files.url + query);
+    await page.goto(`${files.url}${query}#/run`);
+    await is(page, "route", "run");
+    return page;
+  };
+  const give = async (page, from) => {
+    await page.getByTestId("program-open").setInputFiles(typeof from === "string" ? sample(from) : from);
+    const name = typeof from === "string" ? from : from.name;
+    await page.locator(`[data-testid="program-${name}"][aria-selected=true]`).waitFor();
+  };
+  const setup = async (page, name, text) => {
+    await page.getByTestId(`setup-${name}`).fill(text);
+    await page.getByTestId(`setup-${name}`).press("Tab");
+  };
+  const good = async (page) => {
+    await page.getByText("The arm can do it").waitFor();
+    await page.locator("[data-testid=run-preview][data-shown=true]").waitFor();
+  };
+
+  test("files: drawings are opened offline, seen before they run, and drawn", async () => {
+    const visit = await browser.page(files.url);
+    await visit.evaluate(() => navigator.serviceWorker.ready);
+    const context = visit.context();
+    await context.setOffline(true);
+    files.end();
+    await visit.reload();
+    await is(visit, "ready", "true");
+    await visit.close();
+    const page = await context.newPage();
+    await page.goto(`${files.url}?speed=20`);
+    await is(page, "ready", "true");
+    await page.getByTestId("connect-sim").click();
+    await is(page, "lease", "mine");
+    await sim.join(page);
+    await page.goto(`${files.url}?speed=20#/run`);
+    await is(page, "route", "run");
+    for (const name of ["house.svg", "rabbit.svg"]) {
+      await give(page, name);
+      await setup(page, "at", "240 0");
+      await page.getByTestId("setup-fit").check();
+      await good(page);
+      const before = (await sim.call("world.look")).drawing.length;
+      await page.getByTestId("run-start").click();
+      await is(page, "job", "running");
+      await is(page, "job", "done", 60_000);
+      assert.ok((await sim.call("world.look")).drawing.length > before + 500, name);
+    }
+    await context.close();
+  });
+
+  test("files: a complaint about G-code is shown at its line", async () => {
+    const page = await onRun();
+    await give(page, { name: "far.nc", mimeType: "text/plain", buffer: Buffer.from("G21\nG90\nG0 X600 Y0 Z-50\nG1 X610 F1200\n") });
+    const complaint = page.getByTestId("run-complaint-1");
+    await complaint.filter({ hasText: "line 3" }).waitFor();
+    await complaint.click();
+    await page.getByTestId("run-lines").filter({ hasText: "X600" }).waitFor();
+    await closed(page);
+  });
+
+  test("files: an image is traced, a plot and a drawing of CAD are checked", async () => {
+    const page = await onRun();
+    await give(page, "engrave_gradient.png");
+    // A pen draws its outlines.
+    await page.getByTestId("setup-tool").selectOption("pen");
+    await setup(page, "at", "240 0");
+    await setup(page, "width", "40");
+    await good(page);
+    for (const name of ["star.plt", "plate.dxf"]) {
+      await give(page, name);
+      await setup(page, "at", "240 0");
+      await page.getByTestId("setup-fit").check();
+      await good(page);
+    }
+    await closed(page);
+  });
+
+  test("files: a file of 14 MB goes in, and the arm hears a stop while it is read", async () => {
+    const page = await onRun();
+    let text = "G21 G90\nG0 Z10\nG0 X200 Y0\nG1 Z0 F3000\n";
+    for (let line = 0; text.length < 14e6; line++) text += `X${(220 + 20 * Math.cos(line / 50)).toFixed(3)}Y${(20 * Math.sin(line / 50)).toFixed(3)}\n`;
+    await give(page, { name: "large.nc", mimeType: "text/plain", buffer: Buffer.from(text) });
+    const { programs } = await sim.call("program.list");
+    assert.ok(programs.some(({ name, bytes }) => name === "large.nc" && bytes === text.length));
+    const check = sim.call("job.check", { program: "large.nc" });
+    let isOver = false;
+    check.finally(() => (isOver = true));
+    // The second is answered when the first has been carried out.
+    await sim.call("arm.stop");
+    await sim.call("arm.stop");
+    assert.ok(!isOver);
+    assert.equal((await check).ok, true);
+    await page.getByTestId("run-check").click();
+    await page.getByText("The arm can do it").waitFor({ timeout: 120_000 });
+    await closed(page);
+  });
+
   test("files: a newer build is offered, and not taken before it is pressed", async () => {
     const page = await browser.page(files.url);
     await page.evaluate(() => navigator.serviceWorker.ready);

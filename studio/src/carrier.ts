@@ -29,6 +29,8 @@ export type ToWorker =
   | { kind: "port"; url: string }
   /** Asks for the bytes that passed between driver and arm. */
   | { kind: "trace" }
+  /** A program of the virtual arm's library, which is kept, or without bytes given: what a message has no room for. Answered as a request. */
+  | { kind: "file"; id: number; name: string; bytes?: ArrayBuffer }
   | { kind: "close" };
 
 /** What the address of a virtual arm in the worker begins with. */

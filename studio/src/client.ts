@@ -54,6 +54,13 @@ export class Client {
     return answer;
   }
 
+  /** Keeps a program of the virtual arm's library, or without bytes gets it: past the messages. */
+  file(name: string, bytes?: ArrayBuffer): Promise<ArrayBuffer> {
+    const [{ id }, answer] = this.request("program.get", { name });
+    this.carrier.tell({ kind: "file", id: id!, name, ...(bytes ? { bytes } : {}) });
+    return answer as Promise<unknown> as Promise<ArrayBuffer>;
+  }
+
   release(): void {
     this.carrier.tell({ kind: "release" });
   }

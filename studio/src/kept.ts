@@ -18,11 +18,6 @@ type Folder = FileSystemDirectoryHandle & AsyncIterable<[string, FileSystemHandl
 /** A change that was asked for, and is kept when the station has answered that it is done. */
 type Change = { put: string; bytes: Uint8Array } | { remove: string } | { fetch: string };
 
-const encoded = (bytes: Uint8Array) => {
-  let text = "";
-  for (const byte of bytes) text += String.fromCharCode(byte);
-  return btoa(text);
-};
 const decoded = (data: string) => Uint8Array.from(atob(data), (sign) => sign.charCodeAt(0));
 
 export class Kept {
@@ -41,12 +36,11 @@ export class Kept {
     }
   }
 
-  async *all(): AsyncGenerator<[string, string]> {
+  async *all(): AsyncGenerator<[string, Uint8Array]> {
     if (this.folder === null) return;
     for await (const [name, handle] of this.folder) {
       if (handle.kind !== "file") continue;
-      const bytes = new Uint8Array(await (await (handle as Handle).getFile()).arrayBuffer());
-      yield [name, encoded(bytes)];
+      yield [name, new Uint8Array(await (await (handle as Handle).getFile()).arrayBuffer())];
     }
   }
 
@@ -65,25 +59,24 @@ export class Kept {
     }
   }
 
-  /** Looks at what it is answered. A program that the station made is asked for. */
-  answered(session: number, message: Wire, ask: (message: Wire) => void): void {
-    const got = message.result as { name?: string; data?: string } | undefined;
+  /** Looks at what it is answered. A program that the station made is got from there. */
+  answered(session: number, message: Wire, get: (name: string) => Uint8Array | null): void {
     if (message.method !== undefined) return;
     const key = `${session} ${message.id}`;
     const change = this.asks.get(key);
     this.asks.delete(key);
-    if (change === undefined || message.error) {
-      if (session === 1 && got?.name !== undefined && got.data !== undefined) this.write(got.name, decoded(got.data));
-    } else if ("put" in change) {
+    if (change === undefined || message.error) return;
+    if ("put" in change) {
       this.write(change.put, change.bytes);
     } else if ("remove" in change) {
       this.does(() => this.folder!.removeEntry(change.remove));
     } else {
-      ask({ method: "program.get", params: { name: change.fetch } });
+      const made = get(change.fetch);
+      if (made !== null) this.write(change.fetch, made);
     }
   }
 
-  private write(name: string, bytes: Uint8Array): void {
+  write(name: string, bytes: Uint8Array): void {
     this.does(async () => {
       const handle = (await this.folder!.getFileHandle(name, { create: true })) as Handle;
       const access = await handle.createSyncAccessHandle();

@@ -388,6 +388,12 @@ export function files(): { url: string; headers: Record<string, string> } | null
   return { url: `${protocol === "wss:" ? "https" : "http"}://${host}/api/v1/programs/`, headers };
 }
 
+/** A program of the page's own station, kept or given; null where the station is a server's. */
+export function ownFile(): ((name: string, bytes?: ArrayBuffer) => Promise<ArrayBuffer>) | null {
+  const own = store.backend.value === "sim" && store.socket.value === "up" ? client : null;
+  return own && ((name, bytes) => own.file(name, bytes));
+}
+
 /** The arm that is shown, for calls. */
 export const shown = (): { arm: string } => ({ arm: store.armName.value ?? "" });
 
@@ -418,7 +424,8 @@ export function rename(): void {
 setInterval(() => {
   const now = performance.now();
   if (now - store.heardAt.value > STALE) store.stale.value = true;
-  if (store.socket.value !== "up" || client === null) return;
+  // A worker that checks a large program is silent, and has no line that could be lost.
+  if (store.socket.value !== "up" || client === null || store.backend.value === "sim") return;
   if (probedAt !== null && now - probedAt > SILENT) {
     lost(1006);
   } else if (probedAt === null && now - wordAt > SILENT) {

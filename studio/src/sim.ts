@@ -1,6 +1,7 @@
 // The station in the worker: arm.wasm with a virtual arm, or with a line to a real one, turned by the worker's clock.
 import { load, type Station } from "../../crates/magician-wasm/node/shim.mjs";
 import { PORT_SILENT, type Wire } from "./carrier";
+import { FilesWorker } from "./files";
 import { Kept } from "./kept";
 import type { SerialLine } from "./serial";
 
@@ -27,6 +28,7 @@ export class WorkerStation {
   private timer: ReturnType<typeof setTimeout> | undefined;
   private answers: Wire[] = [];
   private ids = 0;
+  private readonly files: FilesWorker;
 
   private traced: ((file: Uint8Array) => void) | null = null;
   /** Control was taken: what moves then is this page's doing. */
@@ -38,7 +40,18 @@ export class WorkerStation {
     private readonly clock: { ahead: number },
     private readonly kept: Kept,
     private readonly line: SerialLine | null,
-  ) {}
+    readers: URL,
+  ) {
+    this.files = new FilesWorker(readers, (id, answer) => {
+      try {
+        this.station.fileIn(id, answer);
+      } catch {
+        // There is no memory for it.
+        this.station.fileIn(id, new Uint8Array());
+      }
+      this.turns();
+    });
+  }
 
   /** Loads the module and homes its arm: what takes seconds of the arm's clock takes none of the person's. */
   static async simulated(module: URL, speed: number): Promise<WorkerStation> {
@@ -74,7 +87,7 @@ export class WorkerStation {
     const { open } = await load(await code.arrayBuffer(), () => performance.now() + clock.ahead);
     const epoch = crypto.randomUUID().slice(0, 8);
     const unix_zero = (Date.now() - performance.now()) / 1000;
-    const made = new WorkerStation(open({ arms: [arm], epoch, unix_zero }), clock, kept, line);
+    const made = new WorkerStation(open({ arms: [arm], epoch, unix_zero }), clock, kept, line, new URL("files.wasm", module));
     made.hearers.set(OWN, { heard: (message) => made.answers.push(message), closed: () => {} });
     return made;
   }
@@ -136,6 +149,24 @@ export class WorkerStation {
     this.turns();
   }
 
+  /** A program of the library, kept or given. */
+  file(name: string, bytes?: ArrayBuffer): ArrayBuffer {
+    if (bytes === undefined) {
+      const found = this.station.programOut(name);
+      if (found === null) throw new Error(`${name} is not there`);
+      return found.buffer as ArrayBuffer;
+    }
+    const whole = new Uint8Array(bytes);
+    this.keeps(name, whole);
+    this.kept.write(name, whole);
+    return new ArrayBuffer(0);
+  }
+
+  private keeps(name: string, bytes: Uint8Array): void {
+    const why = this.station.programIn(name, bytes);
+    if (why !== null) throw new Error(new TextDecoder().decode(why));
+  }
+
   private turns(): void {
     clearTimeout(this.timer);
     const next = this.turn();
@@ -148,9 +179,11 @@ export class WorkerStation {
       const hearer = this.hearers.get(out.session);
       if (out.kind === "text") {
         const message = JSON.parse(out.payload) as Wire;
-        this.kept.answered(out.session, message, (message) => this.own(message));
+        this.kept.answered(out.session, message, (name) => this.station.programOut(name));
         if (out.session === 0) this.answers.push(message);
         else hearer?.heard(message);
+      } else if (out.kind === "file") {
+        this.files.read(out.payload);
       } else if (out.kind === "close") {
         this.hearers.delete(out.session);
         hearer?.closed(out.payload[0]! | (out.payload[1]! << 8));
@@ -204,8 +237,7 @@ export class WorkerStation {
   }
 
   private async fills(): Promise<void> {
-    for await (const [name, data] of this.kept.all()) await this.call("program.put", { name, data });
-    this.answers = [];
+    for await (const [name, bytes] of this.kept.all()) this.keeps(name, bytes);
     // What it is told from now on nobody reads.
     this.hearers.set(OWN, { heard: () => {}, closed: () => {} });
   }

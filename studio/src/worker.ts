@@ -9,6 +9,8 @@ const tell = (message: FromWorker) => postMessage(message);
 /** A connection: what is sent after its end is lost. */
 interface Line {
   send(message: Wire): void;
+  /** A program past the messages, of a station in this worker. */
+  file?(name: string, bytes?: ArrayBuffer): ArrayBuffer;
   close(): void;
 }
 let line: Line | null = null;
@@ -78,6 +80,7 @@ async function openHere(opening: Promise<WorkerStation>, failed: () => void): Pr
     if (line !== mine) return;
     const session = station.connect(hears);
     mine.send = (message) => station.send(session, message);
+    mine.file = (name, bytes) => station.file(name, bytes);
     mine.close = () => station.end(session);
     tell({ kind: "opened" });
   } catch (error) {
@@ -120,6 +123,15 @@ async function join(port: MessagePort): Promise<void> {
   port.onmessage = (event: MessageEvent<Wire>) => station.send(session, event.data);
 }
 
+function file(id: number, name: string, bytes?: ArrayBuffer): void {
+  const answer = (message: Wire) => tell({ kind: "heard", message: { id, ...message } });
+  try {
+    if (line?.file) answer({ result: line.file(name, bytes) });
+  } catch (error) {
+    answer({ error: { code: 0, message: error instanceof Error ? error.message : String(error) } });
+  }
+}
+
 function close(): void {
   keeper.release();
   line?.close();
@@ -147,6 +159,8 @@ onmessage = (event: MessageEvent<ToWorker>) => {
       return void choosePort(order.url.slice(SERIAL.length));
     case "leave":
       return leave();
+    case "file":
+      return file(order.id, order.name, order.bytes);
     case "close":
       leave();
       return close();

@@ -42,7 +42,7 @@ impl Remedy {
 
 /// What to do.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Act {
     /// Something that is done to the arm, or asked.
     Do(Action),
@@ -81,7 +81,7 @@ impl fmt::Display for Act {
 
 /// The value of an option.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Given {
     /// On, for an option that is on or off.
     On,

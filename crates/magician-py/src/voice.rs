@@ -41,7 +41,6 @@ impl Voice for Python {
                 format!("({})", name.to_lowercase().replace(',', ", "))
             }
             Given::Any(name) => name.to_lowercase().replace('/', "_per_"),
-            _ => String::new(),
         };
         format!("{}={value}", self.setting(setting))
     }

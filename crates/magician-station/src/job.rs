@@ -1,5 +1,6 @@
 //! Programs for jobs: how they come, who reads them, and what is kept of jobs.
 
+use std::cell::RefCell;
 use std::fmt;
 use std::sync::Arc;
 
@@ -11,16 +12,18 @@ use magician::{Fence, Voice};
 use magician_job::report::{CheckReport, ConversionReport, Note, WayOut, warnings};
 use magician_job::{Journal, NoJournal};
 use magician_program::preview::Outline;
+use magician_program::wire::FileRequest;
 use magician_program::{
-    AppliedPlacement, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending, Format,
-    Origin, Program, Reading, RemainingProgram, Report, Setup, SetupDefaults, SetupOptions,
-    Surface, WouldFit,
+    AppliedPlacement, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending, FileRead,
+    Format, Origin, Program, ReadOptions, Reading, RemainingProgram, Report, Setup, SetupDefaults,
+    SetupOptions, Surface, WouldFit,
 };
 use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use crate::api::RpcError;
+use crate::files::{AnswerToCome, FileReader, FilesRead, nobody};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
 use crate::reading::to_value;
 
@@ -106,6 +109,8 @@ pub struct ReadingArm {
     pub begun: Option<[f64; 3]>,
     /// How the arm stands, where the program depends on that.
     pub stands: Option<Preflight>,
+    /// What was read elsewhere for the program.
+    pub files: FilesRead,
 }
 
 /// What came of reading a program.
@@ -115,6 +120,17 @@ pub enum ProgramReading {
     Done(Box<ReadProgram>),
     /// It depends on where the arm stands: it is to be read again with that.
     NeedsStart,
+    /// Its file is read elsewhere: it is to be read again with what comes of that.
+    NeedsFile(Box<FileRequest>),
+}
+
+/// What came of making another file of a program.
+#[derive(Clone, Debug)]
+pub enum Converting {
+    /// Its bytes, and what is answered.
+    Done(Vec<u8>, Value),
+    /// As for [`ProgramReading::NeedsFile`].
+    NeedsFile(Box<FileRequest>),
 }
 
 /// A program that has been read and laid before an arm.
@@ -151,12 +167,23 @@ pub trait Reader: Send + Sync {
     /// What is wrong with it, as it is answered.
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError>;
 
+    /// Reads a file that [`read`](Self::read) or [`convert`](Self::convert) needs.
+    fn read_file(&self, request: FileRequest) -> AnswerToCome {
+        let _ = request;
+        nobody()
+    }
+
     /// Makes a file of this name of one: its bytes, and what is answered.
     ///
     /// # Errors
     /// What is wrong with it, and a name that says no format.
-    fn convert(&self, source: &Source, to: &str) -> Result<(Vec<u8>, Value), RpcError> {
-        let _ = (source, to);
+    fn convert(
+        &self,
+        source: &Source,
+        to: &str,
+        files: &FilesRead,
+    ) -> Result<Converting, RpcError> {
+        let _ = (source, to, files);
         let why = "this station converts no programs";
         Err(RpcError::arm(magician::ErrorKind::Unsupported, why))
     }
@@ -167,6 +194,7 @@ pub trait Reader: Send + Sync {
 pub struct FormatReader {
     defaults: SetupDefaults,
     library: Arc<dyn ProgramStore>,
+    files: Option<Arc<dyn FileReader>>,
 }
 
 impl Default for FormatReader {
@@ -190,6 +218,7 @@ impl FormatReader {
         Self {
             defaults,
             library: Arc::new(NoPrograms),
+            files: None,
         }
     }
 
@@ -197,6 +226,13 @@ impl FormatReader {
     #[must_use]
     pub fn with_library(mut self, library: Arc<dyn ProgramStore>) -> Self {
         self.library = library;
+        self
+    }
+
+    /// With someone who reads all files but plans, whatever is built in.
+    #[must_use]
+    pub fn with_files(mut self, files: Arc<dyn FileReader>) -> Self {
+        self.files = Some(files);
         self
     }
 
@@ -230,17 +266,43 @@ impl FormatReader {
             name => Format::title(name),
         };
         let wrong = |problem: Diagnostic| RpcError::from(magician::Error::from(problem));
-        let reading = options.read(format, &bytes, title, &setup).map_err(wrong)?;
-        let mut file = match (reading, &arm.stands) {
-            (Reading::Done(file), _) => file,
-            (Reading::UnknownStart(unknown), Some(stands)) => {
-                unknown.from(&bytes, &setup, stands).map_err(wrong)?
+        let elsewhere = RefCell::new(None);
+        let by = |format: Format, bytes: &[u8], options: &ReadOptions| {
+            if self.files.is_none() || format == Format::Plan {
+                return magician_program::read(format, bytes, options);
             }
-            (Reading::UnknownStart(unknown), None) if nowhere => {
-                let stands = unknown.on_stage(&setup)?;
-                unknown.from(&bytes, &setup, &stands).map_err(wrong)?
-            }
-            (Reading::UnknownStart(_), None) => return Ok(ProgramReading::NeedsStart),
+            arm.files.find(format, bytes, options).unwrap_or_else(|| {
+                elsewhere.borrow_mut().get_or_insert_with(|| {
+                    Box::new(FileRequest {
+                        format,
+                        options: options.clone(),
+                        bytes: bytes.into(),
+                    })
+                });
+                Err(Diagnostic::of_file("the file is being read"))
+            })
+        };
+        let file = || -> Result<Option<FileRead>, RpcError> {
+            let reading = options.read_by(&by, format, &bytes, title, &setup);
+            let unknown = match reading.map_err(wrong)? {
+                Reading::Done(file) => return Ok(Some(file)),
+                Reading::UnknownStart(unknown) => unknown,
+            };
+            let stands = match &arm.stands {
+                Some(stands) => stands.clone(),
+                None if nowhere => unknown.on_stage(&setup)?,
+                None => return Ok(None),
+            };
+            let file = unknown.from_by(&by, &bytes, &setup, &stands);
+            file.map(Some).map_err(wrong)
+        };
+        let file = file();
+        // Whatever came of it without the file is not what the program is.
+        if let Some(request) = elsewhere.take() {
+            return Ok(ProgramReading::NeedsFile(request));
+        }
+        let Some(mut file) = file? else {
+            return Ok(ProgramReading::NeedsStart);
         };
         let start = { file.begun.as_ref() }
             .filter(|begun| !begun.said)
@@ -282,7 +344,19 @@ impl Reader for FormatReader {
         self.read_with(source, arm, &defaults, false)
     }
 
-    fn convert(&self, source: &Source, to: &str) -> Result<(Vec<u8>, Value), RpcError> {
+    fn read_file(&self, request: FileRequest) -> AnswerToCome {
+        match &self.files {
+            Some(files) => files.read(request),
+            None => nobody(),
+        }
+    }
+
+    fn convert(
+        &self,
+        source: &Source,
+        to: &str,
+        files: &FilesRead,
+    ) -> Result<Converting, RpcError> {
         let conversion = Conversion::of(to).ok_or_else(|| {
             let why = "`to` must end with .plan.json, .playback, .svg, .png or .csv";
             RpcError::param("to", why)
@@ -291,10 +365,18 @@ impl Reader for FormatReader {
         defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
         // What is converted is not burnt yet: a run of it has this then.
         defaults.engrave_power = None;
-        let read = self.read_with(source, &ReadingArm::default(), &defaults, true)?;
+        let nowhere = ReadingArm {
+            files: files.clone(),
+            ..ReadingArm::default()
+        };
+        let read = self.read_with(source, &nowhere, &defaults, true)?;
         let invalid = |why: &str| RpcError::arm(magician::ErrorKind::InvalidInput, why);
-        let ProgramReading::Done(read) = read else {
-            return Err(invalid("it is not known where the program begins"));
+        let read = match read {
+            ProgramReading::Done(read) => read,
+            ProgramReading::NeedsFile(request) => return Ok(Converting::NeedsFile(request)),
+            ProgramReading::NeedsStart => {
+                return Err(invalid("it is not known where the program begins"));
+            }
         };
         if let Some(misfit) = read.misfit {
             return Err(RpcError::from(magician::Error::from(misfit)));
@@ -309,7 +391,7 @@ impl Reader for FormatReader {
         let names = [source.bytes.name().to_owned(), to.to_owned()];
         let steps = plan.steps.len();
         let report = ConversionReport::new(&Words, names, steps, &read.notes, &lost);
-        Ok((bytes, to_value(&report)?))
+        Ok(Converting::Done(bytes, to_value(&report)?))
     }
 }
 

@@ -14,6 +14,7 @@ pub mod client;
 pub mod control;
 mod engine;
 mod fence;
+mod files;
 mod frame;
 #[cfg(feature = "http")]
 pub mod http;
@@ -31,10 +32,11 @@ mod station;
 
 pub use api::Role;
 pub use engine::ArmEngine;
+pub use files::{AnswerToCome, FileReader, FilesRead};
 pub use frame::{FRAME, FRAME_FIELDS, FrameError, StateFrame};
 pub use job::{
-    FormatReader, JobStore, NoStore, ProgramReading, ReadProgram, Reader, ReadingArm, Source,
-    SourceBytes,
+    Converting, FormatReader, JobStore, NoStore, ProgramReading, ReadProgram, Reader, ReadingArm,
+    Source, SourceBytes,
 };
 pub use library::{
     LARGEST_LIBRARY, LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, MOST_PROGRAMS,

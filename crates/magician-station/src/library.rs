@@ -3,6 +3,7 @@
 use std::fmt;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -12,7 +13,9 @@ use serde_json::{Value, json};
 
 use crate::api::RpcError;
 use crate::control::RequestId;
-use crate::job::{Reader, Source, SourceBytes};
+use crate::engine::beside;
+use crate::files::FilesRead;
+use crate::job::{Converting, Reader, Source, SourceBytes};
 
 /// Bytes of a program, at most.
 pub const LARGEST_PROGRAM: u64 = 64 * 1024 * 1024;
@@ -262,12 +265,42 @@ pub struct LibraryOrder {
 }
 
 impl LibraryAct {
-    /// Does it, and says what is answered.
-    pub(crate) fn carry_out(
+    /// Does it beside all else, and says what is answered.
+    pub(crate) async fn carry_out(
         self,
-        store: &dyn ProgramStore,
-        reader: &dyn Reader,
+        store: Arc<dyn ProgramStore>,
+        reader: Arc<dyn Reader>,
     ) -> Result<Value, RpcError> {
+        let Self::Convert { from, to, setup } = self else {
+            return beside(move || self.carry_out_on(&*store)).await?;
+        };
+        let source = Source {
+            bytes: SourceBytes::Program(from.as_str().to_owned()),
+            format: None,
+            setup,
+        };
+        let mut files = FilesRead::default();
+        loop {
+            let (store, with) = (Arc::clone(&store), Arc::clone(&reader));
+            let (from, to) = (from.clone(), to.clone());
+            let (source, read) = (source.clone(), files.clone());
+            let converted = beside(move || {
+                // One that is not there is named as this method names it.
+                store.open(&from).map_err(wrong)?;
+                let converted = with.convert(&source, to.as_str(), &read)?;
+                if let Converting::Done(bytes, _) = &converted {
+                    keep(&*store, &to, bytes).map_err(wrong)?;
+                }
+                Ok::<_, RpcError>(converted)
+            });
+            match converted.await?? {
+                Converting::Done(_, report) => return Ok(report),
+                Converting::NeedsFile(request) => files.read(&*reader, *request).await?,
+            }
+        }
+    }
+
+    fn carry_out_on(self, store: &dyn ProgramStore) -> Result<Value, RpcError> {
         match self {
             Self::List => {
                 let programs = store.list().map_err(wrong)?;
@@ -308,18 +341,7 @@ impl LibraryAct {
                 store.delete(&name).map_err(wrong)?;
                 Ok(Value::Null)
             }
-            Self::Convert { from, to, setup } => {
-                // One that is not there is named as this method names it.
-                store.open(&from).map_err(wrong)?;
-                let source = Source {
-                    bytes: SourceBytes::Program(from.as_str().to_owned()),
-                    format: None,
-                    setup,
-                };
-                let (bytes, report) = reader.convert(&source, to.as_str())?;
-                keep(store, &to, &bytes).map_err(wrong)?;
-                Ok(report)
-            }
+            Self::Convert { .. } => Err(RpcError::internal("it is not done at once")),
         }
     }
 }

@@ -12,7 +12,7 @@ use tokio::task::AbortHandle;
 use tokio::time::{Instant, sleep_until};
 
 use crate::control::ArmId;
-use crate::engine::{ArmEngine, beside};
+use crate::engine::ArmEngine;
 use crate::job::Reader;
 use crate::keeper::Keeper;
 use crate::library::{LibraryOrder, ProgramStore};
@@ -308,8 +308,7 @@ impl Shared {
         let LibraryOrder { request, act } = order;
         // A client may be dropped outside of the runtime.
         self.runtime.spawn(async move {
-            let done = beside(move || act.carry_out(&*library, &*reader)).await;
-            let outcome = done.and_then(|outcome| outcome);
+            let outcome = act.carry_out(library, reader).await;
             if let Some(shared) = shared.upgrade() {
                 shared.with(|inner, now| inner.station.library_done(now, request, outcome));
             }

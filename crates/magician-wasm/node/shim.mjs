@@ -1,7 +1,7 @@
 // arm.wasm with text and bytes instead of addresses, and what it imports: the page's clock, random numbers, and somewhere for a panic's
 // last words. Clock 0 is the calendar's. Nothing in it waits: `poll_oneoff` is what a runtime sleeps in, and this one is turned.
 const utf8 = new TextDecoder();
-const KINDS = ["text", "frame", "line", "close", "trace"];
+const KINDS = ["text", "frame", "line", "close", "trace", "file"];
 const fail = (why) => { throw new Error(why); };
 
 // `now` is the clock of the page in ms: it does not go back. Its zero is `unix_zero` of the configuration.
@@ -38,10 +38,10 @@ export async function load(source, now = () => performance.now()) {
     wasm.free(at, given.length);
     return answer;
   };
+  const shown = (place) => place === 0n ? null : bytes(Number(BigInt.asUintN(32, place >> 32n)), Number(BigInt.asUintN(32, place))).slice();
   function out(handle) {
-    const place = wasm.station_out(handle);
-    if (place === 0n) return null;
-    const what = bytes(Number(BigInt.asUintN(32, place >> 32n)), Number(BigInt.asUintN(32, place))).slice();
+    const what = shown(wasm.station_out(handle));
+    if (what === null) return null;
     const payload = what[0] === 0 ? utf8.decode(what.subarray(3)) : what.subarray(3);
     return { kind: KINDS[what[0]], session: what[1] | (what[2] << 8), payload };
   }
@@ -53,6 +53,9 @@ export async function load(source, now = () => performance.now()) {
       turn: () => wasm.station_turn(handle, now() * 1000) / 1000,
       out: () => out(handle),
       lineIn: (what) => hand(what, (at, count) => wasm.line_in(handle, at, count)),
+      fileIn: (id, what) => hand(what, (at, count) => wasm.file_in(handle, id, at, count)),
+      programIn: (name, what) => hand(name, (of, letters) => hand(what, (at, count) => shown(wasm.program_in(handle, of, letters, at, count)))),
+      programOut: (name) => hand(name, (of, letters) => shown(wasm.program_out(handle, of, letters))),
       lineIs: (there) => (there ? wasm.line_found(handle) : wasm.line_lost(handle)),
     };
   }

@@ -71,8 +71,49 @@ pub(crate) extern "C" fn station_turn(handle: u32, now: f64) -> f64 {
 /// What comes out, as address and length; 0 if nothing does.
 #[unsafe(no_mangle)]
 pub(crate) extern "C" fn station_out(handle: u32) -> u64 {
-    let place = |bytes: &[u8]| (bytes.as_ptr().addr() as u64) << 32 | bytes.len() as u64;
     table::station_out(handle, place).unwrap_or(0)
+}
+
+/// Where bytes lie, as address and length.
+fn place(bytes: &[u8]) -> u64 {
+    (bytes.as_ptr().addr() as u64) << 32 | bytes.len() as u64
+}
+
+/// What came of a file.
+///
+/// # Safety
+/// As for all bytes that are handed in: they are there.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn file_in(handle: u32, id: u32, answer: *const u8, count: usize) {
+    // SAFETY: by the caller's word.
+    table::file_in(handle, id, unsafe { given(answer, count) });
+}
+
+/// Keeps a program; why not, as address and length, or 0.
+///
+/// # Safety
+/// As for all bytes that are handed in: they are there.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn program_in(
+    handle: u32,
+    name: *const u8,
+    letters: usize,
+    bytes: *const u8,
+    count: usize,
+) -> u64 {
+    // SAFETY: by the caller's word.
+    let (name, bytes) = unsafe { (given(name, letters), given(bytes, count)) };
+    table::program_in(handle, name, bytes, place).unwrap_or(0)
+}
+
+/// Shows a program, as address and length, or 0. An empty one has an address.
+///
+/// # Safety
+/// As for all bytes that are handed in: they are there.
+#[unsafe(no_mangle)]
+pub(crate) unsafe extern "C" fn program_out(handle: u32, name: *const u8, letters: usize) -> u64 {
+    // SAFETY: by the caller's word.
+    table::program_out(handle, unsafe { given(name, letters) }, place).unwrap_or(0)
 }
 
 /// Bytes of the real arm.

@@ -11,10 +11,14 @@
 //! | `station_turn(h, now) -> next` | does what is due at `now`, us of any clock that does not go back; when it wants to be turned next, on the same clock; -1: never |
 //! | `station_out(h) -> p << 32 \| n` | what comes out, until 0: a byte for its kind, the session (two bytes, little endian), then the payload. It lies there until the next call |
 //! | `line_in(h, p, n)`, `line_lost(h)`, `line_found(h)` | the line to a real arm |
+//! | `file_in(h, id, p, n)` | what came of a file that was to be read; nothing (`n` 0) where the reader failed |
+//! | `program_in(h, name, m, p, n) -> p << 32 \| n` | keeps a program in the library without a message, which has room for small ones only; why not, or 0 |
+//! | `program_out(h, name, m) -> p << 32 \| n` | shows one; 0 if there is none |
 //!
-//! Kinds that come out: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its close code (two bytes), 4 a trace. Text of
-//! session 0 is the station's own: `{"ready":true,"arms":[..]}` when all arms are connected, `{"error":{"kind","message"}}` if that went
-//! wrong, after which nothing comes but traces.
+//! Kinds that come out: 0 text, 1 a binary frame, 2 bytes for the line, 3 the end of a session with its close code (two bytes), 4 a trace, 5 a file to
+//! be read: its id (four bytes), then what `files.wasm` takes; nothing behind the id where it is wanted no more. Text of session 0 is the station's
+//! own: `{"ready":true,"arms":[..]}` when all arms are connected, `{"error":{"kind","message"}}` if that went wrong, after which nothing comes
+//! but traces.
 //!
 //! The text `trace` to session 0 asks for what passed between driver and arms lately, as a file (`.pcapng`, [`trace`]): it comes out as kind 4, also
 //! where no arm answered.
@@ -23,18 +27,32 @@
 //! forward before text is read, so that a page that was asleep finds its jog ended and its lease gone.
 //!
 //! Memory of the module may grow with every call: make views on it anew. `node/shim.mjs` is what it imports, and all of this as functions; `build`
-//! makes the module.
+//! makes both modules.
+//!
+//! # The other module
+//!
+//! `files.wasm` (feature `files`) is the readers of `magician-program`, which would block the worker that must hear a stop. It has no imports,
+//! and exports `alloc`, `free` as above and `read(p, n) -> p << 32 | n`: a request in, its answer out, which lies there until the next call.
 
-#![cfg(feature = "module")]
-
+#[cfg(feature = "module")]
 mod clock;
+#[cfg(feature = "module")]
 pub mod config;
-#[cfg(target_family = "wasm")]
+#[cfg(all(feature = "module", target_family = "wasm"))]
 mod exports;
+#[cfg(feature = "module")]
+mod files;
+#[cfg(feature = "module")]
 mod line;
+#[cfg(feature = "module")]
 mod page;
+#[cfg(all(feature = "files", not(feature = "module"), target_family = "wasm"))]
+mod readers;
+#[cfg(feature = "module")]
 mod stores;
+#[cfg(feature = "module")]
 pub mod table;
 pub mod trace;
 
+#[cfg(feature = "module")]
 pub use page::PageStation;

@@ -4,12 +4,14 @@ use std::collections::hash_map::RandomState;
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::hash::{BuildHasher, Hasher};
+use std::io::Read;
 use std::ops::Bound;
 use std::sync::Arc;
 
 use magician::{Arm, Options, Tracer};
 use magician_station::{
-    ArmEntry, Client, FormatReader, Grant, Outgoing, Peer, Role, RunningStation, StationConfig,
+    ArmEntry, Client, FormatReader, Grant, Outgoing, Peer, ProgramName, ProgramStore, Role,
+    RunningStation, StationConfig,
 };
 use serde_json::{Value, json};
 use tokio::runtime::{Builder, Runtime};
@@ -18,6 +20,7 @@ use tokio::time::Instant;
 
 use crate::clock::{TurnClock, settle};
 use crate::config::{Config, Place};
+use crate::files::PageFiles;
 use crate::line::Line;
 use crate::stores::{Calendar, MemoryJobs, MemoryPrograms};
 use crate::trace::TraceRing;
@@ -28,6 +31,7 @@ const FRAME: u8 = 1;
 const LINE: u8 = 2;
 const CLOSE: u8 = 3;
 const TRACE: u8 = 4;
+const FILE: u8 = 5;
 
 /// How often the station is told that its sessions are alive, us. Over a socket the browser answers pings, whatever its page is busy with;
 /// here the worker does, until the page says that a session ends.
@@ -51,6 +55,7 @@ pub struct PageStation {
     stage: Stage,
     line: Line,
     trace: TraceRing,
+    files: PageFiles,
     role: Role,
     inbox: VecDeque<(u16, Vec<u8>)>,
     sessions: BTreeMap<u16, Client>,
@@ -65,13 +70,13 @@ pub struct PageStation {
 }
 
 /// A station, and its arms as they are told; or why an arm is not connected.
-type Opened = Result<(RunningStation, Vec<Value>), magician::Error>;
+type Opened = Result<(RunningStation, MemoryPrograms, Vec<Value>), magician::Error>;
 
 enum Stage {
     /// Before the first turn.
     Closed(Box<Config>),
     Opening(oneshot::Receiver<Opened>),
-    Running(RunningStation),
+    Running(RunningStation, MemoryPrograms),
     Over,
 }
 
@@ -101,6 +106,7 @@ impl PageStation {
             clock: TurnClock::default(),
             line: Line::default(),
             trace: TraceRing::default(),
+            files: PageFiles::default(),
             role: config.role,
             stage: Stage::Closed(Box::new(config)),
             inbox: VecDeque::new(),
@@ -138,6 +144,42 @@ impl PageStation {
         self.line.find();
     }
 
+    /// What came of a file that was to be read; nothing where that failed.
+    pub fn file_in(&mut self, id: u32, answer: &[u8]) {
+        self.active_at = self.clock.now();
+        self.files.hear(id, answer);
+    }
+
+    /// Keeps a program in the library.
+    ///
+    /// # Errors
+    /// Why not, in a sentence.
+    pub fn program_in(&mut self, name: &[u8], bytes: &[u8]) -> Result<(), String> {
+        let Stage::Running(_, programs) = &self.stage else {
+            return Err("the station is not ready".to_owned());
+        };
+        let name = std::str::from_utf8(name).ok().and_then(ProgramName::new);
+        let name = name.ok_or("that is no name of a program")?;
+        let _context = self.runtime.enter();
+        let kept = programs.upload(&name).and_then(|mut upload| {
+            upload.write(bytes)?;
+            upload.finish()
+        });
+        kept.map(drop).map_err(|error| error.to_string())
+    }
+
+    /// Shows a program of the library.
+    pub fn program_out(&mut self, name: &[u8]) -> Option<&[u8]> {
+        let Stage::Running(_, programs) = &self.stage else {
+            return None;
+        };
+        let name = std::str::from_utf8(name).ok().and_then(ProgramName::new)?;
+        self.out.clear();
+        let (_, mut program) = programs.open(&name).ok()?;
+        program.read_to_end(&mut self.out).ok()?;
+        Some(&self.out)
+    }
+
     /// Does what is due at `now`, us; when the next turn is due, on the same clock. `None`: the station is over.
     pub fn turn(&mut self, now: f64) -> Option<f64> {
         let Self {
@@ -146,13 +188,14 @@ impl PageStation {
             stage,
             line,
             trace,
+            files,
             ..
         } = self;
         runtime.block_on(async {
             // What has come over the line is read before time says that it is late.
             settle().await;
             clock.pass(now).await;
-            stage.go_on(clock, line, trace);
+            stage.go_on(clock, line, trace, files);
         });
         if let Some(told) = self.stage.arrived() {
             self.outbox.push_back((TEXT, 0, told.into_bytes()));
@@ -168,7 +211,7 @@ impl PageStation {
 
     /// Hands the sessions' texts over.
     fn deliver(&mut self) {
-        let Stage::Running(station) = &self.stage else {
+        let Stage::Running(station, _) = &self.stage else {
             return;
         };
         // What asks for the time outside of the runtime would be told the system's.
@@ -233,6 +276,9 @@ impl PageStation {
         if let Some(own) = self.outbox.pop_front() {
             return Some(own);
         }
+        if let Some(file) = self.files.say() {
+            return Some((FILE, 0, file));
+        }
         let _context = self.runtime.enter();
         let later = (Bound::Excluded(self.asked), Bound::Unbounded);
         let sessions = { self.sessions.range(later) }.chain(self.sessions.range(..=self.asked));
@@ -262,7 +308,7 @@ impl Drop for PageStation {
 
 impl Stage {
     /// Begins to connect the arms with the first turn, whose instant is known; in the runtime.
-    fn go_on(&mut self, clock: &TurnClock, line: &Line, trace: &TraceRing) {
+    fn go_on(&mut self, clock: &TurnClock, line: &Line, trace: &TraceRing, files: &PageFiles) {
         if !matches!(self, Self::Closed(_)) {
             return;
         }
@@ -274,10 +320,10 @@ impl Stage {
             unix: config.unix_zero + clock.now() / 1e6,
             at: Instant::now(),
         };
-        let (line, trace) = (line.clone(), trace.clone());
+        let (line, trace, files) = (line.clone(), trace.clone(), files.clone());
         tokio::spawn(async move {
             // Without the page's end there is nothing to tell.
-            let _ = done.send(connect(*config, calendar, line, trace).await);
+            let _ = done.send(connect(*config, calendar, line, trace, files).await);
         });
     }
 
@@ -289,9 +335,9 @@ impl Stage {
         let told;
         (*self, told) = match opening.try_recv() {
             Err(oneshot::error::TryRecvError::Empty) => return None,
-            Ok(Ok((station, arms))) => {
+            Ok(Ok((station, programs, arms))) => {
                 let ready = json!({"ready": true, "arms": arms});
-                (Self::Running(station), ready)
+                (Self::Running(station, programs), ready)
             }
             Ok(Err(error)) => {
                 let message = error.to_string();
@@ -310,7 +356,13 @@ pub(crate) fn failure(kind: &str, message: &str) -> Value {
     json!({"error": {"kind": kind, "message": message}})
 }
 
-async fn connect(config: Config, calendar: Calendar, line: Line, trace: TraceRing) -> Opened {
+async fn connect(
+    config: Config,
+    calendar: Calendar,
+    line: Line,
+    trace: TraceRing,
+    files: PageFiles,
+) -> Opened {
     let mut usual = Options::default();
     // It takes whatever is written.
     usual.trace = Tracer::new(trace).ok();
@@ -341,17 +393,20 @@ async fn connect(config: Config, calendar: Calendar, line: Line, trace: TraceRin
     }
     let told = |entry: &ArmEntry| json!({"name": entry.name, "port": entry.port});
     let told = entries.iter().map(told).collect();
-    let programs = Arc::new(MemoryPrograms::new(calendar));
-    let reader = FormatReader::default().with_library(Arc::clone(&programs) as _);
+    let programs = MemoryPrograms::new(calendar);
+    let library = Arc::new(programs.clone());
+    let reader = FormatReader::default()
+        .with_library(Arc::clone(&library) as _)
+        .with_files(Arc::new(files));
     let config = StationConfig {
         unix_zero: calendar.unix + calendar.at.elapsed().as_secs_f64(),
         reader: Arc::new(reader),
         jobs: Arc::new(MemoryJobs::default()),
-        programs,
+        programs: library,
         ..StationConfig::new(entries, config.epoch)
     };
     let station = RunningStation::start(config, arms, Box::new(|_| {}));
-    Ok((station, told))
+    Ok((station, programs, told))
 }
 
 /// What a session comes back with.

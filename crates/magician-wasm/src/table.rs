@@ -81,3 +81,28 @@ pub fn line_lost(handle: u32) {
 pub fn line_found(handle: u32) {
     with(handle, PageStation::line_found);
 }
+
+/// What came of a file that was to be read.
+pub fn file_in(handle: u32, id: u32, answer: &[u8]) {
+    with(handle, |station| station.file_in(id, answer));
+}
+
+/// Keeps a program in the library of a station; shows why not.
+pub fn program_in<T>(
+    handle: u32,
+    name: &[u8],
+    bytes: &[u8],
+    show: impl FnOnce(&[u8]) -> T,
+) -> Option<T> {
+    let kept = with(handle, |station| station.program_in(name, bytes));
+    let why = kept.unwrap_or_else(|| Err("there is no such station".to_owned()));
+    TABLE.with_borrow_mut(|table| {
+        table.shown = why.err()?.into_bytes();
+        Some(show(&table.shown))
+    })
+}
+
+/// Shows a program of the library of a station.
+pub fn program_out<T>(handle: u32, name: &[u8], show: impl FnOnce(&[u8]) -> T) -> Option<T> {
+    with(handle, |station| station.program_out(name).map(show)).flatten()
+}

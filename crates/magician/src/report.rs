@@ -327,7 +327,6 @@ impl Serialize for Told<'_> {
             }
             Act::Omit(setting) => map.serialize_entry("without", setting.name())?,
             Act::System(line) => map.serialize_entry("system", line)?,
-            other => map.serialize_entry("action", &other.to_string())?,
         }
         if !self.0.effect.is_empty() {
             map.serialize_entry("effect", &self.0.effect)?;

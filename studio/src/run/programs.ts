@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import { RpcError } from "../client";
 import { t } from "../i18n";
-import { call, files } from "../session";
+import { call, files, ownFile } from "../session";
 import * as store from "../store";
 
 export interface Entry {
@@ -39,11 +39,10 @@ export async function put(name: string, content: Blob, replaces = false): Promis
   }
   isLoading.value = true;
   try {
-    // Small ones and those of a page without a server go in a message.
-    if (!(content.size > IN_A_MESSAGE && (await sent(name, content)))) {
-      if (content.size > IN_A_MESSAGE) throw new RpcError(0, t("programs.large", { name }));
-      await call("program.put", { name, data: base64(await content.arrayBuffer()) });
-    }
+    const own = ownFile();
+    if (content.size <= IN_A_MESSAGE) await call("program.put", { name, data: base64(await content.arrayBuffer()) });
+    else if (own !== null) await own(name, await content.arrayBuffer());
+    else if (!(await sent(name, content))) throw new RpcError(0, t("programs.large", { name }));
     await list();
   } finally {
     isLoading.value = false;
@@ -75,6 +74,8 @@ function base64(bytes: ArrayBuffer): string {
 /** The bytes of a program. */
 export async function get(entry: Entry): Promise<Blob> {
   if (entry.bytes > IN_A_MESSAGE) {
+    const own = ownFile();
+    if (own !== null) return new Blob([await own(entry.name)]);
     const from = files();
     if (from === null) throw new RpcError(0, t("programs.large", { name: entry.name }));
     const answer = await fetch(from.url + encodeURIComponent(entry.name), { headers: from.headers });

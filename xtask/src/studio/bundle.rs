@@ -13,11 +13,12 @@ use sha2::{Digest, Sha256};
 use crate::dist;
 
 const CRATE: &str = "crates/magician-studio";
-/// The compiler whose module is kept: another one makes other bytes.
+/// The compiler whose modules are kept: another one makes other bytes.
 const TOOLCHAIN: &str = "1.95.0";
-const MODULE: &str = "assets/arm.wasm";
-/// What the module should have, and what all that a browser keeps may have, by gzip.
-const MODULE_GOAL: usize = 450_000;
+/// Modules, and what each should have by gzip.
+const MODULES: [(&str, usize); 2] = [("assets/arm.wasm", 450_000), ("assets/files.wasm", 700_000)];
+const TARGETS: [&str; 2] = ["wasm32-wasip1", "wasm32-unknown-unknown"];
+/// What all that a browser keeps may have, by gzip.
 const KEPT_MOST: usize = 3_000_000;
 /// What a browser loads first, and what it loads to show an arm: files, and bytes by gzip at most.
 const SIZES: [(&str, &[&str], usize); 2] = [
@@ -84,17 +85,21 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     vite.arg(std::path::absolute(&made)?).current_dir(&studio);
     done(vite)?;
     let kept = root.join(CRATE);
-    module(root, &made, &kept)?;
+    modules(root, &made, &kept)?;
     let mut built = files(&made)?;
     if !check {
         // The licences are looked up in files of the bundle, which may be new.
         write(&kept.join("dist"), &built)?;
     }
+    // What both modules are made of, for the target that has more of it.
     let licences = dist::licences_of(&dist::Build {
         title: "the page of the studio",
         manifest: root.join("Cargo.toml"),
         packages: vec!["magician-studio".to_owned(), "magician-wasm".to_owned()],
-        features: vec!["magician-wasm/module".to_owned()],
+        features: vec![
+            "magician-wasm/module".to_owned(),
+            "magician-wasm/files".to_owned(),
+        ],
         target: Some("wasm32-wasip1".to_owned()),
     })?;
     built.insert("licences.txt".to_owned(), licences.into_bytes());
@@ -104,7 +109,7 @@ pub(crate) fn run(words: &[String], root: &Path) -> Result<(), Box<dyn Error>> {
     sizes(&built)?;
     let packed: Files = built
         .iter()
-        .filter(|(name, _)| *name != MODULE)
+        .filter(|(name, _)| !is_module(name))
         .map(|(name, bytes)| Ok((format!("{name}.gz"), gzip(bytes)?)))
         .collect::<Result<_, std::io::Error>>()?;
     for (folder, wanted) in [("dist", &built), ("packed", &packed)] {
@@ -132,9 +137,12 @@ fn write(folder: &Path, files: &Files) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Builds arm.wasm into the bundle. Where this machine cannot make the same bytes, the one that is kept stays, and it is said.
-fn module(root: &Path, made: &Path, kept: &Path) -> Result<(), Box<dyn Error>> {
-    let to = made.join(MODULE);
+fn is_module(name: &str) -> bool {
+    MODULES.iter().any(|(module, _)| *module == name)
+}
+
+/// Builds the modules into the bundle. Where this machine cannot make the same bytes, those that are kept stay, and it is said.
+fn modules(root: &Path, made: &Path, kept: &Path) -> Result<(), Box<dyn Error>> {
     let said = |program: &str, words: &[&str]| -> Option<String> {
         let output = Command::new(program).args(words).output().ok()?;
         output
@@ -143,24 +151,26 @@ fn module(root: &Path, made: &Path, kept: &Path) -> Result<(), Box<dyn Error>> {
             .then(|| String::from_utf8_lossy(&output.stdout).into_owned())
     };
     let compiler = said("rustc", &["--version"]).unwrap_or_default();
-    let folder = said(
-        "rustc",
-        &["--print", "target-libdir", "--target", "wasm32-wasip1"],
-    );
-    let has_target = folder.is_some_and(|folder| Path::new(folder.trim()).exists());
-    if has_target && compiler.starts_with(&format!("rustc {TOOLCHAIN} ")) {
+    let has_target = |target: &&str| {
+        let folder = said("rustc", &["--print", "target-libdir", "--target", target]);
+        folder.is_some_and(|folder| Path::new(folder.trim()).exists())
+    };
+    if TARGETS.iter().all(has_target) && compiler.starts_with(&format!("rustc {TOOLCHAIN} ")) {
         let mut build = Command::new(root.join("crates/magician-wasm/build"));
         build
             .arg("--out")
-            .arg(std::path::absolute(&to)?)
+            .arg(std::path::absolute(made.join("assets"))?)
             .current_dir(root);
         return done(build);
     }
     println!(
-        "arm.wasm is not built, the one that is kept stays: it wants rustc {TOOLCHAIN} with the target wasm32-wasip1 (rustup toolchain \
-            install {TOOLCHAIN} --target wasm32-wasip1, then RUSTUP_TOOLCHAIN={TOOLCHAIN} cargo xtask studio)"
+        "arm.wasm and files.wasm are not built, those that are kept stay: they want rustc {TOOLCHAIN} with the targets {targets} (rustup \
+            toolchain install {TOOLCHAIN} --target {targets}, then RUSTUP_TOOLCHAIN={TOOLCHAIN} cargo xtask studio)",
+        targets = TARGETS.join(",")
     );
-    fs::copy(kept.join("dist").join(MODULE), to)?;
+    for (module, _) in MODULES {
+        fs::copy(kept.join("dist").join(module), made.join(module))?;
+    }
     Ok(())
 }
 
@@ -228,8 +238,8 @@ pub(super) fn files(folder: &Path) -> Result<Files, Box<dyn Error>> {
 fn plain(files: &Files, root: &Path) -> Result<(), Box<dyn Error>> {
     let here = std::path::absolute(root)?;
     let here = here.to_string_lossy();
-    // The module is no text; its build looks for paths itself.
-    for (name, bytes) in files.iter().filter(|(name, _)| *name != MODULE) {
+    // The modules are no text; their build looks for paths itself.
+    for (name, bytes) in files.iter().filter(|(name, _)| !is_module(name)) {
         let text = String::from_utf8_lossy(bytes);
         for unwanted in ["sourceMappingURL", "\r", &*here] {
             if text.contains(unwanted) {
@@ -270,12 +280,12 @@ fn sizes(files: &Files) -> Result<(), Box<dyn Error>> {
     if all > KEPT_MOST {
         too_large.push("offline");
     }
-    if let Some(module) = files.get(MODULE) {
-        let size = gzip(module)?.len();
-        println!(
-            "{:<10} {size:>7}, the goal is {MODULE_GOAL} bytes (gzip)",
-            "arm.wasm"
-        );
+    for (name, goal) in MODULES {
+        if let Some(module) = files.get(name) {
+            let size = gzip(module)?.len();
+            let name = name.trim_start_matches("assets/");
+            println!("{name:<10} {size:>7}, the goal is {goal} bytes (gzip)");
+        }
     }
     if too_large.is_empty() {
         Ok(())
@@ -309,8 +319,9 @@ mod tests {
     #[test]
     fn what_is_packed_is_what_is_kept_and_all_of_it_is_served() {
         let (dist, packed) = (kept("dist"), kept("packed"));
-        assert_eq!(dist.len(), packed.len() + 1);
-        for (name, bytes) in dist.iter().filter(|(name, _)| *name != MODULE) {
+        let modules = dist.keys().filter(|name| is_module(name));
+        assert_eq!(dist.len(), packed.len() + modules.count());
+        for (name, bytes) in dist.iter().filter(|(name, _)| !is_module(name)) {
             assert_eq!(
                 packed[&format!("{name}.gz")],
                 gzip(bytes).unwrap(),

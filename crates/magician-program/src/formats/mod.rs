@@ -66,7 +66,7 @@ pub enum Format {
 }
 
 /// How a file is read, where it leaves a choice.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ReadOptions {
     /// What it is called in what is made of it; the file's name without its ending, as a rule.

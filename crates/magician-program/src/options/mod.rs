@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 pub use asked::AskedOption;
 pub use fields::OptionError;
 pub use grid::Grid;
-pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
+pub use program::{Begun, FileRead, LaidFile, ReadFile, Reading, UnknownStart};
 
 use crate::artwork::{Marking, Sheet, Tidy};
 use crate::fill::{FillMode, Filling};

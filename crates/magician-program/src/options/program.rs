@@ -52,6 +52,9 @@ pub struct UnknownStart {
     options: ReadOptions,
 }
 
+/// Makes of the bytes of a file what is in it: [`read`](crate::read), or what another module has read.
+pub type ReadFile<'r> = &'r dyn Fn(Format, &[u8], &ReadOptions) -> Result<Parsed, Diagnostic>;
+
 impl SetupOptions {
     /// Reads a file of this name, to be done so.
     ///
@@ -64,12 +67,27 @@ impl SetupOptions {
         title: &str,
         setup: &Setup,
     ) -> Result<Reading, Diagnostic> {
+        self.read_by(&crate::read, format, bytes, title, setup)
+    }
+
+    /// As [`read`](Self::read), by a reader of the caller's.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn read_by(
+        &self,
+        by: ReadFile<'_>,
+        format: Format,
+        bytes: &[u8],
+        title: &str,
+        setup: &Setup,
+    ) -> Result<Reading, Diagnostic> {
         let mut options = self.reading(setup);
         title.clone_into(&mut options.title);
         if format != Format::Gcode || options.gcode.placed {
-            return Ok(Reading::Done(read(format, bytes, &options)?));
+            return Ok(Reading::Done(read(by, format, bytes, &options)?));
         }
-        let anywhere = read(format, bytes, &options);
+        let anywhere = read(by, format, bytes, &options);
         let lacks_start = |problem: &Diagnostic| problem.missing == Some(Missing::Start);
         match anywhere {
             Ok(anywhere) if !anywhere.notes.iter().any(lacks_start) => Ok(Reading::Done(anywhere)),
@@ -80,7 +98,7 @@ impl SetupOptions {
                 };
                 let unknown = UnknownStart { anywhere, options };
                 Ok(match self.start {
-                    Some(at) => Reading::Done(unknown.at(bytes, setup, at, true)?),
+                    Some(at) => Reading::Done(unknown.at(by, bytes, setup, at, true)?),
                     None => Reading::UnknownStart(unknown),
                 })
             }
@@ -153,17 +171,32 @@ impl UnknownStart {
         setup: &Setup,
         begins: &Preflight,
     ) -> Result<FileRead, Diagnostic> {
+        self.from_by(&crate::read, bytes, setup, begins)
+    }
+
+    /// As [`from`](Self::from), by a reader of the caller's.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn from_by(
+        self,
+        by: ReadFile<'_>,
+        bytes: &[u8],
+        setup: &Setup,
+        begins: &Preflight,
+    ) -> Result<FileRead, Diagnostic> {
         let tool = setup.tool.or(setup.default_tool);
         // As it can be said again.
         let at = tip(begins, tool).map(|at| at.map(|at| (at * 1000.0).round() / 1000.0));
         match at {
-            Some(at) => self.at(bytes, setup, at, false),
-            None => read(Format::Gcode, bytes, &self.options),
+            Some(at) => self.at(by, bytes, setup, at, false),
+            None => read(by, Format::Gcode, bytes, &self.options),
         }
     }
 
     fn at(
         mut self,
+        by: ReadFile<'_>,
         bytes: &[u8],
         setup: &Setup,
         at: [f64; 3],
@@ -176,7 +209,7 @@ impl UnknownStart {
             Some(_) => [x - setup.placement.by[0], y - setup.placement.by[1], z],
             None => at,
         });
-        let from_there = read(Format::Gcode, bytes, &self.options)?;
+        let from_there = read(by, Format::Gcode, bytes, &self.options)?;
         Ok(FileRead {
             begun: Some(Begun {
                 at,
@@ -188,8 +221,13 @@ impl UnknownStart {
     }
 }
 
-fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<FileRead, Diagnostic> {
-    let Parsed { content, notes } = crate::read(format, bytes, options)?;
+fn read(
+    by: ReadFile<'_>,
+    format: Format,
+    bytes: &[u8],
+    options: &ReadOptions,
+) -> Result<FileRead, Diagnostic> {
+    let Parsed { content, notes } = by(format, bytes, options)?;
     Ok(FileRead {
         format,
         content,

@@ -71,7 +71,8 @@ impl RpcError {
     }
 
     /// The arm has no such thing, or does not do it.
-    pub(crate) fn arm(kind: ErrorKind, message: impl Into<String>) -> Self {
+    #[must_use]
+    pub fn arm(kind: ErrorKind, message: impl Into<String>) -> Self {
         Self::new(Self::ARM, message).with("kind", kind.name())
     }
 

@@ -9,6 +9,7 @@ use magician_job::{
     ResumeError, Start,
 };
 use serde_json::{Value, json};
+use tokio::sync::Notify;
 
 use super::{TaskResult, Waiting, Work};
 use crate::api::RpcError;
@@ -36,6 +37,8 @@ pub(super) struct Slot {
     pauses: Vec<(Option<RequestId>, PauseReason)>,
     /// A stop came before it began.
     stopped: bool,
+    /// Told then: a file that is read elsewhere is waited for no longer.
+    gives_up: Arc<Notify>,
     /// Where the arm stood when it was paused.
     paused: Arc<std::sync::Mutex<Option<Pose>>>,
 }
@@ -48,6 +51,7 @@ impl Slot {
             handle: None,
             pauses: Vec::new(),
             stopped: false,
+            gives_up: Arc::default(),
             paused: Arc::default(),
         }
     }
@@ -59,7 +63,7 @@ impl Work {
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         self.side.spawn(async move {
             let found = async {
-                let program = read(&arm, reader, source, None).await?;
+                let program = read(&arm, reader, source, None, &Notify::new()).await?;
                 let kinds = program.program(Some(1)).kinds();
                 let start = arm.preflight_for(&kinds).await?;
                 let report = beside(move || {
@@ -83,11 +87,13 @@ impl Work {
         let job = start.job;
         let (arm, reader) = (self.arm.clone(), Arc::clone(&self.jobs_with.reader));
         let (source, begun) = (start.order.source.clone(), start.order.start);
+        let mut gives_up = Arc::default();
         if let Some(slot) = self.job.as_mut().filter(|slot| slot.id == job) {
             slot.start = Some(Box::new(start));
+            gives_up = Arc::clone(&slot.gives_up);
         }
         self.side.spawn(async move {
-            let program = read(&arm, reader, source, begun).await;
+            let program = read(&arm, reader, source, begun, &gives_up).await;
             TaskResult::Program(job, program.map(Box::new))
         });
     }
@@ -314,6 +320,7 @@ impl Work {
             return;
         };
         slot.stopped = true;
+        slot.gives_up.notify_one();
         let job = slot.id;
         let count = self.waiting.len();
         self.waiting
@@ -391,17 +398,22 @@ async fn read(
     reader: Arc<dyn Reader>,
     source: Source,
     begun: Option<[f64; 3]>,
+    gives_up: &Notify,
 ) -> Result<ReadProgram, RpcError> {
     let mut here = ReadingArm {
         is_virtual: arm.is_virtual(),
         fence: arm.fence(),
         begun,
-        stands: None,
+        ..ReadingArm::default()
     };
     loop {
         let (with, source, arm_here) = (Arc::clone(&reader), source.clone(), here.clone());
         match beside(move || with.read(&source, &arm_here)).await?? {
             ProgramReading::Done(program) => return Ok(*program),
+            ProgramReading::NeedsFile(request) => tokio::select! {
+                read = here.files.read(&*reader, *request) => read?,
+                () = gives_up.notified() => return Err(refused("the job is over")),
+            },
             ProgramReading::NeedsStart if here.stands.is_none() => {
                 here.stands = Some(arm.preflight_for(&[]).await?);
             }

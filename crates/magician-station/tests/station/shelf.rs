@@ -7,8 +7,8 @@ use std::sync::{Arc, Condvar, Mutex};
 
 use magician_program::Format;
 use magician_station::{
-    FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramReading, ProgramStore, Reader,
-    ReadingArm, Source, Upload,
+    Converting, FilesRead, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramReading,
+    ProgramStore, Reader, ReadingArm, Source, Upload,
 };
 
 type Programs = Arc<Mutex<BTreeMap<ProgramName, Vec<u8>>>>;
@@ -148,7 +148,8 @@ impl Reader for Gated {
         &self,
         source: &Source,
         to: &str,
-    ) -> Result<(Vec<u8>, serde_json::Value), magician_station::api::RpcError> {
-        self.0.convert(source, to)
+        files: &FilesRead,
+    ) -> Result<Converting, magician_station::api::RpcError> {
+        self.0.convert(source, to, files)
     }
 }

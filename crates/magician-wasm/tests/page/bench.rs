@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use arm::table;
 use magician::sim::{Controller, HostInstant, LineTiming, LinkId, Profile, Runner, Speed};
+use magician_program::wire::answer;
 use serde_json::{Value, json};
 
 /// From one turn to the next, us.
@@ -44,6 +45,9 @@ pub(crate) struct Page {
     pub(crate) closed: Vec<(u16, u16)>,
     /// The trace file that came last.
     pub(crate) trace: Vec<u8>,
+    /// Files that are to be read, and what the page answers: by itself what is in them, unless it is `dull`.
+    pub(crate) asked: Vec<(u32, Vec<u8>)>,
+    pub(crate) dull: bool,
     pub(crate) far: Option<FarEnd>,
     /// Bytes that were said to the arm, and the commands among them.
     pub(crate) said: usize,
@@ -132,6 +136,14 @@ impl Page {
                     self.closed.push((session, code));
                 }
                 4 => self.trace = payload,
+                5 => {
+                    let id = u32::from_le_bytes(payload[..4].try_into().unwrap());
+                    let request = payload[4..].to_vec();
+                    if !self.dull && !request.is_empty() {
+                        table::file_in(self.handle, id, &answer(&request));
+                    }
+                    self.asked.push((id, request));
+                }
                 other => panic!("kind {other}"),
             }
         }

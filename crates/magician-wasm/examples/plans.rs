@@ -1,0 +1,71 @@
+//! Writes the samples into a folder, and beside each its plan as a station natively makes it: `NAME.made`, or `NAME.error`. For `build`.
+
+use std::path::{Path, PathBuf};
+use std::{env, fs};
+
+use magician_program::Format;
+use magician_station::{
+    Converting, FilesRead, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramStore,
+    Reader, Source, Upload,
+};
+
+/// The samples as a library.
+struct Samples(PathBuf);
+
+impl ProgramStore for Samples {
+    fn folder(&self) -> Option<&Path> {
+        None
+    }
+
+    fn list(&self) -> Result<Vec<ProgramEntry>, LibraryError> {
+        Ok(Vec::new())
+    }
+
+    fn open(
+        &self,
+        name: &ProgramName,
+    ) -> Result<(u64, Box<dyn std::io::Read + Send>), LibraryError> {
+        let bytes = fs::read(self.0.join(name.as_str())).map_err(|_| LibraryError::Unknown)?;
+        Ok((bytes.len() as u64, Box::new(std::io::Cursor::new(bytes))))
+    }
+
+    fn upload(&self, _: &ProgramName) -> Result<Box<dyn Upload>, LibraryError> {
+        Err(LibraryError::Full)
+    }
+
+    fn delete(&self, _: &ProgramName) -> Result<(), LibraryError> {
+        Err(LibraryError::Unknown)
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let to = PathBuf::from(env::args_os().nth(1).ok_or("into which folder?")?);
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../magician-program/samples");
+    let _ = fs::remove_dir_all(&to);
+    fs::create_dir_all(&to)?;
+    for entry in fs::read_dir(from)? {
+        let path = entry?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if Format::of(&name, b"").is_some() {
+            fs::copy(&path, to.join(&*name))?;
+        }
+    }
+    // What has no plan has an error, and that is the same one, too.
+    fs::write(to.join("wrong.nc"), "G90\nG1 X10 Y%\n")?;
+    fs::write(to.join("from-there.nc"), "G91\nG1 X5 Y5 F600\nG1 X5\n")?;
+    fs::write(to.join("cut.svg"), "<svg width=\"10\"><path d=\"M0 0")?;
+    fs::write(to.join("no.png"), b"\x89PNG\r\n\x1A\nno more")?;
+    let reader = FormatReader::default().with_library(std::sync::Arc::new(Samples(to.clone())));
+    for entry in fs::read_dir(&to)? {
+        let name = entry?.file_name().to_string_lossy().into_owned();
+        let source: Source = serde_json::from_value(serde_json::json!({ "program": name }))?;
+        let (ending, bytes) = match reader.convert(&source, "made.plan.json", &FilesRead::default())
+        {
+            Ok(Converting::Done(bytes, _)) => ("made", bytes),
+            Ok(_) => return Err("the readers are not built in".into()),
+            Err(error) => ("error", error.message.into_bytes()),
+        };
+        fs::write(to.join(format!("{name}.{ending}")), bytes)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,124 @@
+//! Files that the page has read by its other module.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use magician::ErrorKind;
+use magician_program::wire::{FileRequest, WireError, answer_from};
+use magician_station::api::RpcError;
+use magician_station::{AnswerToCome, FileReader};
+use tokio::sync::{Semaphore, oneshot};
+use tokio::time::timeout;
+
+/// A file that was not read by then is not read: the page ends its reader before.
+const LONGEST: Duration = Duration::from_secs(90);
+
+/// Of a larger answer, some two million steps, the module would not have the memory that a check takes.
+const LARGEST: usize = 64 << 20;
+
+/// One file at a time is handed to the page; the others wait in order, and take no memory there.
+#[derive(Clone)]
+pub(crate) struct PageFiles {
+    desk: Arc<Mutex<Desk>>,
+    turn: Arc<Semaphore>,
+}
+
+#[derive(Default)]
+struct Desk {
+    last: u32,
+    /// What the page is to be told: a file to be read, or one that is wanted no more.
+    out: VecDeque<(u32, Vec<u8>)>,
+    waiting: BTreeMap<u32, oneshot::Sender<Option<Vec<u8>>>>,
+}
+
+impl Default for PageFiles {
+    fn default() -> Self {
+        Self {
+            desk: Arc::default(),
+            turn: Arc::new(Semaphore::new(1)),
+        }
+    }
+}
+
+impl PageFiles {
+    fn desk(&self) -> MutexGuard<'_, Desk> {
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What the page is to be told next.
+    pub(crate) fn say(&self) -> Option<Vec<u8>> {
+        let (id, mut request) = self.desk().out.pop_front()?;
+        request.splice(..0, id.to_le_bytes());
+        Some(request)
+    }
+
+    /// What came of one; nothing where the page's reader failed. One that nobody waits for is dropped.
+    pub(crate) fn hear(&self, id: u32, answer: &[u8]) {
+        let waiting = self.desk().waiting.remove(&id);
+        if let Some(waiting) = waiting {
+            // Who waited may have given up.
+            let _ = waiting.send((answer.len() <= LARGEST).then(|| answer.to_vec()));
+        }
+    }
+
+    fn ask(&self, request: Vec<u8>) -> (Asked, oneshot::Receiver<Option<Vec<u8>>>) {
+        let (done, answer) = oneshot::channel();
+        let mut desk = self.desk();
+        desk.last = desk.last.wrapping_add(1);
+        let id = desk.last;
+        desk.out.push_back((id, request));
+        desk.waiting.insert(id, done);
+        drop(desk);
+        let files = self.clone();
+        (Asked { files, id }, answer)
+    }
+}
+
+/// A file that the page was asked for: dropped without an answer, it is told that it is wanted no more.
+struct Asked {
+    files: PageFiles,
+    id: u32,
+}
+
+impl Drop for Asked {
+    fn drop(&mut self) {
+        let mut desk = self.files.desk();
+        if desk.waiting.remove(&self.id).is_none() {
+            return;
+        }
+        let count = desk.out.len();
+        let id = self.id;
+        desk.out.retain(|(asked, _)| *asked != id);
+        if desk.out.len() == count {
+            desk.out.push_back((id, Vec::new()));
+        }
+    }
+}
+
+impl FileReader for PageFiles {
+    fn read(&self, request: FileRequest) -> AnswerToCome {
+        let files = self.clone();
+        Box::pin(async move {
+            let _turn = files.turn.acquire().await;
+            let request = request.to_bytes();
+            let (asked, answer) = files.ask(request);
+            let answer = timeout(LONGEST, answer).await;
+            drop(asked);
+            let wrong = |kind, why: &str| Err(RpcError::arm(kind, why));
+            match answer {
+                Err(_) => wrong(ErrorKind::Timeout, "reading the file took too long"),
+                Ok(Err(_)) => wrong(ErrorKind::Unexpected, FAILED),
+                Ok(Ok(None)) => wrong(ErrorKind::Unsupported, TOO_LARGE),
+                Ok(Ok(Some(bytes))) if bytes.is_empty() => wrong(ErrorKind::Unexpected, FAILED),
+                Ok(Ok(Some(bytes))) => answer_from(&bytes).or_else(|error| match error {
+                    WireError::OtherBuild => wrong(ErrorKind::Unsupported, &error.to_string()),
+                    _ => wrong(ErrorKind::Unexpected, &error.to_string()),
+                }),
+            }
+        })
+    }
+}
+
+const TOO_LARGE: &str = "the program is too large to be run by a page: run it by a station";
+const FAILED: &str = "the file reader stopped before it had read the file";

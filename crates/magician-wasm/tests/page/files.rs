@@ -1,0 +1,203 @@
+//! Files that another module reads.
+
+use arm::table;
+use magician_program::wire::answer;
+use serde_json::{Value, json};
+
+use crate::bench::Page;
+
+const SQUARE: &str = "G21 G90\nG0 Z10\nG0 X200 Y0\nG1 Z0 F1200\nG1 X220\nG1 Y20\nG0 Z10\n";
+
+fn ready() -> Page {
+    let mut page = Page::ready();
+    page.join(1);
+    page.ok(1, "lease.acquire", &json!({}));
+    page
+}
+
+fn gcode(text: &str) -> Value {
+    json!({"text": text, "format": "gcode", "setup": {"place": true, "at": [240, 0], "width": 40}})
+}
+
+fn kind(error: &Value) -> &str {
+    error["data"]["kind"].as_str().unwrap_or_default()
+}
+
+/// Turns until the page is asked for a file.
+fn is_asked(page: &mut Page) -> (u32, Vec<u8>) {
+    for _ in 0..1000 {
+        if let Some(asked) = page.asked.pop() {
+            return asked;
+        }
+        page.turn();
+    }
+    panic!("the page is asked for no file");
+}
+
+#[test]
+fn a_file_that_is_no_plan_is_checked_and_run_by_what_the_page_has_read() {
+    let mut page = ready();
+    let report = page.ok(1, "job.check", &gcode(SQUARE));
+    assert_eq!(report["ok"], json!(true), "{report}");
+    assert_eq!(page.asked.len(), 1);
+    let job = page.ok(1, "job.start", &gcode(SQUARE))["job"].clone();
+    for _ in 0..500 {
+        page.wait(0.1);
+        let told = page.ok(1, "job.get", &json!({"job": job}));
+        if told["state"] == json!("done") {
+            assert!(told["drawn_mm"].as_f64().unwrap() > 30.0, "{told}");
+            return;
+        }
+    }
+    panic!("the job does not end");
+}
+
+#[test]
+fn what_depends_on_where_the_arm_stands_is_read_once_more_from_there() {
+    let mut page = ready();
+    let relative = json!({"text": "G91\nG1 X5 F600\nG1 Y5\n", "format": "gcode"});
+    let report = page.ok(1, "job.check", &relative);
+    assert_eq!(report["ok"], json!(true), "{report}");
+    assert_eq!(page.asked.len(), 2);
+}
+
+#[test]
+fn an_error_in_a_file_is_told_with_its_line() {
+    let mut page = ready();
+    let error = page
+        .call(1, "job.check", &gcode("G90\nG1 X10 Y%\n"))
+        .unwrap_err();
+    assert_eq!(kind(&error), "invalid-input");
+    assert!(
+        error["message"].as_str().unwrap().contains("line 2"),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_reader_that_dies_fails_that_check_and_no_other() {
+    let mut page = ready();
+    page.dull = true;
+    let check = page.send(1, "job.check", &gcode(SQUARE));
+    let (id, _) = is_asked(&mut page);
+    table::file_in(page.handle, id, &[]);
+    let error = page.answer(1, check).unwrap_err();
+    assert_eq!(kind(&error), "unexpected", "{error}");
+    page.dull = false;
+    page.ok(1, "job.check", &gcode(SQUARE));
+}
+
+#[test]
+fn a_reader_that_never_answers_is_an_error_in_the_end() {
+    let mut page = ready();
+    page.dull = true;
+    let check = page.send(1, "job.check", &gcode(SQUARE));
+    let (id, request) = is_asked(&mut page);
+    let error = page.answer(1, check).unwrap_err();
+    assert_eq!(kind(&error), "timeout", "{error}");
+    // The page is told that it is wanted no more; what it answers then is dropped.
+    page.turn();
+    assert_eq!(page.asked.pop(), Some((id, Vec::new())));
+    table::file_in(page.handle, id, &answer(&request));
+    page.turn();
+}
+
+#[test]
+fn answers_of_another_build_and_damaged_ones_are_refused() {
+    let mut page = ready();
+    page.dull = true;
+    for (spoil, wanted) in [
+        ((|whole| whole[2] ^= 1) as fn(&mut Vec<u8>), "unsupported"),
+        (|whole| whole.truncate(whole.len() - 3), "unexpected"),
+        (|whole| *whole = vec![7; 5], "unexpected"),
+        (|whole| whole.resize((64 << 20) + 1, 0), "unsupported"),
+    ] {
+        let check = page.send(1, "job.check", &gcode(SQUARE));
+        let (id, request) = is_asked(&mut page);
+        let mut whole = answer(&request);
+        spoil(&mut whole);
+        table::file_in(page.handle, id, &whole);
+        let error = page.answer(1, check).unwrap_err();
+        assert_eq!(kind(&error), wanted, "{error}");
+    }
+}
+
+#[test]
+fn a_job_that_is_stopped_waits_for_its_file_no_longer() {
+    let mut page = ready();
+    page.dull = true;
+    let start = page.send(1, "job.start", &{
+        let mut source = gcode(SQUARE);
+        source["after_check"] = json!(false);
+        source
+    });
+    let job = page.answer(1, start).unwrap()["job"].clone();
+    let (id, request) = is_asked(&mut page);
+    let began = page.now;
+    let stopped = page.ok(1, "job.stop", &json!({"job": job}));
+    assert_eq!(stopped["state"], json!("stopped"), "{stopped}");
+    assert!(page.now - began < 200e3, "{}", page.now - began);
+    page.turn();
+    assert_eq!(page.asked.pop(), Some((id, Vec::new())));
+    // An answer that comes all the same begins nothing.
+    table::file_in(page.handle, id, &answer(&request));
+    page.wait(1.0);
+    let told = page.ok(1, "job.get", &json!({"job": job}));
+    assert_eq!(told["state"], json!("stopped"));
+    assert_eq!(page.ok(1, "arm.state", &json!({}))["moving"], json!(false));
+}
+
+#[test]
+fn of_two_sessions_files_one_is_with_the_page_at_a_time() {
+    let mut page = ready();
+    page.join(2);
+    page.dull = true;
+    let one = page.send(1, "job.check", &gcode(SQUARE));
+    let two = page.send(2, "job.check", &gcode("G90\nG1 X10 Y%\n"));
+    let (id, request) = is_asked(&mut page);
+    page.wait(1.0);
+    assert!(page.asked.is_empty());
+    // An answer to what was not asked is nobody's.
+    table::file_in(page.handle, id + 1, &answer(&request));
+    table::file_in(page.handle, id, &answer(&request));
+    page.dull = false;
+    let first = page.answer(1, one);
+    let second = page.answer(2, two);
+    assert_eq!(first.unwrap()["ok"], json!(true));
+    assert_eq!(kind(&second.unwrap_err()), "invalid-input");
+}
+
+#[test]
+fn a_large_program_comes_and_goes_without_a_message() {
+    let mut page = ready();
+    let large = "G1 X200 Y0\n".repeat(200_000);
+    let kept = |name: &str, bytes: &[u8]| {
+        let why = table::program_in(page.handle, name.as_bytes(), bytes, <[u8]>::to_vec);
+        why.map(|why| String::from_utf8(why).unwrap())
+    };
+    assert_eq!(kept("large.nc", large.as_bytes()), None);
+    assert!(kept("../x", b"").is_some() && kept("", b"").is_some());
+    assert!(kept("too large", &vec![0; 65 << 20]).is_some());
+    let out = table::program_out(page.handle, b"large.nc", <[u8]>::to_vec);
+    assert!(out.as_deref() == Some(large.as_bytes()));
+    assert_eq!(table::program_out(page.handle, b"none", <[u8]>::len), None);
+    let listed = page.ok(1, "program.list", &json!({}));
+    assert_eq!(listed["programs"][0]["format"], json!("gcode"), "{listed}");
+    assert_eq!(table::program_in(99, b"a", b"", <[u8]>::len), Some(24));
+}
+
+#[test]
+fn another_file_is_made_of_a_drawing() {
+    let mut page = ready();
+    let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='40mm' height='40mm' viewBox='0 0 40 40'>\
+        <path d='M5 5 L35 35' stroke='black' fill='none'/></svg>";
+    page.ok(1, "program.put", &json!({"name": "line.svg", "text": svg}));
+    page.ok(
+        1,
+        "program.convert",
+        &json!({"name": "line.svg", "to": "line.plan.json"}),
+    );
+    assert_eq!(page.asked.len(), 1);
+    let plan = page.ok(1, "program.get", &json!({"name": "line.plan.json"}));
+    assert_eq!(plan["format"], json!("plan"));
+}
