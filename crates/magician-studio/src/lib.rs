@@ -32,7 +32,6 @@ macro_rules! files {
 
 files! {
     "/" "index.html" "text/html; charset=utf-8",
-    "/assets/app.css" "assets/app.css" "text/css; charset=utf-8",
     "/assets/app.js" "assets/app.js" "text/javascript; charset=utf-8",
     "/assets/arm.wasm" "assets/arm.wasm" "application/wasm" plain,
     "/assets/arms.css" "assets/arms.css" "text/css; charset=utf-8",
