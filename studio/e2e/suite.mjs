@@ -10,6 +10,7 @@ import { classes } from "./arms.mjs";
 import { looks } from "./looks.mjs";
 import { worlds } from "./world.mjs";
 import { running } from "./run.mjs";
+import { tasks } from "./tasks.mjs";
 import { teaching } from "./teach.mjs";
 import { onSim } from "./sim.mjs";
 
@@ -358,11 +359,11 @@ test("without a station the page says so, and connects when it is told where", a
   assert.ok(await page.getByTestId("connect-serial").isDisabled());
   await page.getByTestId("station-url").fill("not:an:address");
   await page.getByTestId("connect-station").click();
-  await page.getByText("This is no address").waitFor();
+  await page.getByText("Not a valid address").waitFor();
   await page.getByTestId("station-url").fill(new URL(url()).host);
   await page.getByTestId("station-token").fill("wrong");
   await page.getByTestId("connect-station").click();
-  await page.getByText("wants a good token").waitFor();
+  await page.getByText("needs a valid token").waitFor();
   await page.getByTestId("station-token").fill("");
   await page.getByTestId("connect-station").click();
   await is(page, "link", "up");
@@ -398,6 +399,7 @@ worlds(test, { browser, station, shots, closed });
 classes(test, { browser, program, shots });
 running(test, { browser, station, closed, shots });
 teaching(test, { browser, station, closed, shots });
+tasks(test, { browser, station, closed });
 looks(test, { browser, station, shots });
 
 const swap = (to) => ({ station, browser, url } = to);
