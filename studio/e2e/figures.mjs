@@ -174,7 +174,8 @@ const figures = {
     };
     for (const [name, deed] of Object.entries(ways)) {
       const took = [];
-      for (let round = 0; round < 5; round++) {
+      let ended = 0;
+      for (let round = 0; took.length < 5 && round < 15; round++) {
         const way = new Way();
         await way.start();
         await within(() => new Wired(program, ["--allow-host", `127.0.0.1:${way.port}`]), async (browser, station) => {
@@ -188,6 +189,8 @@ const figures = {
           const stopped = await processes(browser);
           const debug = await page.context().newCDPSession(page);
           await debug.send("Debugger.enable");
+          // On a machine that is busy elsewhere it may have ended by itself.
+          if ((await page.evaluate(() => document.body.dataset.jog)) !== "running") return void (ended += 1);
           const when = now();
           const done = deed({ page, way, stopped, debug });
           took.push(await station.line.stopAfter(when));
@@ -196,7 +199,7 @@ const figures = {
           way.drop();
         });
       }
-      say("W6", `${name}: to the stop at the arm, longest of 5`, Math.max(...took), "ms", 300);
+      say("W6", `${name}: to the stop at the arm, longest of ${took.length}${ended ? ` (${ended} had ended)` : ""}`, Math.max(...took), "ms", 300);
     }
   },
 
@@ -243,7 +246,7 @@ const figures = {
             window.feed({ method: "lease.changed", params: { arm, holder: nth % 2400 ? { session: `s${nth}`, name: "Ada" } : null } });
             window.feed({ method: "job.changed", params: { job: { job: `j${nth}`, arm, title: "day", state: "done", step: 1, steps: 1, loop: 1, loops: 1, holder: null } } });
           }
-          if (left % 400 === 0) await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+          if (left % 400 === 0) await new Promise((done) => setTimeout(done));
         }
       }, seconds);
       for (const route of ["plots", "run", "arms", "move"]) {
