@@ -1,11 +1,26 @@
 // The bundle is committed and rebuilt byte for byte: fixed names, no source maps, no hashes.
-import { defineConfig } from "vite";
+import { defineConfig, type Plugin } from "vite";
 
 /** What every page begins with; the panels of other routes and the picture come when they are opened. */
 const SHELL = /src.(?!main|worker|reader|files|site|run.|teach.|panels.(?!move|pose|tools|jogpad|connect)|view.(?!view|plan|reach|layers|seen|fence)).*\.tsx?$/;
 
+/** The style of the frame is in the page itself: it is painted as soon as the page is there, without a second request. */
+const inlineStyle: Plugin = {
+  name: "inline-style",
+  enforce: "post",
+  generateBundle(_, bundle) {
+    const [page, style] = [bundle["index.html"], bundle["assets/app.css"]];
+    if (page?.type !== "asset" || style?.type !== "asset") throw new Error("no page, or no style");
+    const link = /<link rel="stylesheet"[^>]*app\.css">/;
+    if (!link.test(String(page.source))) throw new Error("the page has no style");
+    page.source = String(page.source).replace(link, () => `<style>${String(style.source).trim()}</style>`);
+    delete bundle["assets/app.css"];
+  },
+};
+
 export default defineConfig({
   base: "./",
+  plugins: [inlineStyle],
   oxc: { jsx: { runtime: "automatic", importSource: "preact" } },
   build: {
     outDir: "../crates/magician-studio/dist",

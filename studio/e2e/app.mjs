@@ -69,7 +69,7 @@ export function app(test, { browser, program }) {
       const [said] = await once(paired.stdout, "data");
       const code = String(said).match(/\d{6}/)[0];
       const page = await browser.page(`${station.url}#/arms`);
-      await page.getByText("The server wants a good token.").waitFor();
+      await page.getByText("The server needs a valid token.").waitFor();
       await page.getByTestId("station-token").fill(code);
       await page.getByTestId("connect-station").click();
       await is(page, "link", "up");

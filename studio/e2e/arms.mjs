@@ -100,6 +100,20 @@ export function classes(test, { browser, program, shots }) {
     assert.equal(download.suggestedFilename(), "seat03-line.plan.svg");
     assert.match(readFileSync(await download.path(), "utf8"), /^<svg[\s\S]*<path/);
     assert.equal(await page.getByTestId("picture-seat05-line.plan").count(), 0);
+    // A page that is loaded again has them, one page of all is saved, and what is deleted is gone for good.
+    await page.reload();
+    await is(page, "link", "up");
+    await page.getByTestId("picture-seat04-line.plan").waitFor();
+    const [results] = await Promise.all([page.waitForEvent("download"), page.getByRole("button", { name: "Save all" }).click()]);
+    const text = readFileSync(await results.path(), "utf8");
+    assert.ok(results.suggestedFilename() === "results.html" && text.match(/<figure>/g).length === 2 && text.includes("seat04-line.plan"), text);
+    await page.getByRole("button", { name: "Delete seat04-line.plan" }).click();
+    await page.getByTestId("picture-seat04-line.plan").waitFor({ state: "detached" });
+    await page.reload();
+    await page.getByTestId("picture-seat03-line.plan").waitFor();
+    assert.equal(await page.getByTestId("picture-seat04-line.plan").count(), 0);
+    await is(page, "link", "up");
+    for (const arm of ["seat03", "seat04"]) await page.getByRole("checkbox", { name: `Choose ${arm}` }).check();
     assert.ok((await holder("seat03")) !== null && (await holder("seat05")) === null);
     await page.getByTestId("site-give").click();
     await until("given back", async () => (await holder("seat03")) === null && (await holder("seat04")) === null);

@@ -68,6 +68,33 @@ export function running(test, { browser, station, closed, shots }) {
     await closed(page);
   });
 
+  test("where nothing would show on the paper the page says so before it starts", async () => {
+    const page = await opened();
+    const inWorld = async (name) => {
+      await page.goto(`${station.url}#/world`);
+      await page.getByTestId("world-scenario").selectOption(name);
+      await page.getByText("The arm restarted in the new world").waitFor();
+    };
+    await inWorld("cubes");
+    await page.getByTestId("world-paper-none").getByText("takes a pen above a table").waitFor();
+    await page.goto(`${station.url}#/run`);
+    await give(page, "square.svg", SQUARE);
+    await page.getByTestId("run-bare").getByText("has no pen").waitFor();
+    await page.getByTestId("setup-tool").selectOption("laser");
+    await page.getByTestId("run-bare").getByText("has no laser").waitFor();
+    await inWorld("drawing");
+    await page.goto(`${station.url}#/run`);
+    await page.getByTestId("run-bare").getByText("has no laser").waitFor();
+    await page.getByTestId("setup-tool").selectOption("pen");
+    await page.getByText("The arm can do it").waitFor();
+    await page.getByTestId("run-bare").waitFor({ state: "detached" });
+    await page.getByTestId("alarm-banner").locator("li").first().waitFor();
+    await page.goto(`${station.url}#/move`);
+    await page.getByTestId("clear-alarms").click();
+    await is(page, "alarm", "false");
+    await closed(page);
+  });
+
   test("what the arm cannot do is refused at its line, and nothing moves", async () => {
     const page = await opened();
     await give(page, "far.gcode", FAR);

@@ -41,7 +41,7 @@ export function teaching(test, { browser, station, closed, shots }) {
     const one = await add(page, ["z-plus", 10]);
     const two = await add(page, ["y-plus", 10]);
     assert.ok(near(Number(await cell(page, "x", 1).inputValue()), one.x) && near(Number(await cell(page, "y", 2).inputValue()), two.y));
-    await page.getByRole("combobox", { name: "Way to point 2" }).selectOption("line");
+    await page.getByRole("combobox", { name: "Motion to point 2" }).selectOption("line");
     await page.getByRole("combobox", { name: "Tool at point 2" }).selectOption("suction");
     await page.getByLabel("Wait at point 2, seconds").fill("0,5");
     await page.getByLabel("Wait at point 2, seconds").press("Tab");

@@ -71,6 +71,7 @@ export function worlds(test, { browser, station, shots, closed }) {
     const lease = await page.getByTestId("lease-release").isVisible();
     assert.ok(lease);
     assert.equal(await page.getByTestId("world-paper").locator("path[d*=M]").count(), 0);
+    await page.getByTestId("world-paper-none").getByText("Nothing drawn yet").waitFor();
     await page.getByTestId("clear-alarms").or(page.getByTestId("stop")).first().waitFor();
     await page.getByTestId("lease-release").click();
     await is(page, "lease", "free");
@@ -191,16 +192,16 @@ export function worlds(test, { browser, station, shots, closed }) {
     const { scenarios } = await station.call("world.scenarios");
     await station.call("world.scenario", { text: scenarios.find(({ name }) => name === "pick_and_sort").text });
     const page = await open("io");
-    const stepper = page.getByRole("form", { name: /stepper, a conveyor/ });
+    const stepper = page.getByRole("form", { name: "Stepper: run", exact: true });
     await stepper.getByRole("spinbutton").fill("5000");
     await stepper.getByRole("button", { name: "Send" }).click();
     await look("the belt runs", (seen) => seen.belt.travel > 1);
     await stepper.getByRole("checkbox").uncheck();
     await stepper.getByRole("button", { name: "Send" }).click();
-    const infrared = page.getByRole("form", { name: /infrared/ });
+    const infrared = page.getByRole("form", { name: "Infrared sensor" });
     await infrared.getByRole("button", { name: "Send" }).click();
     await infrared.getByRole("button", { name: "Read" }).click();
-    await infrared.getByText(/in front of it/).waitFor();
+    await infrared.getByText("Object in front").waitFor();
     await infrared.getByRole("button", { name: "Reading" }).click();
     await closed(page);
     // The tests that follow have an arm in an empty world.

@@ -765,6 +765,7 @@ export interface Methods {
         x: number[];
         y: number[];
       } | null;
+      draws: string | null;
       belt: {
         start: number[];
         direction: number;

@@ -6,12 +6,12 @@ import { t } from "./i18n";
 import { call, line, notified, shown } from "./session";
 import * as store from "./store";
 
-/** A jog that is not kept up ends after so long, ms. */
-const KEEP = 250;
+/** A jog that is not kept up ends after so long, ms: with the grace and the way to the arm it is less than 300. */
+const KEEP = 230;
 /** What the station gives beyond that, ms. */
 const GRACE = 50;
 /** How often the page shows the worker that it is alive, ms. */
-const ALIVE = 100;
+const ALIVE = 50;
 
 export type Axis = Params<"jog.step">["axis"];
 export type Frame = "base" | "joint" | "tool";
@@ -117,7 +117,9 @@ notified.add((method, params) => {
   // Of a jog that was replaced by the one under way nothing is over.
   if (params["why"] === "replaced" || (jogId !== null && params["jog"] !== jogId)) return;
   if (phase.value === "running" && jogId === null) return;
-  if (params["why"] !== "released" || ended.value === null) ended.value = String(params["why"]);
+  // What nobody let go was ended by the worker: the page was busy for too long.
+  const why = params["why"] === "released" && phase.value === "running" ? "not-kept" : String(params["why"]);
+  if (why !== "released" || ended.value === null) ended.value = why;
   over();
 });
 effect(() => {
@@ -145,4 +147,5 @@ addEventListener("blur", () => endJog("released"));
 addEventListener("hashchange", () => endJog("released"));
 addEventListener("pagehide", () => endJog("released"));
 addEventListener("contextmenu", () => endJog("released"));
+document.addEventListener("freeze", () => endJog("released"));
 document.addEventListener("visibilitychange", () => document.hidden && endJog("released"));

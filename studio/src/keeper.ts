@@ -1,8 +1,9 @@
 // The jog that is held, as a worker keeps it up: off the page's main thread, which may be busy, but not for one that hangs.
 import type { Wire } from "./carrier";
 
-/** A main thread that says nothing for so long (ms) is taken for hung: nobody can release the button then. */
-const HUNG = 600;
+/** A main thread that says nothing for so long (ms) is taken for hung: nobody can release the button then. With one turn more the
+    arm stands 300 ms after it hung. */
+const HUNG = 230;
 
 export class JogKeeper {
   private id: number | null = null;

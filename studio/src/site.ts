@@ -4,6 +4,8 @@ import { signal } from "@preact/signals";
 import type { Job, State } from "./api";
 import type { Params } from "./client";
 import { complain } from "./actions";
+import { LINE_ENDED, RpcError } from "./client";
+import { change, kept, newest } from "./results";
 import { call, notified } from "./session";
 import * as store from "./store";
 import type { Stroke } from "./view/seen";
@@ -26,11 +28,28 @@ export interface Picture {
   svg: string;
   strokes: Stroke[];
 }
-/** The newest first, as many as a class makes in a lesson. */
-const PICTURES = 120;
+/** The newest first. */
 export const pictures = signal<readonly Picture[]>([]);
-/** Jobs whose pictures are kept: those that this page has sent. */
+void kept().then((before) => {
+  const names = pictures.value.map(({ name }) => name);
+  pictures.value = newest([...pictures.value, ...before.filter(({ name }) => !names.includes(name))]);
+});
+
+/** Jobs whose pictures are kept, and their titles: those that this tab has sent, also before it was loaded again. */
+const SENT = "magician.sent";
 const sent = new Map<string, string>();
+function keepSent(): void {
+  try {
+    sessionStorage.setItem(SENT, JSON.stringify([...sent]));
+  } catch {
+    // A browser that keeps nothing.
+  }
+}
+try {
+  for (const [job, title] of JSON.parse(sessionStorage.getItem(SENT) ?? "[]") as Array<[string, string]>) sent.set(job, title);
+} catch {
+  // As above.
+}
 
 export function watchSite(): () => void {
   let over = false;
@@ -43,6 +62,10 @@ export function watchSite(): () => void {
     void turn();
   };
   again(list, () => LIST);
+  // Those that ended while the page was loaded again.
+  for (const job of sent.keys()) {
+    call("job.get", { job }).then(heard, (error: unknown) => error instanceof RpcError && error.code !== LINE_ENDED && sent.delete(job));
+  }
   again(look, () => Math.max(1000 / FASTEST, (1000 * store.arms.value.length) / ASKED));
   return () => {
     over = true;
@@ -72,20 +95,32 @@ function keep(job: Job): void {
 }
 
 notified.add((method, params) => {
-  if (method !== "job.changed") return;
-  const job = params["job"] as Job;
+  if (method === "job.changed") heard(params["job"] as Job);
+});
+
+function heard(job: Job): void {
   keep(job);
   if (job.state === "done" && job.job !== null && sent.has(job.job)) void picture(job, sent.get(job.job) ?? "");
-});
+}
+
+/** Forgets those of these names. */
+export async function drop(names: readonly string[]): Promise<void> {
+  await change(null, names);
+  pictures.value = pictures.value.filter(({ name }) => !names.includes(name));
+}
 
 async function picture({ arm, job }: Job, title: string): Promise<void> {
   sent.delete(job ?? "");
+  keepSent();
   if (!store.arms.value.find(({ name }) => name === arm)?.virtual) return;
   try {
     const { drawing, strokes } = await call("world.look", { arm });
     if (drawing === null || !strokes?.length) return;
     const name = `${arm}-${title.replace(/\.[^.]*$/, "")}`;
-    pictures.value = [{ name, at: new Date(), svg: drawing, strokes }, ...pictures.value.filter((one) => one.name !== name)].slice(0, PICTURES);
+    const made = { name, at: new Date(), svg: drawing, strokes };
+    const all = [made, ...pictures.value.filter((one) => one.name !== name)];
+    pictures.value = newest(all);
+    void change(made, all.filter((one) => !pictures.value.includes(one)).map((one) => one.name));
   } catch (error) {
     complain(error);
   }
@@ -114,4 +149,5 @@ export async function send(arm: string, source: Omit<Params<"job.start">, "arm">
   if (!holds(arm)) await take(arm);
   const { job } = await call("job.start", { ...source, arm, after_check: true });
   if (job !== null) sent.set(job, title);
+  keepSent();
 }

@@ -32,11 +32,11 @@ macro_rules! files {
 
 files! {
     "/" "index.html" "text/html; charset=utf-8",
-    "/assets/app.css" "assets/app.css" "text/css; charset=utf-8",
     "/assets/app.js" "assets/app.js" "text/javascript; charset=utf-8",
     "/assets/arm.wasm" "assets/arm.wasm" "application/wasm" plain,
     "/assets/arms.css" "assets/arms.css" "text/css; charset=utf-8",
     "/assets/arms.js" "assets/arms.js" "text/javascript; charset=utf-8",
+    "/assets/files.wasm" "assets/files.wasm" "application/wasm" plain,
     "/assets/first.json" "assets/first.json" "application/json",
     "/assets/fleet.js" "assets/fleet.js" "text/javascript; charset=utf-8",
     "/assets/icon.svg" "assets/icon.svg" "image/svg+xml",
@@ -47,6 +47,7 @@ files! {
     "/assets/plot.css" "assets/plot.css" "text/css; charset=utf-8",
     "/assets/plot.js" "assets/plot.js" "text/javascript; charset=utf-8",
     "/assets/preact.js" "assets/preact.js" "text/javascript; charset=utf-8",
+    "/assets/reader.js" "assets/reader.js" "text/javascript; charset=utf-8",
     "/assets/run.js" "assets/run.js" "text/javascript; charset=utf-8",
     "/assets/scene.js" "assets/scene.js" "text/javascript; charset=utf-8",
     "/assets/settings.js" "assets/settings.js" "text/javascript; charset=utf-8",

@@ -17,7 +17,7 @@ function Log() {
       more={
         <>
           {canTrace() ? (
-            <Do id="log-export" class="quiet small" press={() => tried(async () => save("magician.pcapng", await trace()))}>
+            <Do id="log-export" class="quiet small" press={() => tried(async () => save("magician.pcapng", await trace(), "application/octet-stream"))}>
               {t("log.bytes")}
             </Do>
           ) : null}

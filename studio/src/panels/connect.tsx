@@ -73,6 +73,7 @@ export function Connect() {
             autoComplete="off"
             autoCapitalize="off"
             spellcheck={false}
+            aria-label={t("connect.url")}
             data-testid="station-url"
             value={url.value}
             aria-invalid={bad.value}
@@ -90,6 +91,7 @@ export function Connect() {
             autoComplete="off"
             autoCapitalize="off"
             spellcheck={false}
+            aria-label={t("connect.token")}
             data-testid="station-token"
             value={token.value}
             aria-describedby="token-hint"

@@ -3,14 +3,22 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { agreed, complain } from "../actions";
 import { t } from "../i18n";
+import { language } from "../settings";
 import { type Field, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
 import { call, shown } from "../session";
 import * as store from "../store";
 import { Card } from "../ui/parts";
 import "./io.css";
+import texts from "./io.words.json";
 
 type Pin = NonNullable<typeof io.value>["pins"][number];
 const WHY = "io-why";
+/** What the arm's table says, as the page says it: by language and the table's own words. */
+const WORDS: Record<string, Record<string, string>> = texts;
+const words = (text: string): string => {
+  const [said = ""] = text.split(";");
+  return WORDS[language.value]?.[said] ?? said;
+};
 
 /** Sends a command of the table with these values, in the order of its fields. */
 async function send(row: Row, values: ReadonlyArray<number | boolean>): Promise<void> {
@@ -67,8 +75,8 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
     const number = (field: Field | undefined, value: typeof duty) => (
       <input
         type="number"
-        aria-label={`${field?.about}, ${field?.unit}`}
-        title={`${field?.about}, ${field?.unit}`}
+        aria-label={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
+        title={`${words(field?.about ?? "")}, ${words(field?.unit ?? "")}`}
         min={field?.least ?? undefined}
         max={field?.most ?? undefined}
         value={value.value}
@@ -129,7 +137,7 @@ function PinRow({ pin, off }: { pin: Pin; off: boolean }) {
         >
           {io.value?.functions.map(({ value, about }) => (
             <option key={value} value={value} disabled={pin.can !== null && !pin.can.includes(value)}>
-              {value === 0 ? t("io.none") : about}
+              {value === 0 ? t("io.none") : words(about)}
             </option>
           ))}
         </select>
@@ -186,13 +194,13 @@ function Device({ row, off }: { row: Row; off: boolean }) {
   return (
     <form
       class="device"
-      aria-label={row.about}
+      aria-label={words(row.about)}
       onSubmit={(event) => {
         event.preventDefault();
         void send(row, fields.map(valueOf)).then(refresh);
       }}
     >
-      <b>{row.about.replace(/\.$/, "")}</b>
+      <b>{words(row.about).replace(/\.$/, "")}</b>
       <div class="device-fields">
         {fields.map((field) => {
           const value = valueOf(field);
@@ -201,18 +209,18 @@ function Device({ row, off }: { row: Row; off: boolean }) {
             return (
               <label key={field.name} class="check">
                 <input type="checkbox" checked={value !== 0} disabled={off} onChange={(event) => take(event.currentTarget.checked ? 1 : 0)} />
-                {field.about}
+                {words(field.about)}
               </label>
             );
           }
           return (
             <label key={field.name} class="field">
-              <span>{field.kind === "number" ? `${field.about.split(";")[0]}, ${field.unit}` : field.about.split(";")[0]}</span>
+              <span>{field.kind === "number" ? `${words(field.about)}, ${words(field.unit)}` : words(field.about)}</span>
               {field.kind === "choice" ? (
                 <select value={value} disabled={off} onChange={(event) => take(Number(event.currentTarget.value))}>
                   {field.choices.map((choice) => (
                     <option key={choice.value} value={choice.value}>
-                      {choice.name}
+                      {words(choice.name)}
                     </option>
                   ))}
                 </select>
@@ -237,8 +245,8 @@ function Device({ row, off }: { row: Row; off: boolean }) {
             {isColor ? <span class="swatch" style={{ background: `rgb(${tells.map(({ name }) => seen.value?.[name] ?? 0).join(" ")})` }} /> : null}
             {tells.map(({ name, about, unit, kind }) => (
               <span key={name}>
-                {about} <b>{kind === "switch" ? t(seen.value?.[name] ? "yes" : "io.no") : seen.value?.[name]}</b>
-                {kind === "number" && unit !== "counts" ? ` ${unit}` : ""}
+                {words(about)} <b>{kind === "switch" ? t(seen.value?.[name] ? "yes" : "io.no") : seen.value?.[name]}</b>
+                {kind === "number" && unit !== "counts" ? ` ${words(unit)}` : ""}
               </span>
             ))}
           </>

@@ -7,6 +7,7 @@ import * as check from "../run/check";
 import * as jobs from "../run/jobs";
 import * as library from "../run/programs";
 import * as store from "../store";
+import { world } from "../view/seen";
 import { ArmView } from "../view/view";
 import { Card, Do, Times } from "../ui/parts";
 import { JobCard, PastJobs } from "./job";
@@ -153,6 +154,15 @@ function Found({ program }: { program: library.Entry }) {
   );
 }
 
+/** The tool that the virtual arm would need for its lines to be seen, and does not have; else null. */
+function leavesNothing(): string | null {
+  const around = world.value;
+  if (around === null || store.arm.value?.virtual !== true || !((check.report.value?.drawn_mm ?? 0) > 0)) return null;
+  const chosen = check.options.value.find(({ name }) => name === "tool");
+  const tool = chosen === undefined ? (around.draws ?? "pen") : (check.values.value["tool"] || (chosen.choices[0] ?? "pen"));
+  return tool === around.draws ? null : tool;
+}
+
 function Selected() {
   const program = check.entry.value;
   if (program === null) return null;
@@ -169,6 +179,7 @@ function Selected() {
       }
     });
   const fields = check.options.value.filter(check.counts);
+  const bare = leavesNothing();
   const isShown = check.isShown.value;
   const look = () => {
     if (isShown) check.draw(null);
@@ -208,6 +219,11 @@ function Selected() {
           {t(reason)}
         </p>
       ) : null}
+      {bare === null ? null : (
+        <p class="check note" role="status" data-testid="run-bare">
+          {t("run.draws.none", { tool: told(`tools.${bare}`, bare).toLowerCase() })}
+        </p>
+      )}
     </Card>
   );
 }

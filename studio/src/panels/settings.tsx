@@ -88,9 +88,6 @@ export function Settings() {
           choose={(value) => (language.value = value)}
           options={[...LANGUAGES].map(([value, texts]) => ({ value, text: texts["language.name"], testId: `settings-language-${value}` }))}
         />
-        <p class="hint">
-          <a href="licences.txt">{t("settings.licences")}</a>
-        </p>
         {t("language.note") ? <p class="hint">{t("language.note")}</p> : null}
         <Choice<Theme>
           name="theme"
@@ -103,6 +100,9 @@ export function Settings() {
             { value: "dark", text: t("settings.dark"), testId: "settings-theme-dark" },
           ]}
         />
+        <p class="hint">
+          <a href="licences.txt">{t("settings.licences")}</a>
+        </p>
       </Card>
       <div class="fence-side">
         <Fence />

@@ -5,9 +5,10 @@ import { complain, stop } from "../actions";
 import { t } from "../i18n";
 import { save } from "../log";
 import { call, show } from "../session";
-import { chosen, each, give, jobs, pictures, send, states, take, watchSite } from "../site";
+import { page } from "../results";
+import { chosen, drop, each, give, jobs, pictures, send, states, take, watchSite } from "../site";
 import * as store from "../store";
-import { Card } from "../ui/parts";
+import { Card, Do } from "../ui/parts";
 import type { FleetScene } from "../view/fleet";
 import "./arms.css";
 
@@ -196,8 +197,22 @@ async function base64(file: File): Promise<string> {
 
 function Pictures() {
   if (pictures.value.length === 0) return null;
+  const clear = async () => {
+    const names = pictures.value.map(({ name }) => name);
+    if (await store.ask(t("site.pictures.clear.title"), t("site.pictures.clear.text"), t("programs.delete"))) await drop(names);
+  };
+  const more = (
+    <div class="buttons-row">
+      <Do id="pictures-save" class="quiet small" press={() => save("results.html", page(t("site.pictures"), pictures.value), "text/html")}>
+        {t("site.pictures.all")}
+      </Do>
+      <Do id="pictures-clear" class="quiet small" press={clear}>
+        {t("site.pictures.clear")}
+      </Do>
+    </div>
+  );
   return (
-    <Card title={t("site.pictures")} class="arms">
+    <Card title={t("site.pictures")} class="arms" more={more}>
       <div class="pictures">
         {pictures.value.map(({ name, svg, strokes }) => {
           const points = strokes.flatMap((stroke) => stroke.points);
@@ -206,12 +221,17 @@ function Pictures() {
           const most = (all: number[]) => all.reduce((one, other) => Math.max(one, other), -Infinity);
           const box = [least(xs) - 4, -most(ys) - 4, most(xs) - least(xs) + 8, most(ys) - least(ys) + 8];
           return (
-            <button key={name} type="button" title={t("site.picture", { name })} data-testid={`picture-${name}`} onClick={() => save(`${name}.svg`, svg)}>
-              <svg viewBox={box.join(" ")} aria-hidden="true">
-                <path d={strokes.map((stroke) => `M${stroke.points.map(([x = 0, y = 0]) => `${x} ${-y}`).join("L")}`).join("")} />
-              </svg>
-              <span>{name}</span>
-            </button>
+            <div key={name} class="picture">
+              <button type="button" aria-label={t("site.picture", { name })} data-testid={`picture-${name}`} onClick={() => save(`${name}.svg`, svg)}>
+                <svg viewBox={box.join(" ")} aria-hidden="true">
+                  <path d={strokes.map((stroke) => `M${stroke.points.map(([x = 0, y = 0]) => `${x} ${-y}`).join("L")}`).join("")} />
+                </svg>
+                <span>{name}</span>
+              </button>
+              <Do id={`picture-delete-${name}`} class="quiet small icon" label={t("site.picture.delete", { name })} press={() => drop([name])}>
+                ✕
+              </Do>
+            </div>
           );
         })}
       </div>

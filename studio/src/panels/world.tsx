@@ -95,6 +95,31 @@ function Scenario({ off }: { off: boolean }) {
   );
 }
 
+/** Where an object is, and where it goes: what is being typed stays while the world goes on. */
+function Side({ axis, name, value, off, set }: { axis: "x" | "y"; name: string; value: number; off: boolean; set: (to: number) => void }) {
+  const typed = useSignal<string | null>(null);
+  const take = (text: string) => {
+    typed.value = null;
+    if (text !== "" && Number.isFinite(Number(text))) set(Number(text));
+  };
+  return (
+    <label>
+      {axis}
+      <input
+        type="number"
+        step={5}
+        value={typed.value ?? Math.round(value * 10) / 10}
+        disabled={off}
+        aria-label={t("world.object.axis", { name, axis })}
+        aria-describedby={off ? WHY : undefined}
+        onInput={(event) => (typed.value = event.currentTarget.value)}
+        onChange={(event) => take(event.currentTarget.value)}
+        onBlur={() => (typed.value = null)}
+      />
+    </label>
+  );
+}
+
 function Objects({ off }: { off: boolean }) {
   const objects = world.value?.objects ?? [];
   if (objects.length === 0) return null;
@@ -104,21 +129,7 @@ function Objects({ off }: { off: boolean }) {
       <ul class="objects">
         {objects.map(({ name, color, held, at: [x = 0, y = 0, z = 0] }) => {
           const field = (axis: "x" | "y", value: number) => (
-            <label>
-              {axis}
-              <input
-                type="number"
-                step={5}
-                value={Math.round(value * 10) / 10}
-                disabled={off}
-                aria-label={t("world.object.axis", { name, axis })}
-                aria-describedby={off ? WHY : undefined}
-                onChange={(event) => {
-                  const to = event.currentTarget.valueAsNumber;
-                  if (Number.isFinite(to)) void place(name, axis === "x" ? to : x, axis === "y" ? to : y);
-                }}
-              />
-            </label>
+            <Side axis={axis} name={name} value={value} off={off} set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)} />
           );
           return (
             <li key={name} data-testid={`world-object-${name}`}>
@@ -166,7 +177,7 @@ function Paper() {
           <path key={kind} class={kind} d={strokes.filter((stroke) => stroke.burnt === (kind === "burnt")).map((stroke) => path(stroke.points)).join("")} />
         ))}
       </svg>
-      {strokes.length === 0 ? <p class="hint">{t("world.paper.none")}</p> : null}
+      {strokes.length === 0 ? <p class="hint" data-testid="world-paper-none">{t(world.value?.draws == null ? "world.draws.none" : "world.paper.none")}</p> : null}
     </Card>
   );
 }

@@ -127,7 +127,7 @@ export function OpenFile({ id, accept, off, text, open, ...rest }: { id: string;
       <Do id={`${id}-button`} off={off} press={() => input.current?.click()} {...rest}>
         {text}
       </Do>
-      <input ref={input} type="file" class="unseen" accept={accept} multiple tabIndex={-1} aria-label={text} disabled={off} data-testid={id} onChange={(event) => chosen(event.currentTarget)} />
+      <input ref={input} type="file" hidden accept={accept} multiple disabled={off} data-testid={id} onChange={(event) => chosen(event.currentTarget)} />
     </>
   );
 }

@@ -2,7 +2,7 @@
 
 use magician::commands::DeviceTime;
 #[cfg(feature = "sim")]
-use magician::sim::scenario::{Color, Conveyor, Table};
+use magician::sim::scenario::{Color, Conveyor, Table, ToolKind};
 #[cfg(feature = "sim")]
 use magician::sim::world::{ObjectView, Press, Stroke, StrokeKind};
 #[cfg(feature = "sim")]
@@ -138,6 +138,7 @@ pub(super) async fn look(arm: &Arm, mark: Option<String>) -> Result<Value, RpcEr
             "objects": objects,
             "title": scenario.and_then(Scenario::title),
             "table": scenario.and_then(Scenario::table).map(table_of),
+            "draws": scenario.and_then(draws),
             "belt": scenario.and_then(Scenario::conveyor).map(|belt| belt_of(belt, view.belt_travel())),
             "unlocked": state.unlocked,
             "plugged": line.plugged,
@@ -195,6 +196,16 @@ fn object_of(object: &ObjectView<'_>) -> Value {
 #[cfg(feature = "sim")]
 fn table_of(table: &Table) -> Value {
     json!({"height": table.height, "x": table.x, "y": table.y})
+}
+
+/// With what an arm of a scenario leaves lines, if with anything: a pen needs paper, which is the table.
+#[cfg(feature = "sim")]
+fn draws(scenario: &Scenario) -> Option<&'static str> {
+    match scenario.tool().kind {
+        ToolKind::Pen => scenario.table().map(|_| "pen"),
+        ToolKind::Laser => Some("laser"),
+        _ => None,
+    }
 }
 
 #[cfg(feature = "sim")]

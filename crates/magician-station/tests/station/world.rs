@@ -341,3 +341,24 @@ async fn pins_are_told_by_the_table_and_driven_from_outside() {
     let both = json!({"address": 9, "value": 1, "level": true});
     assert_eq!(anna.code("world.input", both).await, -32602);
 }
+
+#[tokio::test(start_paused = true)]
+async fn a_look_says_what_leaves_lines() {
+    let bench = Bench::new(1).await;
+    let mut teacher = bench.join_as("Teacher", Role::Teacher).await;
+    teacher.lease().await;
+    let look = teacher.ok("world.look", json!({})).await;
+    assert_eq!(look["draws"], json!(null));
+    let table = "[table]\nheight = -60\n";
+    for (tool, around, draws) in [
+        ("pen", table, json!("pen")),
+        ("pen", "", json!(null)),
+        ("laser", "", json!("laser")),
+        ("suction", table, json!(null)),
+    ] {
+        let text = format!("[tool]\nkind = \"{tool}\"\n{around}");
+        teacher.ok("world.scenario", json!({"text": text})).await;
+        let look = teacher.ok("world.look", json!({})).await;
+        assert_eq!(look["draws"], draws, "{text}");
+    }
+}

@@ -1,0 +1,108 @@
+// A station whose arm is another program, behind a line that is listened to; and a way to the station that can be cut.
+import { spawn } from "node:child_process";
+import { createConnection, createServer } from "node:net";
+import { Station } from "./bench.mjs";
+
+const JOG = 73;
+const STOPS = [241, 242, 245];
+/** One clock for what passes and for what is done, ms. */
+export const now = () => performance.timeOrigin + performance.now();
+
+const listening = (server) => new Promise((done) => server.listen(0, "127.0.0.1", () => done(server.address().port)));
+
+/** The arm's line: bytes go both ways; when a stop passes is noted, and how much is asked. */
+class Line {
+  stops = [];
+  asked = 0;
+
+  async start(arm) {
+    this.server = createServer((station) => {
+      const far = createConnection(arm, "127.0.0.1");
+      let rest = Buffer.alloc(0);
+      for (const end of [station, far]) end.setNoDelay(true).on("error", () => {});
+      station.on("data", (data) => {
+        rest = this.look(Buffer.concat([rest, data]));
+        far.write(data);
+      });
+      far.on("data", (data) => station.write(data));
+      station.on("close", () => far.destroy());
+      far.on("close", () => station.destroy());
+    });
+    return listening(this.server);
+  }
+
+  look(data) {
+    while (data.length >= 4) {
+      if (data[0] !== 0xaa || data[1] !== 0xaa) {
+        data = data.subarray(1);
+        continue;
+      }
+      const length = data[2] + 4;
+      if (data.length < length) break;
+      const [command, writes] = [data[3], (data[4] & 1) === 1];
+      this.asked++;
+      if (STOPS.includes(command) || (command === JOG && writes && data[6] === 0)) this.stops.push(now());
+      data = data.subarray(length);
+    }
+    return data;
+  }
+
+  /** How long after an instant the next stop passed, ms; Infinity if none did. */
+  async stopAfter(when, patience = 3000) {
+    for (const ends = now() + patience; now() < ends; await new Promise((done) => setTimeout(done, 5))) {
+      const stop = this.stops.find((at) => at >= when);
+      if (stop !== undefined) return stop - when;
+    }
+    return Infinity;
+  }
+}
+
+/** A station and, in another process, its virtual arm: to the station it is a real one. */
+export class Wired extends Station {
+  line = new Line();
+
+  /** With further words of `magician serve`. */
+  constructor(program, words = []) {
+    super(program, words);
+  }
+
+  async start(...more) {
+    this.arm = spawn(this.program, ["sim", "--tcp", "127.0.0.1:0"], { stdio: ["ignore", "ignore", "pipe"] });
+    let said = "";
+    const at = await new Promise((done) => this.arm.stderr.on("data", (piece) => {
+      const port = (said += piece).match(/serving tcp:127\.0\.0\.1:(\d+)/)?.[1];
+      if (port) done(Number(port));
+    }));
+    const port = await this.line.start(at);
+    await super.start("--port", `tcp:127.0.0.1:${port}`, ...more);
+  }
+
+  async end() {
+    await super.end();
+    this.arm.kill();
+    this.line.server.close();
+  }
+}
+
+/** A way to a station: it can be dropped, or fall silent without a word. */
+export class Way {
+  ends = [];
+  whole = true;
+
+  async start() {
+    this.server = createServer((near) => {
+      const far = createConnection(this.to, "127.0.0.1");
+      for (const [one, other] of [[near, far], [far, near]]) {
+        one.setNoDelay(true).on("error", () => {}).on("close", () => other.destroy());
+        one.on("data", (data) => this.whole && other.write(data));
+        this.ends.push(one);
+      }
+    });
+    this.port = await listening(this.server);
+  }
+
+  drop() {
+    for (const end of this.ends) end.destroy();
+    this.server.close();
+  }
+}

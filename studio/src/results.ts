@@ -1,0 +1,67 @@
+// What arms have drawn for the teacher's view, kept in the browser: a page that is loaded again has it.
+import { log } from "./log";
+import type { Picture } from "./site";
+
+const STORE = "pictures";
+/** The newest of so many, and of so many signs in all, are kept. */
+const MOST = 120;
+const SIGNS = 20e6;
+
+let opened: Promise<IDBDatabase> | null = null;
+
+function answered<T>(request: IDBRequest<T>): Promise<T> {
+  return new Promise((done, failed) => {
+    request.onsuccess = () => done(request.result);
+    request.onerror = () => failed(request.error);
+  });
+}
+
+function store(mode: IDBTransactionMode): Promise<IDBObjectStore> {
+  opened ??= new Promise((done, failed) => {
+    const asked = indexedDB.open("magician.results", 1);
+    asked.onupgradeneeded = () => asked.result.createObjectStore(STORE, { keyPath: "name" });
+    answered(asked).then(done, failed);
+  });
+  return opened.then((base) => base.transaction(STORE, mode).objectStore(STORE));
+}
+
+/** The newest first, as many as have room. */
+export function newest(pictures: readonly Picture[]): Picture[] {
+  let signs = 0;
+  return pictures.slice(0, MOST).filter(({ svg }, nth) => (signs += svg.length) <= SIGNS || nth === 0);
+}
+
+/** What is kept; nothing in a browser that keeps nothing. */
+export async function kept(): Promise<Picture[]> {
+  try {
+    const all = (await answered((await store("readonly")).getAll())) as Picture[];
+    return all.sort((one, other) => other.at.getTime() - one.at.getTime());
+  } catch {
+    return [];
+  }
+}
+
+/** Keeps one, and drops those of these names. */
+export async function change(put: Picture | null, drop: readonly string[]): Promise<void> {
+  try {
+    const base = await store("readwrite");
+    if (put !== null) base.put(put);
+    for (const name of drop) base.delete(name);
+    await new Promise((done, failed) => {
+      base.transaction.oncomplete = done;
+      base.transaction.onabort = () => failed(base.transaction.error);
+    });
+  } catch (error) {
+    // They are there until the page is closed.
+    log(String(error));
+  }
+}
+
+const escaped = (text: string) => text.replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
+
+/** All of them as one page, for the browser to show and print. */
+export function page(title: string, pictures: readonly Picture[]): string {
+  const figures = pictures.map(({ name, at, svg }) => `<figure>${svg}<figcaption>${escaped(name)}<br>${escaped(at.toLocaleString())}</figcaption></figure>`);
+  const style = "body{font:14px sans-serif;display:flex;flex-wrap:wrap;gap:16px}figure{margin:0;break-inside:avoid;width:280px}svg{width:100%;height:220px;border:1px solid #ccc}";
+  return `<!doctype html><meta charset="utf-8"><title>${escaped(title)}</title><style>${style}</style><h1 style="width:100%">${escaped(title)}</h1>${figures.join("")}`;
+}
