@@ -76,6 +76,7 @@ export function looks(test, { browser, station, shots }) {
     const page = await browser.connected(station.url, { viewport: { width: 360, height: 740 }, bypassCSP: true });
     await page.goto(`${station.url}#/settings`);
     await page.getByTestId("settings-language-zh").check({ force: true });
+    await page.locator("html[lang=zh-Hans]").waitFor();
     assert.equal(await page.getByTestId("stop").textContent(), "停止");
     assert.match(await page.locator("main").textContent(), /母语/);
     for (const route of ROUTES) {

@@ -1,18 +1,34 @@
 // The page's sentences in the language that is chosen. A language is a file in `languages`; a test (xtask) finds a missing key.
+import { effect, signal } from "@preact/signals";
 import en from "./languages/en.json";
 import { language } from "./settings";
 
 export type Key = keyof typeof en;
 type Texts = Record<Key, string>;
 
-const FILES: Record<string, Texts> = import.meta.glob<Texts>("./languages/*.json", { eager: true, import: "default" });
+const FILES = import.meta.glob<Texts>("./languages/*.json", { import: "default" });
+const fileOf = (name: string) => `./languages/${name}.json`;
 
-/** By the name of the file: `en`, `zh`. */
-export const LANGUAGES = new Map(Object.entries(FILES).map(([path, texts]) => [path.replace(/^.*\/|\.json$/g, ""), texts]));
+/** By the name of the file, and as its speakers call it: `zh`, `中文`. */
+export const LANGUAGES = Object.keys(FILES).map((path) => {
+  const value = path.replace(/^.*\/|\.json$/g, "");
+  return { value, text: new Intl.DisplayNames(value, { type: "language" }).of(value) ?? value };
+});
+
+/** English comes with the page, another language when it is chosen. */
+const texts = signal<Texts>(en);
+effect(() => {
+  const name = language.value;
+  const load = name === "en" ? undefined : FILES[fileOf(name)];
+  if (load === undefined) return void (texts.value = en);
+  load().then((loaded) => {
+    if (language.peek() === name) texts.value = loaded;
+  }, () => {});
+});
 
 /** A sentence, with what stands in braces replaced. */
 export function t(key: Key, values: Record<string, string | number> = {}): string {
-  const text = LANGUAGES.get(language.value)?.[key] ?? en[key];
+  const text = texts.value[key] ?? en[key];
   return text.replace(/\{(\w+)\}/g, (all, name: string) => String(values[name] ?? all));
 }
 

@@ -58,6 +58,7 @@ files! {
     "/assets/worker.js" "assets/worker.js" "text/javascript; charset=utf-8",
     "/assets/world.css" "assets/world.css" "text/css; charset=utf-8",
     "/assets/world.js" "assets/world.js" "text/javascript; charset=utf-8",
+    "/assets/zh.js" "assets/zh.js" "text/javascript; charset=utf-8",
     "/licences.txt" "licences.txt" "text/plain; charset=utf-8",
     "/manifest.webmanifest" "manifest.webmanifest" "application/manifest+json",
     "/sw.js" "sw.js" "text/javascript; charset=utf-8",

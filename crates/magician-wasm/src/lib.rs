@@ -52,6 +52,7 @@ mod readers;
 mod stores;
 #[cfg(feature = "module")]
 pub mod table;
+#[cfg(feature = "module")]
 pub mod trace;
 
 #[cfg(feature = "module")]

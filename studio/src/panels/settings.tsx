@@ -86,7 +86,7 @@ export function Settings() {
           label={t("settings.language")}
           value={language.value}
           choose={(value) => (language.value = value)}
-          options={[...LANGUAGES].map(([value, texts]) => ({ value, text: texts["language.name"], testId: `settings-language-${value}` }))}
+          options={LANGUAGES.map((one) => ({ ...one, testId: `settings-language-${one.value}` }))}
         />
         {t("language.note") ? <p class="hint">{t("language.note")}</p> : null}
         <Choice<Theme>

@@ -42,6 +42,7 @@ impl Region {
     }
 
     /// Its least and its greatest corner; none if it is empty.
+    #[cfg(feature = "read-svg")]
     pub(crate) fn bounds(&self) -> Option<[[f64; 2]; 2]> {
         let [x, y] = [0, 1].map(|side: usize| self.extent(|point| point[side]));
         (!self.is_empty()).then_some([[x.0, y.0], [x.1, y.1]])
@@ -86,6 +87,7 @@ impl Region {
     }
 
     /// What is in any of both.
+    #[cfg(feature = "read-svg")]
     pub(crate) fn joined(&self, other: &Self) -> Self {
         self.overlaid(other, OverlayRule::Union)
     }
@@ -104,14 +106,12 @@ impl Region {
 
     /// Without another one; of what is left only what is worth a line that wide.
     pub(super) fn without(&self, other: &Self, width: f64) -> Self {
-        let mut rest =
-            self.0
-                .overlay_as::<i64>(&other.0, OverlayRule::Difference, OverlayFillRule::NonZero);
-        rest.retain(|shape| {
+        let mut rest = self.except(other);
+        rest.0.retain(|shape| {
             let shape = Self(vec![shape.clone()]);
             shape.size() > width && shape.size_of() > width * width / 4.0
         });
-        Self(rest)
+        rest
     }
 
     /// How large it is, mm2.
