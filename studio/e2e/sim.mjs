@@ -154,7 +154,7 @@ export function onSim(tests, bench, folder) {
     await closed(page);
   });
 
-  test("files: the house is on the paper, and the speed is the address's", async () => {
+  test("files: the house and a name are on the paper, and the speed is the address's", async () => {
     const page = await browser.inControl(`${files.url}?speed=20`);
     assert.equal(await page.getByTestId("header-arm").textContent(), "Virtual arm ×20");
     await page.getByTestId("first-house").click();
@@ -162,6 +162,14 @@ export function onSim(tests, bench, folder) {
     const { drawing } = await sim.call("world.look");
     // Eight lines in one stroke.
     assert.ok((drawing.match(/<path|<polyline/g) ?? []).length > 1 || /d="M[^"]{40,}/.test(drawing), drawing);
+    const before = drawing.length;
+    await page.getByRole("textbox", { name: "Your name" }).fill("Ångström");
+    await page.getByRole("button", { name: "Write it" }).click();
+    await is(page, "job", "running", 20_000);
+    await is(page, "job", "done", 30_000);
+    const written = (await sim.call("world.look")).drawing;
+    assert.ok(written.length > before + 1000, `${before} and ${written.length} of drawing`);
+    await page.screenshot({ path: join(bench.shots, "name.png") });
     await page.getByTestId("first-close").click();
     await page.getByTestId("first-house").waitFor({ state: "detached" });
     await closed(page);

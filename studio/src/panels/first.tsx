@@ -2,6 +2,7 @@
 import { useSignal } from "@preact/signals";
 import { complain } from "../actions";
 import { t } from "../i18n";
+import type { Params } from "../client";
 import { call, shown } from "../session";
 import { hasTried } from "../settings";
 import * as store from "../store";
@@ -9,20 +10,34 @@ import { Card } from "../ui/parts";
 
 const TRIES = ["wave", "house", "circle"] as const;
 type Try = (typeof TRIES)[number];
+/** A name is written beside the house, from left to right as the arm is seen from behind; smaller where it would not fit. */
+const LETTERS = { font: "script", size: 18, at: [230, -95], rotate: -90, fit: true };
+
+type Program = Pick<Params<"job.start">, "text" | "format" | "setup">;
 
 export function FirstSteps() {
-  const under = useSignal<Try | null>(null);
+  const isMine = useSignal(false);
+  const name = useSignal("");
   if (store.backend.value !== "sim" || hasTried.value === "yes" || store.socket.value !== "up") return null;
   const why = store.why.value;
-  const go = async (what: Try) => {
-    under.value = what;
+  const start = async (program: () => Promise<Program>) => {
+    isMine.value = true;
     try {
-      const plans = (await (await fetch(new URL("assets/first.json", document.baseURI))).json()) as Record<Try, unknown>;
-      await call("job.start", { ...shown(), text: JSON.stringify(plans[what]) });
+      await call("job.start", { ...shown(), ...(await program()) });
     } catch (error) {
-      under.value = null;
+      isMine.value = false;
       complain(error);
     }
+  };
+  const go = (what: Try) =>
+    start(async () => {
+      const plans = (await (await fetch(new URL("assets/first.json", document.baseURI))).json()) as Record<Try, unknown>;
+      return { text: JSON.stringify(plans[what]) };
+    });
+  const write = (event: Event) => {
+    event.preventDefault();
+    const text = name.value.trim();
+    if (text !== "" && why === null) void start(async () => ({ text, format: "text", setup: LETTERS }));
   };
   const done = (
     <button type="button" class="quiet small" data-testid="first-close" onClick={() => (hasTried.value = "yes")}>
@@ -40,8 +55,24 @@ export function FirstSteps() {
           </li>
         ))}
       </ul>
+      <form class="tries first-name" onSubmit={write}>
+        <label class="field">
+          <span>{t("first.name")}</span>
+          <input
+            type="text"
+            maxLength={30}
+            autoComplete="off"
+            data-testid="first-name"
+            value={name.value}
+            onInput={(event) => (name.value = event.currentTarget.value)}
+          />
+        </label>
+        <button type="submit" data-testid="first-write" disabled={why !== null || name.value.trim() === ""} aria-describedby="first-why">
+          {t("first.write")}
+        </button>
+      </form>
       <p id="first-why" class="hint" role="status">
-        {why === "why.busy" && under.value !== null ? t("first.runs") : why !== null ? t(why) : t("first.text")}
+        {why === "why.busy" && isMine.value ? t("first.runs") : why !== null ? t(why) : t("first.text")}
       </p>
     </Card>
   );
