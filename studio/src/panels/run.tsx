@@ -40,7 +40,7 @@ function Field({ option }: { option: check.Option }) {
         <select data-testid={`setup-${name}`} value={value || (choices[0] ?? "")} onChange={(event) => set(event.currentTarget.value)}>
           {choices.map((choice) => (
             <option key={choice} value={choice}>
-              {told(`tools.${choice}`, choice)}
+              {told(`setup.${name}.${choice}`, told(`tools.${choice}`, choice))}
             </option>
           ))}
         </select>
@@ -170,10 +170,13 @@ function Selected() {
   const reason = why ?? (jobs.busy.value ? "why.busy.job" : null);
   const start = () =>
     tried(async () => {
+      const source = check.source();
       // What is known to be impossible is looked at once more: the arm may stand elsewhere now.
       if (check.report.value?.ok !== true && !(await check.check())) return;
+      // Nobody has pressed for what was chosen meanwhile.
+      if (JSON.stringify(check.source()) !== JSON.stringify(source)) return;
       try {
-        await jobs.start({ ...check.source(), loops: loops.value }, program.name, about(check.report.value));
+        await jobs.start({ ...source, loops: loops.value }, program.name, about(check.report.value));
       } catch (error) {
         check.refuse(error);
       }

@@ -51,6 +51,8 @@ export const problem = signal<string | null>(null);
 export const isChecking = signal(false);
 export const isShown = signal(false);
 let asked = 0;
+/** What the newest check comes to. */
+let newest: Promise<boolean> = Promise.resolve(false);
 
 /** Whether an option counts, as the others are set. */
 export const counts = (option: Option): boolean => option.with === null || values.value[option.with] === "true";
@@ -88,6 +90,7 @@ export async function select(name: string | null): Promise<void> {
 
 function forget(): void {
   asked++;
+  newest = Promise.resolve(false);
   report.value = null;
   problem.value = null;
   isChecking.value = false;
@@ -95,23 +98,24 @@ function forget(): void {
   isShown.value = false;
 }
 
-/** Checks the program, and shows what it would do; whether the arm can do it. */
-export async function check(): Promise<boolean> {
+/** Checks the program, and shows what it would do; whether the arm can do it. One that a newer check has overtaken answers as that does. */
+export const check = (): Promise<boolean> => (newest = checked());
+
+async function checked(): Promise<boolean> {
   if (selected.value === null) return false;
   const mine = ++asked;
   problem.value = null;
   isChecking.value = true;
   try {
     const found = (await call("job.check", { ...shown(), ...source(), preview: true })) as unknown as Report;
-    if (mine !== asked) return false;
+    if (mine !== asked) return newest;
     report.value = found;
     draw(found);
     return found.ok;
   } catch (error) {
-    if (mine === asked) {
-      forget();
-      refuse(error);
-    }
+    if (mine !== asked) return newest;
+    forget();
+    refuse(error);
     return false;
   } finally {
     if (mine === asked) isChecking.value = false;

@@ -48,6 +48,10 @@ const AT: AskedOption = asked("at", "point", "mm", "Where its centre goes");
 const WIDTH: AskedOption = asked("width", "number", "mm", "Width of an image");
 const SCALE: AskedOption = asked("scale", "number", "", "Its size, 1 being the true one");
 const ROTATE: AskedOption = asked("rotate", "number", "deg", "Turned counter-clockwise");
+const FILL: AskedOption = AskedOption {
+    choices: &["none", "hatch", "cross", "contour"],
+    ..asked("fill", "choice", "", "Lines that shapes are filled with")
+};
 const FONT: AskedOption = AskedOption {
     choices: &["sans", "script", "gothic"],
     ..asked("font", "choice", "", "Font of text")
@@ -91,7 +95,8 @@ impl SetupOptions {
     #[must_use]
     pub const fn asked(format: Format) -> &'static [AskedOption] {
         match format {
-            Format::Svg | Format::Dxf | Format::Hpgl => &[TOOL, SURFACE, AT, SCALE, ROTATE, FIT],
+            Format::Svg => &[TOOL, FILL, SURFACE, AT, SCALE, ROTATE, FIT],
+            Format::Dxf | Format::Hpgl => &[TOOL, SURFACE, AT, SCALE, ROTATE, FIT],
             Format::Image => &[TOOL, SURFACE, AT, WIDTH, ROTATE, FIT],
             Format::Text => &[FONT, SIZE, WRAP, TOOL, SURFACE, AT, ROTATE, FIT],
             Format::Gcode => &PLACED,
