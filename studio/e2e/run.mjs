@@ -33,6 +33,18 @@ export function running(test, { browser, station, closed, shots }) {
   };
   const shown = (page) => page.locator("[data-testid=run-preview][data-shown=true]").waitFor();
 
+  test("Start counts, also when the program is checked once more meanwhile", async () => {
+    const page = await opened();
+    await give(page, "at once.svg", SQUARE);
+    const before = (await station.call("job.list")).jobs.length;
+    await page.evaluate(() => ["run-start", "run-check"].forEach((name) => document.querySelector(`[data-testid=${name}]`).click()));
+    await is(page, "job", "running");
+    await page.getByTestId("stop").click();
+    await is(page, "job", "stopped");
+    assert.equal((await station.call("job.list")).jobs.length, before + 1);
+    await closed(page);
+  });
+
   test("a drawing is opened, shown before it runs, drawn, paused and gone on with", async () => {
     const page = await opened();
     await give(page, "square.svg", SQUARE);

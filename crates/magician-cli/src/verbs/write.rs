@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::job::Job;
 use super::job::options::{
-    File, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
+    File, FillFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
 };
 use crate::columns::Columns;
 use crate::context::Context;
@@ -39,6 +39,8 @@ pub(crate) struct Write {
     strict_text: bool,
     #[command(flatten)]
     letters: TextFlags,
+    #[command(flatten)]
+    fill: FillFlags,
     #[command(flatten)]
     tidy: TidyFlags,
     #[command(flatten)]
@@ -84,6 +86,7 @@ impl Write {
         job.text = text;
         self.pen.say(&mut job.options);
         self.letters.say(&mut job.options);
+        self.fill.say(&mut job.options);
         self.tidy.say(&mut job.options);
         job.options.strict_text = self.strict_text;
         job

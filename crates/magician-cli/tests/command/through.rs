@@ -162,6 +162,25 @@ const VERBS: &[(&str, &[Through])] = &[
         ])],
     ),
     (
+        "write",
+        &[Same(&[
+            &[
+                "write",
+                "Hi",
+                "--size",
+                "5",
+                "--surface",
+                "-50",
+                "--check",
+                "--json",
+            ],
+            &["write", "Hi", "--size", "5", "--surface", "-50"],
+            &["home"],
+            &["write", "Hi", "--size", "5", "--surface", "-50", "--json"],
+            &["write", "\u{4e2d}", "--strict-text", "--surface", "-50"],
+        ])],
+    ),
+    (
         "run",
         &[Same(&[
             &["run", "moves.plan.json", "--json"],

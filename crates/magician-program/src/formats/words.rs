@@ -4,9 +4,10 @@ use std::ops::Range;
 
 use magician_host::{Given, Setting};
 
-use super::{Content, Parsed, ReadOptions};
+use super::{Content, Fills, Parsed, ReadOptions};
+use crate::fill::{Area, FillRule};
 use crate::lettering::{Glyphs, LaidText, lay_out};
-use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Origin, Stroke};
+use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Lines, Origin, Stroke};
 
 /// As many characters text may have.
 const LONGEST: usize = 100_000;
@@ -48,17 +49,33 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     } = lay_out(text, &font, &options.text, tolerance)?;
     let mut notes = notes(&missing, &lines, options)?;
     notes.extend(substitution(&substituted, &lines, options));
-    let strokes = penned.into_iter().map(|line| Stroke {
-        points: line.points,
-        origin: lines.origin(line.range),
-    });
+    let mut artwork = Artwork {
+        title: options.title.clone(),
+        in_order: font.has_stroke_order(),
+        ..Artwork::default()
+    };
+    let filled = options.fills == Fills::Areas && font.is_outlined();
+    // What the font does not have is written in single lines.
+    let single = |range: &Range<usize>| substituted.iter().any(|(_, other)| other == range);
+    for letter in penned.chunk_by(|one, next| one.range == next.range) {
+        let Some(range) = letter.first().map(|line| line.range.clone()) else {
+            continue;
+        };
+        let origin = lines.origin(range.clone());
+        let points = letter.iter().map(|line| line.points.clone());
+        if filled && !single(&range) {
+            let area = Area {
+                rings: points.collect(),
+                rule: FillRule::NonZero,
+            };
+            artwork.areas.push(FilledArea { area, origin });
+        } else {
+            let strokes = points.map(|points| Stroke { points, origin });
+            artwork.strokes.extend(strokes);
+        }
+    }
     Ok(Parsed {
-        content: Content::Artwork(Artwork {
-            title: options.title.clone(),
-            strokes: strokes.collect(),
-            in_order: font.has_stroke_order(),
-            ..Artwork::default()
-        }),
+        content: Content::Artwork(artwork),
         notes,
     })
 }

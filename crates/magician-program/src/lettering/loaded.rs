@@ -59,6 +59,10 @@ impl Glyphs for LoadedFont {
         self.font.glyph(character, tolerance)
     }
 
+    fn is_outlined(&self) -> bool {
+        self.font.is_outlined()
+    }
+
     fn has_stroke_order(&self) -> bool {
         self.font.has_stroke_order()
     }

@@ -42,6 +42,11 @@ pub(crate) trait Glyphs {
     /// it.
     fn glyph(&self, character: char, tolerance: f64) -> Option<Glyph>;
 
+    /// Whether its lines are the edges of its letters, which can be filled.
+    fn is_outlined(&self) -> bool {
+        false
+    }
+
     /// Whether the order of its lines has a meaning.
     fn has_stroke_order(&self) -> bool {
         false

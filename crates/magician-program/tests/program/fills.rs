@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use magician_host::JointAngles;
 use magician_host::words::Preflight;
 use magician_motion::ToolBias;
-use magician_program::{Format, SetupDefaults, SetupOptions, Surface, check, read};
+use magician_program::fill::FillMode;
+use magician_program::{FontChoice, Format, SetupDefaults, SetupOptions, Surface, check, read};
 use serde_json::{Value, json};
 
 /// How many mm are drawn of these shapes.
@@ -78,6 +79,30 @@ fn letters_are_filled() {
     let outlined = drawn(text, &json!({}));
     let filled = drawn(text, &json!({"fill": "hatch", "fill_spacing": 0.3}));
     assert!(filled > 3.0 * outlined, "{filled} {outlined}");
+}
+
+#[test]
+fn text_of_an_outline_font_is_filled_and_single_lines_stay() {
+    let font = include_bytes!("../../fonts/Roboto-Regular.ttf");
+    let mut options =
+        SetupOptions::from_fields(json!({"fill": "hatch", "size": 30}).as_object().unwrap())
+            .unwrap();
+    let length = |options: &SetupOptions| {
+        let mut defaults = SetupDefaults::default();
+        defaults.surface = Some(Surface::level(-60.0));
+        let setup = options.setup(&defaults);
+        let content = read(Format::Text, b"Lo", &options.reading(&setup)).unwrap();
+        let plan = setup.plan(Format::Text, content.content).unwrap().plan;
+        check(&plan, &Preflight::at(JointAngles::HOME, ToolBias::PEN)).drawn
+    };
+    let single = length(&options);
+    options.fill = None;
+    assert!((length(&options) - single).abs() < 0.01);
+    options.font = Some(FontChoice::file("Roboto-Regular.ttf", font.to_vec()));
+    let outlined = length(&options);
+    options.fill = Some(FillMode::Hatch);
+    options.fill_spacing = Some(0.3);
+    assert!(length(&options) > 2.0 * outlined);
 }
 
 #[test]

@@ -74,7 +74,7 @@ pub(crate) struct TextFlags {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "Fill")]
 pub(crate) struct FillFlags {
-    /// Fill the visible shapes of an SVG with lines; without it they are outlined [default: none]
+    /// Fill the visible shapes of an SVG, and letters of an outline font, with lines; without it they are outlined [default: none]
     #[arg(long, value_name = "none|hatch|cross|contour", value_parser = str::parse::<FillMode>)]
     fill: Option<FillMode>,
     /// Distance of the lines, mm on the surface [default: 0.8 with the pen, 0.2 with the laser]

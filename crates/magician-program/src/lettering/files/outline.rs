@@ -58,6 +58,10 @@ fn glyph(font: &FontRef<'_>, character: char, tolerance: f64) -> Option<Glyph> {
 }
 
 impl Glyphs for OutlineFont {
+    fn is_outlined(&self) -> bool {
+        true
+    }
+
     fn cap_height(&self) -> f64 {
         self.cap_height
     }
