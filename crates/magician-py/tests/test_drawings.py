@@ -55,8 +55,13 @@ def test_a_font_may_be_a_file(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     assert _drawn(magician.write("i", font=font, size=10)) == pytest.approx(10, abs=0.1)
-    with pytest.raises(FileNotFoundError, match=r"no-such\.ttf"):
-        magician.write("i", font="no-such.ttf")
+    with pytest.raises(FileNotFoundError, match=r"font takes sans, script, gothic or the path of a file: .*'serif'"):
+        magician.write("i", font="serif")
+    font.write_bytes(b"no font")
+    with pytest.raises(InvalidInputError, match=r"bars\.svg"):
+        magician.write("i", font=font)
+    with pytest.raises(TypeError, match="font is 3; it takes sans, script"):
+        magician.write("i", font=3)  # type: ignore[arg-type]
 
 
 def test_a_filled_logo_is_longer_than_its_outline(samples: Path) -> None:

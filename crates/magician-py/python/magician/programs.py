@@ -758,11 +758,20 @@ def write(
     )
 
 
+_FONTS = ("sans", "script", "gothic")
+_FONTS_OR_FILE = "sans, script, gothic or the path of a file"
+
+
 def _font(font: str | os.PathLike[str] | None) -> tuple[str | None, bytes | None]:
-    if font is None or font in ("sans", "script", "gothic"):
+    if font is None or (isinstance(font, str) and font in _FONTS):
         return font, None
+    if not isinstance(font, (str, os.PathLike)):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"font is {font!r}; it takes {_FONTS_OR_FILE}")
     path = Path(font)
-    return path.name, path.read_bytes()
+    try:
+        return path.name, path.read_bytes()
+    except OSError as error:
+        raise OSError(error.errno, f"font takes {_FONTS_OR_FILE}: {error.strerror}", str(path)) from None
 
 
 def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:
