@@ -41,6 +41,12 @@ def test_options_of_text_have_the_meaning_of_the_command() -> None:
     assert loaded == magician.write(words, size=12)
 
 
+def test_texts_of_a_drawing_are_outlined_or_single_lines() -> None:
+    text = '<text x="5" y="60" font-size="40">Lo</text>'
+    assert _svg(text) == _svg(text, text="outline")
+    assert _drawn(_svg(text, text="stroke")) < 0.7 * _drawn(_svg(text))
+
+
 def test_what_no_font_has_is_told_or_refused() -> None:
     assert any("U+4E2D" in str(note) for note in magician.write("中 and ink").notes)
     with pytest.raises(InvalidInputError, match=r"U\+4E2D"):
