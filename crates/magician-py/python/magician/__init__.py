@@ -13,7 +13,8 @@
 * :mod:`magician.words` builds commands for programs; :mod:`magician.commands` has every command of the protocol.
 * :mod:`magician.places` keeps poses by name, and has work planes and pallets; :mod:`magician.calibrate` finds sheet,
   surface and the tool's tip from touched points.
-* :func:`load` makes a :class:`Plan` from a file, :func:`write` from text, :meth:`Plan.path` from an array of points; ``arm.run(plan)`` runs it.
+* :func:`load` makes a :class:`Plan` from a file, :func:`write` from text, :meth:`Plan.path` from an array of points;
+  ``arm.run(plan)`` runs it.
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`; :mod:`magician.simulation`
   steps many of them, for learning.

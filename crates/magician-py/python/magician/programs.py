@@ -555,9 +555,9 @@ def load(
     height: float | None = None,
     threshold: int | None = None,
     power: float | tuple[float, float] | None = None,
-    tone: Literal["grey", "threshold", "dither"] = "grey",
+    mode: Literal["grey", "threshold", "dither"] = "grey",
     invert: bool = False,
-    both_directions: bool = True,
+    one_way: bool = False,
     spacing: float | None = None,
     overscan: float | None = None,
     gamma: float | None = None,
@@ -571,6 +571,10 @@ def load(
     line_height: float | None = None,
     text: Literal["outline", "stroke"] | None = None,
     strict_text: bool = False,
+    fill: Literal["none", "hatch", "cross", "contour"] = "none",
+    fill_spacing: float | None = None,
+    fill_angle: float | None = None,
+    fill_inset: float | None = None,
 ) -> Plan:
     """A plan of a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly program, an
     image, points (CSV, JSON, text), or a plan file. Drawings are drawn with the pen, images engraved.
@@ -614,11 +618,11 @@ def load(
         their lines.
     :param width: How wide an image becomes, mm.
     :param height: How high it becomes, mm, instead.
-    :param threshold: With ``work="draw"`` or ``tone="threshold"``: what is darker is dark, 1 to 255.
+    :param threshold: With ``work="draw"`` or ``mode="threshold"``: what is darker is dark, 1 to 255.
     :param power: What full power is, percent, of whatever burns; or the least and the most of all that is above 0.
-    :param tone: How grey levels become power.
+    :param mode: How grey levels become power.
     :param invert: Whether white burns.
-    :param both_directions: Whether every other line is burnt on the way back.
+    :param one_way: Whether all lines of an image are burnt in the same direction.
     :param spacing: Distance between the lines of an image, mm; 0.2 if left out.
     :param overscan: Run-up and run-out of the tool at the ends of a line, mm; as needed if left out.
     :param gamma: Exponent of the darkness; above 1 burns light parts less.
@@ -626,8 +630,8 @@ def load(
     :param dedupe: Whether a line of a drawing that is there twice is drawn once.
     :param simplify: Points of a drawing that are no farther from the line without them are left out, mm; 0.02 if left
         out.
-    :param font: Font of text: ``"sans"``, ``"script"`` or ``"gothic"``, whose letters are single lines, or the path of a
-        file: TrueType, OpenType, an SVG font, or the order of strokes of Chinese and Japanese characters (KanjiVG,
+    :param font: Font of text: ``"sans"``, ``"script"`` or ``"gothic"``, whose letters are single lines, or the path of
+        a file: TrueType, OpenType, an SVG font, or the order of strokes of Chinese and Japanese characters (KanjiVG,
         hanzi-writer). ``"sans"`` if left out.
     :param size: Height of a capital in text, mm; 10 if left out.
     :param wrap: The width that lines of text are broken at, mm.
@@ -636,6 +640,12 @@ def load(
     :param text: How the letters of texts in an SVG are drawn: by their outlines, except in fonts whose name begins with
         Hershey or ends in 1-stroke or Single Line; or ``"stroke"``, all in single lines.
     :param strict_text: Whether text is refused of which the font lacks a character; otherwise that is left out.
+    :param fill: How the visible shapes of an SVG are filled: ``"hatch"`` with parallel lines, ``"cross"`` with others
+        across them as well, ``"contour"`` with rings from the edge inwards. ``"none"`` draws their outlines alone.
+    :param fill_spacing: Distance of those lines, mm on the surface whatever ``scale`` is, 0.02 or more; 0.8 with the
+        pen and 0.2 with the laser if left out. It, ``fill_angle`` and ``fill_inset`` need a ``fill``.
+    :param fill_angle: Their direction, degrees counter-clockwise from x; 45 if left out.
+    :param fill_inset: Their distance from the edge, mm, 0 or more; half of ``fill_spacing`` if left out.
     :returns: The plan. :attr:`Plan.notes` lists the parts that were left out or interpreted.
     :raises InvalidInputError: It cannot be read (with line and column), cannot be placed like this, or an argument is
         invalid.
@@ -666,7 +676,7 @@ def load(
             clip_page=clip_page,
             order=order,
             invert=invert,
-            both_directions=both_directions,
+            one_way=one_way,
             dedupe=dedupe,
             strict_text=strict_text,
         ),
@@ -684,7 +694,7 @@ def load(
         "height": number("height", height, above=0, unit="mm"),
         "threshold": None if threshold is None else whole("threshold", threshold, 1, 255),
         "power": given,
-        "tone": string("tone", tone),
+        "mode": string("mode", mode),
         "spacing": number("spacing", spacing, above=0, unit="mm"),
         "overscan": number("overscan", overscan, above=0, unit="mm"),
         "gamma": number("gamma", gamma, above=0),
@@ -697,6 +707,10 @@ def load(
         "align": string("align", align),
         "line_height": number("line_height", line_height, above=0),
         "text": string("text", text),
+        "fill": string("fill", fill),
+        "fill_spacing": number("fill_spacing", fill_spacing, least=0.02, unit="mm"),
+        "fill_angle": number("fill_angle", fill_angle, unit="deg"),
+        "fill_inset": number("fill_inset", fill_inset, least=0, unit="mm"),
     }
     return Plan(_magician.Plan.load(name, data, wanted))
 
@@ -744,11 +758,20 @@ def write(
     )
 
 
+_FONTS = ("sans", "script", "gothic")
+_FONTS_OR_FILE = "sans, script, gothic or the path of a file"
+
+
 def _font(font: str | os.PathLike[str] | None) -> tuple[str | None, bytes | None]:
-    if font is None or font in ("sans", "script", "gothic"):
+    if font is None or (isinstance(font, str) and font in _FONTS):
         return font, None
+    if not isinstance(font, (str, os.PathLike)):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise TypeError(f"font is {font!r}; it takes {_FONTS_OR_FILE}")
     path = Path(font)
-    return path.name, path.read_bytes()
+    try:
+        return path.name, path.read_bytes()
+    except OSError as error:
+        raise OSError(error.errno, f"font takes {_FONTS_OR_FILE}: {error.strerror}", str(path)) from None
 
 
 def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:

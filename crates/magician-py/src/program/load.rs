@@ -3,8 +3,8 @@
 use magician::Error;
 use magician_program::artwork::Sheet;
 use magician_program::{
-    Content, Diagnostic, FontChoice, Format, ModeOption, Parsed, Plan, Power, Prepared, ReadOptions, Setup,
-    SetupDefaults, SetupOptions, Surface, WorkOption, read,
+    Content, Diagnostic, FontChoice, Format, ModeOption, Parsed, Plan, Power, Prepared,
+    ReadOptions, Setup, SetupDefaults, SetupOptions, Surface, WorkOption, read,
 };
 use pyo3::prelude::*;
 
@@ -50,9 +50,9 @@ struct Wanted {
     height: Option<f64>,
     threshold: Option<u8>,
     power: Option<[f64; 2]>,
-    tone: Option<String>,
+    mode: Option<String>,
     invert: bool,
-    both_directions: bool,
+    one_way: bool,
     spacing: Option<f64>,
     overscan: Option<f64>,
     gamma: Option<f64>,
@@ -67,18 +67,16 @@ struct Wanted {
     line_height: Option<f64>,
     text: Option<String>,
     strict_text: bool,
+    fill: Option<String>,
+    fill_spacing: Option<f64>,
+    fill_angle: Option<f64>,
+    fill_inset: Option<f64>,
 }
 
 impl Wanted {
     /// # Errors
     /// What cannot be meant, in a sentence.
     fn options(&self, format: Format) -> Result<SetupOptions, String> {
-        if self.place && self.raw {
-            return Err("give place or raw, not both".to_owned());
-        }
-        if self.width.is_some() && self.height.is_some() {
-            return Err("give width or height: the other follows".to_owned());
-        }
         let mut options = SetupOptions::default();
         options.work = Some(match (self.work.as_deref(), format) {
             (None, Format::Image) | (Some("engrave"), _) => WorkOption::Engrave,
@@ -88,14 +86,14 @@ impl Wanted {
                 return Err(format!("work is \"draw\" or \"engrave\", not \"{other}\""));
             }
         });
-        options.mode = match self.tone.as_deref() {
+        options.mode = match self.mode.as_deref() {
             _ if options.work != Some(WorkOption::Engrave) => None,
             None | Some("grey") => None,
             Some("threshold") => Some(ModeOption::Threshold),
             Some("dither") => Some(ModeOption::Dither),
             Some(other) => {
                 return Err(format!(
-                    "tone is \"grey\", \"threshold\" or \"dither\", not \"{other}\""
+                    "mode is \"grey\", \"threshold\" or \"dither\", not \"{other}\""
                 ));
             }
         };
@@ -118,7 +116,7 @@ impl Wanted {
         (options.lift, options.order) = (self.lift, Some(self.order));
         (options.tolerance, options.threshold) = (self.tolerance, self.threshold);
         (options.width, options.height) = (self.width, self.height);
-        (options.invert, options.one_way) = (self.invert, !self.both_directions);
+        (options.invert, options.one_way) = (self.invert, self.one_way);
         (options.spacing, options.overscan) = (self.spacing, self.overscan);
         options.gamma = self.gamma;
         (options.merge, options.simplify) = (self.merge, self.simplify);
@@ -132,7 +130,10 @@ impl Wanted {
         options.line_height = self.line_height;
         options.text = self.text.as_deref().map(str::parse).transpose()?;
         options.strict_text = self.strict_text;
-        options.check_values().map_err(|error| error.message)?;
+        options.fill = self.fill.as_deref().map(str::parse).transpose()?;
+        (options.fill_spacing, options.fill_angle) = (self.fill_spacing, self.fill_angle);
+        options.fill_inset = self.fill_inset;
+        options.check().map_err(|error| error.message)?;
         // No power at all is one, too: it burns nothing.
         if let Some([least, most]) = self.power {
             options.power = Some(Power::new(least, most)?);
