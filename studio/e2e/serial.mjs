@@ -316,7 +316,6 @@ export function onSerial(tests, shared, bench, folder) {
     await is(page, "stale", "false");
     assert.deepEqual((await page.evaluate(() => globalThis.links)).filter((link) => link !== "up"), []);
     await is(page, "backend", "serial");
-    await is(page, "lease", "mine");
     await closed(page);
   });
 
