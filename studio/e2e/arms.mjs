@@ -1,6 +1,8 @@
 // A class: thirty virtual arms, a teacher on a tablet, and two who share an arm.
 import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
 import { readFileSync } from "node:fs";
+import { createServer } from "node:net";
 import { join } from "node:path";
 import { Station, is } from "./bench.mjs";
 import { findings } from "./looks.mjs";
@@ -13,6 +15,18 @@ const LINE = JSON.stringify({
   version: 1,
   steps: [[220, -20, -40, 0], [220, -20, -60, 0], [250, 20, -60, 0], [250, 20, -40, 0]].map((move) => ({ move, by: "line" })),
 });
+const BURNS = JSON.stringify({ format: "magician-plan", version: 1, steps: [{ laser: true }, { laser: false }] });
+
+/** An arm behind a socket, which counts as a real one: its port. */
+async function realArm(program) {
+  const free = createServer();
+  await new Promise((done) => free.listen(0, "127.0.0.1", done));
+  const { port } = free.address();
+  await new Promise((done) => free.close(done));
+  const child = spawn(program, ["sim", "--tcp", `127.0.0.1:${port}`], { stdio: ["ignore", "pipe", "ignore"] });
+  await new Promise((done) => child.stdout.once("data", done));
+  return { served: `tcp:127.0.0.1:${port}`, end: () => child.kill() };
+}
 
 export function classes(test, { browser, program, shots }) {
   const station = new Station(program, SEATS.flatMap((seat) => ["--arm", `${seat}=sim`]));
@@ -120,5 +134,55 @@ export function classes(test, { browser, program, shots }) {
     await page.getByTestId("choose-all").click();
     await page.getByTestId("site-take").click();
     await until("all taken", async () => (await holder("seat30")) !== null && (await holder("seat01")) !== null);
+  });
+
+  test("a program for several arms asks once which of them are real, and once more for a laser", async () => {
+    const [one, two] = [await realArm(program), await realArm(program)];
+    const mixed = new Station(program, ["--arm", "toy=sim", "--arm", `left=${one.served}`, "--arm", `right=${two.served}`]);
+    await mixed.start();
+    try {
+      for (const [name, text] of [["line.plan.json", LINE], ["burns.plan.json", BURNS]]) await mixed.call("program.put", { name, text });
+      for (const arm of ["toy", "left", "right"]) await mixed.call("arm.clear_alarms", { arm }).catch(() => {});
+      const page = await browser.connected(`${mixed.url}#/arms`, TABLET);
+      const begun = async () => {
+        const lists = await Promise.all(["toy", "left", "right"].map((arm) => mixed.call("job.list", { arm })));
+        return lists.map(({ jobs }) => jobs.length);
+      };
+      const send = async (arms, name) => {
+        for (const arm of ["toy", "left", "right"]) await page.getByRole("checkbox", { name: `Choose ${arm}` }).setChecked(arms.includes(arm));
+        await page.getByTestId("site-program").selectOption(name);
+        await page.getByTestId("site-send").click();
+      };
+      await send(["toy", "left", "right"], "line.plan.json");
+      await page.getByRole("alertdialog", { name: "Run line.plan.json on real arms?" }).getByText("These arms are real: left, right.").waitFor();
+      assert.deepEqual(await begun(), [0, 0, 0]);
+      const holders = (await mixed.call("arm.list")).arms.map(({ holder }) => holder);
+      assert.deepEqual(holders, [null, null, null], "nothing is taken before the question is answered");
+      await page.getByTestId("confirm-no").click();
+      await page.waitForTimeout(500);
+      assert.deepEqual(await begun(), [0, 0, 0]);
+      // A virtual one alone needs no question.
+      await send(["toy"], "line.plan.json");
+      await page.getByTestId("notice").getByText("Done on 1 arms.").waitFor();
+      assert.equal(await page.getByTestId("confirm").count(), 0);
+      for (const arm of ["left", "right"]) assert.equal((await mixed.pose(arm)).holder, null);
+      await send(["left", "right"], "burns.plan.json");
+      await page.getByTestId("confirm-yes").click();
+      await page.getByRole("alertdialog", { name: "Start with the laser" }).getByText(/left: .*laser.*right: .*laser/).waitFor();
+      await page.getByTestId("confirm-no").click();
+      await page.waitForTimeout(500);
+      const states = async () => (await Promise.all(["left", "right"].map((arm) => mixed.call("job.list", { arm })))).map(({ jobs }) => jobs.at(-1)?.state);
+      assert.ok((await states()).every((state) => state !== "done" && state !== "running"), `${await states()}`);
+      await send(["left", "right"], "burns.plan.json");
+      await page.getByTestId("confirm-yes").click();
+      await page.getByRole("alertdialog", { name: "Start with the laser" }).waitFor();
+      await page.getByTestId("confirm-yes").click();
+      await until("both have run", async () => (await states()).every((state) => state === "done"));
+      await page.context().close();
+    } finally {
+      await mixed.end();
+      one.end();
+      two.end();
+    }
   });
 }

@@ -297,6 +297,28 @@ export function onSerial(tests, shared, bench, folder) {
     await closed(page);
   });
 
+  test("a worker that checks a large program is not taken for dead", async () => {
+    const page = await browser.inControl(files.url);
+    // As long as a large program takes on a slow computer, and longer than a worker that hangs is waited for.
+    await page.workers()[0].evaluate(() => {
+      addEventListener("message", ({ data }) => {
+        if (data.kind === "send" && data.message.method === "job.check") for (const ends = performance.now() + 13_000; performance.now() < ends; );
+      });
+    });
+    await page.evaluate(() => {
+      globalThis.links = [];
+      new MutationObserver(() => globalThis.links.push(document.body.dataset.link)).observe(document.body, { attributeFilter: ["data-link"] });
+    });
+    await page.goto(`${files.url}#/run`);
+    await page.getByTestId("program-open").setInputFiles({ name: "large.plan.json", mimeType: "text/plain", buffer: Buffer.from(PLAN) });
+    await is(page, "stale", "true");
+    await page.getByText("The arm can do it").waitFor();
+    await is(page, "stale", "false");
+    assert.deepEqual((await page.evaluate(() => globalThis.links)).filter((link) => link !== "up"), []);
+    await is(page, "backend", "serial");
+    await closed(page);
+  });
+
   test("a worker that is ended is noticed, and the port can be chosen again", async () => {
     const page = await browser.connected(files.url);
     await page.evaluate(() => globalThis.workers[0].terminate());

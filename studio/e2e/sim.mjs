@@ -203,7 +203,7 @@ export function onSim(tests, bench, folder) {
     await closed(page);
   });
 
-  const sample = (name) => join(folder, "../../magician-program/samples", name);
+  const sample = (name) => join(import.meta.dirname, "../../crates/magician-program/samples", name);
   const onRun = async (query = "") => {
     const page = await browser.inControl(files.url + query);
     await page.goto(`${files.url}${query}#/run`);

@@ -20,7 +20,11 @@ export class RpcError extends Error {
 /** The codes of the page's own: the line ended before the answer. */
 export const LINE_ENDED = 1;
 
+/** What a station in the worker computes for, and hears nothing meanwhile. */
+const COMPUTED: readonly Method[] = ["job.check", "job.start", "job.resume", "program.convert"];
+
 interface Waiting {
+  method: Method;
   done: (value: never) => void;
   failed: (error: RpcError) => void;
 }
@@ -29,6 +33,8 @@ export class Client {
   onNotification: (method: string, params: Record<string, unknown>) => void = () => {};
   onOpened: () => void = () => {};
   onClosed: (code: number) => void = () => {};
+  /** Anything came: the other end is alive. */
+  onWord: () => void = () => {};
   private onTraced: (file: Uint8Array<ArrayBuffer>) => void = () => {};
   private next = 1;
   private readonly waiting = new Map<number, Waiting>();
@@ -100,12 +106,18 @@ export class Client {
     const id = this.next++;
     const message: Wire = { jsonrpc: "2.0", id, method, params };
     const answer = new Promise<Result<M>>((done, failed) => {
-      this.waiting.set(id, { done: done as (value: never) => void, failed });
+      this.waiting.set(id, { method, done: done as (value: never) => void, failed });
     });
     return [message, answer];
   }
 
+  /** Whether it may be silent because it computes. */
+  get computes(): boolean {
+    return [...this.waiting.values()].some(({ method }) => COMPUTED.includes(method));
+  }
+
   private heard(event: FromWorker): void {
+    this.onWord();
     if (event.kind === "opened") return this.onOpened();
     if (event.kind === "closed") {
       this.fail();

@@ -11,6 +11,7 @@ export class JogKeeper {
   private released = false;
   private timer: ReturnType<typeof setInterval> | undefined;
   private kept = 0;
+  private most = 0;
   private alive = 0;
 
   constructor(private readonly send: (message: Wire) => void) {}
@@ -21,8 +22,9 @@ export class JogKeeper {
     this.jog = null;
     this.released = false;
     this.alive = performance.now();
+    this.most = most;
     this.send(message);
-    this.timer = setInterval(() => this.turn(most), every);
+    this.timer = setInterval(() => this.turn(), every);
   }
 
   /** Ends the jog: at once, or as soon as its id is known. */
@@ -52,6 +54,8 @@ export class JogKeeper {
       } else {
         this.jog = jog;
         this.kept = performance.now();
+        // The arm may have taken its time to begin.
+        this.turn();
       }
     } else if (message.method === "jog.ended" && message.params?.["jog"] === this.jog) {
       clearInterval(this.timer);
@@ -60,10 +64,10 @@ export class JogKeeper {
     }
   }
 
-  private turn(most: number): void {
+  private turn(): void {
     const now = performance.now();
     // After a sleep of the computer the jog has ended by itself: it is not begun again by what was held before.
-    const slept = this.jog !== null && now - this.kept > most;
+    const slept = this.jog !== null && now - this.kept > this.most;
     if (slept || now - this.alive > HUNG) {
       this.release();
     } else if (this.jog !== null) {

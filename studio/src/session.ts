@@ -16,6 +16,8 @@ const PAUSES = [200, 400, 800, 1600, 3200, 5000];
 const STALE = 1000;
 /** After so long without a word the station is asked for one; after as long again the line counts as dead. */
 const SILENT = 1500;
+/** A station in the worker is silent while it checks a program, for no longer than this. */
+const CHECKING = 60_000;
 /** A worker with a real arm that is silent for so long more is ended. */
 const DEAD = 8000;
 const RESUME = "magician.resume";
@@ -147,6 +149,10 @@ function made(): Client {
   const client = new Client(new WorkerCarrier(worker));
   client.onOpened = () => void hello(client);
   client.onNotification = hear;
+  client.onWord = () => {
+    wordAt = performance.now();
+    probedAt = null;
+  };
   client.onClosed = lost;
   return client;
 }
@@ -296,8 +302,6 @@ function lostPort(code: number): void {
 }
 
 function hear(method: string, params: Record<string, unknown>): void {
-  wordAt = performance.now();
-  probedAt = null;
   const ofShown = params["arm"] === store.armName.value;
   if (method === "arm.state") {
     if (params["subscription"] === store.subscription.value) take(params["state"] as Partial<State>);
@@ -390,7 +394,7 @@ export function files(): { url: string; headers: Record<string, string> } | null
 
 /** A program of the page's own station, kept or given; null where the station is a server's. */
 export function ownFile(): ((name: string, bytes?: ArrayBuffer) => Promise<ArrayBuffer>) | null {
-  const own = store.backend.value === "sim" && store.socket.value === "up" ? client : null;
+  const own = canTrace() && store.socket.value === "up" ? client : null;
   return own && ((name, bytes) => own.file(name, bytes));
 }
 
@@ -424,16 +428,14 @@ export function rename(): void {
 setInterval(() => {
   const now = performance.now();
   if (now - store.heardAt.value > STALE) store.stale.value = true;
-  // A worker that checks a large program is silent, and has no line that could be lost.
+  // A virtual arm in the worker has no line that could be lost.
   if (store.socket.value !== "up" || client === null || store.backend.value === "sim") return;
-  if (probedAt !== null && now - probedAt > SILENT) {
+  const limit = store.backend.value === "serial" && client.computes ? CHECKING : SILENT;
+  if (probedAt !== null && now - probedAt > limit) {
     lost(1006);
   } else if (probedAt === null && now - wordAt > SILENT) {
     probedAt = now;
-    client.call("server.info", {}).then(() => {
-      probedAt = null;
-      wordAt = performance.now();
-    }, () => {});
+    client.call("server.info", {}).catch(() => {});
   }
 }, 250);
 

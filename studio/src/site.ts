@@ -3,7 +3,8 @@
 import { signal } from "@preact/signals";
 import type { Job, State } from "./api";
 import type { Params } from "./client";
-import { complain } from "./actions";
+import { DANGEROUS, complain } from "./actions";
+import { t } from "./i18n";
 import { LINE_ENDED, RpcError } from "./client";
 import { change, kept, newest } from "./results";
 import { call, notified } from "./session";
@@ -126,14 +127,15 @@ async function picture({ arm, job }: Job, title: string): Promise<void> {
   }
 }
 
-/** What is done to several arms: each by itself, the first refusal is said with its arm. */
+/** What is done to several arms: each by itself, the first refusal is said with its arm. On how many it was done: where the
+    work says `false` it was not. */
 export async function each(arms: readonly string[], work: (arm: string) => Promise<unknown>): Promise<number> {
   const done = await Promise.allSettled(arms.map(work));
   const refused = done.findIndex(({ status }) => status === "rejected");
   const first = done[refused];
   if (first?.status === "rejected") complain(new Error(`${arms[refused]}: ${(first.reason as Error).message}`));
   await list().catch(() => {});
-  return done.filter(({ status }) => status === "fulfilled").length;
+  return done.filter((one) => one.status === "fulfilled" && one.value !== false).length;
 }
 
 const holds = (arm: string) => store.arms.value.find(({ name }) => name === arm)?.holder?.session === store.session.value;
@@ -145,7 +147,32 @@ export async function give(arm: string): Promise<void> {
   const { lease } = await call("lease.acquire", { arm });
   await call("lease.release", { lease });
 }
-export async function send(arm: string, source: Omit<Params<"job.start">, "arm">, title: string): Promise<void> {
+type Source = Omit<Params<"job.start">, "arm">;
+
+/** Starts a program on several arms, after the questions that real arms and a laser need; on how many. */
+export async function send(arms: readonly string[], source: Source, title: string): Promise<number> {
+  const real = arms.filter((arm) => store.arms.value.find(({ name }) => name === arm)?.virtual !== true);
+  const about = t("site.real.text", { names: real.join(", ") });
+  if (real.length > 0 && !(await store.ask(t("site.real.title", { title }), about, t("run.start")))) return 0;
+  // They are refused before anything is sent to them.
+  const refused = new Map<string, string>();
+  const begun = await each(arms, async (arm) => {
+    try {
+      await start(arm, source, title);
+    } catch (error) {
+      if (!(error instanceof RpcError) || error.code !== DANGEROUS) throw error;
+      refused.set(arm, error.message);
+      return false;
+    }
+    return true;
+  });
+  if (refused.size === 0) return begun;
+  const why = [...refused].map(([arm, message]) => `${arm}: ${message}`).join(" ");
+  if (!(await store.ask(t("run.burns"), why, t("run.burns")))) return begun;
+  return begun + (await each([...refused.keys()], (arm) => start(arm, { ...source, yes: true }, title)));
+}
+
+async function start(arm: string, source: Source, title: string): Promise<void> {
   if (!holds(arm)) await take(arm);
   const { job } = await call("job.start", { ...source, arm, after_check: true });
   if (job !== null) sent.set(job, title);

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use magician::Arm;
@@ -79,6 +80,7 @@ struct Shared {
     recordings: Arc<dyn RecordingStore>,
     library: Arc<dyn ProgramStore>,
     reader: Arc<dyn Reader>,
+    visits: AtomicU64,
     #[cfg(feature = "http")]
     read_only: bool,
     this: Weak<Shared>,
@@ -126,6 +128,7 @@ impl RunningStation {
             Shared {
                 recordings: Arc::clone(&config.recordings),
                 library: Arc::clone(&config.programs),
+                visits: AtomicU64::new(0),
                 #[cfg(feature = "http")]
                 read_only: config.read_only,
                 this: Weak::clone(shared),
@@ -179,7 +182,10 @@ impl RunningStation {
     #[must_use]
     pub fn try_connect(&self, peer: Peer) -> Option<Client> {
         let full = self.shared.lock().sockets.len() >= SOCKETS;
-        (!full).then(|| self.connect(peer))
+        (!full).then(|| {
+            self.shared.visits.fetch_add(1, Ordering::SeqCst);
+            self.connect(peer)
+        })
     }
 
     /// Carries out one request, as a session of its own that lasts as long: the lease that it needs is taken when it is free.
@@ -217,6 +223,12 @@ impl RunningStation {
     #[must_use]
     pub fn sockets(&self) -> usize {
         self.shared.lock().station.size().sockets
+    }
+
+    /// How many sockets have been [taken](Self::try_connect) up to now, of which some may be closed.
+    #[must_use]
+    pub fn visits(&self) -> u64 {
+        self.shared.visits.load(Ordering::SeqCst)
     }
 
     /// What it holds at present, and how many orders its arms have not carried out.

@@ -163,7 +163,7 @@ function Bar() {
         data-testid="site-send"
         disabled={none || isViewer || program.value === ""}
         aria-describedby={none || isViewer ? "site-why" : undefined}
-        onClick={() => said(each(mine, (arm) => send(arm, { program: program.value }, program.value)))}
+        onClick={() => said(send(mine, { program: program.value }, program.value))}
       >
         {t("site.send", { n: mine.length })}
       </button>
@@ -177,7 +177,7 @@ function Bar() {
             const input = event.currentTarget;
             const [file] = input.files ?? [];
             if (!file) return;
-            void base64(file).then((data) => said(each(mine, (arm) => send(arm, { data }, file.name)))).finally(() => (input.value = ""));
+            void base64(file).then((data) => said(send(mine, { data }, file.name))).finally(() => (input.value = ""));
           }}
         />
       </label>

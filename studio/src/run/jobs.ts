@@ -48,10 +48,13 @@ export function follow(): () => void {
 
 export type Order = Pick<Params<"job.start">, "program" | "text" | "format" | "setup" | "from" | "loops">;
 
+/** What a person agrees to before a real arm moves by itself. */
+const warned = (about: string): string => [about, store.backend.value === "serial" ? t("run.real.note") : ""].join(" ").trim();
+
 /** Starts a job, after the questions that a real arm and a laser need; its id, or null. */
 export async function start(order: Order, title: string, about: string): Promise<string | null> {
   if (isReal()) {
-    const text = [about, t("run.real.text"), store.backend.value === "serial" ? t("run.real.note") : ""].join(" ").trim();
+    const text = warned(`${about} ${t("run.real.text")}`);
     if (!(await store.ask(t("run.real.title", { title }), text, t("run.start")))) return null;
   }
   let id: string | null = null;
@@ -66,7 +69,7 @@ export const pause = (job: Job) => tried(() => call("job.pause", { job: job.job 
 export const end = (job: Job) => tried(() => call("job.stop", { job: job.job }));
 export const resume = (job: Job) =>
   tried(async () => {
-    if (isReal() && !(await store.ask(t("run.resume.title", { title: job.title ?? "" }), [t("run.resume.text"), store.backend.value === "serial" ? t("run.real.note") : ""].join(" ").trim(), t("run.resume")))) return;
+    if (isReal() && !(await store.ask(t("run.resume.title", { title: job.title ?? "" }), warned(t("run.resume.text")), t("run.resume")))) return;
     await agreed(t("run.burns"), (yes) => call("job.resume", { job: job.job, ...yes }));
   });
 

@@ -21,7 +21,7 @@ impl Control {
             arm.lease.renumber(LeaseId(0));
             if let Some(jog) = &mut arm.jog {
                 jog.id = JogId(0);
-                jog.kept = from_present(jog.kept);
+                jog.ends = from_present(jog.ends);
             }
         }
         for (session, presence) in &mut out.sessions {

@@ -335,7 +335,7 @@ impl Control {
     #[must_use]
     pub fn poll_timeout(&self) -> Option<HostInstant> {
         let arms = self.arms.iter().flat_map(|arm| {
-            let jog = arm.jog.map(|jog| jog.kept + jog.keep);
+            let jog = arm.jog.map(|jog| jog.ends);
             [self.lease_ends(arm), arm.lease.next_question(), jog]
         });
         let sessions = self.sessions.values().map(|presence| presence.left);
@@ -346,7 +346,7 @@ impl Control {
     /// Ends what is over by now.
     pub fn handle_timeout(&mut self, now: HostInstant) {
         for arm in self.arm_ids() {
-            self.end_jog_of(arm, JogEnd::NotKept, |jog| jog.kept + jog.keep <= now);
+            self.end_jog_of(arm, JogEnd::NotKept, |jog| jog.ends <= now);
         }
         let gone: Vec<_> = { self.sessions.iter() }
             .filter(|(_, presence)| presence.left.is_some_and(|left| left + GRACE <= now))

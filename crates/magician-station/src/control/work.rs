@@ -6,6 +6,9 @@ use magician_protocol::HostInstant;
 
 use super::{ArmId, Control, Effect, JobId, JogEnd, JogId, Refusal, RequestId, SessionId};
 
+/// An arm that has not answered to a jog within this does not begin it any more.
+const BEGINS: Duration = Duration::from_millis(600);
+
 /// What a request does with the arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
@@ -82,7 +85,8 @@ pub(super) struct Jog {
     pub(super) session: SessionId,
     /// It ends when it was not kept up for so long.
     pub(super) keep: Duration,
-    pub(super) kept: HostInstant,
+    /// When it ends unless it is kept up before.
+    pub(super) ends: HostInstant,
 }
 
 /// The job of an arm that is not over.
@@ -178,9 +182,18 @@ impl Control {
             id,
             session,
             keep,
-            kept: now,
+            // Nobody can keep up what the arm has not answered to: its id is not told before.
+            ends: now + keep.max(BEGINS),
         });
         Ok(id)
+    }
+
+    /// The arm has answered to a jog: from now on it has to be kept up.
+    pub fn jog_begun(&mut self, now: HostInstant, jog: JogId) {
+        let under_way = self.arms.iter_mut().filter_map(|arm| arm.jog.as_mut());
+        for jogging in under_way.filter(|jogging| jogging.id == jog) {
+            jogging.ends = now + jogging.keep;
+        }
     }
 
     /// A jog is kept up by its session. False where it is over, or another session's.
@@ -192,7 +205,7 @@ impl Control {
             if let Some(jogging) = &mut arm.jog
                 && (jogging.id, jogging.session) == (jog, session)
             {
-                jogging.kept = now;
+                jogging.ends = now + jogging.keep;
                 return true;
             }
         }

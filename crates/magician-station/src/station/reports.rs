@@ -92,7 +92,10 @@ impl Station {
                 let jog = *jog;
                 let id = self.jog_id(jog);
                 match outcome {
-                    Ok(_) => self.finish(now, request, Ok(json!({"jog": id}))),
+                    Ok(_) => {
+                        self.control.jog_begun(now, jog);
+                        self.finish(now, request, Ok(json!({"jog": id})));
+                    }
                     Err(error) => {
                         self.finish(now, request, Err(error));
                         self.control.jog_ended(arm, jog, JogEnd::Limit);

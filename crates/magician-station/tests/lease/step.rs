@@ -228,6 +228,7 @@ impl Model {
         self.take_effects(Event::StartJog(session, arm))?;
         must(id.0 > self.last, "a number is used once")?;
         self.last = id.0;
+        self.control.control.jog_begun(self.now, id);
         must(self.arm(arm).jog.is_none(), "one jog an arm")?;
         let until = self.now + KEEP;
         self.arms[arm.0 as usize].jog = Some(Jogging { id, session, until });

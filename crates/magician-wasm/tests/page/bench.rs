@@ -21,8 +21,12 @@ pub(crate) struct FarEnd {
 
 impl FarEnd {
     pub(crate) fn new() -> Self {
+        Self::at(115_200)
+    }
+
+    pub(crate) fn at(baud: u32) -> Self {
         let line = LineTiming {
-            baud: Some(115_200),
+            baud: Some(baud),
             ..LineTiming::default()
         };
         let arm = Controller::new(Profile::default());

@@ -55,6 +55,34 @@ fn an_arm_at_the_line_is_moved_and_jogged_by_its_bytes() {
 }
 
 #[test]
+fn a_jog_that_is_slow_to_begin_has_to_be_kept_up_from_then_on() {
+    for (baud, begins) in [(19_200, true), (1200, false)] {
+        let mut page = at_line();
+        page.becomes_ready();
+        page.join(1);
+        page.ok(1, "lease.acquire", &json!({}));
+        page.far = Some(FarEnd::at(baud));
+        let asked = page.now;
+        let begun = page.call(1, "jog.start", &json!({"axis": "z+", "keep_ms": 230}));
+        let took = page.now - asked;
+        if begins {
+            assert!(took > 230e3, "{took} us");
+            let jog = begun.unwrap()["jog"].clone();
+            page.wait(0.15);
+            page.notify(1, "jog.keep", &json!({"jog": jog}));
+            page.wait(0.15);
+            assert!(page.noticed(1, "jog.ended").is_empty());
+            page.wait(0.1);
+        } else {
+            begun.unwrap_err();
+            assert!(took < 0.8e6, "{took} us");
+            assert!(!page.commands.contains(&91));
+        }
+        assert_eq!(page.noticed(1, "jog.ended")[0]["why"], json!("not-kept"));
+    }
+}
+
+#[test]
 fn whenever_the_page_dies_in_a_jog_the_arm_stands_in_time() {
     for (axis, turns) in [("z-", 20), ("z-", 90), ("j1+", 45), ("r-", 70)] {
         let mut page = at_line();

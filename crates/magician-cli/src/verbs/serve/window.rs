@@ -190,29 +190,29 @@ fn failure_page(failure: &Failure) -> String {
     )
 }
 
-/// Who looks at the page, by how many sockets are open at each look.
+/// Who looks at the page, by how many sockets are open at each look, and how many have been so far: a page may come and go between two looks.
 #[derive(Debug, Default)]
 struct Audience {
-    came: bool,
+    visits: u64,
     empty: u32,
 }
 
 impl Audience {
     /// Whether the page was closed; a failure if it never came.
-    fn look(&mut self, sockets: usize) -> Result<bool, Failure> {
-        if sockets > 0 {
-            (self.came, self.empty) = (true, 0);
+    fn look(&mut self, sockets: usize, visits: u64) -> Result<bool, Failure> {
+        if sockets > 0 || visits > self.visits {
+            (self.visits, self.empty) = (visits, 0);
             return Ok(false);
         }
         self.empty += 1;
-        if !self.came && self.empty >= FIRST {
+        if visits == 0 && self.empty >= FIRST {
             let message = "no browser has shown the studio within a minute";
             return Err(Failure::new(
                 Kind::Driver(magician::ErrorKind::Timeout),
                 message,
             ));
         }
-        Ok(self.came && self.empty >= CLOSED)
+        Ok(visits > 0 && self.empty >= CLOSED)
     }
 }
 
@@ -224,7 +224,7 @@ pub(super) async fn closed(station: &RunningStation) -> Result<(), Failure> {
     let (mut audience, mut looks) = (Audience::default(), interval(LOOK));
     loop {
         looks.tick().await;
-        if audience.look(station.sockets())? {
+        if audience.look(station.sockets(), station.visits())? {
             return Ok(());
         }
     }
@@ -238,22 +238,35 @@ mod tests {
     fn a_page_that_is_loaded_again_is_not_closed() {
         let mut audience = Audience::default();
         for _ in 0..FIRST - 1 {
-            assert!(!audience.look(0).unwrap(), "the browser is starting");
+            assert!(!audience.look(0, 0).unwrap(), "the browser is starting");
         }
-        assert!(!audience.look(1).unwrap());
+        assert!(!audience.look(1, 1).unwrap());
         for _ in 0..CLOSED - 1 {
-            assert!(!audience.look(0).unwrap());
+            assert!(!audience.look(0, 1).unwrap());
         }
-        assert!(!audience.look(2).unwrap());
-        let closed: Vec<_> = (0..CLOSED).map(|_| audience.look(0).unwrap()).collect();
+        assert!(!audience.look(2, 3).unwrap());
+        let closed: Vec<_> = (0..CLOSED).map(|_| audience.look(0, 3).unwrap()).collect();
         assert_eq!(closed.iter().filter(|closed| **closed).count(), 1);
         assert!(closed.ends_with(&[true]));
     }
 
     #[test]
+    fn a_page_that_came_and_went_between_two_looks_was_there() {
+        let mut audience = Audience::default();
+        assert!(!audience.look(0, 0).unwrap());
+        assert!(!audience.look(0, 1).unwrap());
+        for _ in 0..CLOSED - 1 {
+            assert!(!audience.look(0, 1).unwrap());
+        }
+        assert!(!audience.look(0, 2).unwrap(), "it was loaded again");
+        let closed: Vec<_> = (0..CLOSED).map(|_| audience.look(0, 2).unwrap()).collect();
+        assert!(closed.ends_with(&[false, true]));
+    }
+
+    #[test]
     fn a_page_that_never_comes_is_a_failure() {
         let mut audience = Audience::default();
-        let failed = (0..FIRST).find_map(|_| audience.look(0).err()).unwrap();
+        let failed = (0..FIRST).find_map(|_| audience.look(0, 0).err()).unwrap();
         assert_eq!(failed.kind.status(), 5);
     }
 
