@@ -258,6 +258,7 @@ samples! {
     pen "pen_outline.gcode"
     laser "laser_checker.gcode"
     plate "plate.dxf"
+    logo "logo.svg"
     gradient "engrave_gradient.png"
 }
 

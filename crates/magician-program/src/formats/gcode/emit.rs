@@ -74,8 +74,9 @@ impl<'o> Emitter<'o> {
     }
 
     /// To the beginning of the program, from a position that it does not define: with all joints, as no straight path is
-    /// known. A run of the plan on an arm goes there from above.
+    /// known. A run of the plan on an arm goes there from above. What burnt before was a figure from wherever the tool stood.
     pub(super) fn enter(&mut self, to: [f64; 3], origin: Origin) {
+        self.darken(origin);
         self.start = None;
         self.travel_speed(origin);
         let to = pose(to);

@@ -177,6 +177,14 @@ fn accepted_or_refused(text: &str) -> bool {
 }
 
 #[test]
+fn the_laser_is_off_on_the_way_to_the_beginning() {
+    // A circle from wherever the tool stands comes before the first place.
+    assert!(accepted_or_refused(
+        "M4 S1\nG2 I0.000 J0.423\nG1X180.00Y0.00\n"
+    ));
+}
+
+#[test]
 fn the_programs_of_the_property_are_of_both_kinds() {
     use proptest::strategy::ValueTree;
     use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
