@@ -111,7 +111,6 @@ pub enum FillRule {
 
 /// A filled shape. Lengths are mm.
 #[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub struct Area {
     /// Its edges, each closed by a line from its last point to its first. They may cross themselves and each other.
     pub rings: Vec<Vec<[f64; 2]>>,
