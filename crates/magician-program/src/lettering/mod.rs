@@ -1,7 +1,7 @@
 //! Text as lines: fonts, and how text is laid out with them.
 //!
-//! A font gives for a character the lines of its [`Glyph`] and how far the next one is. Three single-line fonts are built in
-//! ([`hershey`]); their accents and the letters that they lack are composed ([`compose`], [`drawn`]).
+//! A font gives for a character the lines of its `Glyph` and how far the next one is. Three single-line fonts are built in
+//! (`hershey`); their accents and the letters that they lack are composed (`compose`, `drawn`).
 
 mod choice;
 #[cfg(feature = "read-text")]
