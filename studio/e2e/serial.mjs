@@ -46,13 +46,6 @@ class SerialBrowser extends Browser {
     await this.sim.join(page);
     return page;
   }
-
-  async inControl(url, options) {
-    const page = await this.connected(url, options);
-    await page.getByTestId("lease-take").click();
-    await is(page, "lease", "mine");
-    return page;
-  }
 }
 
 export function onSerial(tests, shared, bench, folder) {
