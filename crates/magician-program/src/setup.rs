@@ -4,16 +4,13 @@ use magician_host::words::{self, Preflight};
 use magician_host::{Action, Given, Set, Setting};
 use magician_motion::{ArmModel, Fence, ToolBias};
 
-use crate::artwork::{FitFailure, Layout, Marking, Order, Sheet, Tidy, rotated};
+use crate::artwork::{FitFailure, Layout, Marking, Sheet, Tidy};
 use crate::fill::Filling;
-use crate::raster::{Engrave, Grid, Size, Trace};
+use crate::raster::{Engrave, Size, Trace};
 use crate::{
-    Artwork, Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Power, Raster, Reach,
-    SheetTransform, Surface, Tool,
+    Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Power, Reach, SheetTransform, Surface,
+    Tool,
 };
-
-/// An image that is larger than its sheet by no more than this is not, mm.
-const ROUNDED: f64 = 1.0;
 
 /// The tool of an arm that a plan does not tell of one: what it has at power-up.
 const UNSAID: ToolBias = ToolBias::SUCTION;
@@ -58,7 +55,9 @@ pub struct Setup {
     pub fence: Option<Fence>,
 }
 
+mod drawing;
 mod fitting;
+mod image;
 mod placed;
 mod work_lines;
 
@@ -197,60 +196,6 @@ impl Setup {
         })
     }
 
-    /// An image that is drawn as its outlines, and lines in the order in which they are drawn.
-    fn lines_of(&self, content: Content) -> Result<(Content, Vec<Diagnostic>), Diagnostic> {
-        let mut artwork = match (content, &self.work) {
-            (Content::Image(image), Work::Draw(trace)) => image.outlines(&Trace {
-                size: self.size,
-                ..trace.clone()
-            })?,
-            (Content::Artwork(artwork), _) => artwork,
-            (content, _) => return Ok((content, Vec::new())),
-        };
-        // Lengths are those of what is drawn, and not of the file.
-        let scale = self.placement.scale;
-        let tidy = Tidy {
-            merge: self.tidy.merge / scale,
-            simplify: self.tidy.simplify / scale,
-            ..self.tidy
-        };
-        let repeated = artwork.tidy(&tidy).repeated;
-        let mut notes = Vec::new();
-        if repeated > 0 {
-            let lines = if repeated == 1 { "line" } else { "lines" };
-            let what = format!("drawn once, though it is there twice: {repeated} {lines}");
-            let note = Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut);
-            notes.push(note.remedy(
-                (Setting::Dedupe, Given::Off),
-                "draws it as often as it is there",
-            ));
-        }
-        // What is filled has its lines when it is known how large it is.
-        if !artwork.areas.is_empty() {
-            return Ok((Content::Artwork(artwork), notes));
-        }
-        let order = self.order_of(&artwork);
-        let saving = artwork.put_in_order(&order);
-        let reordered = (saving.before_mm - saving.after_mm >= 1.0).then(|| {
-            let (before, after) = (saving.before_mm, saving.after_mm);
-            let what = format!(
-                "drawn in another order: {after:.0} mm of travel between its lines instead of \
-                    {before:.0} mm"
-            );
-            let note = Diagnostic::of_file(what).coded(DiagnosticCode::Reordered);
-            note.remedy((Setting::Order, Given::Off), "keeps the order of the file")
-        });
-        notes.extend(reordered);
-        Ok((Content::Artwork(artwork), notes))
-    }
-
-    fn order_of(&self, artwork: &Artwork) -> Order {
-        match self.order && !artwork.in_order {
-            true => Order::default(),
-            false => Order::OF_FILE,
-        }
-    }
-
     /// A plan that is in the arm's coordinates already.
     fn taught(
         &self,
@@ -351,32 +296,6 @@ impl Setup {
         Ok((plan, scale))
     }
 
-    /// Lines on a sheet.
-    fn drawn(&self, artwork: &Artwork, notes: &mut Vec<Diagnostic>) -> Result<Laid, Diagnostic> {
-        let marking = self.marking();
-        let (mut placed, misfit) = artwork.laid(&self.layout()?, &marking)?;
-        if !artwork.areas.is_empty() {
-            let fill = self.filling.fill(matches!(self.work, Work::Engrave(_)));
-            let bare = placed.artwork.fill(&fill);
-            notes.extend(too_small(bare, fill.spacing));
-            if placed.artwork.strokes.is_empty() {
-                return Err(
-                    Diagnostic::of_file("its shapes are too small to be filled").remedy(
-                        (Setting::FillSpacing, Given::Any("MM")),
-                        "draws finer lines",
-                    ),
-                );
-            }
-            placed.artwork.put_in_order(&self.order_of(artwork));
-        }
-        let plan = placed.plan(&marking);
-        Ok(Laid {
-            plan: self.pushed(plan)?,
-            scale: placed.scale,
-            misfit,
-        })
-    }
-
     /// The tool that draws or burns: the one that was asked for, else the usual one if it can do that, else what the work
     /// implies. A bias that was measured is that of a pen.
     fn tool_for(&self, implied: Tool) -> Tool {
@@ -441,46 +360,6 @@ impl Setup {
                     (Setting::Surface, Given::Any("Z")),
                     "sets it: the z of the pose when the tool touches it",
                 )
-        })
-    }
-
-    /// Grey that becomes power.
-    fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<Laid, Diagnostic> {
-        let engrave = self.engraving(engrave);
-        let surface = self.needed_surface()?;
-        let natural = image.size(self.size)?;
-        let size = natural.map(|side| side * self.placement.scale);
-        let tool = self.tool_for(Tool::Laser);
-        let grid = self.grid(size, &engrave, tool)?;
-        let mut plan = image.plan(&grid, surface, &engrave)?;
-        plan.tool = Some(tool);
-        let [width, _] = grid.size();
-        Ok(Laid {
-            plan: self.pushed(plan)?,
-            scale: width / natural[0],
-            misfit: None,
-        })
-    }
-
-    /// Where an image goes: where it is told to, on the sheet, or where there is room.
-    fn grid(&self, size: [f64; 2], engrave: &Engrave, tool: Tool) -> Result<Grid, Diagnostic> {
-        let layout = Layout {
-            scale: 1.0,
-            ..self.layout()?
-        };
-        if !layout.fit
-            && let Some((at, turn)) = said_place(&layout, size)?
-        {
-            return Ok(Grid::centred(size, at, turn, layout.mirror));
-        }
-        let marking = Marking {
-            tool,
-            lift: engrave.lift,
-            ..Marking::laser(0.0)
-        };
-        engrave.placed(size, |frame| {
-            let placed = frame.placed(&layout, &marking)?;
-            Ok((placed.artwork, placed.scale))
         })
     }
 
@@ -562,51 +441,6 @@ fn place_of(plan: &Plan, fit: Fit) -> Result<Option<SheetTransform>, Diagnostic>
         .map(|[x, y, _]| [f64::from(x), f64::from(y)])
         .collect();
     reach.best_place(&points, fit).map(Some)
-}
-
-/// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner
-/// lies on that of the sheet.
-fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Diagnostic> {
-    let Some(sheet) = layout.sheet else {
-        return Ok(layout.at.map(|at| (at, layout.rotate)));
-    };
-    let turn = layout.rotate + sheet.rotation;
-    if let Some(at) = layout.at {
-        return Ok(Some((at, turn)));
-    }
-    let (sin, cos) = libm::sincos(layout.rotate.to_radians());
-    let [width, height] = size;
-    let taken = [[cos, sin], [sin, cos]].map(|[x, y]| width * x.abs() + height * y.abs());
-    if let Some(room) = sheet.size
-        && taken
-            .iter()
-            .zip(room)
-            .any(|(side, room)| side - ROUNDED > room)
-    {
-        let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
-        let message = format!(
-            "the image is {}, and the sheet {}",
-            shown(taken),
-            shown(room)
-        );
-        return Err(Diagnostic::of_file(message)
-            .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
-            .remedy((Setting::Fit, Given::On), "makes it as small as need be"));
-    }
-    let half = rotated(taken.map(|side| side / 2.0), sheet.rotation);
-    let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
-    Ok(Some((at, turn)))
-}
-
-/// That some shapes have no lines.
-fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
-    let what = match shapes {
-        0 => return None,
-        1 => "1 shape is".to_owned(),
-        shapes => format!("{shapes} shapes are"),
-    };
-    let message = format!("{what} too small to be filled with lines {spacing} mm apart: left out");
-    Some(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
 }
 
 /// Paths that are to be drawn faster than the arm goes.

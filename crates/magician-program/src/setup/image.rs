@@ -1,0 +1,92 @@
+//! An image that is engraved: how large it is, and where it lies.
+
+use magician_host::{Given, Setting};
+
+use super::{Laid, Setup};
+use crate::artwork::{Layout, Marking, rotated};
+use crate::raster::{Engrave, Grid};
+use crate::{Diagnostic, Raster, Tool};
+
+/// An image that is larger than its sheet by no more than this is not, mm.
+const ROUNDED: f64 = 1.0;
+
+impl Setup {
+    /// Grey that becomes power.
+    pub(super) fn engraved(&self, image: &Raster, engrave: Engrave) -> Result<Laid, Diagnostic> {
+        let engrave = self.engraving(engrave);
+        let surface = self.needed_surface()?;
+        let natural = image.size(self.size)?;
+        let size = natural.map(|side| side * self.placement.scale);
+        let tool = self.tool_for(Tool::Laser);
+        let grid = self.grid(size, &engrave, tool)?;
+        let mut plan = image.plan(&grid, surface, &engrave)?;
+        plan.tool = Some(tool);
+        let [width, _] = grid.size();
+        Ok(Laid {
+            plan: self.pushed(plan)?,
+            scale: width / natural[0],
+            misfit: None,
+        })
+    }
+
+    /// Where an image goes: where it is told to, on the sheet, or where there is room.
+    pub(super) fn grid(
+        &self,
+        size: [f64; 2],
+        engrave: &Engrave,
+        tool: Tool,
+    ) -> Result<Grid, Diagnostic> {
+        let layout = Layout {
+            scale: 1.0,
+            ..self.layout()?
+        };
+        if !layout.fit
+            && let Some((at, turn)) = said_place(&layout, size)?
+        {
+            return Ok(Grid::centred(size, at, turn, layout.mirror));
+        }
+        let marking = Marking {
+            tool,
+            lift: engrave.lift,
+            ..Marking::laser(0.0)
+        };
+        engrave.placed(size, |frame| {
+            let placed = frame.placed(&layout, &marking)?;
+            Ok((placed.artwork, placed.scale))
+        })
+    }
+}
+
+/// Where the middle of an image goes, and how it is turned there, as far as that was said: on a sheet its lower left corner
+/// lies on that of the sheet.
+fn said_place(layout: &Layout, size: [f64; 2]) -> Result<Option<([f64; 2], f64)>, Diagnostic> {
+    let Some(sheet) = layout.sheet else {
+        return Ok(layout.at.map(|at| (at, layout.rotate)));
+    };
+    let turn = layout.rotate + sheet.rotation;
+    if let Some(at) = layout.at {
+        return Ok(Some((at, turn)));
+    }
+    let (sin, cos) = libm::sincos(layout.rotate.to_radians());
+    let [width, height] = size;
+    let taken = [[cos, sin], [sin, cos]].map(|[x, y]| width * x.abs() + height * y.abs());
+    if let Some(room) = sheet.size
+        && taken
+            .iter()
+            .zip(room)
+            .any(|(side, room)| side - ROUNDED > room)
+    {
+        let shown = |[width, height]: [f64; 2]| format!("{width:.1} x {height:.1} mm");
+        let message = format!(
+            "the image is {}, and the sheet {}",
+            shown(taken),
+            shown(room)
+        );
+        return Err(Diagnostic::of_file(message)
+            .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
+            .remedy((Setting::Fit, Given::On), "makes it as small as need be"));
+    }
+    let half = rotated(taken.map(|side| side / 2.0), sheet.rotation);
+    let at = [0, 1].map(|axis| sheet.corner[axis] + half[axis]);
+    Ok(Some((at, turn)))
+}
