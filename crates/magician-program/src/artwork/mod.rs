@@ -51,6 +51,12 @@ pub struct FilledArea {
 }
 
 impl Stroke {
+    /// Whether all of its corners are somewhere.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.points.iter().flatten().all(|value| value.is_finite())
+    }
+
     /// Whether it ends where it begins, so that it may begin anywhere.
     #[must_use]
     pub fn is_closed(&self) -> bool {

@@ -63,14 +63,7 @@ impl Artwork {
     /// ```
     pub fn tidy(&mut self, tidy: &Tidy) -> Tidied {
         let mut tidied = Tidied::default();
-        let finite = |stroke: &Stroke| {
-            stroke
-                .points
-                .iter()
-                .flatten()
-                .all(|value| value.is_finite())
-        };
-        if !self.strokes.iter().all(finite) {
+        if !self.strokes.iter().all(Stroke::is_finite) {
             return tidied;
         }
         if tidy.dedupe && !self.in_order {

@@ -2,13 +2,11 @@
 
 use magician_host::{Given, Setting};
 
+use super::placed::ROUNDED;
 use super::{Laid, Setup};
 use crate::artwork::{Layout, Marking, rotated};
 use crate::raster::{Engrave, Grid};
 use crate::{Diagnostic, Raster, Tool};
-
-/// An image that is larger than its sheet by no more than this is not, mm.
-const ROUNDED: f64 = 1.0;
 
 impl Setup {
     /// Grey that becomes power.

@@ -5,14 +5,14 @@ mod guide;
 use magician_host::{Given, Remedy, Setting};
 
 use super::work_lines::WorkLines;
-use super::{Laid, Setup, fitted, middle, rotated};
-use crate::artwork::{Layout, Marking, Sheet};
+use super::{Laid, Setup, fitted, middle};
+use crate::artwork::{Layout, Marking, Sheet, rotated};
 use crate::formats::GcodeOptions;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Fit, Plan, Surface, Tool, Work};
 use guide::Guide;
 
 /// What is larger than its sheet by no more than this is not, mm.
-const ROUNDED: f64 = 1.0;
+pub(super) const ROUNDED: f64 = 1.0;
 
 /// Whose coordinates those of a file are: of G-code, plans, playback files and points. Drawings and images are always placed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

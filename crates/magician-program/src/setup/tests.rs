@@ -5,6 +5,7 @@ use magician_host::{Act, JointAngles};
 
 use super::*;
 use crate::{Action, Origin, Stroke, Travel, check};
+use crate::{Artwork, Raster};
 
 fn taught() -> Plan {
     let mut plan = Plan::new("taught");

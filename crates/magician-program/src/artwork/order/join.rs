@@ -1,22 +1,7 @@
-//! Lines that go on where others end, and lines that are there twice.
-
-use std::collections::HashSet;
+//! Lines that go on where others end.
 
 use super::super::{Stroke, distance};
 use super::kd_tree::{Entry, KdTree};
-
-/// Drops lines that another one is the same as, corner by corner, in either direction.
-pub(super) fn drop_repeated(strokes: &mut Vec<Stroke>) {
-    let bits = |points: &mut dyn Iterator<Item = &[f64; 2]>| -> Vec<[u64; 2]> {
-        points.map(|point| point.map(f64::to_bits)).collect()
-    };
-    let mut known = HashSet::new();
-    strokes.retain(|stroke| {
-        let forth = bits(&mut stroke.points.iter());
-        let back = bits(&mut stroke.points.iter().rev());
-        known.insert(forth.min(back))
-    });
-}
 
 /// Makes one line of open lines whose ends are no farther apart than `within`; how many others have been taken up.
 pub(in crate::artwork) fn join(strokes: &mut Vec<Stroke>, within: f64) -> usize {

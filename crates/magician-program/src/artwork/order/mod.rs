@@ -14,19 +14,16 @@ pub struct Order {
     pub rearrange: bool,
     /// Lines whose ends are no farther apart are drawn as one, mm. None are with a negative number.
     pub joining: f64,
-    /// Whether a line that is there twice, corner by corner, is drawn once.
-    pub once: bool,
     /// How long is looked for something better, in steps of which a second has about a hundred million.
     pub effort: u64,
 }
 
 impl Default for Order {
-    /// Rearranged, joined within 0.01 mm, twice if it is there twice.
+    /// Rearranged, joined within 0.01 mm.
     fn default() -> Self {
         Self {
             rearrange: true,
             joining: 0.01,
-            once: false,
             effort: 200_000_000,
         }
     }
@@ -37,7 +34,6 @@ impl Order {
     pub const OF_FILE: Self = Self {
         rearrange: false,
         joining: -1.0,
-        once: false,
         effort: 0,
     };
 }
@@ -52,8 +48,6 @@ pub struct Saving {
     pub after_mm: f64,
     /// How many lines go on from another one now.
     pub joined: usize,
-    /// How many were there twice and are not drawn again.
-    pub repeated: usize,
 }
 
 impl Artwork {
@@ -76,23 +70,11 @@ impl Artwork {
             after_mm: before_mm,
             ..Saving::default()
         };
-        if order.once {
-            let count = self.strokes.len();
-            join::drop_repeated(&mut self.strokes);
-            saving.repeated = count - self.strokes.len();
-        }
         if order.rearrange {
             let mut strokes = self.strokes.clone();
-            let finite = |stroke: &Stroke| {
-                stroke
-                    .points
-                    .iter()
-                    .flatten()
-                    .all(|value| value.is_finite())
-            };
             if strokes
                 .iter()
-                .all(|stroke| finite(stroke) && !stroke.points.is_empty())
+                .all(|stroke| stroke.is_finite() && !stroke.points.is_empty())
             {
                 saving.joined = join::join(&mut strokes, order.joining);
                 let candidate = Self {
