@@ -17,7 +17,7 @@ use crate::formats::{Arcs, Dialect, GcodeOptions};
 use crate::{
     Action, Align, Artwork, BundledFont, Content, Diagnostic, DiagnosticCode, FilledArea, Fills,
     FontChoice, Format, Missing, Origin, Parsed, Plan, Raster, ReadOptions, Step, Stroke, Surface,
-    TextLines, TextOptions, Tool, White, read,
+    TestGrid, TestGridOptions, TextLines, TextOptions, Tool, White, read,
 };
 
 /// What came of reading a file.
@@ -372,6 +372,7 @@ fields! {
     FilledArea { area, origin }
     Area { rings, rule }
     TextOptions { font, size, wrap, align, line_height }
+    TestGrid { title, options, size, corner, labels }
     Diagnostic { origin, name, code, message, help, remedies, missing }
     Remedy { act, effect }
     Parsed { content, notes }
@@ -414,6 +415,18 @@ impl Wire for Raster {
             grey,
             pixel,
         })
+    }
+}
+
+/// As its file, which is checked as one.
+impl Wire for TestGridOptions {
+    fn put(&self, out: &mut Vec<u8>) {
+        self.to_json().put(out);
+    }
+
+    fn take(input: &mut Input<'_>) -> Option<Self> {
+        let options: Self = serde_json::from_str(&String::take(input)?).ok()?;
+        options.check().is_ok().then_some(options)
     }
 }
 
@@ -472,7 +485,7 @@ macro_rules! kinds {
     )*};
 }
 kinds! {
-    Content { 0 = Plan(plan), 1 = Artwork(artwork), 2 = Image(image) }
+    Content { 0 = Plan(plan), 1 = Artwork(artwork), 2 = Image(image), 3 = TestGrid(grid) }
     Tool { 0 = None, 1 = Suction, 2 = Gripper, 3 = Pen, 4 = Laser, 5 = Bias(bias) }
     Missing { 0 = Start, 1 = Feature(feature) }
     Fills { 0 = Outline, 1 = Ignore, 2 = Areas }

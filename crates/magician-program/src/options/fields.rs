@@ -5,6 +5,7 @@ use std::fmt;
 use serde_json::{Map, Value};
 
 use super::{SetupOptions, WorkOption};
+use crate::Framing;
 use crate::fill::{FillMode, LEAST_SPACING};
 
 /// Why an option is not taken.
@@ -150,6 +151,14 @@ impl SetupOptions {
             let message = format!("fill_inset is a number from 0 on, not {inset}");
             return Err(OptionError::new("fill_inset", message));
         }
+        if let Some(power) = self
+            .frame_power
+            .filter(|power| !(*power > 0.0 && *power <= Framing::MOST_POWER))
+        {
+            let most = Framing::MOST_POWER;
+            let message = format!("frame_power is above 0 and at most {most} percent, not {power}");
+            return Err(OptionError::new("frame_power", message));
+        }
         if self.threshold == Some(0) {
             let message = "threshold is a grey from 1 to 255, not 0";
             return Err(OptionError::new("threshold", message));
@@ -194,6 +203,10 @@ impl SetupOptions {
         {
             let message = format!("{key} needs fill: hatch, cross or contour");
             return Err(OptionError::new(key, message));
+        }
+        if self.frame_power.is_some() && self.frame.is_none() {
+            let message = "frame_power needs frame: box, hull or outline";
+            return Err(OptionError::new("frame_power", message));
         }
         if self.turn == Some(false) && !self.fit {
             return Err(OptionError::new("turn", "turn counts with fit alone"));
@@ -368,6 +381,10 @@ mod tests {
             (json!({"fill": "solid"}), "fill"),
             (json!({"fill_spacing": 0}), "fill_spacing"),
             (json!({"fill_inset": -1}), "fill_inset"),
+            (json!({"frame": "circle"}), "frame"),
+            (json!({"frame": "box", "frame_power": 6}), "frame_power"),
+            (json!({"frame": "box", "frame_power": 0}), "frame_power"),
+            (json!({"frame_power": 2}), "frame_power"),
             (json!({"raw": true, "at": [1, 2]}), "raw"),
             (json!({"turn": false}), "turn"),
             (json!({"stay": true, "park": [1, 2, 3]}), "stay"),

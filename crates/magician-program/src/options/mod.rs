@@ -20,8 +20,8 @@ use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Engrave, Size, Tone, Trace};
 use crate::{
-    Action, Ending, Fills, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, TextLines,
-    Tool, White, Work,
+    Action, Ending, Fills, Frame, FrameShape, Framing, Placement, Plan, Power, ReadOptions, Setup,
+    Surface, TextLines, Tool, White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -189,6 +189,11 @@ pub struct SetupOptions {
     pub fill_inset: Option<f64>,
     /// Text is refused of which the font lacks a character.
     pub strict_text: bool,
+    /// What is gone round of what would be marked, instead of marking it.
+    #[serde(with = "fields::text")]
+    pub frame: Option<FrameShape>,
+    /// Power of the laser on a frame, percent.
+    pub frame_power: Option<f64>,
 }
 
 /// What settings say where an option is left open.
@@ -271,6 +276,10 @@ impl SetupOptions {
             power: self.power,
             default_power: defaults.engrave_power,
             fence: None,
+            framing: self.frame.map(|shape| Framing {
+                power: self.frame_power,
+                ..Framing::of(shape)
+            }),
         }
     }
 

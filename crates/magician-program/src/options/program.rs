@@ -108,7 +108,7 @@ impl SetupOptions {
     /// Whether a real arm has to be homed for it.
     #[must_use]
     pub fn needs_homed_arm(&self, setup: &Setup, format: Format) -> bool {
-        setup.work != Work::Default || format.needs_homed_arm()
+        setup.work != Work::Default || setup.framing.is_some() || format.needs_homed_arm()
     }
 
     /// Lays what was read before the arm.
