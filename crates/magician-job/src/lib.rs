@@ -63,6 +63,8 @@ pub mod jog;
 mod journal;
 mod observed;
 mod polled;
+#[cfg(feature = "settings")]
+pub mod presets;
 #[cfg(feature = "record")]
 pub mod recording;
 #[cfg(feature = "report")]

@@ -4,7 +4,9 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, positive};
+use super::job::options::{
+    File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, positive,
+};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -31,6 +33,8 @@ pub(crate) struct Run {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    speed: SpeedFlag,
+    #[command(flatten)]
     way: RunFlags,
     /// Pen lift at the end, and between the lines of a drawing, mm
     #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
@@ -41,6 +45,7 @@ impl Run {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let by_file = WorkOption::ByFile;
         let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
+        self.speed.say(&mut job.options);
         self.beam.say(&mut job.options);
         job.options.lift = self.lift;
         job.run(context)

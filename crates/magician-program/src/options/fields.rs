@@ -74,6 +74,35 @@ impl SetupOptions {
         Ok(options)
     }
 
+    /// These, and where they are left open what others say.
+    ///
+    /// ```
+    /// use magician_program::SetupOptions;
+    ///
+    /// let (mut said, mut preset) = (SetupOptions::default(), SetupOptions::default());
+    /// (said.speed, preset.speed, preset.lift) = (Some(20.0), Some(50.0), Some(5.0));
+    /// let both = said.or(&preset);
+    /// assert_eq!((both.speed, both.lift), (Some(20.0), Some(5.0)));
+    /// ```
+    #[must_use]
+    pub fn or(&self, under: &Self) -> Self {
+        let members = |options: &Self| match serde_json::to_value(options) {
+            Ok(Value::Object(members)) => members,
+            _ => Map::new(),
+        };
+        let (mut all, open) = (members(self), members(&Self::default()));
+        for (key, value) in members(under) {
+            if all.get(&key) == open.get(&key) {
+                all.insert(key, value);
+            }
+        }
+        // Of a font of a file its name would be left.
+        all.remove("font");
+        let both = serde_json::from_value::<Self>(Value::Object(all));
+        let font = self.font.clone().or_else(|| under.font.clone());
+        both.map_or_else(|_| self.clone(), |both| Self { font, ..both })
+    }
+
     /// Checks values, and that none contradicts another.
     ///
     /// # Errors
@@ -395,6 +424,23 @@ mod tests {
             assert_eq!(error.key, key, "{fields}: {error}");
             assert!(error.message.contains(key), "{error}");
         }
+    }
+
+    #[test]
+    fn what_is_said_goes_before_what_lies_under_it() {
+        let said = read(json!({"order": false, "fit": true, "at": [200, 0]})).unwrap();
+        let under = read(json!({"order": true, "mirror": true, "at": [1, 2], "font": "script", "power": "5..80", "tool": [1, 2, 3]})).unwrap();
+        let both = said.or(&under);
+        assert_eq!(
+            (both.order, both.fit, both.mirror),
+            (Some(false), true, true)
+        );
+        assert_eq!((both.at, both.font), (said.at, under.font.clone()));
+        assert_eq!((both.power, both.tool), (under.power, under.tool));
+        let mut with_file = SetupOptions::default();
+        with_file.font = Some(crate::FontChoice::file("a.ttf", vec![1, 2]));
+        assert_eq!(with_file.or(&under).font, with_file.font);
+        assert_eq!(SetupOptions::default().or(&with_file).font, with_file.font);
     }
 
     #[test]

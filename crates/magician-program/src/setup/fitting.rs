@@ -169,6 +169,8 @@ impl Setup {
         let plan = match self.framing {
             Some(framing) => {
                 let (frame, round) = framing.plan(plan, &self.pen, self.fence)?;
+                // In which order it would be marked does not matter any more.
+                notes.retain(|note| note.code != DiagnosticCode::Reordered);
                 notes.extend(round);
                 frame
             }

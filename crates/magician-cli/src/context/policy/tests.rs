@@ -31,6 +31,8 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("draw", &["draw.rs", "job"], JOB),
     ("write", &["write.rs", "job"], JOB),
     ("engrave", &["engrave.rs", "job"], JOB),
+    ("frame", &["frame.rs", "job"], JOB),
+    ("testgrid", &["testgrid.rs", "job"], JOB),
     ("play", &["play.rs", "job"], JOB),
     ("convert", &["convert.rs"], &[]),
     ("watch", &["watch"], &["StopPolicy::Watch"]),

@@ -24,6 +24,8 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "draw",
             "write",
             "engrave",
+            "frame",
+            "testgrid",
             "run",
             "convert",
             "calibrate",

@@ -32,7 +32,7 @@ use magician_program::{
 };
 use magician_protocol::visible_lines;
 
-use self::drive::{Done, Drive};
+use self::drive::{Drive, Ran};
 use self::options::{File, PlacementOptions, PreviewFlags, RunFlags};
 use self::reading::Read;
 use crate::context::{Context, JobPolicy, StopPolicy};
@@ -66,6 +66,8 @@ pub(crate) struct Job {
     pub(crate) pause: u32,
     /// Whether it is run or looked at, and not made another file of.
     pub(crate) runs: bool,
+    /// Whether it goes on until it is stopped, which is its good end.
+    pub(crate) repeats: bool,
 }
 
 /// What has become of a file.
@@ -103,14 +105,14 @@ enum Where {
 impl Job {
     /// A file that is run, with what these flags say of it.
     pub(crate) fn new(
-        work: WorkOption,
+        work: impl Into<Option<WorkOption>>,
         file: File,
         look: PreviewFlags,
         place: &PlacementOptions,
         way: RunFlags,
     ) -> Self {
         let mut options = SetupOptions::default();
-        options.work = Some(work);
+        options.work = work.into();
         file.say(&mut options);
         place.say(&mut options);
         way.say(&mut options);
@@ -122,6 +124,7 @@ impl Job {
             options,
             pause: 0,
             runs: true,
+            repeats: false,
         }
     }
 
@@ -193,6 +196,8 @@ impl Job {
     /// What it is called on the whole terminal.
     fn verb(&self, made: &Made) -> &'static str {
         match self.options.work {
+            _ if self.options.frame.is_some() => "frame",
+            _ if made.format == Format::TestGrid => "testgrid",
             Some(WorkOption::Draw) => "draw",
             Some(WorkOption::Engrave) => "engrave",
             _ if made.format == Format::Playback => "play",
@@ -313,7 +318,10 @@ impl Job {
         };
         let needs_homed_arm = self.options.needs_homed_arm(&setup, format);
         let ending = self.options.ending(&defaults, needs_homed_arm);
-        let loops = Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0);
+        let loops = match self.repeats {
+            true => None,
+            false => Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0),
+        };
         let program = laid.program(&self.options, &ending, self.pause, loops);
         let program = program.map_err(refused)?;
         if program.plan().steps.is_empty() {
@@ -409,6 +417,7 @@ impl Job {
             record: way.record.as_deref(),
             json: context.global.json,
             tui: way.tui,
+            repeats: self.repeats,
             verb: self.verb(made),
             lasting: pace.is_none(),
             pace,
@@ -421,7 +430,7 @@ impl Job {
         drive: &Drive<'_>,
         policy: JobPolicy,
         context: &mut Context,
-    ) -> Result<Done, Failure> {
+    ) -> Result<Ran, Failure> {
         let saved = context.saved.clone();
         let input = self.input(context);
         context.job(policy, async |arm, out, signals| {
@@ -430,7 +439,11 @@ impl Job {
     }
 
     /// How it ended.
-    fn tell(&self, done: &Done, made: &Made, context: &mut Context) -> Result<(), Failure> {
+    fn tell(&self, ran: &Ran, made: &Made, context: &mut Context) -> Result<(), Failure> {
+        let done = match ran {
+            Ran::Done(done) => done,
+            Ran::Stopped(stopped) => return stopped.show(context),
+        };
         let files = [("picture", &self.way.picture), ("record", &self.way.record)];
         let files =
             files.map(|(name, path)| (name, path.as_ref().map(|path| path.display().to_string())));
@@ -508,7 +521,7 @@ impl PreviewFlags {
     }
 
     /// Whether anything is to be looked at.
-    fn is_wanted(&self) -> bool {
+    pub(crate) fn is_wanted(&self) -> bool {
         self.check || self.estimate || self.preview.is_some() || self.dry_run
     }
 }

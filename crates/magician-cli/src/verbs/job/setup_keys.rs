@@ -8,10 +8,12 @@ use serde_json::{Value, json};
 
 use crate::verbs::draw::Draw;
 use crate::verbs::engrave::Verb as Engrave;
+use crate::verbs::frame::Frame;
 use crate::verbs::write::Write;
 
 /// Flags that change nothing of what is made: how it is looked at, and how the job goes.
-const NOT_OF_A_SETUP: [&str; 15] = [
+const NOT_OF_A_SETUP: [&str; 16] = [
+    "repeat",
     "format",
     "check",
     "estimate",
@@ -45,6 +47,14 @@ fn text_is_written_with_the_flags_of_draw() {
     drawn.retain(|flag| !OF_A_FILE.contains(&flag.as_str()));
     drawn.insert("fonts".to_owned());
     assert_eq!(write, drawn);
+}
+
+#[test]
+fn a_frame_takes_the_flags_of_draw_and_engrave() {
+    let mut of_frame = flags(&Frame::augment_args(Command::new("frame")));
+    assert!(of_frame.remove("shape"));
+    of_frame.insert("frame".to_owned());
+    assert_eq!(of_frame, &flags(&draw()) | &flags(&engrave()));
 }
 
 fn flags(command: &Command) -> BTreeSet<String> {
@@ -113,6 +123,8 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"line_height": 2.0}), json!({})),
         (json!({"text": "stroke"}), json!({})),
         (json!({"strict_text": true}), json!({})),
+        (json!({"frame": "hull"}), json!({})),
+        (json!({"frame_power": 2.0}), json!({"frame": "box"})),
     ]
     .into()
 }
