@@ -14,8 +14,8 @@ use crate::output::{Output, Text};
 use crate::verbs::{
     alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
     demo, doctor, draw, engrave, enqueue, forward, frame, get, help, home, info, inverse, io, jog,
-    laser, man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, serve, set,
-    shell, sim, station, stop, teach, testgrid, tools, travel, version, watch, write,
+    laser, man, play, ports, pose, preset, proxy, queue, rail, record, replay, run, sensor, serve,
+    set, shell, sim, station, stop, teach, testgrid, tools, travel, version, watch, write,
 };
 
 /// The name of the option that chooses the tool of a virtual arm.
@@ -236,6 +236,7 @@ pub(crate) enum Verb {
     Forward(forward::Forward),
     Inverse(inverse::Inverse),
     Config(config::Show),
+    Preset(preset::Verb),
     Completions(completions::Completions),
     Man(man::Man),
     Help(help::Help),
@@ -311,6 +312,7 @@ impl Verb {
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
             Self::Config(verb) => verb.run(context),
+            Self::Preset(verb) => verb.run(context),
             Self::Completions(verb) => verb.run(context),
             Self::Man(verb) => verb.run(context),
             Self::Help(verb) => verb.run(context),

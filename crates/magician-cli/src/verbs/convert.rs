@@ -48,12 +48,12 @@ impl Convert {
         let mut job = Job::new(work, self.file, look, &self.place, way);
         self.pen.say(&mut job.options);
         job.runs = false;
-        converted(&job, &self.to, context)
+        converted(&mut job, &self.to, context)
     }
 }
 
 /// Writes what a job would do as another file, and tells it.
-pub(super) fn converted(job: &Job, to: &Path, context: &mut Context) -> Result<(), Failure> {
+pub(super) fn converted(job: &mut Job, to: &Path, context: &mut Context) -> Result<(), Failure> {
     let answer = written(job, to, context)?;
     context.show(&answer, |out| {
         let (to, steps) = (&answer.to, answer.steps);
@@ -63,7 +63,7 @@ pub(super) fn converted(job: &Job, to: &Path, context: &mut Context) -> Result<(
 
 /// Writes what a job would do as another file.
 pub(super) fn written(
-    job: &Job,
+    job: &mut Job,
     to: &Path,
     context: &mut Context,
 ) -> Result<ConversionReport, Failure> {

@@ -30,6 +30,7 @@ pub(crate) mod man;
 pub(crate) mod play;
 pub(crate) mod ports;
 pub(crate) mod pose;
+pub(crate) mod preset;
 pub(crate) mod proxy;
 pub(crate) mod queue;
 pub(crate) mod rail;

@@ -70,9 +70,9 @@ impl TestGrid {
             return job.run(context);
         };
         if looks {
-            convert::written(&job, &to, context)?;
+            convert::written(&mut job, &to, context)?;
             return job.run(context);
         }
-        convert::converted(&job, &to, context)
+        convert::converted(&mut job, &to, context)
     }
 }

@@ -159,8 +159,8 @@ impl Setup {
             let [x, y, _] = middle(&plan);
             let rounded = |value: f64| (value * 1e4).round() / 1e4;
             AppliedPlacement {
-                // Said again, it is not larger than what fits.
-                scale: (scale * 1e4).floor() / 1e4,
+                // Said again, it is not larger than what fits; the true size is not made smaller by its last bits.
+                scale: ((scale + 1e-9) * 1e4).floor() / 1e4,
                 turn: self.placement.rotate + turned,
                 at: [x, y].map(rounded),
             }

@@ -29,8 +29,7 @@ impl Setup {
         let tool = self.tool_for(Tool::Laser);
         let size = wanted.size.map(|side| side * self.placement.scale);
         let grid = self.grid(size, &fastest, tool)?;
-        // What is as large as it was wanted is so to the last digit.
-        let scale = (grid.size()[0] / wanted.size[0] * 1e9).round() / 1e9;
+        let scale = grid.size()[0] / wanted.size[0];
         let mut plan = labels(wanted, &grid, surface, &fastest, tool);
         for cell in wanted.cells() {
             let name = format!("{} % at {} mm/s", cell.power, cell.speed);

@@ -109,6 +109,7 @@ const VERBS: &[(&str, &[&str], &[&str])] = &[
     ("forward", &["forward.rs"], &[]),
     ("inverse", &["inverse.rs"], &[]),
     ("config", &["config.rs"], &[]),
+    ("preset", &["preset.rs"], &[]),
     ("completions", &["completions.rs"], &[]),
     ("man", &["man.rs"], &[]),
     ("help", &["help"], &[]),

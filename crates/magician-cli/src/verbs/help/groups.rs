@@ -44,7 +44,10 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "forward", "inverse",
         ],
     ),
-    ("Settings", &["config", "completions", "man", "help"]),
+    (
+        "Settings",
+        &["config", "preset", "completions", "man", "help"],
+    ),
 ];
 
 /// The same command line, whose help lists the verbs by groups.

@@ -27,8 +27,8 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, WorkOption,
-    WouldFit,
+    AppliedPlacement, Diagnostic, DiagnosticCode, Ending, Format, Plan, Program, Setup,
+    SetupOptions, WorkOption, WouldFit,
 };
 use magician_protocol::visible_lines;
 
@@ -42,6 +42,7 @@ use crate::paint::Paint;
 use crate::permission::Asks;
 use crate::source::Source;
 use crate::terminal;
+use crate::verbs::preset;
 use crate::verbs::sim::picture::Picture;
 use crate::voice::Command;
 
@@ -68,6 +69,8 @@ pub(crate) struct Job {
     pub(crate) runs: bool,
     /// Whether it goes on until it is stopped, which is its good end.
     pub(crate) repeats: bool,
+    /// What its preset tells people.
+    preset_note: Option<Diagnostic>,
 }
 
 /// What has become of a file.
@@ -125,11 +128,33 @@ impl Job {
             pause: 0,
             runs: true,
             repeats: false,
+            preset_note: None,
         }
     }
 
+    /// With what its preset says where its flags say nothing.
+    fn preset(&mut self) -> Result<(), Failure> {
+        let Some(name) = self.way.preset.take() else {
+            return Ok(());
+        };
+        let mut preset = preset::load(&name)?;
+        if self.file.format == Some(Format::TestGrid) {
+            // A grid has its own.
+            (preset.options.power, preset.options.speed) = (None, None);
+        }
+        self.options = self.options.or(&preset.options);
+        self.options
+            .check()
+            .map_err(|error| Failure::usage(format!("with the preset {name}: {error}")))?;
+        let note = preset.note.map(|note| format!("preset {name}: {note}"));
+        let note = note.map(|note| Diagnostic::of_file(note).coded(DiagnosticCode::Assumed));
+        self.preset_note = note;
+        Ok(())
+    }
+
     /// Does it.
-    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+    pub(crate) fn run(mut self, context: &mut Context) -> Result<(), Failure> {
+        self.preset()?;
         let looks = self.look.is_wanted();
         if looks && (self.way.resume || self.way.picture.is_some() || self.way.record.is_some()) {
             return Err(
@@ -290,7 +315,10 @@ impl Job {
             standing,
         } = read;
         let format = file.format;
-        let mut told = std::mem::take(&mut file.notes);
+        let of_preset: Vec<_> = self.preset_note.iter().cloned().collect();
+        notes(&source, &of_preset, context);
+        let mut told = of_preset;
+        told.append(&mut file.notes);
         let start = (file.begun.as_ref())
             .filter(|begun| !begun.said)
             .map(|begun| begun.at);
@@ -348,9 +376,10 @@ impl Job {
 
     /// Reads it and makes a plan of it, for verbs that do not run it.
     pub(crate) fn plan(
-        &self,
+        &mut self,
         context: &mut Context,
     ) -> Result<(Source, Plan, Vec<Diagnostic>), Failure> {
+        self.preset()?;
         let read = self.read(self.opened()?, &Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
         Ok((made.source, made.program.into_plan(), made.notes))

@@ -11,6 +11,7 @@ use magician_program::{
 };
 
 use crate::options::number;
+use crate::verbs::preset::PresetName;
 
 /// The file.
 #[derive(Args, Debug)]
@@ -204,6 +205,9 @@ pub(crate) struct MotionFlags {
 pub(crate) struct RunFlags {
     #[command(flatten)]
     motion: MotionFlags,
+    /// Take flags that are not given from this preset; `magician preset list` lists them
+    #[arg(long, value_name = "NAME", value_parser = PresetName, hide_possible_values = true)]
+    pub(super) preset: Option<String>,
     /// Repeat N times (0: until Ctrl-C)
     #[arg(long, value_name = "N")]
     pub(super) loops: Option<u64>,

@@ -9,10 +9,12 @@ use serde_json::{Value, json};
 use crate::verbs::draw::Draw;
 use crate::verbs::engrave::Verb as Engrave;
 use crate::verbs::frame::Frame;
+use crate::verbs::preset::Save;
 use crate::verbs::write::Write;
 
 /// Flags that change nothing of what is made: how it is looked at, and how the job goes.
-const NOT_OF_A_SETUP: [&str; 16] = [
+const NOT_OF_A_SETUP: [&str; 17] = [
+    "preset",
     "repeat",
     "format",
     "check",
@@ -55,6 +57,15 @@ fn a_frame_takes_the_flags_of_draw_and_engrave() {
     assert!(of_frame.remove("shape"));
     of_frame.insert("frame".to_owned());
     assert_eq!(of_frame, &flags(&draw()) | &flags(&engrave()));
+}
+
+#[test]
+fn a_preset_is_saved_with_every_flag_that_changes_what_is_made() {
+    let mut saved = flags(&Save::augment_args(Command::new("save")));
+    assert!(saved.remove("note"));
+    let mut made = &flags(&draw()) | &flags(&engrave());
+    made.retain(|flag| !NOT_OF_A_SETUP.contains(&flag.as_str()) && !flag.starts_with("frame"));
+    assert_eq!(saved, made);
 }
 
 fn flags(command: &Command) -> BTreeSet<String> {
