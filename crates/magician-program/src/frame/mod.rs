@@ -66,7 +66,9 @@ impl Framing {
             let diagnostic = Diagnostic::of_file(message);
             return Err(diagnostic.with(Remedy::without(Setting::FramePower)));
         }
-        let marks = WorkLines::of(&marked, None)?;
+        let marks = WorkLines::of(&marked, None).map_err(|_| {
+            Diagnostic::of_file("it draws and burns nothing: there is nothing to go round")
+        })?;
         let surface = marked.surface.unwrap_or(Surface::level(marks.touch));
         let frame = Frame {
             marked: &marked,

@@ -45,7 +45,9 @@ __all__ = [
     "Tool",
     "ToolName",
     "Travel",
+    "frame",
     "load",
+    "testgrid",
     "write",
 ]
 
@@ -775,8 +777,8 @@ def frame(
     frame_power: float | None = None,
     **options: Any,
 ) -> Plan:
-    """A plan that goes round what a file would draw or burn, as ``magician frame`` does: with the laser off at the height
-    of the work, with any other tool ``lift`` above it. ``arm.run(plan, loops=0)`` goes round until it is stopped.
+    """A plan that goes round what a file would draw or burn, as ``magician frame`` does: with the laser off at the
+    height of the work, with any other tool ``lift`` above it. Each run of it goes round once.
 
     :param file: Path, or an open binary file.
     :param shape: ``"box"`` along the arm's X and Y; ``"hull"``, a rubber band round all lines; ``"outline"``, the outer
@@ -802,7 +804,7 @@ def testgrid(
     labels: bool = True,
     **options: Any,
 ) -> Plan:
-    """A plan that burns squares with many powers and speeds, as ``magician testgrid`` does, to find those for a material.
+    """A plan that burns squares with many powers and speeds, to try a material, as ``magician testgrid`` does.
 
     :param power: Powers of the columns, percent: from, to, how many.
     :param speed: Speeds of the rows, mm/s: from, to, how many.
