@@ -78,10 +78,10 @@ async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
             json!(-32602),
             "it wants a lease: {refused}"
         );
-        anna.lease().await;
-        anna.ok("job.start", params).await;
-        until(&mut anna, "ended").await;
-        anna.ok("arm.release", json!({})).await;
+        let lease = anna.lease().await;
+        let job = anna.ok("job.start", params).await["job"].clone();
+        until(&mut anna, &job, "done").await;
+        anna.ok("lease.release", json!({"lease": lease})).await;
     }
     let lit = json!({"tool": "laser", "frame": "box", "frame_power": 2});
     let report = checked(&mut anna, lit).await;
