@@ -437,8 +437,10 @@ mod tests {
         );
         assert_eq!((both.at, both.font), (said.at, under.font.clone()));
         assert_eq!((both.power, both.tool), (under.power, under.tool));
-        let mut with_file = SetupOptions::default();
-        with_file.font = Some(crate::FontChoice::file("a.ttf", vec![1, 2]));
+        let with_file = SetupOptions {
+            font: Some(crate::FontChoice::file("a.ttf", vec![1, 2])),
+            ..SetupOptions::default()
+        };
         assert_eq!(with_file.or(&under).font, with_file.font);
         assert_eq!(SetupOptions::default().or(&with_file).font, with_file.font);
     }
