@@ -350,6 +350,7 @@ mod tests {
             "decode",
             "replay",
             "config",
+            "preset",
             "completions",
             "man",
             "help",
