@@ -376,7 +376,8 @@ fields! {
     Remedy { act, effect }
     Parsed { content, notes }
     ReadOptions {
-        title, tolerance, gcode, fills, white, clip_page, resample, text, text_lines, strict_text,
+        title, tolerance, gcode, fills, white, clip_page, resample, text, text_lines, crop,
+        strict_text,
     }
     GcodeOptions {
         dialect, start, placed, s_max, laser_speed, surface, lift, travel_speed,

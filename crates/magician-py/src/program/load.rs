@@ -52,6 +52,13 @@ struct Wanted {
     power: Option<[f64; 2]>,
     mode: Option<String>,
     invert: bool,
+    image: Option<String>,
+    levels: Option<u8>,
+    despeckle: Option<f64>,
+    pen_width: Option<f64>,
+    crop: Option<[u32; 4]>,
+    brightness: Option<f64>,
+    contrast: Option<f64>,
     one_way: bool,
     spacing: Option<f64>,
     overscan: Option<f64>,
@@ -79,6 +86,7 @@ impl Wanted {
     fn options(&self, format: Format) -> Result<SetupOptions, String> {
         let mut options = SetupOptions::default();
         options.work = Some(match (self.work.as_deref(), format) {
+            (None, Format::Image) if self.image.is_some() => WorkOption::Draw,
             (None, Format::Image) | (Some("engrave"), _) => WorkOption::Engrave,
             (None, _) => WorkOption::ByFile,
             (Some("draw"), _) => WorkOption::Draw,
@@ -119,6 +127,10 @@ impl Wanted {
         (options.invert, options.one_way) = (self.invert, self.one_way);
         (options.spacing, options.overscan) = (self.spacing, self.overscan);
         options.gamma = self.gamma;
+        options.image = self.image.as_deref().map(str::parse).transpose()?;
+        (options.levels, options.despeckle) = (self.levels, self.despeckle);
+        (options.pen_width, options.crop) = (self.pen_width, self.crop);
+        (options.brightness, options.contrast) = (self.brightness, self.contrast);
         (options.merge, options.simplify) = (self.merge, self.simplify);
         options.dedupe = Some(self.dedupe);
         options.font = match (&self.font, &self.font_file) {
