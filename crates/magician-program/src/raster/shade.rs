@@ -145,7 +145,7 @@ pub(super) fn nothing(trace: &Trace, specks: usize) -> Diagnostic {
             .remedy((Setting::Despeckle, Given::Number(0.0)), "draws them all");
     }
     if trace.style.is_shaded() {
-        let message = "nothing to draw: the image is white";
+        let message = "nothing to draw: the image is too light";
         return Diagnostic::of_file(message)
             .remedy((Setting::Invert, Given::On), "draws the white parts");
     }

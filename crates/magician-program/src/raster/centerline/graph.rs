@@ -8,7 +8,9 @@ use crate::artwork::distance;
 pub(super) struct Node {
     /// Where it is, in pixels of the image.
     pub(super) at: [f64; 2],
-    /// Half of how thick the line is there, pixels.
+    /// Half of how thick it is there, pixels.
+    pub(super) thick: f64,
+    /// The same, as far as it can be a line.
     pub(super) radius: f64,
 }
 
@@ -39,10 +41,12 @@ pub(super) struct Graph {
 const NOTHING: u32 = u32::MAX;
 
 impl Graph {
-    pub(super) fn of(skeleton: &Mask, thickness: &[u16]) -> Self {
+    /// Of lines that are half as thick as `line` at most, pixels: what is thicker is an area.
+    pub(super) fn of(skeleton: &Mask, thickness: &[u16], line: f64) -> Self {
         let tracer = Tracer {
             skeleton,
             thickness,
+            line,
             node_of: vec![NOTHING; skeleton.dark.len()],
             passed: vec![false; skeleton.dark.len()],
             graph: Self::default(),
@@ -54,6 +58,7 @@ impl Graph {
 struct Tracer<'m> {
     skeleton: &'m Mask,
     thickness: &'m [u16],
+    line: f64,
     node_of: Vec<u32>,
     passed: Vec<bool>,
     graph: Graph,
@@ -124,9 +129,11 @@ impl Tracer<'_> {
         let places = group.iter().map(|at| self.place(*at));
         let sum = places.fold([0.0; 2], |sum, at| [sum[0] + at[0], sum[1] + at[1]]);
         let thick = group.iter().map(|at| self.thickness[*at]).max();
+        let thick = f64::from(thick.unwrap_or(1)).max(1.0);
         self.graph.nodes.push(Node {
             at: sum.map(|sum| sum / group.len() as f64),
-            radius: f64::from(thick.unwrap_or(1)).max(1.0),
+            thick,
+            radius: thick.min(self.line),
         });
     }
 

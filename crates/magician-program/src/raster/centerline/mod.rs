@@ -12,6 +12,8 @@ use crate::{Origin, Stroke};
 const MOST_SIDE: usize = 4000;
 /// Smaller pixels tell a pen nothing, mm.
 const LEAST_PIXEL: f64 = 0.04;
+/// Half of how thick a line may be, mm; thicker ones are drawn along their middle as it is, branches and all.
+const THICK: f64 = 1.0;
 /// The share of the tolerance that is used up by leaving out points; the pixels take the rest.
 const SHARE: f64 = 0.5;
 
@@ -22,7 +24,8 @@ pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Str
     let left_out = specks::whiten(&mut small, pixel, trace.level, trace.despeckle);
     let mask = thin::Mask::new(&small, trace.level);
     let thickness = mask.thickness();
-    let graph = graph::Graph::of(&mask.thinned(), &thickness);
+    let line = (THICK / pixel[0].max(pixel[1])).max(1.0);
+    let graph = graph::Graph::of(&mask.thinned(), &thickness, line);
     let rows = image.height as f64 / small.height as f64;
     let strokes = strokes::of(graph).into_iter().map(|points| {
         let row = points.first().map_or(0.0, |[_, y]| y * rows);

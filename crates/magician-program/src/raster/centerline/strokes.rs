@@ -79,7 +79,7 @@ impl Graph {
             let ends = self.ends();
             let mut spurs = Vec::new();
             for (node, at_node) in ends.iter().enumerate().filter(|(_, ends)| ends.len() > 2) {
-                let most = SPUR * self.nodes[node].radius;
+                let most = SPUR * self.nodes[node].thick;
                 let lengths = at_node.iter().filter_map(|(branch, end)| {
                     let other = self.branches[*branch].ends?[1 - end];
                     let length = self.branches[*branch].length();
