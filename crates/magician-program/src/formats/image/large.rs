@@ -254,22 +254,38 @@ pub(super) fn decoded(grey: &[u8], size: [u32; 2], window: Window) -> Result<Sma
 
 /// Whether the frame of a JPEG is sequential (ITU-T T.81, table B.1: SOF0 and SOF1), and not progressive.
 fn comes_line_by_line(bytes: &[u8]) -> bool {
+    let mut markers = markers(bytes).map(|(kind, _)| kind);
+    let frame =
+        markers.find(|kind| matches!(kind, 0xC0..=0xC3 | 0xC5..=0xC7 | 0xC9..=0xCB | 0xCD..=0xCF));
+    matches!(frame, Some(0xC0 | 0xC1))
+}
+
+/// Whether a JPEG ends before its end (EOI): a decoder makes grey of what is missing.
+pub(super) fn is_cut_off(bytes: &[u8]) -> bool {
+    let scan = markers(bytes).find(|(kind, _)| *kind == 0xDA);
+    let Some((_, scan)) = scan else {
+        return false;
+    };
+    // Within a scan no other byte follows 0xFF. Phones put a film behind the end.
+    !scan.windows(2).any(|pair| pair == [0xFF, 0xD9])
+}
+
+/// The markers of a JPEG up to its first scan, and what follows each.
+fn markers(bytes: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     let mut rest = bytes.get(2..).unwrap_or_default();
-    while let [0xFF, kind, after @ ..] = rest {
-        match kind {
-            0xC0 | 0xC1 => return true,
-            // A marker may be filled up.
-            0xFF => rest = rest.get(1..).unwrap_or_default(),
-            // The other frames, and the first scan.
-            0xC2 | 0xC3 | 0xC5..=0xC7 | 0xC9..=0xCB | 0xCD..=0xCF | 0xDA => return false,
-            _ => {
-                let [high, low, ..] = after else {
-                    return false;
-                };
-                let length = usize::from(u16::from_be_bytes([*high, *low]));
-                rest = after.get(length.max(2)..).unwrap_or_default();
-            }
+    std::iter::from_fn(move || {
+        // A marker may be filled up.
+        while let [0xFF, 0xFF, ..] = rest {
+            rest = rest.get(1..).unwrap_or_default();
         }
-    }
-    false
+        let [0xFF, kind, after @ ..] = rest else {
+            return None;
+        };
+        let length = match (kind, after) {
+            (0xDA, _) | (_, [] | [_]) => after.len(),
+            (_, [high, low, ..]) => usize::from(u16::from_be_bytes([*high, *low])).max(2),
+        };
+        rest = after.get(length..).unwrap_or_default();
+        Some((*kind, after))
+    })
 }

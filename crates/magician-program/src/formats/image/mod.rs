@@ -62,6 +62,10 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         );
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
     }
+    if format == ImageFormat::Jpeg && large::is_cut_off(bytes) {
+        let message = "the file is cut off: what is missing of the image is grey";
+        notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut));
+    }
     let raster = Raster {
         title: options.title.clone(),
         width: kept[0] as usize,

@@ -335,6 +335,24 @@ fn a_jpeg_of_four_inks_is_read() {
     assert!(!large::has_brightness(CMYK) && large::has_brightness(&photo(1)));
 }
 
+#[test]
+fn a_jpeg_that_is_cut_off_says_so() {
+    let whole = photo(1);
+    let notes = |bytes: &[u8]| {
+        let reading = read(Format::Image, bytes, &ReadOptions::default());
+        reading.map(|reading| reading.notes.len())
+    };
+    assert_eq!(notes(&whole).unwrap(), 0);
+    let behind = [&whole[..], b"a film of the same moment"].concat();
+    assert_eq!(notes(&behind).unwrap(), 0);
+    // Some of it may be too little for any image.
+    if let Ok(notes) = notes(&whole[..whole.len() - 4]) {
+        assert_eq!(notes, 1);
+    }
+    assert!(large::is_cut_off(&whole[..whole.len() - 4]));
+    assert!(!large::is_cut_off(&whole[..20]));
+}
+
 /// The first picture of a GIF that moves, and how many there are does not matter.
 #[test]
 fn the_first_picture_of_a_gif_that_moves_is_read() {
