@@ -249,9 +249,11 @@ fn a_shaded_image_is_made_for_the_pen_in_the_size_in_which_it_is_drawn() {
         grey: vec![100; 2400],
         ..Raster::default()
     };
-    let mut trace = Trace::default();
-    trace.style = ImageStyle::Hatch;
-    trace.levels = Some(1);
+    let trace = Trace {
+        style: ImageStyle::Hatch,
+        levels: Some(1),
+        ..Trace::default()
+    };
     let mut setup = Setup {
         default_surface: Some(Surface::level(-60.0)),
         size: Size::Width(60.0),
