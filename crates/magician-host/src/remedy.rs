@@ -179,8 +179,12 @@ named! {
         At = "at",
         /// Cut off what lies outside the page.
         ClipPage = "clip_page",
+        /// What is kept of an image, pixels.
+        Crop = "crop",
         /// Draw once what is there twice.
         Dedupe = "dedupe",
+        /// The size of specks, mm.
+        Despeckle = "despeckle",
         /// How G-code is to be understood.
         Dialect = "dialect",
         /// Make it as large as fits.
@@ -201,6 +205,8 @@ named! {
         Order = "order",
         /// How far the tool runs up to the lines of an image, mm.
         Overscan = "overscan",
+        /// Width of the line that the pen draws, mm.
+        PenWidth = "pen_width",
         /// The Z at which the pen of G-code touches, mm.
         PenZ = "pen_z",
         /// Place G-code.

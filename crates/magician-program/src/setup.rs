@@ -6,7 +6,7 @@ use magician_motion::{ArmModel, Fence, ToolBias};
 
 use crate::artwork::{FitFailure, Layout, Marking, Sheet, Tidy};
 use crate::fill::Filling;
-use crate::raster::{Engrave, Size, Trace};
+use crate::raster::{Adjust, Engrave, Size, Trace};
 use crate::{
     Content, Diagnostic, DiagnosticCode, Fit, Format, Framing, Plan, Power, Reach, SheetTransform,
     Surface, Tool,
@@ -39,8 +39,10 @@ pub struct Setup {
     pub order: bool,
     /// What is made of drawings and images.
     pub work: Work,
-    /// How large an image becomes.
+    /// How large it becomes, before it is scaled.
     pub size: Size,
+    /// How the greys of an image are changed first.
+    pub adjust: Adjust,
     /// Speed of the tool at work, mm/s, instead of what the file or the way of working says.
     pub speed: Option<f32>,
     /// Speed of the laser on drawings and images by default, mm/s.
@@ -88,7 +90,7 @@ pub enum Work {
     /// Drawings are drawn, images engraved.
     #[default]
     Default,
-    /// All is drawn with a pen, images by their outlines.
+    /// All is drawn with a pen, images as lines.
     Draw(Trace),
     /// All is burnt, drawings along their lines with the most power.
     Engrave(Engrave),
@@ -148,6 +150,7 @@ impl Default for Setup {
             order: true,
             work: Work::Default,
             size: Size::Natural,
+            adjust: Adjust::default(),
             speed: None,
             laser_speed: None,
             filling: Filling::default(),
@@ -184,7 +187,8 @@ impl Setup {
             Content::Artwork(artwork) => self.drawn(artwork, &mut notes)?,
             Content::Image(image) => match &self.work {
                 Work::Engrave(engrave) => self.engraved(image, engrave.clone())?,
-                _ => self.engraved(image, Engrave::default())?,
+                Work::Draw(trace) => self.shaded(image, trace, &mut notes)?,
+                Work::Default => self.engraved(image, Engrave::default())?,
             },
             Content::TestGrid(grid) => self.test_grid(grid)?,
         };

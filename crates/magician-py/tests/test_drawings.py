@@ -103,6 +103,27 @@ def test_lines_are_tidied_as_far_as_asked() -> None:
     assert len(_svg(bent, simplify=1)) < len(_svg(bent))
 
 
+@pytest.mark.parametrize("image", ["outline", "centerline", "halftone", "squiggle", "hatch"])
+def test_an_image_is_drawn_with_the_pen_as_asked(samples: Path, image: Any) -> None:
+    plan = magician.load(samples / "landscape.png", image=image, width=60, crop=(40, 60, 240, 180), contrast=20)
+    assert plan.tool == "pen" and plan.check().ok
+    report = plan.check()
+    assert report.drawn > 100
+
+
+@pytest.mark.parametrize(
+    ("crop", "said"),
+    [
+        ((0, 0, 400, 10), "crop 0,0,400,10 is not within the image of 360 by 270 pixels"),
+        ((0, 0, 10), "it takes x, y, width and height"),
+        ((0, 0, 0, 10), "crop is 0; it takes a whole number from 1"),
+    ],
+)
+def test_a_crop_beyond_the_image_is_refused(samples: Path, crop: Any, said: str) -> None:
+    with pytest.raises(InvalidInputError, match=said):
+        magician.load(samples / "landscape.png", crop=crop)
+
+
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
@@ -118,6 +139,11 @@ def test_lines_are_tidied_as_far_as_asked() -> None:
         ("align", "middle", "align is .*middle"),
         ("text", "filled", "text is .*filled"),
         ("mode", "shiny", "mode is .*shiny"),
+        ("despeckle", -1, "despeckle is -1 mm; it takes a number, 0 or more"),
+        ("brightness", 101, "brightness is 101; it takes"),
+        ("contrast", -101, "contrast is -101; it takes"),
+        ("image", "photo", "image is one of .*photo"),
+        ("levels", 65, "levels is 65; it takes a whole number from 1 to 64"),
     ],
 )
 def test_values_that_make_no_sense_are_told_by_their_option(samples: Path, name: str, value: Any, said: str) -> None:
@@ -135,8 +161,12 @@ def test_options_of_a_fill_need_one(samples: Path, name: str) -> None:
 
 
 def test_options_that_contradict_each_other_are_refused(samples: Path) -> None:
-    with pytest.raises(InvalidInputError, match="gamma counts where the laser engraves"):
-        magician.load(samples / "engrave_gradient.png", work="draw", gamma=2)
+    with pytest.raises(InvalidInputError, match="overscan counts where the laser engraves"):
+        magician.load(samples / "engrave_gradient.png", work="draw", overscan=2)
+    with pytest.raises(InvalidInputError, match="image counts where the pen draws"):
+        magician.load(samples / "engrave_gradient.png", work="engrave", image="hatch")
+    with pytest.raises(InvalidInputError, match="levels needs image: halftone or hatch"):
+        magician.load(samples / "engrave_gradient.png", image="squiggle", levels=3)
     with pytest.raises(InvalidInputError, match="turn counts with fit alone"):
         magician.load(samples / "logo.svg", turn=False)
 

@@ -6,7 +6,9 @@ use clap::{Args, ValueHint};
 use magician_job::report::ConversionReport;
 use magician_program::{Conversion, ConversionError, WorkOption};
 
-use super::job::options::{File, Pen, PlacementOptions, PreviewFlags, RunFlags};
+use super::job::options::{
+    File, ImageFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TraceFlags,
+};
 use super::job::{Job, notes};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -21,6 +23,7 @@ Examples:
   magician convert pick.plan.json pick.playback    for DobotStudio
   magician convert part.gcode part.svg             the lines that it draws, in true size
   magician convert house.svg house.csv             every step with its target point
+  magician convert photo.jpg photo.svg --image hatch --width 120
 
 The ending of the second name selects the output format: .plan.json (or .json), .playback, .svg, .png, .csv. A drawing is placed in front of the arm first.")]
 pub(crate) struct Convert {
@@ -36,6 +39,10 @@ pub(crate) struct Convert {
     place: PlacementOptions,
     #[command(flatten)]
     pen: Pen,
+    #[command(flatten)]
+    trace: TraceFlags,
+    #[command(flatten)]
+    image: ImageFlags,
 }
 
 impl Convert {
@@ -47,6 +54,8 @@ impl Convert {
         let (look, way) = (PreviewFlags::default(), RunFlags::default());
         let mut job = Job::new(work, self.file, look, &self.place, way);
         self.pen.say(&mut job.options);
+        self.trace.say(&mut job.options);
+        self.image.say(&mut job.options);
         job.runs = false;
         converted(&mut job, &self.to, context)
     }

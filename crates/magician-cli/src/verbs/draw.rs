@@ -5,19 +5,22 @@ use magician_program::WorkOption;
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, TextFlags, TidyFlags,
+    File, FillFlags, ImageFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
+    TextFlags, TidyFlags, TraceFlags,
 };
 use crate::context::Context;
 use crate::failure::Failure;
 
-/// Draw a file with the pen: SVG, HPGL, DXF, outlines of an image
+/// Draw a file with the pen: SVG, HPGL, DXF, an image
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
   magician draw house.svg --preview out.svg        what will be drawn, and where
   magician draw house.svg --surface -58.5          the paper is at z -58.5
   magician draw house.svg --fit --speed 30
-  magician draw photo.png --width 80 --threshold 100
+  magician draw logo.png --width 80 --threshold 100
+  magician draw sketch.jpg --image centerline --width 150
+  magician draw photo.jpg --image hatch --width 120 --pen-width 0.4
 
 `magician calibrate` measures the position of the paper once and for all. A drawing keeps its true size; if it does not fit it is refused, unless --fit makes it smaller.")]
 pub(crate) struct Draw {
@@ -27,6 +30,10 @@ pub(crate) struct Draw {
     look: PreviewFlags,
     #[command(flatten)]
     pen: Pen,
+    #[command(flatten)]
+    trace: TraceFlags,
+    #[command(flatten)]
+    image: ImageFlags,
     #[command(flatten)]
     fill: FillFlags,
     #[command(flatten)]
@@ -52,6 +59,8 @@ impl Draw {
         let mut job = Job::new(draw, self.file, self.look, &self.place, self.way);
         self.speed.say(&mut job.options);
         self.pen.say(&mut job.options);
+        self.trace.say(&mut job.options);
+        self.image.say(&mut job.options);
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);

@@ -5,8 +5,8 @@ use magician_program::{FrameShape, ModeOption, SetupOptions, WorkOption};
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, TextFlags,
-    TidyFlags, frame_power, positive,
+    File, FillFlags, ImageFlags, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
+    TextFlags, TidyFlags, frame_power, positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -50,6 +50,8 @@ pub(crate) struct Verb {
     #[command(flatten)]
     laser: Laser,
     #[command(flatten)]
+    image: ImageFlags,
+    #[command(flatten)]
     fill: FillFlags,
     #[command(flatten)]
     text: TextFlags,
@@ -73,27 +75,12 @@ pub(crate) struct Laser {
     /// With --mode threshold: burn what is darker than this, 1 to 255 [default: 128]
     #[arg(long, value_name = "GREY", value_parser = clap::value_parser!(u8).range(1..))]
     threshold: Option<u8>,
-    /// Burn white and leave black
-    #[arg(long)]
-    invert: bool,
-    /// Width of an image, mm
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    width: Option<f64>,
-    /// Height of an image, mm
-    #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "width")]
-    height: Option<f64>,
-    /// Distance between the lines of an image, mm
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    spacing: Option<f64>,
     /// Burn all lines in the same direction: slower, but free of backlash
     #[arg(long)]
     one_way: bool,
     /// Run-up and run-out of the tool at the ends of a line, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     overscan: Option<f64>,
-    /// Exponent of the darkness; above 1 burns light parts less
-    #[arg(long, value_name = "EXPONENT", value_parser = positive)]
-    gamma: Option<f64>,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -115,13 +102,8 @@ impl Laser {
             Mode::Dither => ModeOption::Dither,
         });
         options.threshold = self.threshold;
-        options.invert = self.invert;
-        options.width = self.width;
-        options.height = self.height;
-        options.spacing = self.spacing;
         options.one_way = self.one_way;
         options.overscan = self.overscan;
-        options.gamma = self.gamma;
     }
 }
 
@@ -137,6 +119,7 @@ impl Verb {
         self.speed.say(&mut job.options);
         self.beam.say(&mut job.options);
         self.laser.say(&mut job.options);
+        self.image.say(&mut job.options);
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);

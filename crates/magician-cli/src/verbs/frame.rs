@@ -6,8 +6,8 @@ use magician_program::FrameShape;
 use super::engrave::Laser;
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, LaserFlags, PenMotion, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
-    TextFlags, TidyFlags, frame_power,
+    File, FillFlags, ImageFlags, ImageStyleFlags, LaserFlags, Pen, PlacementOptions, PreviewFlags,
+    RunFlags, SpeedFlag, TextFlags, TidyFlags, frame_power,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -48,7 +48,11 @@ pub(crate) struct Frame {
     #[command(flatten)]
     laser: Laser,
     #[command(flatten)]
-    pen: PenMotion,
+    pen: Pen,
+    #[command(flatten)]
+    image: ImageFlags,
+    #[command(flatten)]
+    style: ImageStyleFlags,
     #[command(flatten)]
     fill: FillFlags,
     #[command(flatten)]
@@ -75,6 +79,8 @@ impl Frame {
         self.beam.say(&mut job.options);
         self.laser.say(&mut job.options);
         self.pen.say(&mut job.options);
+        self.image.say(&mut job.options);
+        self.style.say(&mut job.options);
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);

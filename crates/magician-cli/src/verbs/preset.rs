@@ -11,8 +11,8 @@ use serde_json::{Map, Value};
 
 use super::engrave::Laser;
 use super::job::options::{
-    FillFlags, LaserFlags, MotionFlags, PenMotion, PlacementOptions, ReadingFlags, SpeedFlag,
-    TextFlags, TidyFlags,
+    FillFlags, ImageFlags, ImageStyleFlags, LaserFlags, MotionFlags, Pen, PlacementOptions,
+    ReadingFlags, SpeedFlag, TextFlags, TidyFlags,
 };
 use crate::columns::Columns;
 use crate::context::Context;
@@ -74,7 +74,11 @@ pub(crate) struct Save {
     #[command(flatten)]
     laser: Laser,
     #[command(flatten)]
-    pen: PenMotion,
+    pen: Pen,
+    #[command(flatten)]
+    image: ImageFlags,
+    #[command(flatten)]
+    style: ImageStyleFlags,
     #[command(flatten)]
     fill: FillFlags,
     #[command(flatten)]
@@ -159,6 +163,8 @@ impl Save {
         self.beam.say(&mut options);
         self.laser.say(&mut options);
         self.pen.say(&mut options);
+        self.image.say(&mut options);
+        self.style.say(&mut options);
         self.fill.say(&mut options);
         self.text.say(&mut options);
         self.tidy.say(&mut options);

@@ -72,6 +72,26 @@ impl Stroke {
 }
 
 impl Artwork {
+    /// The edge of a sheet of this size, from its upper left corner clockwise.
+    pub(crate) fn frame(page: [f64; 2]) -> Self {
+        let [width, height] = page;
+        let corners = [
+            [0.0, height],
+            [width, height],
+            [width, 0.0],
+            [0.0, 0.0],
+            [0.0, height],
+        ];
+        Self {
+            page: Some(page),
+            strokes: vec![Stroke {
+                points: corners.to_vec(),
+                origin: Origin::NONE,
+            }],
+            ..Self::default()
+        }
+    }
+
     /// Its areas as the lines that fill them, drawn before all others; how many of them are too small for any line.
     pub(crate) fn fill(&mut self, fill: &Fill) -> usize {
         let mut bare = 0;

@@ -91,6 +91,8 @@ pub struct ReadOptions {
     pub text: TextOptions,
     /// How the letters of texts in drawings are drawn.
     pub text_lines: TextLines,
+    /// What is kept of an image, in its pixels as it is seen upright: from the left, from the top, width, height.
+    pub crop: Option<[u32; 4]>,
     /// Whether text is refused of which the font lacks a character; that is left out otherwise.
     pub strict_text: bool,
 }
@@ -184,6 +186,7 @@ impl Default for ReadOptions {
             resample: None,
             text: TextOptions::default(),
             text_lines: TextLines::default(),
+            crop: None,
             strict_text: false,
         }
     }
@@ -221,6 +224,9 @@ pub fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<Parse
     if format != Format::Points {
         only_recordings(options.resample)?;
     }
+    if format != Format::Image {
+        only_images(options.crop)?;
+    }
     let mut reading = format.reader()?(bytes, options)?;
     if options.clip_page {
         let note = reading.clip_to_page();
@@ -237,6 +243,15 @@ fn only_recordings(resample: Option<f64>) -> Result<(), Diagnostic> {
             "only a recording can be resampled: a CSV file with t, x, y, z, or an MCAP file with /pose",
         )
         .with(Remedy::without(Setting::Resample))),
+    }
+}
+
+/// Refuses to crop what is no image.
+fn only_images(crop: Option<[u32; 4]>) -> Result<(), Diagnostic> {
+    match crop {
+        None => Ok(()),
+        Some(_) => Err(Diagnostic::of_file("only an image can be cropped")
+            .with(Remedy::without(Setting::Crop))),
     }
 }
 

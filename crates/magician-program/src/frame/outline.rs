@@ -31,13 +31,15 @@ pub(super) fn of(lines: &Artwork) -> Vec<Vec<[f64; 2]>> {
         }
     }
     let closing = image.grown(true).grown(false);
-    let traced = closing.raster().outlines(&Trace {
+    let traced = closing.raster().lines(&Trace {
         size: Size::Pixel(pixel),
         tolerance: pixel,
-        smallest: 0.0,
+        despeckle: 0.0,
         ..Trace::default()
     });
-    let contours = traced.map(|traced| traced.strokes).unwrap_or_default();
+    let contours = traced
+        .map(|traced| traced.artwork.strokes)
+        .unwrap_or_default();
     // Dark is on the right of a contour: those that go round what is light are holes.
     let outer = contours
         .into_iter()

@@ -45,7 +45,11 @@ const TOOL: AskedOption = AskedOption {
 };
 const SURFACE: AskedOption = asked("surface", "number", "mm", "Height of the work surface");
 const AT: AskedOption = asked("at", "point", "mm", "Where its centre goes");
-const WIDTH: AskedOption = asked("width", "number", "mm", "Width of an image");
+const WIDTH: AskedOption = asked("width", "number", "mm", "How wide it becomes");
+const IMAGE: AskedOption = AskedOption {
+    choices: &["outline", "centerline", "halftone", "squiggle", "hatch"],
+    ..asked("image", "choice", "", "What the pen makes of an image")
+};
 const SCALE: AskedOption = asked("scale", "number", "", "Its size, 1 being the true one");
 const ROTATE: AskedOption = asked("rotate", "number", "deg", "Turned counter-clockwise");
 const FILL: AskedOption = AskedOption {
@@ -89,7 +93,7 @@ impl SetupOptions {
     /// use magician_program::{Format, SetupOptions};
     ///
     /// let names = |format| SetupOptions::asked(format).iter().map(|option| option.name).collect::<Vec<_>>();
-    /// assert_eq!(names(Format::Image), ["tool", "surface", "at", "width", "rotate", "fit"]);
+    /// assert_eq!(names(Format::Image), ["tool", "image", "surface", "at", "width", "rotate", "fit"]);
     /// assert!(names(Format::Playback).is_empty());
     /// ```
     #[must_use]
@@ -97,7 +101,7 @@ impl SetupOptions {
         match format {
             Format::Svg => &[TOOL, FILL, SURFACE, AT, SCALE, ROTATE, FIT],
             Format::Dxf | Format::Hpgl => &[TOOL, SURFACE, AT, SCALE, ROTATE, FIT],
-            Format::Image => &[TOOL, SURFACE, AT, WIDTH, ROTATE, FIT],
+            Format::Image => &[TOOL, IMAGE, SURFACE, AT, WIDTH, ROTATE, FIT],
             Format::Text => &[FONT, SIZE, WRAP, TOOL, SURFACE, AT, ROTATE, FIT],
             Format::TestGrid => &[SURFACE, AT, SCALE, ROTATE, FIT],
             Format::Gcode => &PLACED,

@@ -7,6 +7,7 @@ use serde_json::{Map, Value};
 use super::{SetupOptions, WorkOption};
 use crate::Framing;
 use crate::fill::{FillMode, LEAST_SPACING};
+use crate::raster::ImageStyle;
 
 /// Why an option is not taken.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -130,6 +131,7 @@ impl SetupOptions {
             ("spacing", self.spacing),
             ("overscan", self.overscan),
             ("gamma", self.gamma),
+            ("pen_width", self.pen_width),
             ("size", self.size),
             ("wrap", self.wrap),
             ("line_height", self.line_height),
@@ -140,7 +142,11 @@ impl SetupOptions {
                 return Err(OptionError::new(key, message));
             }
         }
-        for (key, value) in [("merge", self.merge), ("simplify", self.simplify)] {
+        for (key, value) in [
+            ("merge", self.merge),
+            ("simplify", self.simplify),
+            ("despeckle", self.despeckle),
+        ] {
             if let Some(value) = value.filter(|value| !(value.is_finite() && *value >= 0.0)) {
                 let message = format!("{key} is a number from 0, not {value}");
                 return Err(OptionError::new(key, message));
@@ -187,6 +193,22 @@ impl SetupOptions {
             let most = Framing::MOST_POWER;
             let message = format!("frame_power is above 0 and at most {most} percent, not {power}");
             return Err(OptionError::new("frame_power", message));
+        }
+        for (key, value) in [("brightness", self.brightness), ("contrast", self.contrast)] {
+            if let Some(value) = value.filter(|value| !(-100.0..=100.0).contains(value)) {
+                let message = format!("{key} is -100 to 100, not {value}");
+                return Err(OptionError::new(key, message));
+            }
+        }
+        if let Some(levels) = self.levels.filter(|levels| !(1..=64).contains(levels)) {
+            let message = format!("levels is 1 to 64, not {levels}");
+            return Err(OptionError::new("levels", message));
+        }
+        if let Some([_, _, width, height]) = self.crop
+            && (width == 0 || height == 0)
+        {
+            let message = "crop is X,Y,W,H in pixels, with a width and a height above 0";
+            return Err(OptionError::new("crop", message));
         }
         if self.threshold == Some(0) {
             let message = "threshold is a grey from 1 to 255, not 0";
@@ -242,17 +264,30 @@ impl SetupOptions {
         }
         let engraving = [
             ("mode", self.mode.is_some()),
-            ("invert", self.invert),
-            ("spacing", self.spacing.is_some()),
             ("one_way", self.one_way),
             ("overscan", self.overscan.is_some()),
-            ("gamma", self.gamma.is_some()),
         ];
         for (key, given) in engraving {
             if given && self.work == Some(WorkOption::Draw) {
                 let message = format!("{key} counts where the laser engraves: work is draw");
                 return Err(OptionError::new(key, message));
             }
+        }
+        let drawing = [
+            ("image", self.image.is_some()),
+            ("levels", self.levels.is_some()),
+            ("despeckle", self.despeckle.is_some()),
+            ("pen_width", self.pen_width.is_some()),
+        ];
+        for (key, given) in drawing {
+            if given && self.work == Some(WorkOption::Engrave) {
+                let message = format!("{key} counts where the pen draws: work is engrave");
+                return Err(OptionError::new(key, message));
+            }
+        }
+        if self.levels.is_some() && !self.image.is_some_and(ImageStyle::has_levels) {
+            let message = "levels needs image: halftone or hatch";
+            return Err(OptionError::new("levels", message));
         }
         Ok(())
     }
@@ -418,7 +453,19 @@ mod tests {
             (json!({"turn": false}), "turn"),
             (json!({"stay": true, "park": [1, 2, 3]}), "stay"),
             (json!({"width": 1, "height": 1}), "height"),
-            (json!({"work": "draw", "gamma": 2}), "gamma"),
+            (json!({"work": "draw", "one_way": true}), "one_way"),
+            (json!({"work": "engrave", "image": "hatch"}), "image"),
+            (json!({"image": "photo"}), "image"),
+            (json!({"image": "squiggle", "levels": 4}), "levels"),
+            (json!({"image": "hatch", "levels": 0}), "levels"),
+            (json!({"image": "hatch", "levels": 65}), "levels"),
+            (json!({"despeckle": -1}), "despeckle"),
+            (json!({"pen_width": 0}), "pen_width"),
+            (json!({"crop": [0, 0, 10]}), "crop"),
+            (json!({"crop": [0, -1, 10, 10]}), "crop"),
+            (json!({"crop": [0, 0, 0, 10]}), "crop"),
+            (json!({"brightness": 101}), "brightness"),
+            (json!({"contrast": -101}), "contrast"),
         ] {
             let error = read(fields.clone()).expect_err(&fields.to_string());
             assert_eq!(error.key, key, "{fields}: {error}");

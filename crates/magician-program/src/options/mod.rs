@@ -20,7 +20,7 @@ use crate::artwork::{Marking, Sheet, Tidy};
 use crate::fill::{FillMode, Filling};
 use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
-use crate::raster::{Engrave, Size, Tone, Trace};
+use crate::raster::{Adjust, Engrave, ImageStyle, Size, Tone, Trace};
 use crate::{
     Action, Ending, Fills, Frame, FrameShape, Framing, Placement, Plan, Power, ReadOptions, Setup,
     Surface, TextLines, Tool, White, Work,
@@ -143,15 +143,30 @@ pub struct SetupOptions {
     pub tolerance: Option<f64>,
     /// What is darker than this is dark, 1 to 255.
     pub threshold: Option<u8>,
-    /// Width of an image.
+    /// How wide it becomes.
     pub width: Option<f64>,
-    /// Height of an image.
+    /// How high it becomes.
     pub height: Option<f64>,
     /// How grey levels become power.
     pub mode: Option<ModeOption>,
-    /// White burns, black does not.
+    /// What a pen makes of an image.
+    #[serde(with = "fields::text")]
+    pub image: Option<ImageStyle>,
+    /// Sizes of dots, or hatchings laid over each other, of an image that a pen draws.
+    pub levels: Option<u8>,
+    /// Spots of an image that are smaller are not drawn; all are with 0.
+    pub despeckle: Option<f64>,
+    /// Width of the line that the pen draws, for an image.
+    pub pen_width: Option<f64>,
+    /// What is kept of an image, in its pixels: from the left, from the top, width, height.
+    pub crop: Option<[u32; 4]>,
+    /// How much lighter an image is made, -100 to 100.
+    pub brightness: Option<f64>,
+    /// How much more contrast an image is given, -100 to 100.
+    pub contrast: Option<f64>,
+    /// White is drawn or burnt, black is not.
     pub invert: bool,
-    /// Distance between the lines of an image.
+    /// Distance between the lines or dots of an image.
     pub spacing: Option<f64>,
     /// All lines of an image are burnt in the same direction.
     pub one_way: bool,
@@ -272,6 +287,7 @@ impl SetupOptions {
             order: self.order.unwrap_or(true),
             work: self.work(defaults),
             size: self.size(),
+            adjust: self.adjust(defaults),
             speed: self.speed.map(|speed| speed as f32),
             laser_speed: defaults.engrave_speed,
             filling: self.filling(),
@@ -296,6 +312,7 @@ impl SetupOptions {
             options.fills = Fills::Areas;
         }
         options.resample = self.resample;
+        options.crop = self.crop;
         options.text = self.text_options();
         options.text_lines = self.text.unwrap_or_default();
         options.strict_text = self.strict_text;
@@ -352,6 +369,8 @@ impl SetupOptions {
     fn choice(&self, defaults: &SetupDefaults) -> WorkOption {
         self.work
             .unwrap_or_else(|| match self.tool.or(defaults.tool) {
+                // What the pen makes of an image is asked for by name; a laser that is named burns it.
+                _ if self.image.is_some() && self.tool != Some(Tool::Laser) => WorkOption::Draw,
                 Some(Tool::Laser) => WorkOption::Engrave,
                 _ => WorkOption::Draw,
             })
@@ -359,15 +378,32 @@ impl SetupOptions {
 
     fn work(&self, defaults: &SetupDefaults) -> Work {
         match self.choice(defaults) {
-            WorkOption::ByFile => Work::Default,
-            WorkOption::Draw => {
+            WorkOption::ByFile if self.image.is_none() => Work::Default,
+            WorkOption::Draw | WorkOption::ByFile => {
                 let mut trace = Trace::default();
                 trace.level = self.threshold.unwrap_or(trace.level);
                 trace.tolerance = self.tolerance.unwrap_or(trace.tolerance);
+                trace.style = self.image.unwrap_or_default();
+                trace.levels = self.levels;
+                trace.despeckle = self.despeckle.unwrap_or(trace.despeckle);
+                trace.spacing = self.spacing;
+                trace.pen_width = self.pen_width.unwrap_or(trace.pen_width);
                 Work::Draw(trace)
             }
             WorkOption::Engrave => Work::Engrave(self.engrave()),
         }
+    }
+
+    /// How the greys of an image are changed before anything else; those that are engraved are inverted and bent with the power.
+    fn adjust(&self, defaults: &SetupDefaults) -> Adjust {
+        let mut adjust = Adjust::default();
+        adjust.brightness = self.brightness.unwrap_or(adjust.brightness);
+        adjust.contrast = self.contrast.unwrap_or(adjust.contrast);
+        if let Work::Draw(_) = self.work(defaults) {
+            adjust.invert = self.invert;
+            adjust.gamma = self.gamma.unwrap_or(adjust.gamma);
+        }
+        adjust
     }
 
     fn engrave(&self) -> Engrave {

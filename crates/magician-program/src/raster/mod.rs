@@ -13,19 +13,28 @@
 //! # Ok::<(), magician_program::Diagnostic>(())
 //! ```
 
+mod adjust;
+mod centerline;
 mod engrave;
 mod grid;
+mod halftone;
+mod hatch;
 mod outline;
 mod resample;
 mod scan;
+mod shade;
+mod specks;
+mod squiggle;
 #[cfg(all(test, feature = "image"))]
 mod tests;
 mod tone;
+mod trace;
 
+pub use adjust::Adjust;
 pub use engrave::Engrave;
 pub use grid::{Grid, Size};
-pub use outline::Trace;
 pub use tone::Tone;
+pub use trace::{ImageLines, ImageStyle, Trace};
 
 use crate::Diagnostic;
 

@@ -1,99 +1,57 @@
 //! The outlines of what is dark in an image.
 
-use magician_host::{Given, Setting};
-
-use super::{Raster, Size, resample::resample};
+use super::{Raster, Trace};
 use crate::simplify::simplified;
-use crate::{Artwork, Diagnostic, Origin, Stroke};
-
-/// How the outlines of an image are found.
-#[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct Trace {
-    /// What is darker than this, 1 to 255, is surrounded.
-    pub level: u8,
-    /// How large the image becomes.
-    pub size: Size,
-    /// How far a line may be from the outline as the pixels have it, mm.
-    pub tolerance: f64,
-    /// Outlines that are shorter are specks, and left out, mm.
-    pub smallest: f64,
-}
-
-impl Default for Trace {
-    fn default() -> Self {
-        Self {
-            level: 128,
-            size: Size::Natural,
-            tolerance: 0.1,
-            smallest: 1.0,
-        }
-    }
-}
+use crate::{Origin, Stroke};
 
 /// Pixels on a side that are looked at, at most: a larger image is made smaller first.
 const MOST_SIDE: usize = 2000;
 
-impl Raster {
-    /// The outlines of what is dark, as closed lines on a sheet of the image's size. An outline lies where the grey between two
-    /// pixels passes the level; where the dark reaches the edge of the image, along that edge. Dark is on its right.
-    ///
-    /// # Errors
-    /// Numbers that are none, an image without pixels, and one in which nothing is dark.
-    pub fn outlines(&self, trace: &Trace) -> Result<Artwork, Diagnostic> {
-        let page = self.size(trace.size)?;
-        for (name, value) in [
-            ("tolerance", trace.tolerance),
-            ("least length", trace.smallest),
-        ] {
-            if !(value >= 0.0 && value.is_finite()) {
-                let why = format!("the {name} is {value} mm, it must be 0 or more");
-                return Err(Diagnostic::of_file(why));
-            }
+/// The outlines of what is dark, as closed lines, and how many were left out as specks.
+pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Stroke>, usize) {
+    let small = image.reduced(page, 0.0, MOST_SIDE);
+    let (width, height) = (small.width, small.height);
+    let nodes = Nodes {
+        grey: small.grey,
+        width,
+        height,
+        level: trace.level,
+    };
+    let pixel = [page[0] / width as f64, page[1] / height as f64];
+    let mut strokes = Vec::new();
+    let mut specks = 0;
+    for outline in nodes.outlines() {
+        let first_row = outline.first().map_or(0.0, |[_, y]| *y);
+        let points: Vec<_> = outline
+            .into_iter()
+            .map(|[x, y]| [x * pixel[0], page[1] - y * pixel[1]])
+            .collect();
+        if longer_side(&points) < trace.despeckle {
+            specks += 1;
+            continue;
         }
-        let shrink = (self.width.max(self.height) as f64 / MOST_SIDE as f64).max(1.0);
-        let side = |pixels: usize| ((pixels as f64 / shrink).round() as usize).max(1);
-        let (width, height) = (side(self.width), side(self.height));
-        let nodes = Nodes {
-            grey: resample(self, width, height),
-            width,
-            height,
-            level: trace.level,
+        let row = (first_row * image.height as f64 / height as f64) as u32;
+        let stroke = Stroke {
+            points: simplified(&points, trace.tolerance),
+            origin: Origin {
+                line: row.saturating_add(1).min(image.height as u32),
+                ..Origin::NONE
+            },
         };
-        let pixel = [page[0] / width as f64, page[1] / height as f64];
-        let mut strokes = Vec::new();
-        for outline in nodes.outlines() {
-            let first_row = outline.first().map_or(0.0, |[_, y]| *y);
-            let points: Vec<_> = outline
-                .into_iter()
-                .map(|[x, y]| [x * pixel[0], page[1] - y * pixel[1]])
-                .collect();
-            let row = (first_row * self.height as f64 / height as f64) as u32;
-            let stroke = Stroke {
-                points: simplified(&points, trace.tolerance),
-                origin: Origin {
-                    line: row.saturating_add(1).min(self.height as u32),
-                    ..Origin::NONE
-                },
-            };
-            if stroke.is_closed() && stroke.length() >= trace.smallest {
-                strokes.push(stroke);
-            }
+        if stroke.is_closed() {
+            strokes.push(stroke);
         }
-        if strokes.is_empty() {
-            let why = format!("nothing in the image is darker than {}", trace.level);
-            return Err(Diagnostic::of_file(why).remedy(
-                (Setting::Threshold, Given::Any("N")),
-                "outlines more if it is higher",
-            ));
-        }
-        Ok(Artwork {
-            title: self.title.clone(),
-            page: Some(page),
-            strokes,
-            ..Artwork::default()
-        })
     }
+    (strokes, specks)
+}
+
+/// Of the box around points.
+fn longer_side(points: &[[f64; 2]]) -> f64 {
+    let side = |axis: usize| {
+        let along = || points.iter().map(|point| point[axis]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    side(0).max(side(1))
 }
 
 /// The middles of the pixels, and a ring of white around them. Outlines cross the edges between neighbours of which one is dark

@@ -2,34 +2,67 @@
 
 use magician_host::{Given, Setting};
 
+use super::work_lines::WorkLines;
 use super::{Laid, Setup, Work};
 use crate::artwork::{Order, Tidy};
-use crate::raster::Trace;
-use crate::{Artwork, Content, Diagnostic, DiagnosticCode};
+use crate::raster::{ImageLines, Size, Trace};
+use crate::{Artwork, Content, Diagnostic, DiagnosticCode, Raster};
+
+/// How long something better is looked for than the rows in which an image is shaded, which are good already.
+const SHADED_EFFORT: u64 = 20_000_000;
 
 impl Setup {
+    /// As it is when all is as wide or as high as was said. An image is so already.
+    pub(super) fn sized(&self, content: &Content) -> Result<Self, Diagnostic> {
+        let mut setup = self.clone();
+        let (axis, wanted) = match self.size {
+            Size::Width(width) => (0, width),
+            Size::Height(height) => (1, height),
+            Size::Natural | Size::Pixel(_) => return Ok(setup),
+        };
+        let bounds = match content {
+            Content::Image(_) => return Ok(setup),
+            Content::TestGrid(grid) => Some([[0.0; 2], grid.size]),
+            Content::Artwork(artwork) => artwork.bounds(),
+            Content::Plan(plan) => {
+                let lines = WorkLines::of(plan, self.placement.pen_z)?;
+                lines.artwork.bounds()
+            }
+        };
+        let side = bounds.map_or(0.0, |[least, most]| most[axis] - least[axis]);
+        let scale = wanted / side;
+        if !(scale > 0.0 && scale.is_finite()) {
+            let name = ["width", "height"][axis];
+            let message = format!("what it draws has no {name}: it cannot become {wanted} mm");
+            return Err(Diagnostic::of_file(message));
+        }
+        setup.placement.scale *= scale;
+        setup.size = Size::Natural;
+        Ok(setup)
+    }
+
     /// An image that is drawn as its outlines, and lines in the order in which they are drawn.
     pub(super) fn lines_of(
         &self,
         content: Content,
     ) -> Result<(Content, Vec<Diagnostic>), Diagnostic> {
-        let mut artwork = match (content, &self.work) {
-            (Content::Image(image), Work::Draw(trace)) => image.outlines(&Trace {
-                size: self.size,
-                ..trace.clone()
-            })?,
-            (Content::Artwork(artwork), _) => artwork,
-            (content, _) => return Ok((content, Vec::new())),
-        };
-        // Lengths are those of what is drawn, and not of the file.
         let scale = self.placement.scale;
-        let tidy = Tidy {
-            merge: self.tidy.merge / scale,
-            simplify: self.tidy.simplify / scale,
-            ..self.tidy
-        };
-        let repeated = artwork.tidy(&tidy).repeated;
         let mut notes = Vec::new();
+        let mut artwork = match (content, &self.work) {
+            // What is shaded is drawn when it is known how large it is.
+            (Content::Image(image), Work::Draw(trace)) if !trace.style.is_shaded() => {
+                let trace = self.trace(trace, scale);
+                let lines = image.adjusted(&self.adjust).lines(&trace)?;
+                notes.extend(left_out(lines.specks, trace.despeckle * scale));
+                lines.artwork
+            }
+            (Content::Image(image), _) => {
+                return Ok((Content::Image(image.adjusted(&self.adjust)), notes));
+            }
+            (Content::Artwork(artwork), _) => artwork,
+            (content, _) => return Ok((content, notes)),
+        };
+        let repeated = artwork.tidy(&self.tidied(scale)).repeated;
         if repeated > 0 {
             let lines = if repeated == 1 { "line" } else { "lines" };
             let what = format!("drawn once, though it is there twice: {repeated} {lines}");
@@ -56,6 +89,60 @@ impl Setup {
         });
         notes.extend(reordered);
         Ok((Content::Artwork(artwork), notes))
+    }
+
+    /// How an image is drawn in this size: lengths are those of what is drawn, and not of the file.
+    fn trace(&self, trace: &Trace, scale: f64) -> Trace {
+        Trace {
+            size: self.size,
+            ..trace.drawn_larger(scale)
+        }
+    }
+
+    /// How lines are tidied in this size.
+    fn tidied(&self, scale: f64) -> Tidy {
+        Tidy {
+            merge: self.tidy.merge / scale,
+            simplify: self.tidy.simplify / scale,
+            ..self.tidy
+        }
+    }
+
+    /// An image as lines that keep its greys. They are made for the size in which it lies there: the pen is as wide in any.
+    pub(super) fn shaded(
+        &self,
+        image: &Raster,
+        trace: &Trace,
+        notes: &mut Vec<Diagnostic>,
+    ) -> Result<Laid, Diagnostic> {
+        let marking = self.marking();
+        let mut layout = self.layout()?;
+        if layout.fit {
+            let frame = Artwork::frame(image.size(self.size)?);
+            layout.scale = frame.laid(&layout, &marking)?.0.scale;
+        }
+        let scale = layout.scale;
+        let trace = self.trace(trace, scale);
+        let ImageLines {
+            mut artwork,
+            specks,
+            ..
+        } = image.lines(&trace)?;
+        notes.extend(left_out(specks, trace.despeckle * scale));
+        artwork.tidy(&self.tidied(scale));
+        if self.order {
+            artwork.put_in_order(&Order {
+                effort: SHADED_EFFORT,
+                ..Order::default()
+            });
+        }
+        let (placed, misfit) = artwork.laid(&layout, &marking)?;
+        let plan = placed.plan(&marking);
+        Ok(Laid {
+            plan: self.pushed(plan)?,
+            scale: placed.scale,
+            misfit,
+        })
     }
 
     pub(super) fn order_of(&self, artwork: &Artwork) -> Order {
@@ -105,4 +192,17 @@ fn too_small(shapes: usize, spacing: f64) -> Option<Diagnostic> {
     };
     let message = format!("{what} too small to be filled with lines {spacing} mm apart: left out");
     Some(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut))
+}
+
+/// That specks of an image are not drawn.
+fn left_out(specks: usize, size: f64) -> Option<Diagnostic> {
+    let spots = match specks {
+        0 => return None,
+        1 => "1 speck".to_owned(),
+        specks => format!("{specks} specks"),
+    };
+    let size = (size * 1e6).round() / 1e6;
+    let message = format!("left out of the image: {spots} smaller than {size} mm");
+    let note = Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut);
+    Some(note.remedy((Setting::Despeckle, Given::Number(0.0)), "draws them too"))
 }

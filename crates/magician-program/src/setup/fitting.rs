@@ -135,10 +135,11 @@ impl Setup {
     /// A [`Diagnostic`] if there is nothing to place or nowhere, or a surface is needed and not known. A drawing that does not
     /// fit is not an error: [`misfit`](Prepared::misfit) holds the reason, so that the plan can still be previewed.
     pub fn plan(&self, format: Format, content: Content) -> Result<Prepared, Diagnostic> {
-        let (content, reordered) = self.lines_of(content)?;
-        let (made, turned) = match self.placement.fit {
-            true => self.made_to_fit(format, &content)?,
-            false => (self.made(format, &content)?, 0.0),
+        let setup = self.sized(&content)?;
+        let (content, reordered) = setup.lines_of(content)?;
+        let (made, turned) = match setup.placement.fit {
+            true => setup.made_to_fit(format, &content)?,
+            false => (setup.made(format, &content)?, 0.0),
         };
         let PlacedPlan {
             plan,
@@ -149,7 +150,7 @@ impl Setup {
         } = made;
         let mut notes: Vec<_> = reordered.into_iter().collect();
         if self.placement.fit {
-            notes.extend(fitted_note(scale / self.placement.scale, turned));
+            notes.extend(fitted_note(scale / setup.placement.scale, turned));
         }
         notes.extend(laid);
         let placed = self.places() || !matches!(content, Content::Plan(_));

@@ -4,6 +4,7 @@ use magician_host::words::Preflight;
 use magician_host::{Act, JointAngles};
 
 use super::*;
+use crate::raster::ImageStyle;
 use crate::{Action, Origin, Stroke, Travel, check};
 use crate::{Artwork, Raster};
 
@@ -232,4 +233,84 @@ fn a_usual_tool_is_taken_where_it_can_do_the_work() {
         };
         assert_eq!(asked.tool_for(Tool::Pen), Tool::Gripper);
     }
+}
+
+/// Where lines of a plan begin and end, x and y.
+fn marked(plan: &Plan) -> [[f64; 2]; 2] {
+    let lines = WorkLines::of(plan, None).unwrap();
+    lines.artwork.bounds().unwrap()
+}
+
+#[test]
+fn a_shaded_image_is_made_for_the_pen_in_the_size_in_which_it_is_drawn() {
+    let image = Raster {
+        width: 60,
+        height: 40,
+        grey: vec![100; 2400],
+        ..Raster::default()
+    };
+    let trace = Trace {
+        style: ImageStyle::Hatch,
+        levels: Some(1),
+        ..Trace::default()
+    };
+    let mut setup = Setup {
+        default_surface: Some(Surface::level(-60.0)),
+        size: Size::Width(60.0),
+        work: Work::Draw(trace),
+        ..Setup::default()
+    };
+    // One hatching at 45 degrees, half a mm apart: as many lines as its width and height have room for.
+    let lines = |setup: &Setup| {
+        let made = setup.plan(Format::Image, Content::Image(image.clone()));
+        let made = made.expect("a plan");
+        let drawn = WorkLines::of(&made.plan, None).unwrap().artwork;
+        let [least, most] = drawn.bounds().unwrap();
+        let across: f64 = (0..2).map(|axis| most[axis] - least[axis]).sum();
+        let spacing = across / 2.0_f64.sqrt() / drawn.strokes.len() as f64;
+        (spacing, made.placed.unwrap().scale)
+    };
+    let (spacing, _) = lines(&setup);
+    assert!((spacing / 0.5 - 1.0).abs() < 0.05, "{spacing}");
+    setup.placement.scale = 2.0;
+    let (spacing, scale) = lines(&setup);
+    assert!(
+        (spacing / 0.5 - 1.0).abs() < 0.05 && scale == 2.0,
+        "{spacing}"
+    );
+    setup.placement.scale = 8.0;
+    setup.placement.fit = true;
+    let (spacing, scale) = lines(&setup);
+    assert!(
+        (spacing / 0.5 - 1.0).abs() < 0.05 && scale < 8.0,
+        "{spacing}, {scale}"
+    );
+}
+
+#[test]
+fn a_width_holds_for_whatever_is_drawn() {
+    let mut setup = Setup {
+        default_surface: Some(Surface::level(-60.0)),
+        size: Size::Width(25.0),
+        ..Setup::default()
+    };
+    let mut drawing = line();
+    drawing.strokes[0].points = vec![[0.0, 0.0], [10.0, 4.0]];
+    let made = |setup: &Setup, drawing: &Artwork| {
+        setup.plan(Format::Svg, Content::Artwork(drawing.clone()))
+    };
+    let side = |plan: &Plan, axis: usize| {
+        let [least, most] = marked(plan);
+        most[axis] - least[axis]
+    };
+    let plan = made(&setup, &drawing).unwrap().plan;
+    assert!((side(&plan, 0) - 25.0).abs() < 1e-3 && (side(&plan, 1) - 10.0).abs() < 1e-3);
+    setup.size = Size::Height(8.0);
+    assert!((side(&made(&setup, &drawing).unwrap().plan, 0) - 20.0).abs() < 1e-3);
+    setup.placement.frame = Frame::Own;
+    let again = setup.plan(Format::Gcode, Content::Plan(plan)).unwrap();
+    assert!((side(&again.plan, 1) - 8.0).abs() < 1e-3);
+    drawing.strokes[0].points[1][1] = 0.0;
+    let why = made(&setup, &drawing).unwrap_err().message;
+    assert_eq!(why, "what it draws has no height: it cannot become 8 mm");
 }

@@ -260,7 +260,7 @@ fn what_an_image_leaves_open_is_an_option() {
     trace.level = 0;
     has(
         &of(Work::Draw(trace), false),
-        &["threshold N outlines more if it is higher"],
+        &["threshold N traces more if it is higher"],
     );
     let engraved = |set: fn(&mut Engrave), fit| {
         let mut engrave = Engrave::default();

@@ -260,6 +260,7 @@ samples! {
     plate "plate.dxf"
     logo "logo.svg"
     gradient "engrave_gradient.png"
+    landscape "landscape.png"
 }
 
 #[test]

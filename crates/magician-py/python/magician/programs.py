@@ -559,6 +559,13 @@ def load(
     threshold: int | None = None,
     power: float | tuple[float, float] | None = None,
     mode: Literal["grey", "threshold", "dither"] = "grey",
+    image: Literal["outline", "centerline", "halftone", "squiggle", "hatch"] | None = None,
+    levels: int | None = None,
+    despeckle: float | None = None,
+    pen_width: float | None = None,
+    crop: tuple[int, int, int, int] | None = None,
+    brightness: float | None = None,
+    contrast: float | None = None,
     invert: bool = False,
     one_way: bool = False,
     spacing: float | None = None,
@@ -620,18 +627,30 @@ def load(
         ``"servo"`` is a pen that M3, M280 or M300 lifts by angles.
     :param s_max: The S of G-code that is the laser's full power (``$30`` of its controller); if left out, what the file
         says of it, else 1000.
-    :param work: ``"draw"`` draws all with the pen, images by their outlines; ``"engrave"`` burns all, drawings along
+    :param work: ``"draw"`` draws all with the pen, images as ``image`` says; ``"engrave"`` burns all, drawings along
         their lines.
-    :param width: How wide an image becomes, mm.
+    :param width: How wide it becomes, mm.
     :param height: How high it becomes, mm, instead.
-    :param threshold: With ``work="draw"`` or ``mode="threshold"``: what is darker is dark, 1 to 255.
+    :param threshold: With ``image="outline"``, ``"centerline"`` or ``mode="threshold"``: what is darker is dark, 1 to 255.
     :param power: What full power is, percent, of whatever burns; or the least and the most of all that is above 0.
     :param mode: How grey levels become power.
-    :param invert: Whether white burns.
+    :param image: What the pen makes of an image: ``"outline"`` draws the edges of what is dark, ``"centerline"`` one
+        stroke along each dark line; ``"halftone"`` dots, ``"squiggle"`` lines that swing and ``"hatch"`` crossed
+        hatchings, which keep its greys. It implies ``work="draw"``, where ``"outline"`` is meant if it is left out.
+    :param levels: With ``image="hatch"`` the number of hatchings, 1 to 64, 6 if left out; with ``"halftone"`` that of
+        the sizes of dots, 64 if left out.
+    :param despeckle: Spots of an image that are smaller are not drawn, mm; 0.3 if left out, 0 keeps all.
+    :param pen_width: Width of the line that the pen draws, mm; 0.5 if left out. ``"halftone"``, ``"squiggle"`` and
+        ``"hatch"`` are made for it.
+    :param crop: What is kept of an image: x and y of its upper left corner, width and height, in pixels.
+    :param brightness: How much lighter an image is made, -100 to 100.
+    :param contrast: How much more contrast it is given, -100 to 100.
+    :param invert: Whether white is drawn or burnt instead of black.
     :param one_way: Whether all lines of an image are burnt in the same direction.
-    :param spacing: Distance between the lines of an image, mm; 0.2 if left out.
+    :param spacing: Distance between the lines or dots of an image, mm; if left out, 0.2 with the laser, with the pen by
+        ``image`` and ``pen_width``.
     :param overscan: Run-up and run-out of the tool at the ends of a line, mm; as needed if left out.
-    :param gamma: Exponent of the darkness; above 1 burns light parts less.
+    :param gamma: Exponent of the darkness; above 1 makes mid-tones lighter.
     :param merge: Ends of lines of a drawing that are no farther apart than this are joined, mm; 0.1 if left out.
     :param dedupe: Whether a line of a drawing that is there twice is drawn once.
     :param simplify: Points of a drawing that are no farther from the line without them are left out, mm; 0.02 if left
@@ -704,6 +723,13 @@ def load(
         "threshold": None if threshold is None else whole("threshold", threshold, 1, 255),
         "power": given,
         "mode": string("mode", mode),
+        "image": string("image", image),
+        "levels": None if levels is None else whole("levels", levels, 1, 64),
+        "despeckle": number("despeckle", despeckle, least=0, unit="mm"),
+        "pen_width": number("pen_width", pen_width, above=0, unit="mm"),
+        "crop": None if crop is None else _crop(crop),
+        "brightness": number("brightness", brightness, least=-100, most=100),
+        "contrast": number("contrast", contrast, least=-100, most=100),
         "spacing": number("spacing", spacing, above=0, unit="mm"),
         "overscan": number("overscan", overscan, above=0, unit="mm"),
         "gamma": number("gamma", gamma, above=0),
@@ -886,6 +912,13 @@ def _sheet(sheet: Sheet) -> tuple[float, float, float, tuple[float, float] | Non
 def _two(name: str, values: Iterable[float]) -> tuple[float, float]:
     a, b = numbers(name, values, 2)
     return a, b
+
+
+def _crop(values: Iterable[int]) -> tuple[int, ...]:
+    window = tuple(values)
+    if len(window) != 4:
+        raise InvalidInputError(f"crop is {window}; it takes x, y, width and height in pixels")
+    return tuple(whole("crop", value, least, _MOST) for value, least in zip(window, (0, 0, 1, 1)))
 
 
 def _three(name: str, values: Iterable[float]) -> tuple[float, float, float]:

@@ -53,6 +53,13 @@ struct Wanted {
     power: Option<[f64; 2]>,
     mode: Option<String>,
     invert: bool,
+    image: Option<String>,
+    levels: Option<u8>,
+    despeckle: Option<f64>,
+    pen_width: Option<f64>,
+    crop: Option<[u32; 4]>,
+    brightness: Option<f64>,
+    contrast: Option<f64>,
     one_way: bool,
     spacing: Option<f64>,
     overscan: Option<f64>,
@@ -119,6 +126,10 @@ impl Wanted {
         (options.invert, options.one_way) = (self.invert, self.one_way);
         (options.spacing, options.overscan) = (self.spacing, self.overscan);
         options.gamma = self.gamma;
+        options.image = self.image.as_deref().map(str::parse).transpose()?;
+        (options.levels, options.despeckle) = (self.levels, self.despeckle);
+        (options.pen_width, options.crop) = (self.pen_width, self.crop);
+        (options.brightness, options.contrast) = (self.brightness, self.contrast);
         (options.merge, options.simplify) = (self.merge, self.simplify);
         options.dedupe = (!self.dedupe).then_some(false);
         options.font = match (&self.font, &self.font_file) {
@@ -146,6 +157,7 @@ impl Wanted {
             // What is framed is as the tool has it, and so is what a preset of a laser is for.
             (None, _) if options.frame.is_some() => None,
             (None, _) if note.is_some() && options.tool == Some(Tool::Laser) => None,
+            (None, Format::Image) if self.image.is_some() => Some(WorkOption::Draw),
             (None, Format::Image) => Some(WorkOption::Engrave),
             (None, _) => Some(WorkOption::ByFile),
         };

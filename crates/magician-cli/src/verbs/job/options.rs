@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueHint};
 use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
+use magician_program::raster::ImageStyle;
 use magician_program::{
     Align, FontChoice, Format, Framing, Grid, Power, SetupOptions, TextLines, Tool, White,
 };
@@ -147,6 +148,12 @@ pub(crate) struct PlacementOptions {
     /// Scale by FACTOR
     #[arg(long, value_name = "FACTOR", value_parser = positive)]
     scale: Option<f64>,
+    /// Make it this wide, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    width: Option<f64>,
+    /// Make it this high, mm
+    #[arg(long, value_name = "MM", value_parser = positive, conflicts_with = "width")]
+    height: Option<f64>,
     /// Rotate counter-clockwise by DEGREES
     #[arg(long, value_name = "DEGREES", allow_hyphen_values = true, value_parser = number::<f64>)]
     rotate: Option<f64>,
@@ -245,20 +252,6 @@ pub(crate) struct RunFlags {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "The pen")]
 pub(crate) struct Pen {
-    #[command(flatten)]
-    motion: PenMotion,
-    /// For an image: outline what is darker than this, 1 to 255
-    #[arg(long, value_name = "GREY", value_parser = clap::value_parser!(u8).range(1..))]
-    threshold: Option<u8>,
-    /// Width of an image, mm
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    width: Option<f64>,
-}
-
-/// How a pen follows its lines.
-#[derive(Args, Debug, Default)]
-#[command(next_help_heading = "The pen")]
-pub(crate) struct PenMotion {
     /// Pen lift between lines, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     lift: Option<f64>,
@@ -271,6 +264,90 @@ pub(crate) struct PenMotion {
     /// Largest distance of a line from its curve, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     tolerance: Option<f64>,
+}
+
+/// How an image is changed before it is drawn or burnt.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Images")]
+pub(crate) struct ImageFlags {
+    /// Crop an image to W by H pixels, from pixel X,Y counted from its upper left corner; --width is of what is left
+    #[arg(long, value_name = "X,Y,W,H", value_parser = crop)]
+    crop: Option<[u32; 4]>,
+    /// Make an image lighter, -100 to 100
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = of_100)]
+    brightness: Option<f64>,
+    /// Give an image more contrast, -100 to 100
+    #[arg(long, value_name = "N", allow_hyphen_values = true, value_parser = of_100)]
+    contrast: Option<f64>,
+    /// Exponent of the darkness; above 1 makes mid-tones lighter
+    #[arg(long, value_name = "EXPONENT", value_parser = positive)]
+    gamma: Option<f64>,
+    /// Draw or burn what is white instead of what is black
+    #[arg(long)]
+    invert: bool,
+    /// Distance between the lines or dots of an image, mm [default: 0.2 with the laser; with the pen by --image and --pen-width]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    spacing: Option<f64>,
+}
+
+/// What a pen makes of an image.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Images with the pen")]
+pub(crate) struct TraceFlags {
+    #[command(flatten)]
+    style: ImageStyleFlags,
+    /// With outline and centerline: what is darker than this is dark, 1 to 255 [default: 128]
+    #[arg(long, value_name = "GREY", value_parser = clap::value_parser!(u8).range(1..))]
+    threshold: Option<u8>,
+}
+
+/// What a pen makes of an image, apart from what counts as dark.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Images with the pen")]
+pub(crate) struct ImageStyleFlags {
+    /// Draw an image as: outline (edges of what is dark), centerline (one stroke along each dark line), halftone (dots), squiggle
+    /// (swinging lines), hatch (crossed hatchings); the last three keep its greys [default: outline]
+    #[arg(long, value_name = "STYLE", value_parser = str::parse::<ImageStyle>)]
+    image: Option<ImageStyle>,
+    /// With hatch: number of hatchings [default: 6]; with halftone: number of sizes of dots [default: 64]
+    #[arg(long, value_name = "N", requires = "image", value_parser = clap::value_parser!(u8).range(1..=64))]
+    levels: Option<u8>,
+    /// Leave out spots smaller than this, mm; 0 keeps all [default: 0.3]
+    #[arg(long, value_name = "MM", value_parser = from_zero)]
+    despeckle: Option<f64>,
+    /// Width of the line that the pen draws, mm; halftone, squiggle and hatch are made for it [default: 0.5]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pen_width: Option<f64>,
+}
+
+impl ImageFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.crop = self.crop;
+        options.brightness = self.brightness;
+        options.contrast = self.contrast;
+        options.gamma = self.gamma;
+        options.invert = self.invert;
+        options.spacing = self.spacing;
+    }
+}
+
+impl TraceFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        self.style.say(options);
+        options.threshold = self.threshold;
+    }
+}
+
+impl ImageStyleFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.image = self.image;
+        options.levels = self.levels;
+        options.despeckle = self.despeckle;
+        options.pen_width = self.pen_width;
+    }
 }
 
 /// How the lines of a drawing are tidied.
@@ -363,6 +440,8 @@ impl PlacementOptions {
         options.pen_z = self.pen_z;
         options.at = self.at;
         options.scale = self.scale;
+        options.width = self.width;
+        options.height = self.height;
         options.rotate = self.rotate;
         options.fit = self.fit;
         options.turn = self.no_turn.then_some(false);
@@ -396,15 +475,6 @@ impl RunFlags {
 }
 
 impl Pen {
-    /// Says it as options.
-    pub(crate) fn say(&self, options: &mut SetupOptions) {
-        self.motion.say(options);
-        options.threshold = self.threshold;
-        options.width = self.width;
-    }
-}
-
-impl PenMotion {
     /// Says it as options.
     pub(crate) fn say(&self, options: &mut SetupOptions) {
         options.lift = self.lift;
@@ -472,6 +542,22 @@ fn from_zero(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok();
     let value = value.filter(|value| value.is_finite() && *value >= 0.0);
     value.ok_or_else(|| "expected a number from 0".to_owned())
+}
+
+/// -100 to 100.
+fn of_100(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok();
+    let value = value.filter(|value| (-100.0..=100.0).contains(value));
+    value.ok_or_else(|| "expected a number from -100 to 100".to_owned())
+}
+
+/// Four whole numbers of pixels, the last two above 0.
+fn crop(text: &str) -> Result<[u32; 4], String> {
+    let parsed: Result<Vec<u32>, _> = text.split(',').map(|part| part.trim().parse()).collect();
+    let parsed = parsed.ok().and_then(|all| <[u32; 4]>::try_from(all).ok());
+    parsed
+        .filter(|[_, _, width, height]| *width > 0 && *height > 0)
+        .ok_or_else(|| "expected X,Y,W,H in pixels, such as 100,50,800,600".to_owned())
 }
 
 /// 1 to 100.

@@ -43,7 +43,26 @@ fn engrave() -> Command {
 
 #[test]
 fn text_is_written_with_the_flags_of_draw() {
-    const OF_A_FILE: [&str; 6] = ["format", "dialect", "s-max", "white", "resample", "text"];
+    const OF_A_FILE: [&str; 17] = [
+        "format",
+        "dialect",
+        "s-max",
+        "white",
+        "resample",
+        "text",
+        // Of an image.
+        "image",
+        "threshold",
+        "levels",
+        "despeckle",
+        "pen-width",
+        "crop",
+        "brightness",
+        "contrast",
+        "gamma",
+        "invert",
+        "spacing",
+    ];
     let write = flags(&Write::augment_args(Command::new("write")));
     let mut drawn = flags(&draw());
     drawn.retain(|flag| !OF_A_FILE.contains(&flag.as_str()));
@@ -116,6 +135,13 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"height": 40.0}), json!({})),
         (json!({"mode": "dither"}), json!({})),
         (json!({"invert": true}), json!({})),
+        (json!({"image": "hatch"}), json!({})),
+        (json!({"levels": 4}), json!({"image": "halftone"})),
+        (json!({"despeckle": 0.5}), json!({})),
+        (json!({"pen_width": 0.4}), json!({})),
+        (json!({"crop": [10, 20, 300, 200]}), json!({})),
+        (json!({"brightness": -20.5}), json!({})),
+        (json!({"contrast": 30.0}), json!({})),
         (json!({"spacing": 0.25}), json!({})),
         (json!({"one_way": true}), json!({})),
         (json!({"overscan": 3.0}), json!({})),

@@ -1,7 +1,8 @@
 //! Images that are larger than anything that is drawn or burnt: made smaller while they are read.
 //!
-//! PNG is read row by row, so that memory is bounded whatever its size. Of JPEG only the brightness is decoded (by the weights of
-//! Rec. 601, as the file has it), a byte for each pixel. Each pixel of what is kept is the mean of a square of pixels.
+//! PNG is read row by row and TIFF strip by strip, so that memory is bounded whatever their size. Of JPEG only the brightness is decoded
+//! (by the weights of Rec. 601, as the file has it), a byte for each pixel. Others are decoded at once as far as there is memory. Each
+//! pixel of what is kept is the mean of a square of pixels.
 
 use std::io::Cursor;
 
@@ -10,6 +11,7 @@ use zune_core::colorspace::ColorSpace;
 use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 
+use super::crop::Window;
 use super::{MOST_MEMORY, grey_of};
 
 /// As many pixels are kept, at most: a point of 0.1 mm on all that the arm reaches.
@@ -33,19 +35,23 @@ pub(super) type Why = String;
 struct Shrink {
     /// A pixel for each square of so many pixels on a side.
     each: usize,
-    width: usize,
+    window: Window,
     sums: Vec<u32>,
+    /// Rows of the file so far.
+    seen: u32,
+    /// Rows that are in the sums.
     rows: u32,
     smaller: Smaller,
 }
 
 impl Shrink {
-    fn new([width, height]: [u32; 2]) -> Result<Self, Why> {
+    fn new([width, height]: [u32; 2], window: Window) -> Result<Self, Why> {
         let pixels = u64::from(width) * u64::from(height);
         if pixels > MOST_READ {
             let most = MOST_READ / 1_000_000;
             return Err(format!("{width} by {height} pixels, limit {most} million"));
         }
+        let Window { width, height, .. } = window;
         let mut each = 1_u32;
         while u64::from(width.div_ceil(each)) * u64::from(height.div_ceil(each)) > KEPT {
             each += 1;
@@ -53,8 +59,9 @@ impl Shrink {
         let (columns, lines) = (width.div_ceil(each), height.div_ceil(each));
         Ok(Self {
             each: each as usize,
-            width: width as usize,
+            window,
             sums: vec![0; columns as usize],
+            seen: 0,
             rows: 0,
             smaller: Smaller {
                 width: columns,
@@ -65,6 +72,19 @@ impl Shrink {
     }
 
     fn row(&mut self, row: &[u8]) {
+        let Window {
+            x,
+            y,
+            width,
+            height,
+        } = self.window;
+        let nth = self.seen;
+        self.seen += 1;
+        if nth < y || nth - y >= height {
+            return;
+        }
+        let row = row.get(x as usize..).unwrap_or_default();
+        let row = row.get(..width as usize).unwrap_or(row);
         for (sum, pixels) in self.sums.iter_mut().zip(row.chunks(self.each)) {
             *sum += pixels.iter().map(|grey| u32::from(*grey)).sum::<u32>();
         }
@@ -75,7 +95,7 @@ impl Shrink {
     }
 
     fn finish_row(&mut self) {
-        let (each, width, rows) = (self.each, self.width, self.rows);
+        let (each, width, rows) = (self.each, self.window.width as usize, self.rows);
         let means = self.sums.iter().enumerate().map(|(nth, sum)| {
             let across = each.min(width.saturating_sub(nth * each)).max(1);
             let count = u32::try_from(across).unwrap_or(1) * rows.max(1);
@@ -95,7 +115,7 @@ impl Shrink {
 }
 
 /// A PNG, row by row.
-pub(super) fn png(bytes: &[u8]) -> Result<Smaller, Why> {
+pub(super) fn png(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let told = |error: png::DecodingError| error.to_string();
     let limits = png::Limits {
         bytes: usize::try_from(MOST_MEMORY).unwrap_or(usize::MAX),
@@ -109,7 +129,7 @@ pub(super) fn png(bytes: &[u8]) -> Result<Smaller, Why> {
         return Err("it is interlaced; save it without interlacing".to_owned());
     }
     let (color, _) = reader.output_color_type();
-    let mut shrink = Shrink::new(size)?;
+    let mut shrink = Shrink::new(size, window)?;
     let mut grey = Vec::with_capacity(width as usize);
     while let Some(row) = reader.next_row().map_err(told)? {
         grey.clear();
@@ -119,8 +139,15 @@ pub(super) fn png(bytes: &[u8]) -> Result<Smaller, Why> {
     Ok(shrink.finish())
 }
 
+/// Whether a JPEG keeps its brightness apart from its colours: one of four inks does not.
+pub(super) fn has_brightness(bytes: &[u8]) -> bool {
+    let mut decoder = JpegDecoder::new(ZCursor::new(bytes));
+    // What cannot be read says why when it is decoded.
+    decoder.decode_headers().is_err() || decoder.info().is_none_or(|info| info.components < 4)
+}
+
 /// A JPEG, of which only the brightness is decoded.
-pub(super) fn jpeg(bytes: &[u8]) -> Result<Smaller, Why> {
+pub(super) fn jpeg(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
     let options = DecoderOptions::default()
         .set_max_width(JPEG_SIDE)
         .set_max_height(JPEG_SIDE)
@@ -146,8 +173,80 @@ pub(super) fn jpeg(bytes: &[u8]) -> Result<Smaller, Why> {
         return Err(format!("{width} by {height} pixels{how}"));
     }
     let grey = decoder.decode().map_err(|error| error.to_string())?;
-    let mut shrink = Shrink::new(size)?;
+    let mut shrink = Shrink::new(size, window)?;
     for row in grey.chunks(width as usize).take(height as usize) {
+        shrink.row(row);
+    }
+    Ok(shrink.finish())
+}
+
+/// A TIFF, a strip or a row of tiles at a time.
+pub(super) fn tiff(bytes: &[u8], window: Window) -> Result<Smaller, Why> {
+    let told = |error: tiff::TiffError| error.to_string();
+    let mut limits = tiff::decoder::Limits::default();
+    limits.decoding_buffer_size = usize::try_from(MOST_MEMORY).unwrap_or(usize::MAX);
+    let decoder = tiff::decoder::Decoder::new(Cursor::new(bytes)).map_err(told)?;
+    let mut decoder = decoder.with_limits(limits);
+    let (width, height) = decoder.dimensions().map_err(told)?;
+    let color = decoder.colortype().map_err(told)?;
+    let (samples, inverted) = match color {
+        tiff::ColorType::Gray(8 | 16) => (1, false),
+        tiff::ColorType::GrayA(8 | 16) => (2, false),
+        tiff::ColorType::RGB(8 | 16) => (3, false),
+        tiff::ColorType::RGBA(8 | 16) => (4, false),
+        tiff::ColorType::CMYK(8 | 16) => (4, true),
+        other => return Err(format!("a TIFF of {other:?} is not read in this size")),
+    };
+    let mut shrink = Shrink::new([width, height], window)?;
+    let (across, down) = decoder.chunk_dimensions();
+    if across == 0 || down == 0 {
+        return Err("its strips have no size".to_owned());
+    }
+    let columns = width.div_ceil(across);
+    let mut band = vec![vec![u8::MAX; width as usize]; down.min(height) as usize];
+    for row in 0..height.div_ceil(down) {
+        let mut rows = 0;
+        for column in 0..columns {
+            let chunk = row * columns + column;
+            let (wide, high) = decoder.chunk_data_dimensions(chunk);
+            let data = match decoder.read_chunk(chunk).map_err(told)? {
+                tiff::decoder::DecodingResult::U8(data) => data,
+                tiff::decoder::DecodingResult::U16(data) => {
+                    data.into_iter().map(super::to_8_bits).collect()
+                }
+                _ => return Err("its numbers are of a kind that is not read".to_owned()),
+            };
+            let from = (column * across) as usize;
+            let lines = data.chunks(wide as usize * samples).take(high as usize);
+            rows = rows.max(high as usize);
+            for (line, to) in lines.zip(&mut band) {
+                let to = to.get_mut(from..).unwrap_or_default().iter_mut();
+                if inverted {
+                    to.zip(line.chunks_exact(samples)).for_each(|(to, inks)| {
+                        *to = of_inks([inks[0], inks[1], inks[2], inks[3]]);
+                    });
+                } else {
+                    to.zip(grey_of(line, samples))
+                        .for_each(|(to, grey)| *to = grey);
+                }
+            }
+        }
+        band.iter().take(rows).for_each(|line| shrink.row(line));
+    }
+    Ok(shrink.finish())
+}
+
+/// The grey of cyan, magenta, yellow and black ink.
+fn of_inks(inks: [u8; 4]) -> u8 {
+    let [cyan, magenta, yellow, black] = inks.map(|ink| u32::from(255 - ink));
+    let shown = [cyan, magenta, yellow].map(|left| (left * black / 255) as u8);
+    grey_of(&shown, 3).next().unwrap_or(u8::MAX)
+}
+
+/// The grey of an image that was decoded at once.
+pub(super) fn decoded(grey: &[u8], size: [u32; 2], window: Window) -> Result<Smaller, Why> {
+    let mut shrink = Shrink::new(size, window)?;
+    for row in grey.chunks(size[0].max(1) as usize) {
         shrink.row(row);
     }
     Ok(shrink.finish())
@@ -155,22 +254,38 @@ pub(super) fn jpeg(bytes: &[u8]) -> Result<Smaller, Why> {
 
 /// Whether the frame of a JPEG is sequential (ITU-T T.81, table B.1: SOF0 and SOF1), and not progressive.
 fn comes_line_by_line(bytes: &[u8]) -> bool {
+    let mut markers = markers(bytes).map(|(kind, _)| kind);
+    let frame =
+        markers.find(|kind| matches!(kind, 0xC0..=0xC3 | 0xC5..=0xC7 | 0xC9..=0xCB | 0xCD..=0xCF));
+    matches!(frame, Some(0xC0 | 0xC1))
+}
+
+/// Whether a JPEG ends before its end (EOI): a decoder makes grey of what is missing.
+pub(super) fn is_cut_off(bytes: &[u8]) -> bool {
+    let scan = markers(bytes).find(|(kind, _)| *kind == 0xDA);
+    let Some((_, scan)) = scan else {
+        return false;
+    };
+    // Within a scan no other byte follows 0xFF. Phones put a film behind the end.
+    !scan.windows(2).any(|pair| pair == [0xFF, 0xD9])
+}
+
+/// The markers of a JPEG up to its first scan, and what follows each.
+fn markers(bytes: &[u8]) -> impl Iterator<Item = (u8, &[u8])> {
     let mut rest = bytes.get(2..).unwrap_or_default();
-    while let [0xFF, kind, after @ ..] = rest {
-        match kind {
-            0xC0 | 0xC1 => return true,
-            // A marker may be filled up.
-            0xFF => rest = rest.get(1..).unwrap_or_default(),
-            // The other frames, and the first scan.
-            0xC2 | 0xC3 | 0xC5..=0xC7 | 0xC9..=0xCB | 0xCD..=0xCF | 0xDA => return false,
-            _ => {
-                let [high, low, ..] = after else {
-                    return false;
-                };
-                let length = usize::from(u16::from_be_bytes([*high, *low]));
-                rest = after.get(length.max(2)..).unwrap_or_default();
-            }
+    std::iter::from_fn(move || {
+        // A marker may be filled up.
+        while let [0xFF, 0xFF, ..] = rest {
+            rest = rest.get(1..).unwrap_or_default();
         }
-    }
-    false
+        let [0xFF, kind, after @ ..] = rest else {
+            return None;
+        };
+        let length = match (kind, after) {
+            (0xDA, _) | (_, [] | [_]) => after.len(),
+            (_, [high, low, ..]) => usize::from(u16::from_be_bytes([*high, *low])).max(2),
+        };
+        rest = after.get(length..).unwrap_or_default();
+        Some((*kind, after))
+    })
 }

@@ -2,8 +2,9 @@
 //!
 //! Colours become grey by the weights of Rec. 709 (0.2126, 0.7152, 0.0722) on the values as they are stored; what is transparent
 //! shows white below it; 16 bits are rounded to 8. An image that a camera holds turned (EXIF) is turned upright.
-//! PNG and JPEG of any size are made smaller while they are read, which a note tells.
+//! Images that are larger than anything that is drawn or burnt are made smaller while they are read, which a note tells.
 
+mod crop;
 mod density;
 mod large;
 #[cfg(test)]
@@ -11,13 +12,16 @@ mod tests;
 
 use std::io::Cursor;
 
+use ::image::metadata::Orientation;
 use ::image::{
     DynamicImage, GrayImage, ImageDecoder, ImageError, ImageFormat, ImageReader, Limits,
 };
+use magician_host::{Given, Setting};
 
 use super::{Content, Parsed, ReadOptions};
 use crate::{Diagnostic, DiagnosticCode, Raster};
 
+use crop::Window;
 use large::Smaller;
 
 /// Pixels on a side, at most.
@@ -36,33 +40,38 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
         image,
         size: [width, height],
         turned,
-    } = decode(bytes, format).map_err(refused)?;
+        whole,
+    } = decode(bytes, format, options.crop).map_err(refused)?;
     let kept = [image.width(), image.height()];
-    let mut pixel = density::pixel(format, bytes);
+    let mut pixel =
+        density::pixel(format, bytes).map(|[x, y]| if turned { [y, x] } else { [x, y] });
     let mut notes = Vec::new();
-    let upright = if turned {
-        [height, width]
-    } else {
-        [width, height]
-    };
-    if kept != upright {
+    if kept != [width, height] {
         // It becomes as large as it would have been.
         let [across, down] = pixel.unwrap_or([Raster::PIXEL; 2]);
-        let kept = if turned { [kept[1], kept[0]] } else { kept };
         let more = |pixels: u32, kept: u32| f64::from(pixels) / f64::from(kept);
         pixel = Some([across * more(width, kept[0]), down * more(height, kept[1])]);
+        let of = if whole {
+            "the image"
+        } else {
+            "what is kept of the image"
+        };
         let message = format!(
-            "the image has {width} by {height} pixels: it is scaled down to {} by {} on reading",
+            "{of} has {width} by {height} pixels: it is scaled down to {} by {} on reading",
             kept[0], kept[1]
         );
         notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::Assumed));
+    }
+    if format == ImageFormat::Jpeg && large::is_cut_off(bytes) {
+        let message = "the file is cut off: what is missing of the image is grey";
+        notes.push(Diagnostic::of_file(message).coded(DiagnosticCode::LeftOut));
     }
     let raster = Raster {
         title: options.title.clone(),
         width: kept[0] as usize,
         height: kept[1] as usize,
         grey: grey(image),
-        pixel: pixel.map(|[x, y]| if turned { [y, x] } else { [x, y] }),
+        pixel,
     };
     Ok(Parsed {
         content: Content::Image(raster),
@@ -88,13 +97,19 @@ fn unknown() -> Diagnostic {
 /// An image, upright.
 struct Decoded {
     image: DynamicImage,
-    /// As many pixels the file has, before it was turned or made smaller.
+    /// As many pixels it has, upright and cropped, before it was made smaller.
     size: [u32; 2],
     /// Whether its sides have changed places.
     turned: bool,
+    /// Whether nothing was cropped.
+    whole: bool,
 }
 
-fn decode(bytes: &[u8], format: ImageFormat) -> Result<Decoded, DecodeFailure> {
+fn decode(
+    bytes: &[u8],
+    format: ImageFormat,
+    crop: Option<[u32; 4]>,
+) -> Result<Decoded, DecodeFailure> {
     let limits = |side: u32| {
         let mut limits = Limits::default();
         limits.max_image_width = Some(side);
@@ -103,21 +118,25 @@ fn decode(bytes: &[u8], format: ImageFormat) -> Result<Decoded, DecodeFailure> {
         limits
     };
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
-    // Those that are made smaller while they are read may have any size.
-    reader.limits(limits(match format {
-        ImageFormat::Png | ImageFormat::Jpeg => u32::MAX,
-        _ => MOST_SIDE,
-    }));
+    // None is decoded before its size is known.
+    reader.limits(limits(u32::MAX));
     let mut decoder = reader.into_decoder()?;
     let size @ [width, height] = <[u32; 2]>::from(decoder.dimensions());
     // A turn that cannot be read is none.
-    let orientation = decoder.orientation().ok();
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let window = Window::new(size, orientation, crop).map_err(DecodeFailure::Crop)?;
     let large = width.max(height) > MOST_SIDE || u64::from(width) * u64::from(height) > MOST_PIXELS;
     let mut image = if large {
         let smaller = match format {
-            ImageFormat::Png => large::png(bytes),
-            ImageFormat::Jpeg => large::jpeg(bytes),
-            _ => return Err(DecodeFailure::TooLarge(size)),
+            ImageFormat::Png => large::png(bytes, window),
+            ImageFormat::Jpeg if large::has_brightness(bytes) => large::jpeg(bytes, window),
+            ImageFormat::Tiff => large::tiff(bytes, window),
+            _ if decoder.total_bytes() > MOST_MEMORY => return Err(DecodeFailure::TooLarge(size)),
+            _ => {
+                decoder.set_limits(limits(u32::MAX))?;
+                let grey = grey(DynamicImage::from_decoder(decoder)?);
+                large::decoded(&grey, size, window)
+            }
         };
         let Smaller {
             width,
@@ -128,23 +147,28 @@ fn decode(bytes: &[u8], format: ImageFormat) -> Result<Decoded, DecodeFailure> {
         DynamicImage::from(image.ok_or_else(|| DecodeFailure::Large("it is cut off".to_owned()))?)
     } else {
         decoder.set_limits(limits(MOST_SIDE))?;
-        DynamicImage::from_decoder(decoder)?
+        let image = DynamicImage::from_decoder(decoder)?;
+        match crop {
+            Some(_) => image.crop_imm(window.x, window.y, window.width, window.height),
+            None => image,
+        }
     };
-    let before = [image.width(), image.height()];
-    if let Some(orientation) = orientation {
-        image.apply_orientation(orientation);
-    }
-    let turned = before[0] != before[1] && before == [image.height(), image.width()];
+    image.apply_orientation(orientation);
+    let turned = crop::swaps_sides(orientation);
+    let kept = [window.width, window.height];
     Ok(Decoded {
         image,
-        size,
+        size: if turned { [kept[1], kept[0]] } else { kept },
         turned,
+        whole: crop.is_none(),
     })
 }
 
 /// Why an image was not decoded.
 enum DecodeFailure {
     TooLarge([u32; 2]),
+    /// Of what is to be kept of it.
+    Crop(String),
     /// Of one that would have been made smaller.
     Large(String),
     By(ImageError),
@@ -159,6 +183,12 @@ impl From<ImageError> for DecodeFailure {
 fn refused(refused: DecodeFailure) -> Diagnostic {
     let (why, too_large) = match refused {
         DecodeFailure::TooLarge([width, height]) => (format!("{width} by {height} pixels"), true),
+        DecodeFailure::Crop(why) => {
+            return Diagnostic::of_file(why).remedy(
+                (Setting::Crop, Given::Any("X,Y,W,H")),
+                "keeps another part of it",
+            );
+        }
         DecodeFailure::Large(why) => {
             return Diagnostic::of_file(format!(
                 "the image is too large to be read at once: {why}"
@@ -168,9 +198,7 @@ fn refused(refused: DecodeFailure) -> Diagnostic {
         DecodeFailure::By(error) => (error.to_string(), false),
     };
     if too_large {
-        let megapixels = MOST_PIXELS / 1_000_000;
-        let most = format!("at most {MOST_SIDE} pixels on a side and {megapixels} million in all");
-        let help = format!("{most}; PNG and JPEG of any size are read");
+        let help = "save it as a PNG, JPEG or TIFF, which may have any size";
         return Diagnostic::of_file(format!("the image is too large: {why}")).help(help);
     }
     Diagnostic::of_file(format!("the image cannot be decoded: {why}"))

@@ -1,4 +1,5 @@
 mod bench;
 mod engrave;
+mod lines;
 mod outline;
 mod plan;

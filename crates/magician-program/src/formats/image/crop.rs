@@ -1,0 +1,77 @@
+//! What is kept of an image, in the pixels of its file.
+
+use ::image::metadata::Orientation;
+
+/// A part of an image as its file has it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Window {
+    pub(super) x: u32,
+    pub(super) y: u32,
+    pub(super) width: u32,
+    pub(super) height: u32,
+}
+
+/// Whether an image is as wide as its file says it is high.
+pub(super) fn swaps_sides(orientation: Orientation) -> bool {
+    matches!(
+        orientation,
+        Orientation::Rotate90
+            | Orientation::Rotate270
+            | Orientation::Rotate90FlipH
+            | Orientation::Rotate270FlipH
+    )
+}
+
+impl Window {
+    /// Of a file of this size, all or what a person says who sees it upright.
+    pub(super) fn new(
+        [width, height]: [u32; 2],
+        orientation: Orientation,
+        crop: Option<[u32; 4]>,
+    ) -> Result<Self, String> {
+        let Some([x, y, across, down]) = crop else {
+            return Ok(Self {
+                x: 0,
+                y: 0,
+                width,
+                height,
+            });
+        };
+        let seen = if swaps_sides(orientation) {
+            [height, width]
+        } else {
+            [width, height]
+        };
+        let beyond =
+            |from: u32, side: u32, all: u32| from.checked_add(side).is_none_or(|to| to > all);
+        if across == 0 || down == 0 || beyond(x, across, seen[0]) || beyond(y, down, seen[1]) {
+            return Err(format!(
+                "the crop {x},{y},{across},{down} is not within the image of {} by {} pixels",
+                seen[0], seen[1]
+            ));
+        }
+        // From the other edges.
+        let [right, below] = [seen[0] - x - across, seen[1] - y - down];
+        let [x, y] = match orientation {
+            Orientation::NoTransforms => [x, y],
+            Orientation::Rotate90 => [y, right],
+            Orientation::Rotate180 => [right, below],
+            Orientation::Rotate270 => [below, x],
+            Orientation::FlipHorizontal => [right, y],
+            Orientation::FlipVertical => [x, below],
+            Orientation::Rotate90FlipH => [y, x],
+            Orientation::Rotate270FlipH => [below, right],
+        };
+        let [width, height] = if swaps_sides(orientation) {
+            [down, across]
+        } else {
+            [across, down]
+        };
+        Ok(Self {
+            x,
+            y,
+            width,
+            height,
+        })
+    }
+}

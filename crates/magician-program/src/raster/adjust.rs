@@ -1,0 +1,72 @@
+//! The greys of an image before anything is made of them.
+
+use super::Raster;
+
+/// How the greys of an image are changed before it is drawn or burnt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Adjust {
+    /// -100 makes all of it black, 100 all of it white.
+    pub brightness: f64,
+    /// About the middle grey: -100 makes all of it that grey, 100 black and white.
+    pub contrast: f64,
+    /// White becomes black and black white.
+    pub invert: bool,
+    /// Exponent of the darkness (0 to 1); above 1 spares the light parts.
+    pub gamma: f64,
+}
+
+impl Default for Adjust {
+    fn default() -> Self {
+        Self {
+            brightness: 0.0,
+            contrast: 0.0,
+            invert: false,
+            gamma: 1.0,
+        }
+    }
+}
+
+impl Adjust {
+    /// What becomes of each grey: brightness, then contrast, then the other way round, then gamma.
+    fn table(&self) -> [u8; 256] {
+        let steepness = match self.contrast / 100.0 {
+            flat if flat <= 0.0 => 1.0 + flat,
+            steep => 1.0 / (1.0 - steep).max(1e-6),
+        };
+        let mut table = [0; 256];
+        for (grey, made) in table.iter_mut().enumerate() {
+            let light = grey as f64 / 255.0 + self.brightness / 100.0;
+            let light = ((light - 0.5) * steepness + 0.5).clamp(0.0, 1.0);
+            let darkness = if self.invert { light } else { 1.0 - light };
+            let light = 1.0 - libm::pow(darkness, self.gamma);
+            *made = (light * 255.0).round() as u8;
+        }
+        table
+    }
+}
+
+impl Raster {
+    /// The image with other greys.
+    ///
+    /// ```
+    /// use magician_program::Raster;
+    /// use magician_program::raster::Adjust;
+    ///
+    /// let image = Raster { width: 3, height: 1, grey: vec![0, 100, 255], ..Raster::default() };
+    /// let mut adjust = Adjust::default();
+    /// adjust.brightness = 20.0;
+    /// assert_eq!(image.clone().adjusted(&adjust).grey, [51, 151, 255]);
+    /// adjust.invert = true;
+    /// assert_eq!(image.adjusted(&adjust).grey, [204, 104, 0]);
+    /// ```
+    #[must_use]
+    pub fn adjusted(mut self, adjust: &Adjust) -> Self {
+        if *adjust != Adjust::default() {
+            let table = adjust.table();
+            let greys = self.grey.iter_mut();
+            greys.for_each(|grey| *grey = table[usize::from(*grey)]);
+        }
+        self
+    }
+}

@@ -1,0 +1,43 @@
+//! The middle of the dark lines of an image: they are thinned to a skeleton, whose branches become strokes.
+
+mod graph;
+mod strokes;
+mod thin;
+
+use super::{Raster, Trace, specks};
+use crate::simplify::simplified;
+use crate::{Origin, Stroke};
+
+/// Pixels on a side that are looked at, at most: a sheet of A4 at 300 dpi and more.
+const MOST_SIDE: usize = 4000;
+/// Smaller pixels tell a pen nothing, mm.
+const LEAST_PIXEL: f64 = 0.04;
+/// Half of how thick a line may be, mm; thicker ones are drawn along their middle as it is, branches and all.
+const THICK: f64 = 1.0;
+/// The share of the tolerance that is used up by leaving out points; the pixels take the rest.
+const SHARE: f64 = 0.5;
+
+/// The strokes, and how many specks were left out.
+pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Stroke>, usize) {
+    let mut small = image.reduced(page, LEAST_PIXEL, MOST_SIDE);
+    let pixel = [page[0] / small.width as f64, page[1] / small.height as f64];
+    let left_out = specks::whiten(&mut small, pixel, trace.level, trace.despeckle);
+    let mask = thin::Mask::new(&small, trace.level);
+    let thickness = mask.thickness();
+    let line = (THICK / pixel[0].max(pixel[1])).max(1.0);
+    let graph = graph::Graph::of(&mask.thinned(), &thickness, line);
+    let rows = image.height as f64 / small.height as f64;
+    let strokes = strokes::of(graph).into_iter().map(|points| {
+        let row = points.first().map_or(0.0, |[_, y]| y * rows);
+        let on_sheet = |[x, y]: [f64; 2]| [x * pixel[0], page[1] - y * pixel[1]];
+        let points: Vec<_> = points.into_iter().map(on_sheet).collect();
+        Stroke {
+            points: simplified(&points, trace.tolerance * SHARE),
+            origin: Origin {
+                line: (row as u32).saturating_add(1).min(image.height as u32),
+                ..Origin::NONE
+            },
+        }
+    });
+    (strokes.collect(), left_out)
+}

@@ -1,0 +1,162 @@
+//! Dark areas thinned to lines of one pixel.
+
+use super::Raster;
+
+/// Which pixels are dark, with a white one all around.
+pub(super) struct Mask {
+    pub(super) dark: Vec<bool>,
+    /// Pixels in a row.
+    pub(super) stride: usize,
+}
+
+impl Mask {
+    pub(super) fn new(image: &Raster, level: u8) -> Self {
+        let stride = image.width + 2;
+        let mut dark = vec![false; stride * (image.height + 2)];
+        for (row, pixels) in image.grey.chunks_exact(image.width).enumerate() {
+            for (column, grey) in pixels.iter().enumerate() {
+                dark[(row + 1) * stride + column + 1] = *grey < level;
+            }
+        }
+        Self { dark, stride }
+    }
+
+    /// The neighbours of a pixel, clockwise from the upper one.
+    pub(super) fn around(&self, at: usize) -> [usize; 8] {
+        let (above, below) = (at - self.stride, at + self.stride);
+        [
+            above,
+            above + 1,
+            at + 1,
+            below + 1,
+            below,
+            below - 1,
+            at - 1,
+            above - 1,
+        ]
+    }
+
+    fn shows(&self, at: usize) -> [bool; 8] {
+        self.around(at).map(|near| self.dark[near])
+    }
+
+    /// How far each pixel is from white, in pixels (chamfer distance of 3 and 4).
+    pub(super) fn thickness(&self) -> Vec<u16> {
+        const STRAIGHT: u16 = 3;
+        const DIAGONAL: u16 = 4;
+        let mut far: Vec<u16> = { self.dark.iter() }
+            .map(|dark| if *dark { u16::MAX } else { 0 })
+            .collect();
+        let stride = self.stride;
+        for at in stride + 1..far.len().saturating_sub(stride + 1) {
+            if far[at] > 0 {
+                let near = [
+                    (at - 1, STRAIGHT),
+                    (at - stride, STRAIGHT),
+                    (at - stride - 1, DIAGONAL),
+                    (at - stride + 1, DIAGONAL),
+                ];
+                let nearest = near.map(|(near, way)| far[near].saturating_add(way));
+                far[at] = nearest.into_iter().fold(far[at], u16::min);
+            }
+        }
+        for at in (stride + 1..far.len().saturating_sub(stride + 1)).rev() {
+            if far[at] > 0 {
+                let near = [
+                    (at + 1, STRAIGHT),
+                    (at + stride, STRAIGHT),
+                    (at + stride + 1, DIAGONAL),
+                    (at + stride - 1, DIAGONAL),
+                ];
+                let nearest = near.map(|(near, way)| far[near].saturating_add(way));
+                far[at] = nearest.into_iter().fold(far[at], u16::min);
+            }
+        }
+        far.iter_mut().for_each(|far| *far /= STRAIGHT);
+        far
+    }
+
+    /// Thinned after Zhang and Suen (1984), with the change of Lü and Wang (1986) that keeps diagonals: the outermost pixels are taken
+    /// off, from two sides in turn, until only lines are left.
+    pub(super) fn thinned(mut self) -> Self {
+        let dark = |at: &usize| self.dark[*at];
+        let mut edge: Vec<usize> = (0..self.dark.len())
+            .filter(dark)
+            .filter(|at| self.shows(*at).contains(&false))
+            .collect();
+        let mut queued = vec![false; self.dark.len()];
+        while !edge.is_empty() {
+            let mut next = Vec::new();
+            for side in [0, 1] {
+                let off: Vec<usize> = { edge.iter().copied() }
+                    .filter(|at| self.dark[*at] && is_outermost(self.shows(*at), side))
+                    .filter(|at| !self.begins_block(*at))
+                    .collect();
+                off.iter().for_each(|at| self.dark[*at] = false);
+                // Only where something has changed can more come off.
+                for near in off.iter().flat_map(|at| self.around(*at)) {
+                    if self.dark[near] && !queued[near] {
+                        queued[near] = true;
+                        next.push(near);
+                    }
+                }
+            }
+            next.iter().for_each(|at| queued[*at] = false);
+            next.retain(|at| self.dark[*at]);
+            edge = next;
+        }
+        self.without_steps();
+        self
+    }
+
+    /// Whether a pixel is the upper left one of four that stand alone: all of them would come off at once.
+    fn begins_block(&self, at: usize) -> bool {
+        const RIGHT_AND_DOWN: [bool; 8] = [false, false, true, true, true, false, false, false];
+        let count = |at: usize| self.shows(at).iter().filter(|dark| **dark).count();
+        let others = [at + 1, at + self.stride, at + self.stride + 1];
+        self.shows(at) == RIGHT_AND_DOWN && others.iter().all(|at| count(*at) == 3)
+    }
+
+    /// Takes off the pixels in the corners of stairs, without which a line is as whole.
+    fn without_steps(&mut self) {
+        for at in 0..self.dark.len() {
+            if !self.dark[at] {
+                continue;
+            }
+            let shown = self.shows(at);
+            let corner = (0..4).any(|quarter| shown[2 * quarter] && shown[(2 * quarter + 2) % 8]);
+            if corner && groups(shown) == 1 {
+                self.dark[at] = false;
+            }
+        }
+    }
+}
+
+/// How often white is followed by dark around a pixel.
+fn changes(shown: [bool; 8]) -> usize {
+    (0..8)
+        .filter(|nth| !shown[*nth] && shown[(nth + 1) % 8])
+        .count()
+}
+
+/// How many groups the dark neighbours of a pixel form; those at its sides join those at its corners.
+fn groups(mut shown: [bool; 8]) -> usize {
+    // Two sides that meet at a corner are neighbours of each other.
+    for corner in [1, 3, 5, 7] {
+        shown[corner] |= shown[corner - 1] && shown[(corner + 1) % 8];
+    }
+    match shown {
+        [true, true, true, true, true, true, true, true] => 1,
+        shown => changes(shown),
+    }
+}
+
+fn is_outermost(shown: [bool; 8], side: usize) -> bool {
+    let count = shown.iter().filter(|dark| **dark).count();
+    let [up, _, right, _, down, _, left, _] = shown;
+    let open = match side {
+        0 => !(right && down && (up || left)),
+        _ => !(up && left && (right || down)),
+    };
+    (3..=6).contains(&count) && changes(shown) == 1 && open
+}

@@ -1,0 +1,144 @@
+//! An image as hatchings laid over each other at different angles, each where the image is darker than its level.
+
+use std::f64::consts::PI;
+
+use super::Trace;
+use super::shade::{Shade, bounded, stretch};
+use crate::artwork::distance;
+use crate::{Diagnostic, Stroke};
+
+/// The directions of the hatchings, degrees counter-clockwise from x; then they come again, between the lines of before.
+const ANGLES: [f64; 6] = [45.0, 135.0, 0.0, 90.0, 22.5, 112.5];
+/// From one look at the image along a line to the next, in widths of the pen.
+const STEP: f64 = 0.5;
+
+/// One of the hatchings.
+struct Hatching {
+    /// Where the image is darker, 0 to 1.
+    darker_than: f64,
+    angle: f64,
+    /// From one line to the next, mm.
+    spacing: f64,
+    /// Where the first line lies, in distances of lines.
+    shift: f64,
+}
+
+/// Hatchings from the lightest on. Where one is added, all of them together ink so much more of the paper: their lines cross
+/// at an angle, and so a share of those of one lies on ink of the others.
+fn hatchings(trace: &Trace) -> Vec<Hatching> {
+    let levels = trace.hatch_levels();
+    let first = (trace.pen_width / trace.spacing()).min(1.0);
+    let inked = |nth: u8| match (nth, levels) {
+        (0, _) => 0.0,
+        (1, _) | (_, 1) => first,
+        (nth, levels) => first + (1.0 - first) * f64::from(nth - 1) / f64::from(levels - 1),
+    };
+    let hatching = |nth: u8| {
+        let (below, above) = (inked(nth - 1), inked(nth));
+        let share = 1.0 - (1.0 - above) / (1.0 - below).max(1e-9);
+        let order = usize::from(nth - 1);
+        Hatching {
+            darker_than: f64::midpoint(below, above),
+            angle: ANGLES[order % ANGLES.len()],
+            spacing: trace.pen_width / share.clamp(1e-3, 1.0),
+            shift: [0.5, 0.0, 0.25, 0.75][order / ANGLES.len() % 4],
+        }
+    };
+    (1..=levels).map(hatching).collect()
+}
+
+/// The lines of all hatchings.
+pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagnostic> {
+    let [width, height] = shade.page();
+    let mut strokes = Vec::new();
+    let mut length = 0.0;
+    for hatching in hatchings(trace) {
+        length += width * height / hatching.spacing;
+        bounded("lines", 0.0, length)?;
+        let (sin, cos) = libm::sincos(hatching.angle.to_radians());
+        // Along the lines and across them, with y down.
+        let (along, across) = ([cos, -sin], [sin, cos]);
+        let offsets = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]]
+            .map(|[x, y]| x * across[0] + y * across[1]);
+        let least = offsets.into_iter().fold(f64::INFINITY, f64::min);
+        let most = offsets.into_iter().fold(f64::NEG_INFINITY, f64::max);
+        let mut offset = least + hatching.shift * hatching.spacing;
+        let mut back = false;
+        while offset < most {
+            let on = [across[0] * offset, across[1] * offset];
+            if let Some(line) = within(on, along, [width, height]) {
+                let before = strokes.len();
+                for ends in stretches(shade, line, hatching.darker_than, trace.pen_width) {
+                    let mut ends = stretch(line, ends);
+                    if back {
+                        ends.reverse();
+                    }
+                    strokes.push(shade.stroke(&ends));
+                }
+                if back {
+                    strokes[before..].reverse();
+                }
+                back = !back;
+            }
+            bounded("lines", strokes.len() as f64, length)?;
+            offset += hatching.spacing;
+        }
+    }
+    Ok(strokes)
+}
+
+/// What of an endless line lies on the sheet.
+fn within(on: [f64; 2], along: [f64; 2], page: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+    let (mut from, mut to) = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in [0, 1] {
+        if along[axis].abs() < 1e-12 {
+            if !(0.0..=page[axis]).contains(&on[axis]) {
+                return None;
+            }
+            continue;
+        }
+        let ends = [0.0, page[axis]].map(|edge| (edge - on[axis]) / along[axis]);
+        from = from.max(ends[0].min(ends[1]));
+        to = to.min(ends[0].max(ends[1]));
+    }
+    let at = |way: f64| [0, 1].map(|axis| on[axis] + along[axis] * way);
+    (from < to && from.is_finite() && to.is_finite()).then(|| [at(from), at(to)])
+}
+
+/// From where to where along a line the image is darker than a level. The round ends of the pen's line reach beyond: they ink as
+/// much as if the line ended square where the dark ends.
+fn stretches(shade: &Shade, line: [[f64; 2]; 2], level: f64, pen_width: f64) -> Vec<[f64; 2]> {
+    let length = distance(line[0], line[1]);
+    let count = (length / (STEP * pen_width)).ceil().max(1.0) as usize;
+    let step = length / count as f64;
+    let darkness = |nth: usize| {
+        let [at, _] = stretch(line, [nth as f64 * step; 2]);
+        shade.around(at, [pen_width; 2])
+    };
+    let mut found: Vec<[f64; 2]> = Vec::new();
+    let mut last = darkness(0);
+    let mut begun = (last > level).then_some(0.0);
+    for nth in 1..=count {
+        let dark = darkness(nth);
+        if (dark > level) != (last > level) {
+            let share = (level - last) / (dark - last);
+            let at = ((nth - 1) as f64 + share) * step;
+            match begun.take() {
+                Some(from) => found.push([from, at]),
+                None => begun = Some(at),
+            }
+        }
+        last = dark;
+    }
+    found.extend(begun.map(|from| [from, length]));
+    let cap = PI / 8.0 * pen_width;
+    found
+        .into_iter()
+        .filter_map(|[from, to]| match to - from {
+            long if long > 2.0 * cap => Some([from + cap, to - cap]),
+            // A dot inks as much as a stretch of two caps.
+            short if short > cap => Some([f64::midpoint(from, to); 2]),
+            _ => None,
+        })
+        .collect()
+}

@@ -1,0 +1,160 @@
+//! How dark an image is around a place, as strokes are laid that shade it.
+
+use magician_host::{Given, Setting};
+
+use super::resample::resample;
+use super::{Raster, Trace};
+use crate::artwork::distance;
+use crate::{Diagnostic, Origin, Stroke};
+
+/// Pixels on a side that are looked at, at most.
+const MOST_SIDE: usize = 2000;
+/// So many pixels are looked at across the line of the pen, at most.
+const PER_WIDTH: f64 = 4.0;
+
+/// The darkness of an image, 0 to 1, on a sheet with y down, mm.
+pub(super) struct Shade {
+    /// The darkness of all pixels above and to the left, 255 for a black one.
+    sums: Vec<u64>,
+    columns: usize,
+    rows: usize,
+    page: [f64; 2],
+    /// Rows of the image itself.
+    height: usize,
+}
+
+impl Shade {
+    pub(super) fn new(image: &Raster, page: [f64; 2], pen_width: f64) -> Self {
+        let side = |pixels: usize, length: f64| {
+            let fine = (length / pen_width * PER_WIDTH).ceil() as usize;
+            pixels.min(fine).clamp(1, MOST_SIDE)
+        };
+        let (columns, rows) = (side(image.width, page[0]), side(image.height, page[1]));
+        let grey = resample(image, columns, rows);
+        let stride = columns + 1;
+        let mut sums = vec![0; stride * (rows + 1)];
+        for (row, pixels) in grey.chunks_exact(columns).enumerate() {
+            let mut line = 0;
+            for (column, grey) in pixels.iter().enumerate() {
+                line += u64::from(255 - grey);
+                let at = (row + 1) * stride + column + 1;
+                sums[at] = sums[at - stride] + line;
+            }
+        }
+        Self {
+            sums,
+            columns,
+            rows,
+            page,
+            height: image.height,
+        }
+    }
+
+    pub(super) fn page(&self) -> [f64; 2] {
+        self.page
+    }
+
+    /// The mean darkness of what of this box around a point lies on the sheet; 0 if nothing does.
+    pub(super) fn around(&self, middle: [f64; 2], size: [f64; 2]) -> f64 {
+        let counts = [self.columns as f64, self.rows as f64];
+        let edges = [0, 1].map(|axis| {
+            let pixel = self.page[axis] / counts[axis];
+            let edge = |side: f64| {
+                let at = (middle[axis] + side * size[axis] / 2.0) / pixel;
+                at.clamp(0.0, counts[axis])
+            };
+            [edge(-1.0), edge(1.0)]
+        });
+        let [[left, right], [above, below]] = edges;
+        let area = (right - left) * (below - above);
+        if area <= 1e-12 {
+            return 0.0;
+        }
+        let sum = self.sum(right, below) - self.sum(left, below) - self.sum(right, above)
+            + self.sum(left, above);
+        (sum / area / 255.0).clamp(0.0, 1.0)
+    }
+
+    /// The darkness of all above and to the left of a place in pixels, which may lie within one.
+    fn sum(&self, x: f64, y: f64) -> f64 {
+        let (column, row) = (
+            (x as usize).min(self.columns - 1),
+            (y as usize).min(self.rows - 1),
+        );
+        let at = |column: usize, row: usize| self.sums[row * (self.columns + 1) + column] as f64;
+        let (right, down) = (x - column as f64, y - row as f64);
+        let above = at(column, row) * (1.0 - right) + at(column + 1, row) * right;
+        let below = at(column, row + 1) * (1.0 - right) + at(column + 1, row + 1) * right;
+        above * (1.0 - down) + below * down
+    }
+
+    /// A line of points with y down, as a stroke: of the row of the image where it begins.
+    pub(super) fn stroke(&self, points: &[[f64; 2]]) -> Stroke {
+        let [width, height] = self.page;
+        let down = points.first().map_or(0.0, |[_, y]| y / height);
+        let row = (down * self.height as f64) as u32;
+        let on_sheet = |[x, y]: &[f64; 2]| [x.clamp(0.0, width), (height - y).clamp(0.0, height)];
+        let mut points: Vec<[f64; 2]> = points.iter().map(on_sheet).collect();
+        points.dedup();
+        Stroke {
+            points,
+            origin: Origin {
+                line: row.saturating_add(1).min(self.height as u32),
+                ..Origin::NONE
+            },
+        }
+    }
+}
+
+/// A straight line from one end of which to the other some stretches are drawn, each by its ends, mm along the line.
+pub(super) fn stretch([from, to]: [[f64; 2]; 2], ends: [f64; 2]) -> [[f64; 2]; 2] {
+    let length = distance(from, to).max(1e-9);
+    ends.map(|along| [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * along / length))
+}
+
+/// As many strokes an image may become, at most: more than a day of work.
+const MOST_STROKES: f64 = 200_000.0;
+/// As long all of them may be, mm: more than a day of work.
+const MOST_LENGTH: f64 = 5e6;
+
+/// Refuses lines of a number or a length that no arm draws.
+pub(super) fn bounded(what: &str, count: f64, length: f64) -> Result<(), Diagnostic> {
+    if count <= MOST_STROKES && length <= MOST_LENGTH {
+        return Ok(());
+    }
+    let message = format!(
+        "too many {what} for an image of this size: {count:.0}, {:.0} m",
+        length / 1000.0
+    );
+    Err(Diagnostic::of_file(message)
+        .remedy((Setting::Width, Given::Any("MM")), "makes it smaller")
+        .remedy(
+            (Setting::Spacing, Given::Any("MM")),
+            "increases the distance between its lines",
+        ))
+}
+
+/// What is told of an image that leaves nothing to draw.
+pub(super) fn nothing(trace: &Trace, specks: usize) -> Diagnostic {
+    if specks > 0 {
+        let message = format!(
+            "nothing to draw: all {specks} spots in the image are smaller than {} mm",
+            trace.despeckle
+        );
+        return Diagnostic::of_file(message)
+            .remedy((Setting::Despeckle, Given::Number(0.0)), "draws them all");
+    }
+    if trace.style.is_shaded() {
+        let message = "nothing to draw: the image is too light";
+        return Diagnostic::of_file(message)
+            .remedy((Setting::Invert, Given::On), "draws the white parts");
+    }
+    let why = format!(
+        "nothing to draw: nothing in the image is darker than {}",
+        trace.level
+    );
+    Diagnostic::of_file(why).remedy(
+        (Setting::Threshold, Given::Any("N")),
+        "traces more if it is higher",
+    )
+}

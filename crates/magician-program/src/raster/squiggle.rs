@@ -1,0 +1,194 @@
+//! An image as lines from left to right and back that swing the wider and the faster the darker it is.
+
+use std::f64::consts::TAU;
+
+use super::Trace;
+use super::shade::{Shade, bounded};
+use crate::{Diagnostic, Stroke};
+
+/// So much of the image around a place counts, in distances of lines.
+const WINDOW: f64 = 0.6;
+/// Points of a whole swing.
+const POINTS: f64 = 16.0;
+/// Straight pieces of a line that hardly swings, in distances of lines.
+const STRAIGHT: f64 = 0.5;
+/// A stretch without ink, or with it, is no shorter, in distances of lines.
+const LEAST_RUN: f64 = 2.0;
+/// Of so many rows in turn, those that are left out where it is lighter than straight lines are: the others then swing.
+const GROUP: [u8; 8] = [0, 3, 2, 3, 1, 3, 2, 3];
+/// The most that are left out: seven of eight.
+const THINNEST: u8 = 3;
+
+/// The rows, each in as few strokes as the image allows.
+pub(super) fn strokes(shade: &Shade, trace: &Trace) -> Result<Vec<Stroke>, Diagnostic> {
+    let [width, height] = shade.page();
+    let rows = (height / trace.spacing()).round().max(1.0);
+    bounded("lines", rows, rows * width * 4.0)?;
+    let pitch = height / rows;
+    let swings = Swings::new(pitch, trace.pen_width);
+    let straight = swings.inked[0];
+    let mut strokes = Vec::new();
+    for row in 0..rows as usize {
+        let y = (row as f64 + 0.5) * pitch;
+        let darkness = |x: f64| shade.around([x, y], [WINDOW * pitch, pitch]);
+        // How many rows share the ink here: all, every other one, one of four or of eight.
+        let thinned = |dark: f64| {
+            let mut thinned = 0;
+            while thinned < THINNEST && dark * f64::from(1_u32 << thinned) < straight {
+                thinned += 1;
+            }
+            thinned
+        };
+        let drawn = |x: f64| {
+            let dark = darkness(x);
+            let thinned = thinned(dark);
+            // Lighter than half of the lightest there is.
+            let blank = dark * f64::from(1_u32 << THINNEST) < straight / 2.0;
+            !blank && GROUP[row % GROUP.len()] <= THINNEST - thinned
+        };
+        let line = |[from, to]: [f64; 2]| {
+            let mut points = Vec::new();
+            let (mut x, mut phase) = (from, 0.0_f64);
+            while x < to {
+                let dark = darkness(x);
+                let share = dark * f64::from(1_u32 << thinned(dark));
+                let Swing { amplitude, period } = swings.of(share);
+                points.push([x, y + amplitude * libm::sin(TAU * phase)]);
+                let step = (period / POINTS).min(STRAIGHT * pitch);
+                phase += step / period;
+                x += step;
+            }
+            points.push([to, y]);
+            points
+        };
+        let mut found: Vec<_> = runs(width, LEAST_RUN * pitch, pitch * STRAIGHT, drawn)
+            .into_iter()
+            .map(line)
+            .collect();
+        // There and back.
+        if row % 2 == 1 {
+            found.reverse();
+            found.iter_mut().for_each(|points| points.reverse());
+        }
+        strokes.extend(found.iter().map(|points| shade.stroke(points)));
+    }
+    Ok(strokes)
+}
+
+/// From where to where something holds, without stretches or gaps below the least length.
+fn runs(length: f64, least: f64, step: f64, holds: impl Fn(f64) -> bool) -> Vec<[f64; 2]> {
+    let count = (length / step).ceil().max(1.0) as usize;
+    let step = length / count as f64;
+    let mut found: Vec<[f64; 2]> = Vec::new();
+    for nth in (0..count).filter(|nth| holds((*nth as f64 + 0.5) * step)) {
+        let [from, to] = [nth, nth + 1].map(|nth| nth as f64 * step);
+        match found.last_mut() {
+            Some([_, end]) if from - *end < least => *end = to,
+            _ => found.push([from, to]),
+        }
+    }
+    found.retain(|[from, to]| to - from >= least.min(length));
+    found
+}
+
+/// How a line swings.
+#[derive(Clone, Copy)]
+struct Swing {
+    amplitude: f64,
+    period: f64,
+}
+
+/// From a straight line to one that inks all between it and the next: first it swings wider, then faster.
+struct Swings {
+    pitch: f64,
+    pen: f64,
+    /// The share of the paper that is inked, for as many swings from the straight one on.
+    inked: Vec<f64>,
+}
+
+impl Swings {
+    const COUNT: usize = 24;
+
+    fn new(pitch: f64, pen: f64) -> Self {
+        let mut swings = Self {
+            pitch,
+            pen,
+            inked: Vec::new(),
+        };
+        let mut inked: Vec<f64> = (0..=Self::COUNT)
+            .map(|nth| swings.coverage(swings.at(nth as f64 / Self::COUNT as f64)))
+            .collect();
+        for nth in 1..inked.len() {
+            inked[nth] = inked[nth].max(inked[nth - 1]);
+        }
+        swings.inked = inked;
+        swings
+    }
+
+    fn at(&self, share: f64) -> Swing {
+        let faster = (2.0 * share - 1.0).max(0.0);
+        // Where it swings fastest its turns reach in between those of the next line.
+        let widest = (self.pitch - self.pen * (1.0 - 1.5 * faster)) / 2.0;
+        let (slow, fast) = (1.2 * self.pitch, 1.3 * self.pen);
+        let slow = slow.max(fast);
+        Swing {
+            amplitude: widest.max(0.0) * (2.0 * share).min(1.0),
+            // Evenly in how often it swings.
+            period: 1.0 / ((1.0 - faster) / slow + faster / fast),
+        }
+    }
+
+    /// The swing that inks this share of the paper.
+    fn of(&self, share: f64) -> Swing {
+        let after = self.inked.partition_point(|inked| *inked < share);
+        let Some(before) = after.checked_sub(1) else {
+            return self.at(0.0);
+        };
+        let Some(most) = self.inked.get(after) else {
+            return self.at(1.0);
+        };
+        let part = (share - self.inked[before]) / (most - self.inked[before]).max(1e-9);
+        self.at((before as f64 + part) / Self::COUNT as f64)
+    }
+
+    /// The share of the paper that lines inks which all swing so, one below the other: measured, for where a line turns and where
+    /// it meets its neighbours ink lies on ink.
+    fn coverage(&self, swing: Swing) -> f64 {
+        const ACROSS: usize = 32;
+        const DOWN: usize = 48;
+        let Swing { amplitude, period } = swing;
+        let sine = |x: f64| amplitude * libm::sin(TAU * x / period);
+        let near = self.pen / 2.0;
+        let pieces = 3 * POINTS as i64;
+        let corner = |nth: i64| {
+            let x = period * nth as f64 / POINTS;
+            [x, sine(x)]
+        };
+        let corners: Vec<[f64; 2]> = (-pieces..=pieces).map(corner).collect();
+        let is_inked = |x: f64, y: f64| {
+            let ends = corners.windows(2);
+            let mut close = ends.filter(|ends| ends[0][0] < x + near && ends[1][0] > x - near);
+            close.any(|ends| off([x, y], ends[0], ends[1]) <= near)
+        };
+        let mut inked = 0;
+        for across in 0..ACROSS {
+            let x = (across as f64 + 0.5) / ACROSS as f64 * period;
+            for down in 0..DOWN {
+                let y = ((down as f64 + 0.5) / DOWN as f64 - 0.5) * self.pitch;
+                let rows = [0.0, -1.0, 1.0];
+                inked += usize::from(rows.iter().any(|row| is_inked(x, y + row * self.pitch)));
+            }
+        }
+        inked as f64 / (ACROSS * DOWN) as f64
+    }
+}
+
+/// How far a point is from a piece of a line.
+fn off(point: [f64; 2], from: [f64; 2], to: [f64; 2]) -> f64 {
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let length = way[0] * way[0] + way[1] * way[1];
+    let out = [point[0] - from[0], point[1] - from[1]];
+    let along = (out[0] * way[0] + out[1] * way[1]) / length.max(1e-12);
+    let along = along.clamp(0.0, 1.0);
+    libm::hypot(out[0] - along * way[0], out[1] - along * way[1])
+}
