@@ -22,7 +22,7 @@ mod points;
 mod span;
 #[cfg(feature = "read-svg")]
 mod svg;
-#[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
+#[cfg(any(feature = "read-dxf", feature = "read-gcode", feature = "read-hpgl"))]
 mod text;
 #[cfg(feature = "read-text")]
 mod words;

@@ -4,13 +4,11 @@ use super::curves;
 use super::lexer::Instruction;
 use super::plotter::{Plotter, pairs};
 use crate::artwork::{circle_through, distance};
+use crate::fill::FillRule;
 use crate::formats::span::SpanDiagnostic;
 
 /// More turns than this are no arc of a drawing, degrees.
 const WIDEST: f64 = 36_000.0;
-
-/// What becomes of fills.
-pub(super) const UNFILLED: &str = "filled shapes are drawn as outlines";
 
 fn needs(instruction: &Instruction, what: &str) -> SpanDiagnostic {
     let message = format!("{} needs {what}", instruction.name());
@@ -28,9 +26,6 @@ impl Plotter<'_> {
             b"EW" | b"WG" => self.wedge(instruction)?,
             b"BZ" | b"BR" => self.curves(relative, instruction)?,
             _ => self.rectangle(from, instruction)?,
-        }
-        if matches!(&instruction.name, b"RA" | b"RR" | b"WG") {
-            self.note(instruction, UNFILLED);
         }
         Ok(())
     }
@@ -168,12 +163,28 @@ impl Plotter<'_> {
         if self.pen == 0.0 {
             return Ok(());
         }
-        let (at, down) = (self.at, self.down);
+        let filled = matches!(&instruction.name, b"RA" | b"RR" | b"WG");
+        if filled || self.polygon.is_some() {
+            for corner in &corners {
+                self.fits(*corner, instruction)?;
+            }
+            let ring: Vec<_> = corners
+                .iter()
+                .map(|corner| self.scale.place(*corner))
+                .collect();
+            if self.polygon.is_none() {
+                self.fill(vec![ring], FillRule::NonZero, instruction);
+                return Ok(());
+            }
+            // A part of the polygon by itself.
+            self.rings.insert(0, ring);
+        }
+        let (at, down, rings) = (self.at, self.down, std::mem::take(&mut self.rings));
         (self.at, self.down) = (start, true);
         let mut corners = corners.into_iter();
         let drawn = corners.try_for_each(|corner| self.line(corner, instruction));
         self.lift_for_a_moment();
-        (self.at, self.down) = (at, down);
+        (self.at, self.down, self.rings) = (at, down, rings);
         drawn
     }
 }
