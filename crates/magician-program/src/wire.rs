@@ -17,7 +17,7 @@ use crate::formats::{Arcs, Dialect, GcodeOptions};
 use crate::{
     Action, Align, Artwork, BundledFont, Content, Diagnostic, DiagnosticCode, FilledArea, Fills,
     FontChoice, Format, Missing, Origin, Parsed, Plan, Raster, ReadOptions, Step, Stroke, Surface,
-    TextLines, TextOptions, Tool, White, read,
+    SystemFonts, TextLines, TextOptions, Tool, White, read,
 };
 
 /// What came of reading a file.
@@ -376,7 +376,7 @@ fields! {
     Remedy { act, effect }
     Parsed { content, notes }
     ReadOptions {
-        title, tolerance, gcode, fills, white, clip_page, resample, text, text_lines, strict_text,
+        title, tolerance, gcode, fills, white, clip_page, resample, text, text_lines, system_fonts, strict_text,
     }
     GcodeOptions {
         dialect, start, placed, s_max, laser_speed, surface, lift, travel_speed,
@@ -478,6 +478,7 @@ kinds! {
     Fills { 0 = Outline, 1 = Ignore, 2 = Areas }
     FillRule { 0 = NonZero, 1 = EvenOdd }
     TextLines { 0 = Outline, 1 = Stroke }
+    SystemFonts { 0 = Off, 1 = On }
     Align { 0 = Left, 1 = Center, 2 = Right }
     BundledFont { 0 = Sans, 1 = Script, 2 = Gothic }
     White { 0 = Skip, 1 = Draw }

@@ -20,8 +20,8 @@ use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Engrave, Size, Tone, Trace};
 use crate::{
-    Action, Ending, Fills, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, TextLines,
-    Tool, White, Work,
+    Action, Ending, Fills, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, SystemFonts,
+    TextLines, Tool, White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -178,6 +178,9 @@ pub struct SetupOptions {
     /// How the letters of texts in drawings are drawn.
     #[serde(with = "fields::text")]
     pub text: Option<TextLines>,
+    /// Whether texts in drawings are written in the installed fonts that they name; on unless given.
+    #[serde(with = "fields::text")]
+    pub system_fonts: Option<SystemFonts>,
     /// How filled shapes are filled.
     #[serde(with = "fields::text")]
     pub fill: Option<FillMode>,
@@ -287,6 +290,7 @@ impl SetupOptions {
         options.resample = self.resample;
         options.text = self.text_options();
         options.text_lines = self.text.unwrap_or_default();
+        options.system_fonts = self.system_fonts.unwrap_or(SystemFonts::On);
         options.strict_text = self.strict_text;
         setup.prepare(&mut options.gcode, setup.known_surface());
         options.gcode.dialect = self.dialect.unwrap_or_default();

@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
 use magician_program::{
-    Align, FontChoice, Format, Grid, Power, SetupOptions, TextLines, Tool, White,
+    Align, FontChoice, Format, Grid, Power, SetupOptions, SystemFonts, TextLines, Tool, White,
 };
 
 use crate::options::number;
@@ -44,6 +44,10 @@ pub(crate) struct File {
     /// Single Line; `stroke` draws all in single lines
     #[arg(long, value_name = "outline|stroke", value_parser = str::parse::<TextLines>)]
     text: Option<TextLines>,
+    /// Text in an SVG: `on` writes it in the fonts that it names where they are installed; `off` in the built-in one alone, on
+    /// every machine alike [default: on]
+    #[arg(long, value_name = "on|off", value_parser = str::parse::<SystemFonts>)]
+    system_fonts: Option<SystemFonts>,
     /// Refuse text if its font lacks a character; otherwise that is left out, with a note
     #[arg(long)]
     strict_text: bool,
@@ -280,6 +284,7 @@ impl File {
             white: White::default(),
             resample: None,
             text: None,
+            system_fonts: None,
             strict_text: false,
         }
     }
@@ -290,6 +295,7 @@ impl File {
         options.white = Some(self.white);
         options.resample = self.resample;
         options.text = self.text;
+        options.system_fonts = self.system_fonts;
         options.strict_text = self.strict_text;
     }
 }

@@ -39,7 +39,15 @@ fn engrave() -> Command {
 
 #[test]
 fn text_is_written_with_the_flags_of_draw() {
-    const OF_A_FILE: [&str; 6] = ["format", "dialect", "s-max", "white", "resample", "text"];
+    const OF_A_FILE: [&str; 7] = [
+        "format",
+        "dialect",
+        "s-max",
+        "white",
+        "resample",
+        "text",
+        "system-fonts",
+    ];
     let write = flags(&Write::augment_args(Command::new("write")));
     let mut drawn = flags(&draw());
     drawn.retain(|flag| !OF_A_FILE.contains(&flag.as_str()));
@@ -112,6 +120,7 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"align": "center"}), json!({})),
         (json!({"line_height": 2.0}), json!({})),
         (json!({"text": "stroke"}), json!({})),
+        (json!({"system_fonts": "off"}), json!({})),
         (json!({"strict_text": true}), json!({})),
     ]
     .into()
