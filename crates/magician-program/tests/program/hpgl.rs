@@ -290,6 +290,21 @@ fn extent(text: &str) -> [f64; 4] {
 }
 
 #[test]
+fn tick_marks_cross_their_axis() {
+    // Half a percent of 100 and 200 mm each way, whether the pen is up or down.
+    let ticks = strokes("IP0,0,4000,8000;PU400,400;XT;TL10,0;YT;TL5;XT;PD800,400;");
+    assert_eq!(
+        ticks,
+        [
+            [[10.0, 11.0], [10.0, 9.0]],
+            [[20.0, 10.0], [10.0, 10.0]],
+            [[10.0, 20.0], [10.0, 10.0]],
+            [[10.0, 10.0], [20.0, 10.0]],
+        ]
+    );
+}
+
+#[test]
 fn labels_stand_in_cells_of_one_width() {
     // 6 by 9 mm: an H fills its width, and the next one begins 9 mm farther on.
     let style = "PU400,400;SI.6,.9;";

@@ -25,6 +25,7 @@ const MOST_PAIRS: usize = 5_000_000;
 const MOST_DEPTH: usize = 32;
 /// Notes, at most.
 const MOST_NOTES: usize = 50;
+const ON_SHEET: &str = "it is on the sheet of a layout, not in the drawing";
 /// A tolerance that is none becomes this, mm.
 const TOLERANCE: f64 = 0.05;
 
@@ -34,6 +35,9 @@ pub(super) struct Canvas<'p> {
     /// How far a line may be from its curve, mm.
     pub(super) tolerance: f64,
     options: &'p ReadOptions,
+    /// Whether what lies on the sheet of a layout is drawn instead of the drawing; whether there is anything.
+    on_sheet: bool,
+    pub(super) has_sheet: bool,
     strokes: Vec<Stroke>,
     /// Lines of letters, which are not joined to others.
     letters: Vec<Stroke>,
@@ -79,6 +83,8 @@ impl<'p> Canvas<'p> {
             drawing,
             tolerance: if usable { tolerance } else { TOLERANCE },
             options,
+            on_sheet: false,
+            has_sheet: false,
             strokes: Vec::new(),
             letters: Vec::new(),
             areas: Vec::new(),
@@ -92,6 +98,18 @@ impl<'p> Canvas<'p> {
             points: 0,
             pairs: 0,
         }
+    }
+
+    /// The sheet of the layout, which some programs draw on alone.
+    pub(super) fn of_sheet(drawing: &'p Drawing<'p>, options: &'p ReadOptions) -> Self {
+        Self {
+            on_sheet: true,
+            ..Self::new(drawing, options)
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.strokes.is_empty() && self.letters.is_empty() && self.areas.is_empty()
     }
 
     /// Draws everything.
@@ -131,6 +149,10 @@ impl<'p> Canvas<'p> {
         if let Some((count, origin)) = self.flattened {
             let why = format!("{count} polylines vary in z: they are drawn as seen from above");
             notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
+        }
+        if self.on_sheet {
+            let why = "the drawing itself is empty: what lies on the sheet of its layout is drawn";
+            notes.push(Diagnostic::of_file(why).coded(DiagnosticCode::Assumed));
         }
         if let Some(origin) = self.drawing.cut {
             let why = "the file does not end with EOF: it may be cut short";
@@ -186,8 +208,12 @@ impl<'p> Canvas<'p> {
         if record.integer(60)? == 1 {
             return self.leave_out(record, "it is invisible");
         }
-        if record.integer(67)? == 1 {
-            return self.leave_out(record, "it is on the sheet of a layout, not in the drawing");
+        if !place.is_in_block() && (record.integer(67)? == 1) != self.on_sheet {
+            if self.on_sheet {
+                return Ok(());
+            }
+            self.has_sheet = true;
+            return self.leave_out(record, ON_SHEET);
         }
         let own = record.text(8).unwrap_or("0");
         let layer = place.layer.filter(|_| own == "0").unwrap_or(own);

@@ -6,7 +6,7 @@ use super::canvas::{Canvas, InsertContext};
 use super::curve::{self, Ellipse};
 use super::pairs::Record;
 use super::spline::Spline;
-use super::{hatch, leader, mtext, text};
+use super::{hatch, leader, mesh, mtext, text};
 use crate::Diagnostic;
 
 type DrawResult = Result<(), Diagnostic>;
@@ -189,7 +189,7 @@ impl<'p> Pen<'p> {
         let flags = self.record.integer(70)?;
         let (closed, in_space) = (flags & 1 != 0, flags & 8 != 0);
         if flags & (16 | 64) != 0 {
-            return canvas.leave_out(self.record, "meshes are not drawn");
+            return mesh::draw(canvas, self.record, vertices, self.layer, self.map);
         }
         let height = self.record.number(30)?.unwrap_or(0.0);
         let map = if in_space {

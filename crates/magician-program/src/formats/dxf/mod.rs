@@ -1,6 +1,6 @@
 //! DXF drawings (AutoCAD DXF Reference; text, and binary as text).
 //!
-//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, POINT, 3DFACE, texts (TEXT, MTEXT, attributes) in the lettering
+//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, POINT, 3DFACE, meshes, texts (TEXT, MTEXT, attributes) in the lettering
 //! that is asked for, DIMENSION and tables by the block that they come with, LEADER, MULTILEADER, HATCH, and what blocks hold, within
 //! the limits that they are inserted with (XCLIP), seen from above; lines that meet become one. Solid hatches, SOLID, TRACE and
 //! arrows are areas; other hatches have the lines of their pattern. Layers that are off, frozen or not plotted are left out, and so is
@@ -14,6 +14,7 @@ mod entity;
 mod hatch;
 mod join;
 mod leader;
+mod mesh;
 mod mtext;
 mod pairs;
 mod spline;
@@ -52,6 +53,10 @@ fn read_text(text: &str, options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let drawing = Drawing::new(&records)?;
     let mut canvas = Canvas::new(&drawing, options);
     canvas.draw()?;
+    if canvas.is_empty() && canvas.has_sheet {
+        canvas = Canvas::of_sheet(&drawing, options);
+        canvas.draw()?;
+    }
     let (artwork, notes) = canvas.finish();
     Ok(Parsed {
         content: Content::Artwork(artwork),

@@ -3,12 +3,25 @@
 use super::curves;
 use super::lexer::Instruction;
 use super::plotter::{Plotter, pairs};
+use crate::Stroke;
 use crate::artwork::{circle_through, distance};
 use crate::fill::FillRule;
 use crate::formats::span::SpanDiagnostic;
 
 /// More turns than this are no arc of a drawing, degrees.
 const WIDEST: f64 = 36_000.0;
+
+/// How far tick marks go each way, percent of the way from P1 to P2, unless the plot says something else.
+pub(super) const TICK: [f64; 2] = [0.5, 0.5];
+
+/// TL: one number alone is for the way up or right.
+pub(super) fn ticks(instruction: &Instruction) -> [f64; 2] {
+    match instruction.numbers[..] {
+        [] => TICK,
+        [forth] => [forth, 0.0],
+        [forth, back, ..] => [forth, back],
+    }
+}
 
 fn needs(instruction: &Instruction, what: &str) -> SpanDiagnostic {
     let message = format!("{} needs {what}", instruction.name());
@@ -26,6 +39,27 @@ impl Plotter<'_> {
             b"EW" | b"WG" => self.wedge(instruction)?,
             b"BZ" | b"BR" => self.curves(relative, instruction)?,
             _ => self.rectangle(from, instruction)?,
+        }
+        Ok(())
+    }
+
+    /// XT and YT: a line across an axis, where the pen is.
+    pub(super) fn tick_mark(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+        let [width, height] = self.scale.span();
+        let way = match &instruction.name {
+            b"XT" => self.scale.turned([0.0, height / 100.0]),
+            _ => self.scale.turned([width / 100.0, 0.0]),
+        };
+        let place = self.scale.place(self.at);
+        let at = |share: f64| [0, 1].map(|side| place[side] + way[side] * share);
+        let points = vec![at(self.tick[0]), at(-self.tick[1])];
+        for point in &points {
+            self.on_a_sheet(*point, instruction)?;
+        }
+        if self.pen != 0.0 && points[0] != points[1] {
+            self.uses_pen();
+            let origin = self.lines.origin(instruction.range.clone());
+            self.put(Stroke { points, origin });
         }
         Ok(())
     }

@@ -7,6 +7,7 @@
 //! | CI, AA, AR, AT, RT, EA, ER, EW | arcs within the tolerance, outlines |
 //! | BZ, BR | curves within the tolerance |
 //! | RA, RR, WG, FP | areas; the lines of the file's own hatch (FT3, FT4) |
+//! | XT, YT, TL | tick marks |
 //! | PM, EP | polygons |
 //! | IP, IR, SC, PS | scaling to user units; where the file does not say where P1 and P2 are, as on a sheet of A4, with a note |
 //! | RO | the coordinate system is turned |

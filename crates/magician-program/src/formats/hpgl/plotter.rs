@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::Notes;
 use super::areas::FillType;
+use super::figures::{TICK, ticks};
 use super::lexer::Instruction;
 use super::scale::Scale;
 use super::text::LabelStyle;
@@ -53,6 +54,8 @@ pub(super) struct Plotter<'t> {
     pub(super) labels: LabelStyle,
     /// What stands at each point (SM).
     pub(super) symbol: Option<char>,
+    /// How far tick marks go up and down, or right and left, percent of the way from P1 to P2.
+    pub(super) tick: [f64; 2],
     /// A label that is kept for later (BL).
     kept: String,
     /// The font of labels, once there is one.
@@ -95,6 +98,7 @@ impl<'t> Plotter<'t> {
             fill_type: FillType::default(),
             labels: LabelStyle::default(),
             symbol: None,
+            tick: TICK,
             kept: String::new(),
             lettering: None,
             window: None,
@@ -160,6 +164,8 @@ impl<'t> Plotter<'t> {
             b"SI" | b"SR" | b"DI" | b"DR" | b"DV" | b"SL" | b"LO" | b"ES" => {
                 self.label_style(instruction)?;
             }
+            b"TL" => self.tick = ticks(instruction),
+            b"XT" | b"YT" => self.tick_mark(instruction)?,
             b"CP" => self.character_plot(instruction)?,
             b"FT" => self.fill_type(instruction),
             b"SM" => {
@@ -200,8 +206,8 @@ impl<'t> Plotter<'t> {
             | "CO" | "LA" | "LM" | "SD" | "AD" | "CS" | "CA" | "SS" | "SA" | "DT" | "AC" | "UL"
             | "SV" | "TR" | "MC" | "PP" | "RF" | "SB" | "TD" | "DL" | "PG" | "AF" | "AH" | "EC"
             | "QL" | "MG" | "MT" | "ST" | "NR" | "RP" | "CM" | "CT" | "CV" | "CF" | "IM" | "IV"
-            | "FI" | "FN" | "GM" | "TL" | "WD" | "OA" | "OB" | "OC" | "OD" | "OE" | "OF" | "OG"
-            | "OH" | "OI" | "OK" | "OL" | "OO" | "OP" | "OS" | "OT" | "OW" => {}
+            | "FI" | "FN" | "GM" | "WD" | "OA" | "OB" | "OC" | "OD" | "OE" | "OF" | "OG" | "OH"
+            | "OI" | "OK" | "OL" | "OO" | "OP" | "OS" | "OT" | "OW" => {}
             _ => self.note(instruction, &format!("{name} is left out")),
         }
         Ok(())
