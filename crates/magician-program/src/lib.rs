@@ -71,6 +71,7 @@ pub mod resume;
 mod setup;
 mod simplify;
 mod surface;
+pub mod turns;
 pub mod wire;
 
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
@@ -84,8 +85,8 @@ pub use formats::{
 };
 pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};
 pub use options::{
-    AskedOption, Begun, FileRead, Grid, LaidFile, ModeOption, OptionError, ReadFile, Reading,
-    SetupDefaults, SetupOptions, UnknownStart, WorkOption,
+    AskedOption, Begins, Begun, FileRead, FileToLay, Grid, LaidFile, LaidProgram, Laying,
+    ModeOption, OptionError, Reading, SetupDefaults, SetupOptions, UnknownStart, WorkOption,
 };
 pub use origin::{Lines, Origin};
 pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};

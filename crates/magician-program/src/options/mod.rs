@@ -4,6 +4,7 @@
 mod asked;
 mod fields;
 mod grid;
+mod laying;
 mod program;
 
 use magician_host::{Set, words};
@@ -12,7 +13,8 @@ use serde::{Deserialize, Serialize};
 pub use asked::AskedOption;
 pub use fields::OptionError;
 pub use grid::Grid;
-pub use program::{Begun, FileRead, LaidFile, ReadFile, Reading, UnknownStart};
+pub use laying::{Begins, FileToLay, LaidProgram, Laying};
+pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
 
 use crate::artwork::{Marking, Sheet, Tidy};
 use crate::fill::{FillMode, Filling};
