@@ -95,7 +95,6 @@ pub(crate) fn installed() -> Arc<Database> {
 /// The first family that is installed; ours for what is asked for in general, such as `sans-serif`.
 #[cfg(feature = "system-fonts")]
 pub(crate) fn installed_resolver() -> FontResolver<'static> {
-    let others = FontResolver::default_fallback_selector();
     FontResolver {
         select_font: Box::new(|font, database| {
             let ours = only(database);
@@ -120,11 +119,9 @@ pub(crate) fn installed_resolver() -> FontResolver<'static> {
             }
             ours
         }),
-        select_fallback: Box::new(move |character, used, database| {
-            match only(database).filter(|ours| !used.contains(ours)) {
-                Some(ours) => Some(ours),
-                None => others(character, used, database),
-            }
+        // To look into every installed font for a character takes minutes where there are many.
+        select_fallback: Box::new(|_, used, database| {
+            only(database).filter(|ours| !used.contains(ours))
         }),
     }
 }
