@@ -189,6 +189,8 @@ named! {
         Dialect = "dialect",
         /// Make it as large as fits.
         Fit = "fit",
+        /// With which lines shapes are filled.
+        Fill = "fill",
         /// Distance of the lines that fill a shape, mm.
         FillSpacing = "fill_spacing",
         /// The font of text.

@@ -1,22 +1,37 @@
-//! The one font that texts are written with, so that a drawing is the same on every machine.
+//! The font that texts are written with, so that a drawing is the same on every machine; and those that are installed, for a
+//! drawing that names one of them.
 
 use std::sync::{Arc, LazyLock};
 
+#[cfg(feature = "system-fonts")]
+use usvg::FontFamily;
 use usvg::FontResolver;
 use usvg::fontdb::{Database, ID};
+#[cfg(feature = "system-fonts")]
+use usvg::fontdb::{Family, Query, Weight};
 
 /// Its name.
 pub(crate) const NAME: &str = "Roboto";
 static ROBOTO: &[u8] = include_bytes!("../fonts/Roboto-Regular.ttf");
 
-static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| {
+static DATABASE: LazyLock<Arc<Database>> = LazyLock::new(|| Arc::new(bundled()));
+
+#[cfg(feature = "system-fonts")]
+static INSTALLED: LazyLock<Arc<Database>> = LazyLock::new(|| {
+    let mut database = bundled();
+    database.load_system_fonts();
+    Arc::new(database)
+});
+
+/// With our font alone, which comes first.
+fn bundled() -> Database {
     let mut database = Database::new();
     let mut font = ROBOTO.to_vec();
     let shrunk = shrink_notdef(&mut font);
     debug_assert!(shrunk.is_some(), "the tables of the font");
     database.load_font_data(font);
-    Arc::new(database)
-});
+    database
+}
 
 /// The glyph `.notdef` as it lies in `glyf`: a triangle of one unit, too small to be seen. One contour, its box, its last point, no
 /// instructions, three points of the curve whose steps are a byte each and positive.
@@ -69,4 +84,96 @@ pub(crate) fn resolver() -> FontResolver<'static> {
 
 fn only(database: &Database) -> Option<ID> {
     database.faces().next().map(|face| face.id)
+}
+
+/// Our font and the installed ones.
+#[cfg(feature = "system-fonts")]
+pub(crate) fn installed() -> Arc<Database> {
+    Arc::clone(&INSTALLED)
+}
+
+/// The first family that is installed; ours for what is asked for in general, such as `sans-serif`.
+#[cfg(feature = "system-fonts")]
+pub(crate) fn installed_resolver() -> FontResolver<'static> {
+    FontResolver {
+        select_font: Box::new(|font, database| {
+            let ours = only(database);
+            for family in font.families() {
+                let FontFamily::Named(name) = family else {
+                    return ours;
+                };
+                let style = match font.style() {
+                    usvg::FontStyle::Normal => usvg::fontdb::Style::Normal,
+                    usvg::FontStyle::Italic => usvg::fontdb::Style::Italic,
+                    usvg::FontStyle::Oblique => usvg::fontdb::Style::Oblique,
+                };
+                let found = database.query(&Query {
+                    families: &[Family::Name(name)],
+                    weight: Weight(font.weight()),
+                    style,
+                    ..Query::default()
+                });
+                if found.is_some() {
+                    return found;
+                }
+            }
+            ours
+        }),
+        // To look into every installed font for a character takes minutes where there are many.
+        select_fallback: Box::new(|_, used, database| {
+            only(database).filter(|ours| !used.contains(ours))
+        }),
+    }
+}
+
+/// Whether a font of a database is ours.
+pub(crate) fn is_bundled(database: &Database, font: ID) -> bool {
+    only(database) == Some(font)
+}
+
+#[cfg(all(test, feature = "system-fonts", feature = "read-svg"))]
+mod tests {
+    use crate::{Content, Format, ReadOptions, SystemFonts, read};
+
+    /// How many points the letters have, and what is noted.
+    fn written(family: &str, text: &str, fonts: SystemFonts) -> (usize, String) {
+        let options = ReadOptions {
+            system_fonts: fonts,
+            ..ReadOptions::default()
+        };
+        let svg = format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" width="90mm" height="90mm"><text y="90" font-size="60" font-family="{family}">{text}</text></svg>"#
+        );
+        let parsed = read(Format::Svg, svg.as_bytes(), &options).unwrap();
+        let Content::Artwork(artwork) = parsed.content else {
+            panic!("no drawing");
+        };
+        let notes: Vec<_> = parsed.notes.iter().map(ToString::to_string).collect();
+        let points = artwork.strokes.iter().map(|stroke| stroke.points.len());
+        (points.sum(), notes.join("\n"))
+    }
+
+    #[test]
+    fn a_family_that_is_installed_is_used_and_others_are_ours() {
+        let (ours, note) = written("No Such Family", "Rag", SystemFonts::On);
+        assert!(note.contains("instead of No Such Family"), "{note}");
+        assert_eq!(
+            written("sans-serif", "Rag", SystemFonts::On),
+            (ours, String::new())
+        );
+        // Where there is one with Latin letters at all.
+        let installed = super::installed();
+        let serif = |family: &&str| family.contains("Serif") && !family.contains("CJK");
+        let families = installed.faces().filter_map(|face| face.families.first());
+        let Some(family) = families.map(|(name, _)| name.as_str()).find(serif) else {
+            return;
+        };
+        let (own, note) = written(family, "Rag", SystemFonts::On);
+        assert!(own != ours && note.is_empty(), "{own} {note}");
+        let (off, note) = written(family, "Rag", SystemFonts::Off);
+        assert!(off == ours && note.contains("instead of"), "{note}");
+        // No box is drawn for what no font has.
+        let (lacking, note) = written(family, "Rag\u{E0FF}", SystemFonts::On);
+        assert!(lacking == ours && note.contains("U+E0FF"), "{note}");
+    }
 }

@@ -82,7 +82,9 @@ pub use check::{RefusedStep, Report, check, would_do_at, would_fit, would_fit_tu
 pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;
-pub use formats::{Content, Fills, Format, Parsed, ReadOptions, TextLines, White, read};
+pub use formats::{
+    Content, Fills, Format, Parsed, ReadOptions, SystemFonts, TextLines, White, read,
+};
 pub use frame::{FrameShape, Framing};
 pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};
 pub use options::{

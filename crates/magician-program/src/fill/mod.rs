@@ -13,6 +13,8 @@
 mod contour;
 mod hatch;
 mod join;
+#[cfg(any(feature = "read-dxf", feature = "read-hpgl"))]
+mod pattern;
 mod region;
 #[cfg(test)]
 mod tests;
@@ -20,6 +22,8 @@ mod tests;
 use std::fmt;
 use std::str::FromStr;
 
+#[cfg(any(feature = "read-dxf", feature = "read-hpgl"))]
+pub(crate) use pattern::LineFamily;
 pub(crate) use region::Region;
 
 /// How an area is filled.

@@ -24,7 +24,7 @@ mod span;
 mod svg;
 #[cfg(feature = "read-text")]
 mod testgrid;
-#[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
+#[cfg(any(feature = "read-dxf", feature = "read-gcode", feature = "read-hpgl"))]
 mod text;
 #[cfg(feature = "read-text")]
 mod words;
@@ -93,6 +93,8 @@ pub struct ReadOptions {
     pub text_lines: TextLines,
     /// What is kept of an image, in its pixels as it is seen upright: from the left, from the top, width, height.
     pub crop: Option<[u32; 4]>,
+    /// Whether texts in drawings are written in the fonts that are installed.
+    pub system_fonts: SystemFonts,
     /// Whether text is refused of which the font lacks a character; that is left out otherwise.
     pub strict_text: bool,
 }
@@ -142,6 +144,38 @@ impl fmt::Display for TextLines {
     }
 }
 
+/// Whether texts in drawings are written in the fonts that they name, where those are installed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum SystemFonts {
+    /// All are written in the one that is built in, on every machine alike.
+    #[default]
+    Off,
+    /// They are, with feature `system-fonts`.
+    On,
+}
+
+impl FromStr for SystemFonts {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "on" => Ok(Self::On),
+            "off" => Ok(Self::Off),
+            other => Err(format!("system fonts are 'on' or 'off', not '{other}'")),
+        }
+    }
+}
+
+impl fmt::Display for SystemFonts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::On => "on",
+            Self::Off => "off",
+        })
+    }
+}
+
 /// What becomes of white lines and shapes in a drawing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
@@ -187,6 +221,7 @@ impl Default for ReadOptions {
             text: TextOptions::default(),
             text_lines: TextLines::default(),
             crop: None,
+            system_fonts: SystemFonts::default(),
             strict_text: false,
         }
     }

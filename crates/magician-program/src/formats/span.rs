@@ -25,6 +25,16 @@ impl SpanDiagnostic {
         }
     }
 
+    /// What is wrong with a file that this one leads to.
+    #[cfg(feature = "read-hpgl")]
+    pub(super) fn of(range: Range<usize>, diagnostic: Diagnostic) -> Self {
+        Self {
+            remedies: diagnostic.remedies,
+            missing: diagnostic.missing,
+            ..Self::new(range, diagnostic.message)
+        }
+    }
+
     /// At the place that its bytes have in the file.
     pub(super) fn into_diagnostic(self, origin: Origin) -> Diagnostic {
         let mut diagnostic = Diagnostic::new(origin, self.message).with_missing(self.missing);

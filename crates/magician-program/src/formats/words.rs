@@ -6,7 +6,7 @@ use magician_host::{Given, Setting};
 
 use super::{Content, Fills, Parsed, ReadOptions};
 use crate::fill::{Area, FillRule};
-use crate::lettering::{Glyphs, LaidText, lay_out};
+use crate::lettering::{Glyphs, LaidText, lacks, lay_out};
 use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Lines, Origin, Stroke};
 
 /// As many characters text may have.
@@ -111,22 +111,17 @@ fn notes(
     lines: &Lines<'_>,
     options: &ReadOptions,
 ) -> Result<Vec<Diagnostic>, Diagnostic> {
-    let about = |(character, range): &(char, Range<usize>), left_out: &str| {
-        let code = u32::from(*character);
-        let font = &options.text.font;
-        let message =
-            format!("U+{code:04X} '{character}'{left_out}: the font {font} does not have it");
-        Diagnostic::new(lines.origin(range.clone()), message).remedy(
-            (Setting::Font, Given::Any("FILE")),
-            "writes it with a font that has it",
-        )
+    let font = options.text.font.to_string();
+    let about = |(character, range): &(char, Range<usize>)| {
+        let origin = lines.origin(range.clone());
+        lacks(*character, &font, options.strict_text, origin)
     };
     if let Some(first) = missing.first().filter(|_| options.strict_text) {
-        return Err(about(first, ""));
+        return Err(about(first));
     }
     let named = missing.iter().take(NAMED);
     let mut notes: Vec<Diagnostic> = named
-        .map(|one| about(one, " is left out").coded(DiagnosticCode::LeftOut))
+        .map(|one| about(one).coded(DiagnosticCode::LeftOut))
         .collect();
     let more = missing.len().saturating_sub(NAMED);
     if more > 0 {

@@ -21,6 +21,8 @@ mod loaded;
 #[cfg(feature = "read-text")]
 mod marks;
 mod options;
+#[cfg(feature = "read-text")]
+mod placed;
 
 pub use choice::{BundledFont, FontChoice, FontKind};
 pub use options::{Align, TextOptions};
@@ -30,6 +32,7 @@ pub(crate) use {
     glyph::Glyph,
     layout::{LaidText, lay_out},
     loaded::LoadedFont,
+    placed::{Lettering, lacks},
 };
 
 #[cfg(feature = "read-text")]

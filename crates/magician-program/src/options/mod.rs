@@ -23,7 +23,7 @@ use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Adjust, Engrave, ImageStyle, Size, Tone, Trace};
 use crate::{
     Action, Ending, Fills, Frame, FrameShape, Framing, Placement, Plan, Power, ReadOptions, Setup,
-    Surface, TextLines, Tool, White, Work,
+    Surface, SystemFonts, TextLines, Tool, White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -195,6 +195,9 @@ pub struct SetupOptions {
     /// How the letters of texts in drawings are drawn.
     #[serde(with = "fields::text")]
     pub text: Option<TextLines>,
+    /// Whether texts in drawings are written in the installed fonts that they name; on unless given.
+    #[serde(with = "fields::text")]
+    pub system_fonts: Option<SystemFonts>,
     /// How filled shapes are filled.
     #[serde(with = "fields::text")]
     pub fill: Option<FillMode>,
@@ -315,6 +318,7 @@ impl SetupOptions {
         options.crop = self.crop;
         options.text = self.text_options();
         options.text_lines = self.text.unwrap_or_default();
+        options.system_fonts = self.system_fonts.unwrap_or(SystemFonts::On);
         options.strict_text = self.strict_text;
         setup.prepare(&mut options.gcode, setup.known_surface());
         options.gcode.dialect = self.dialect.unwrap_or_default();

@@ -1,6 +1,8 @@
 //! HPGL: what becomes of it.
 
-use magician_program::{Artwork, Content, Diagnostic, Format, Lines, Parsed, ReadOptions, read};
+use magician_program::{
+    Artwork, Content, Diagnostic, Fills, Format, Lines, Parsed, ReadOptions, read,
+};
 use proptest::prelude::*;
 
 const STAR: &str = include_str!("../../samples/star.plt");
@@ -280,18 +282,104 @@ fn an_arc_goes_through_its_three_points() {
     );
 }
 
+/// The box of what a plot draws, rounded to hundredths of a millimetre.
+fn extent(text: &str) -> [f64; 4] {
+    let (artwork, _) = try_read(text).unwrap_or_else(|diagnostic| panic!("{text}: {diagnostic}"));
+    let [least, most] = artwork.bounds().expect(text);
+    [least[0], least[1], most[0], most[1]].map(|side| (side * 100.0).round() / 100.0)
+}
+
 #[test]
-fn texts_are_quoted_in_one_note() {
-    let plot = "PU0,0;LBfirst\r\n\u{3}LBfirst\u{3}DT#;LBsecond; PD1#DT;LB \u{3}PD40,0;";
-    let (artwork, notes) = try_read(plot).expect("it is all right");
-    assert_eq!(artwork.strokes.len(), 1);
+fn tick_marks_cross_their_axis() {
+    // Half a percent of 100 and 200 mm each way, whether the pen is up or down.
+    let ticks = strokes("IP0,0,4000,8000;PU400,400;XT;TL10,0;YT;TL5;XT;PD800,400;");
     assert_eq!(
-        notes,
-        ["line 1, column 7: text (LB) is left out: \"first\", \"second; PD1\""]
+        ticks,
+        [
+            [[10.0, 11.0], [10.0, 9.0]],
+            [[20.0, 10.0], [10.0, 10.0]],
+            [[10.0, 20.0], [10.0, 10.0]],
+            [[10.0, 10.0], [20.0, 10.0]],
+        ]
     );
-    let many: String = (0..9).map(|nth| format!("LB{nth}\u{3}")).collect();
-    let (_, notes) = try_read(&many).expect("it is all right");
-    assert!(notes[0].ends_with("\"3\", \"4\" and 4 more"), "{notes:?}");
+}
+
+#[test]
+fn labels_stand_in_cells_of_one_width() {
+    // 6 by 9 mm: an H fills its width, and the next one begins 9 mm farther on.
+    let style = "PU400,400;SI.6,.9;";
+    assert_eq!(
+        extent(&format!("{style}LBH\u{3}")),
+        [10.0, 10.0, 16.0, 19.0]
+    );
+    assert_eq!(
+        extent(&format!("{style}LBHIH\u{3}")),
+        [10.0, 10.0, 34.0, 19.0]
+    );
+    // The pen is behind them, not down; what comes next begins there.
+    assert_eq!(
+        strokes(&format!("{style}LBH\u{3}PD1000,400;"))
+            .last()
+            .unwrap(),
+        &[[19.0, 10.0], [25.0, 10.0]]
+    );
+    // By default 0.75 and 1.5 percent of the frame of A4, whose sides are 250 and 180 mm.
+    assert_eq!(extent("PU400,400;LBH\u{3}"), [10.0, 10.0, 11.88, 12.7]);
+    assert_eq!(
+        extent("PU400,400;IP0,0,4000,4000;SR10,20;LBH\u{3}"),
+        [10.0, 10.0, 20.0, 30.0]
+    );
+    for (words, expected) in [
+        ("DI0,1;LBH\u{3}", [1.0, 10.0, 10.0, 16.0]),
+        ("DR-1,0;LBH\u{3}", [4.0, 1.0, 10.0, 10.0]),
+        ("SL1;LBH\u{3}", [10.0, 10.0, 25.0, 19.0]),
+        ("LO5;LBHH\u{3}", [2.5, 5.5, 17.5, 14.5]),
+        ("LO9;LBHH\u{3}", [-5.0, 1.0, 10.0, 10.0]),
+        ("LO11;LBH\u{3}", [13.0, 14.5, 19.0, 23.5]),
+        ("ES1;LBHH\u{3}", [10.0, 10.0, 34.0, 19.0]),
+        ("LBH\r\nH\u{3}", [10.0, -8.0, 16.0, 19.0]),
+        ("LBH\u{3}CP;LBH\u{3}", [10.0, -8.0, 16.0, 19.0]),
+        ("CP2,1;LBH\u{3}", [28.0, 28.0, 34.0, 37.0]),
+        ("DT#;LBH#DT;LBH\u{3}", [10.0, 10.0, 25.0, 19.0]),
+        ("DV1;LBHH\u{3}", [10.0, -8.0, 16.0, 19.0]),
+        ("BLH\u{3}PB;", [10.0, 10.0, 16.0, 19.0]),
+        ("SMH;PU800,800;", [17.0, 15.5, 23.0, 24.5]),
+        ("RO90;LBH\u{3}", [1.0, 10.0, 10.0, 16.0]),
+    ] {
+        assert_eq!(extent(&format!("{style}{words}")), expected, "{words:?}");
+    }
+    assert_eq!(strokes("SP0;LBH\u{3}"), Vec::<Vec<[f64; 2]>>::new());
+    let (_, notes) = try_read("LB\u{4E2D}a\u{4E2D}\u{3}").expect("it is all right");
+    assert!(notes[0].contains("U+4E2D") && notes.len() == 1, "{notes:?}");
+}
+
+#[test]
+fn what_is_filled_is_an_area_or_the_lines_of_the_files_own_hatch() {
+    let mut options = ReadOptions::default();
+    options.fills = Fills::Areas;
+    let filled = |text: &str| match read(Format::Hpgl, text.as_bytes(), &options) {
+        Ok(Parsed {
+            content: Content::Artwork(artwork),
+            ..
+        }) => (artwork.areas.len(), artwork.strokes.len()),
+        other => panic!("{other:?}"),
+    };
+    let ring = "PU0,0;PM0;PD400,0,400,400,0,400;PM1;PU80,80;PD80,160,160,160,160,80;PM2;";
+    assert_eq!(filled(&format!("{ring}FP;EP;")), (1, 2));
+    assert_eq!(filled("PU0,0;RA400,400;"), (1, 0));
+    assert_eq!(filled("PU0,0;EA400,400;"), (0, 1));
+    assert_eq!(filled("SP0;PU0,0;RA400,400;"), (0, 0));
+    // Pen up or down, the corners of a polygon are its corners.
+    assert_eq!(filled("PU0,0;PM0;PU400,0,400,400;PM2;FP;EP;"), (1, 0));
+    let hatch = "PU0,0;FT3,80,0;";
+    assert_eq!(filled(&format!("{hatch}RA400,400;")), (0, 5));
+    let lines = strokes(&format!("{hatch}{ring}FP;"));
+    // At 0, 2, 4, 6 and 8 mm, and the second one has the hole from 2 to 4 mm in it.
+    assert_eq!(
+        lines[1..3],
+        [[[0.0, 2.0], [2.0, 2.0]], [[4.0, 2.0], [10.0, 2.0]]]
+    );
+    assert_eq!(filled("PU0,0;FT4,80,0;RA400,400;"), (0, 10));
 }
 
 #[test]
@@ -311,13 +399,12 @@ fn polygons_are_drawn_when_their_edge_is() {
 fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
     let (artwork, notes) = try_read("IN;SP1;LT2,1;PD40,40;SP2;LBhello PD1\u{3};PU;PD0,0;XX1;")
         .expect("it is all right");
-    assert_eq!(artwork.strokes.len(), 2);
+    assert!(artwork.strokes.len() > 2);
     assert_eq!(
         notes,
         [
             "line 1, column 8: line types (LT) are left out: all lines are solid",
             "line 1, column 48: XX is left out",
-            "line 1, column 26: text (LB) is left out: \"hello PD1\"",
             "pens 1, 2 draw alike: the arm has one pen",
         ]
     );
@@ -378,6 +465,18 @@ fn nearly() -> impl Strategy<Value = String> {
         "\u{1b}%0B",
         "\u{1b}E",
         "CO\"",
+        "SI",
+        "SR",
+        "DI",
+        "DR",
+        "SL",
+        "LO",
+        "CP",
+        "ES",
+        "DV",
+        "FT",
+        "SM+",
+        "LBa\u{3}",
     ]);
     let number = prop_oneof![
         (-9000_i32..9000).prop_map(f64::from),

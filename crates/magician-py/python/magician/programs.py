@@ -580,6 +580,7 @@ def load(
     align: Literal["left", "center", "right"] | None = None,
     line_height: float | None = None,
     text: Literal["outline", "stroke"] | None = None,
+    system_fonts: Literal["on", "off"] | None = None,
     strict_text: bool = False,
     fill: Literal["none", "hatch", "cross", "contour"] = "none",
     fill_spacing: float | None = None,
@@ -664,6 +665,8 @@ def load(
     :param line_height: From one line of text to the next, in heights of a capital; 1.8 if left out.
     :param text: How the letters of texts in an SVG are drawn: by their outlines, except in fonts whose name begins with
         Hershey or ends in 1-stroke or Single Line; or ``"stroke"``, all in single lines.
+    :param system_fonts: Whether texts in an SVG are written in the fonts that they name, where those are installed;
+        ``"on"`` if left out, ``"off"`` writes all in the built-in font, on every machine alike.
     :param strict_text: Whether text is refused of which the font lacks a character; otherwise that is left out.
     :param fill: How the visible shapes of an SVG are filled: ``"hatch"`` with parallel lines, ``"cross"`` with others
         across them as well, ``"contour"`` with rings from the edge inwards. ``"none"`` draws their outlines alone.
@@ -742,6 +745,7 @@ def load(
         "align": string("align", align),
         "line_height": number("line_height", line_height, above=0),
         "text": string("text", text),
+        "system_fonts": string("system_fonts", system_fonts),
         "fill": string("fill", fill),
         "fill_spacing": number("fill_spacing", fill_spacing, least=0.02, unit="mm"),
         "fill_angle": number("fill_angle", fill_angle, unit="deg"),

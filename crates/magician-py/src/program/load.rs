@@ -74,6 +74,7 @@ struct Wanted {
     align: Option<String>,
     line_height: Option<f64>,
     text: Option<String>,
+    system_fonts: Option<String>,
     strict_text: bool,
     fill: Option<String>,
     fill_spacing: Option<f64>,
@@ -140,6 +141,8 @@ impl Wanted {
         options.align = self.align.as_deref().map(str::parse).transpose()?;
         options.line_height = self.line_height;
         options.text = self.text.as_deref().map(str::parse).transpose()?;
+        let fonts = self.system_fonts.as_deref();
+        options.system_fonts = fonts.map(str::parse).transpose()?;
         options.strict_text = self.strict_text;
         let fill = self.fill.as_deref().filter(|fill| *fill != "none");
         options.fill = fill.map(str::parse).transpose()?;

@@ -8,7 +8,8 @@ use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
 use magician_program::raster::ImageStyle;
 use magician_program::{
-    Align, FontChoice, Format, Framing, Grid, Power, SetupOptions, TextLines, Tool, White,
+    Align, FontChoice, Format, Framing, Grid, Power, SetupOptions, SystemFonts, TextLines, Tool,
+    White,
 };
 
 use crate::options::number;
@@ -48,6 +49,10 @@ pub(crate) struct ReadingFlags {
     /// Single Line; `stroke` draws all in single lines
     #[arg(long, value_name = "outline|stroke", value_parser = str::parse::<TextLines>)]
     text: Option<TextLines>,
+    /// Text in an SVG: `on` writes it in the fonts that it names where they are installed; `off` in the built-in one alone, on
+    /// every machine alike [default: on]
+    #[arg(long, value_name = "on|off", value_parser = str::parse::<SystemFonts>)]
+    system_fonts: Option<SystemFonts>,
     /// Refuse text if its font lacks a character; otherwise that is left out, with a note
     #[arg(long)]
     strict_text: bool,
@@ -397,6 +402,7 @@ impl ReadingFlags {
         options.white = self.white;
         options.resample = self.resample;
         options.text = self.text;
+        options.system_fonts = self.system_fonts;
         options.strict_text = self.strict_text;
     }
 }

@@ -43,7 +43,7 @@ fn engrave() -> Command {
 
 #[test]
 fn text_is_written_with_the_flags_of_draw() {
-    const OF_A_FILE: [&str; 17] = [
+    const OF_A_FILE: [&str; 18] = [
         "format",
         "dialect",
         "s-max",
@@ -62,6 +62,7 @@ fn text_is_written_with_the_flags_of_draw() {
         "gamma",
         "invert",
         "spacing",
+        "system-fonts",
     ];
     let write = flags(&Write::augment_args(Command::new("write")));
     let mut drawn = flags(&draw());
@@ -159,6 +160,7 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"align": "center"}), json!({})),
         (json!({"line_height": 2.0}), json!({})),
         (json!({"text": "stroke"}), json!({})),
+        (json!({"system_fonts": "off"}), json!({})),
         (json!({"strict_text": true}), json!({})),
         (json!({"frame": "hull"}), json!({})),
         (json!({"frame_power": 2.0}), json!({"frame": "box"})),

@@ -3,13 +3,19 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-use kurbo::{Affine, Point};
+use kurbo::{Affine, Point, Vec2};
 use magician_host::{Given, Setting};
 
-use super::drawing::{Drawing, Hidden};
+use super::drawing::{Block, Drawing, Hidden};
 use super::entity;
+use super::join::joined;
 use super::pairs::Record;
-use crate::{Diagnostic, DiagnosticCode, Origin, Stroke};
+use super::text::{Style, turn_of};
+use super::xclip::Clip;
+use crate::fill::{Area, FillRule};
+use crate::formats::{Fills, ReadOptions};
+use crate::lettering::{Glyph, Lettering};
+use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Origin, Stroke};
 
 /// Points of all lines together, at most.
 pub(super) const MOST_POINTS: usize = 2_000_000;
@@ -19,6 +25,7 @@ const MOST_PAIRS: usize = 5_000_000;
 const MOST_DEPTH: usize = 32;
 /// Notes, at most.
 const MOST_NOTES: usize = 50;
+const ON_SHEET: &str = "it is on the sheet of a layout, not in the drawing";
 /// A tolerance that is none becomes this, mm.
 const TOLERANCE: f64 = 0.05;
 
@@ -27,8 +34,20 @@ pub(super) struct Canvas<'p> {
     drawing: &'p Drawing<'p>,
     /// How far a line may be from its curve, mm.
     pub(super) tolerance: f64,
+    options: &'p ReadOptions,
+    /// Whether what lies on the sheet of a layout is drawn instead of the drawing; whether there is anything.
+    on_sheet: bool,
+    pub(super) has_sheet: bool,
     strokes: Vec<Stroke>,
+    /// Lines of letters, which are not joined to others.
+    letters: Vec<Stroke>,
+    areas: Vec<FilledArea>,
     names: Vec<String>,
+    /// The font, once there is a text; and which characters it lacks.
+    lettering: Option<Lettering>,
+    missing: Vec<(char, Diagnostic)>,
+    /// What is drawn has to be inside each of these.
+    clips: Vec<Clip>,
     /// Where in the names each layer is.
     layers: HashMap<&'p str, usize>,
     /// Why what kind was left out, how often, and where first.
@@ -50,13 +69,28 @@ pub(super) struct InsertContext<'p> {
     blocks: Vec<&'p str>,
 }
 
+impl InsertContext<'_> {
+    pub(super) fn is_in_block(&self) -> bool {
+        !self.blocks.is_empty()
+    }
+}
+
 impl<'p> Canvas<'p> {
-    pub(super) fn new(drawing: &'p Drawing<'p>, tolerance: f64) -> Self {
+    pub(super) fn new(drawing: &'p Drawing<'p>, options: &'p ReadOptions) -> Self {
+        let tolerance = options.tolerance;
         let usable = tolerance > 0.0 && tolerance.is_finite();
         Self {
             drawing,
             tolerance: if usable { tolerance } else { TOLERANCE },
+            options,
+            on_sheet: false,
+            has_sheet: false,
             strokes: Vec::new(),
+            letters: Vec::new(),
+            areas: Vec::new(),
+            lettering: None,
+            missing: Vec::new(),
+            clips: Vec::new(),
             names: Vec::new(),
             layers: HashMap::new(),
             left_out: HashMap::new(),
@@ -64,6 +98,18 @@ impl<'p> Canvas<'p> {
             points: 0,
             pairs: 0,
         }
+    }
+
+    /// The sheet of the layout, which some programs draw on alone.
+    pub(super) fn of_sheet(drawing: &'p Drawing<'p>, options: &'p ReadOptions) -> Self {
+        Self {
+            on_sheet: true,
+            ..Self::new(drawing, options)
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.strokes.is_empty() && self.letters.is_empty() && self.areas.is_empty()
     }
 
     /// Draws everything.
@@ -76,8 +122,8 @@ impl<'p> Canvas<'p> {
         self.records(self.drawing.entities.clone(), &place)
     }
 
-    /// The lines, the names of their layers, and the notes in the order of the file.
-    pub(super) fn finish(self) -> (Vec<Stroke>, Vec<String>, Vec<Diagnostic>) {
+    /// What was drawn, its lines joined where they meet, and the notes in the order of the file.
+    pub(super) fn finish(self) -> (Artwork, Vec<Diagnostic>) {
         let left_out = self.left_out.into_iter();
         let mut notes: Vec<Diagnostic> = left_out
             .map(|((kind, why), (count, origin))| {
@@ -104,11 +150,25 @@ impl<'p> Canvas<'p> {
             let why = format!("{count} polylines vary in z: they are drawn as seen from above");
             notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
+        if self.on_sheet {
+            let why = "the drawing itself is empty: what lies on the sheet of its layout is drawn";
+            notes.push(Diagnostic::of_file(why).coded(DiagnosticCode::Assumed));
+        }
         if let Some(origin) = self.drawing.cut {
             let why = "the file does not end with EOF: it may be cut short";
             notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
-        (self.strokes, self.names, notes)
+        notes.extend(self.missing.into_iter().map(|(_, note)| note));
+        let mut strokes = joined(self.strokes);
+        strokes.extend(self.letters);
+        let artwork = Artwork {
+            title: self.options.title.clone(),
+            strokes,
+            areas: self.areas,
+            names: self.names,
+            ..Artwork::default()
+        };
+        (artwork, notes)
     }
 
     fn records(
@@ -148,14 +208,35 @@ impl<'p> Canvas<'p> {
         if record.integer(60)? == 1 {
             return self.leave_out(record, "it is invisible");
         }
-        if record.integer(67)? == 1 {
-            return self.leave_out(record, "it is on the sheet of a layout, not in the drawing");
+        if !place.is_in_block() && (record.integer(67)? == 1) != self.on_sheet {
+            if self.on_sheet {
+                return Ok(());
+            }
+            self.has_sheet = true;
+            return self.leave_out(record, ON_SHEET);
         }
         let own = record.text(8).unwrap_or("0");
         let layer = place.layer.filter(|_| own == "0").unwrap_or(own);
         match (self.drawing.hides(layer), record.kind) {
             (Some(Hidden::Frozen), _) => self.leave_out(record, "its layer is frozen"),
             (_, "INSERT") => self.insert(record, layer, place),
+            (None, "DIMENSION" | "ARC_DIMENSION" | "LARGE_RADIAL_DIMENSION") => {
+                self.picture(record, layer, place, place.map)
+            }
+            (None, "ACAD_TABLE") => {
+                let [x, y, _] = record.point(10)?;
+                let way = match record.text(11) {
+                    Some(_) => record.point(11)?,
+                    None => [0.0; 3],
+                };
+                let turn = turn_of(Vec2::new(way[0], way[1]));
+                self.picture(
+                    record,
+                    layer,
+                    place,
+                    place.map * Affine::translate((x, y)) * turn,
+                )
+            }
             (Some(Hidden::Off), _) => self.leave_out(record, "its layer is off or not plotted"),
             (None, _) => entity::draw(self, record, vertices, layer, place),
         }
@@ -181,6 +262,50 @@ impl<'p> Canvas<'p> {
         *count += 1;
     }
 
+    /// The block that an entity names, if it can be drawn within the blocks that it is in.
+    fn block_of(
+        &mut self,
+        record: &'p Record<'p>,
+        place: &InsertContext<'p>,
+    ) -> Result<Option<(&'p Block, Vec<&'p str>)>, Diagnostic> {
+        let name = record.text(2).unwrap_or_default();
+        let Some(block) = self.drawing.block(name) else {
+            self.leave_out(record, "its block is not in the file")?;
+            return Ok(None);
+        };
+        let is_in = |block: &&str| block.to_uppercase() == name.to_uppercase();
+        if place.blocks.iter().any(is_in) {
+            self.leave_out(record, "its block contains itself")?;
+            return Ok(None);
+        }
+        if place.blocks.len() >= MOST_DEPTH {
+            let why = format!("blocks are nested more than {MOST_DEPTH} deep");
+            self.leave_out(record, why)?;
+            return Ok(None);
+        }
+        Ok(Some((block, [place.blocks.as_slice(), &[name]].concat())))
+    }
+
+    /// Draws what an entity looks like, which is in a block of its own: a dimension, a table.
+    fn picture(
+        &mut self,
+        record: &'p Record<'p>,
+        layer: &'p str,
+        place: &InsertContext<'p>,
+        map: Affine,
+    ) -> Result<(), Diagnostic> {
+        let Some((block, blocks)) = self.block_of(record, place)? else {
+            return Ok(());
+        };
+        self.count(record)?;
+        let inner = InsertContext {
+            map: map * Affine::translate((-block.base[0], -block.base[1])),
+            layer: Some(layer),
+            blocks,
+        };
+        self.records(block.records.clone(), &inner)
+    }
+
     /// Draws a block, once or in rows and columns.
     fn insert(
         &mut self,
@@ -188,20 +313,9 @@ impl<'p> Canvas<'p> {
         layer: &'p str,
         place: &InsertContext<'p>,
     ) -> Result<(), Diagnostic> {
-        let name = record.text(2).unwrap_or_default();
-        let drawing = self.drawing;
-        let Some(block) = drawing.block(name) else {
-            return self.leave_out(record, "its block is not in the file");
+        let Some((block, blocks)) = self.block_of(record, place)? else {
+            return Ok(());
         };
-        let name = name.to_owned();
-        let is_in = |block: &&str| block.to_uppercase() == name.to_uppercase();
-        if place.blocks.iter().any(is_in) {
-            return self.leave_out(record, "its block contains itself");
-        }
-        if place.blocks.len() >= MOST_DEPTH {
-            let why = format!("blocks are nested more than {MOST_DEPTH} deep");
-            return self.leave_out(record, why);
-        }
         let [x, y, z] = record.point(10)?;
         let number = |code, default| record.number(code).map(|found| found.unwrap_or(default));
         let scale = Affine::scale_non_uniform(number(41, 1.0)?, number(42, 1.0)?);
@@ -209,11 +323,6 @@ impl<'p> Canvas<'p> {
         let (columns, rows) = (record.integer(70)?.max(1), record.integer(71)?.max(1));
         let (across, up) = (number(44, 0.0)?, number(45, 0.0)?);
         let spot = place.map * entity::plane(record, z)? * Affine::translate((x, y)) * turn;
-        let blocks = [
-            place.blocks.as_slice(),
-            &[record.text(2).unwrap_or_default()],
-        ]
-        .concat();
         for row in 0..rows {
             for column in 0..columns {
                 self.count(record)?;
@@ -224,19 +333,124 @@ impl<'p> Canvas<'p> {
                     layer: Some(layer),
                     blocks: blocks.clone(),
                 };
+                let clip = Clip::of(self.drawing, record, &inner.map)?;
+                let outer = self.clips.len();
+                self.clips.extend(clip);
                 self.records(block.records.clone(), &inner)?;
+                self.clips.truncate(outer);
             }
         }
         Ok(())
     }
 
-    /// Adds a line through points in mm; points that follow one another in one place are one.
+    /// Adds a line of a letter.
+    pub(super) fn letter(
+        &mut self,
+        points: Vec<Point>,
+        record: &Record<'p>,
+        layer: &'p str,
+    ) -> Result<(), Diagnostic> {
+        let before = self.strokes.len();
+        self.stroke(points, record, layer)?;
+        self.letters.extend(self.strokes.drain(before..));
+        Ok(())
+    }
+
+    /// Adds a filled shape: as an area where those are asked for, else its outline.
+    pub(super) fn area(
+        &mut self,
+        rings: Vec<Vec<Point>>,
+        record: &Record<'p>,
+        layer: &'p str,
+    ) -> Result<(), Diagnostic> {
+        match self.options.fills {
+            Fills::Ignore => Ok(()),
+            Fills::Outline => rings.into_iter().try_for_each(|mut ring| {
+                ring.extend(ring.first().copied());
+                self.stroke(ring, record, layer)
+            }),
+            Fills::Areas => {
+                let rings = rings.into_iter();
+                let rings = rings
+                    .map(|ring| self.points(ring, record))
+                    .collect::<Result<_, _>>()?;
+                let whole = Area {
+                    rings,
+                    rule: FillRule::EvenOdd,
+                };
+                let area = self.clips.iter().fold(whole, |area, clip| clip.area(&area));
+                let origin = self.named(record, layer);
+                if !area.rings.is_empty() {
+                    self.areas.push(FilledArea { area, origin });
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// A style of texts.
+    pub(super) fn style(&self, name: Option<&str>) -> Style {
+        self.drawing.style(name.unwrap_or("STANDARD"))
+    }
+
+    /// How long arrows are in a style of dimensions.
+    pub(super) fn arrow_size(&self, style: Option<&str>) -> f64 {
+        self.drawing.arrow(style.unwrap_or("STANDARD"))
+    }
+
+    /// A character whose capitals are so high, in units of the drawing; none if no font has it, which is noted.
+    pub(super) fn glyph(
+        &mut self,
+        character: char,
+        size: f64,
+        record: &Record<'_>,
+    ) -> Result<Option<Glyph>, Diagnostic> {
+        let lettering = match self.lettering.take() {
+            Some(lettering) => lettering,
+            None => Lettering::new(self.options, self.tolerance)?,
+        };
+        let glyph = lettering.glyph(character, size);
+        if glyph.is_none() && self.missing.iter().all(|(known, _)| *known != character) {
+            let note = lettering.lacks(character, record.origin)?;
+            if self.missing.len() < MOST_NOTES {
+                self.missing.push((character, note));
+            }
+        }
+        self.lettering = Some(lettering);
+        Ok(glyph)
+    }
+
+    /// Adds what of a line through points in mm is within the limits of the blocks that it is in.
     pub(super) fn stroke(
         &mut self,
         points: Vec<Point>,
         record: &Record<'p>,
         layer: &'p str,
     ) -> Result<(), Diagnostic> {
+        let mut lines = vec![points];
+        for clip in &self.clips {
+            let within: Option<Vec<_>> = lines.iter().map(|line| clip.line(line)).collect();
+            let Some(within) = within else {
+                return self.leave_out(record, "it is too long to be clipped");
+            };
+            lines = within.into_iter().flatten().collect();
+        }
+        for line in lines {
+            let points = self.points(line, record)?;
+            if !points.is_empty() {
+                let origin = self.named(record, layer);
+                self.strokes.push(Stroke { points, origin });
+            }
+        }
+        Ok(())
+    }
+
+    /// Points that follow one another in one place are one.
+    fn points(
+        &mut self,
+        points: Vec<Point>,
+        record: &Record<'p>,
+    ) -> Result<Vec<[f64; 2]>, Diagnostic> {
         if points.iter().any(|point| !point.is_finite()) {
             let why = format!("{} has no finite coordinates", record.kind);
             return Err(Diagnostic::new(record.origin, why));
@@ -250,18 +464,16 @@ impl<'p> Canvas<'p> {
             return Err(Diagnostic::new(record.origin, why)
                 .remedy(tolerance, "needs fewer if it is larger"));
         }
-        if points.is_empty() {
-            return Ok(());
-        }
+        Ok(points)
+    }
+
+    /// Where an entity is, with the name of its layer.
+    fn named(&mut self, record: &Record<'p>, layer: &'p str) -> Origin {
         let index = *self.layers.entry(layer).or_insert_with(|| {
             self.names.push(layer.to_owned());
             self.names.len() - 1
         });
-        self.strokes.push(Stroke {
-            points,
-            origin: record.origin.named(index),
-        });
-        Ok(())
+        record.origin.named(index)
     }
 
     /// As many points may still be added.

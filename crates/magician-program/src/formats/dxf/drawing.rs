@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use super::pairs::Record;
+use super::text::Style;
 use crate::{Diagnostic, Origin};
 
 /// A file, taken apart.
@@ -15,6 +16,13 @@ pub(super) struct Drawing<'p> {
     pub(super) blocks: HashMap<String, Block>,
     /// Layers that are not seen, by their names in capitals.
     hidden: HashMap<String, Hidden>,
+    /// Styles of texts, by their names in capitals.
+    styles: HashMap<String, Style>,
+    /// How long the arrows of each style of dimensions are, and of the drawing, in its units.
+    arrows: HashMap<String, f64>,
+    arrow: f64,
+    /// Objects that are no entities, by their handles in capitals.
+    objects: HashMap<String, usize>,
     /// How many mm a unit is, where the file says so.
     pub(super) unit: Option<f64>,
     /// Where it ends, if it does not say that it ends there.
@@ -43,6 +51,10 @@ impl<'p> Drawing<'p> {
             entities: 0..0,
             blocks: HashMap::new(),
             hidden: HashMap::new(),
+            styles: HashMap::new(),
+            arrows: HashMap::new(),
+            arrow: ARROW,
+            objects: HashMap::new(),
             unit: None,
             cut: records
                 .last()
@@ -60,8 +72,15 @@ impl<'p> Drawing<'p> {
             let body = at..drawing.find(at, "ENDSEC");
             at = body.end;
             match record.text(2).unwrap_or_default() {
-                "HEADER" => drawing.unit = unit(record)?,
-                "TABLES" => drawing.layers(body)?,
+                "HEADER" => {
+                    drawing.unit = unit(record)?;
+                    drawing.arrow = arrow(record)?;
+                }
+                "TABLES" => {
+                    drawing.layers(body.clone())?;
+                    drawing.styles(body)?;
+                }
+                "OBJECTS" => drawing.objects(body),
                 "BLOCKS" => drawing.blocks(body)?,
                 "ENTITIES" => drawing.entities = body,
                 _ => {}
@@ -77,7 +96,28 @@ impl<'p> Drawing<'p> {
 
     /// Why what is on a layer is not seen.
     pub(super) fn hides(&self, layer: &str) -> Option<Hidden> {
-        self.hidden.get(&layer.to_uppercase()).copied()
+        let name = layer.to_uppercase();
+        // The layer of the points that dimensions are measured between is never plotted, whatever it says.
+        let usual = (name == "DEFPOINTS").then_some(Hidden::Off);
+        self.hidden.get(&name).copied().or(usual)
+    }
+
+    /// A style of texts; a plain one if it is not known.
+    pub(super) fn style(&self, name: &str) -> Style {
+        let style = self.styles.get(&name.to_uppercase());
+        style.copied().unwrap_or_default()
+    }
+
+    /// How long arrows are in a style of dimensions.
+    pub(super) fn arrow(&self, style: &str) -> f64 {
+        let own = self.arrows.get(&style.to_uppercase());
+        own.copied().unwrap_or(self.arrow)
+    }
+
+    /// An object by its handle.
+    pub(super) fn object(&self, handle: &str) -> Option<&'p Record<'p>> {
+        let at = self.objects.get(&handle.to_uppercase())?;
+        self.records.get(*at)
     }
 
     pub(super) fn block(&self, name: &str) -> Option<&Block> {
@@ -110,6 +150,43 @@ impl<'p> Drawing<'p> {
         Ok(())
     }
 
+    fn styles(&mut self, body: Range<usize>) -> Result<(), Diagnostic> {
+        for record in self.records.get(body).unwrap_or_default() {
+            let Some(name) = record.text(2).map(str::to_uppercase) else {
+                continue;
+            };
+            let above_zero =
+                |code| Ok::<_, Diagnostic>(record.number(code)?.filter(|it| *it > 0.0));
+            match record.kind {
+                "STYLE" => {
+                    let style = Style {
+                        height: above_zero(40)?.unwrap_or_default(),
+                        width: above_zero(41)?.unwrap_or(1.0),
+                        oblique: record.number(50)?.unwrap_or_default(),
+                    };
+                    self.styles.insert(name, style);
+                }
+                "DIMSTYLE" => {
+                    let scale = above_zero(40)?.unwrap_or(1.0);
+                    if let Some(size) = record.number(41)? {
+                        self.arrows.insert(name, size * scale);
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn objects(&mut self, body: Range<usize>) {
+        for at in body {
+            let record = self.records.get(at);
+            if let Some(handle) = record.and_then(|record| record.text(5)) {
+                self.objects.insert(handle.to_uppercase(), at);
+            }
+        }
+    }
+
     fn blocks(&mut self, body: Range<usize>) -> Result<(), Diagnostic> {
         let mut at = body.start;
         while at < body.end {
@@ -131,6 +208,21 @@ impl<'p> Drawing<'p> {
         }
         Ok(())
     }
+}
+
+/// How long arrows are where the file says nothing of them, in its units.
+const ARROW: f64 = 2.5;
+
+/// How long the arrows of dimensions are, by `$DIMASZ` and `$DIMSCALE`.
+fn arrow(header: &Record<'_>) -> Result<f64, Diagnostic> {
+    let value = |name: &str| {
+        let mut pairs = header.pairs.iter();
+        pairs.find(|pair| (pair.code, pair.value) == (9, name))?;
+        Some(pairs.next()?.number())
+    };
+    let size = value("$DIMASZ").transpose()?.unwrap_or(ARROW);
+    let scale = value("$DIMSCALE").transpose()?.filter(|scale| *scale > 0.0);
+    Ok(size * scale.unwrap_or(1.0))
 }
 
 /// How many mm a drawing unit is, by `$INSUNITS`; nothing where it has none.

@@ -6,6 +6,7 @@ use super::canvas::{Canvas, InsertContext};
 use super::curve::{self, Ellipse};
 use super::pairs::Record;
 use super::spline::Spline;
+use super::{hatch, leader, mesh, mtext, text};
 use crate::Diagnostic;
 
 type DrawResult = Result<(), Diagnostic>;
@@ -33,10 +34,19 @@ pub(super) fn draw<'p>(
         "POLYLINE" => pen.polyline(canvas, vertices),
         "SPLINE" => pen.spline(canvas),
         "SOLID" | "TRACE" => pen.solid(canvas),
-        "3DFACE" => pen.line(canvas, &[10, 11, 12, 13], true),
-        "TEXT" | "MTEXT" | "ATTRIB" | "ATTDEF" => canvas.leave_out(record, "text is not drawn"),
-        "HATCH" => canvas.leave_out(record, "areas are not filled"),
-        "DIMENSION" => canvas.leave_out(record, "dimensions are not drawn"),
+        "3DFACE" => pen.face(canvas),
+        "TEXT" => text::text(canvas, record, layer, place),
+        // Bit 1 hides it.
+        "ATTRIB" if record.integer(70)? & 1 == 0 => text::text(canvas, record, layer, place),
+        // In a block it stands for the texts of the inserts, if it is not the same for all.
+        "ATTDEF" if record.integer(70)? & 1 == 0 && !place.is_in_block() => {
+            text::text(canvas, record, layer, place)
+        }
+        "ATTRIB" | "ATTDEF" => Ok(()),
+        "MTEXT" => mtext::draw(canvas, record, layer, place),
+        "HATCH" | "MPOLYGON" => hatch::draw(canvas, record, layer, place),
+        "LEADER" => leader::leader(canvas, record, layer, place),
+        "MULTILEADER" | "MLEADER" => leader::multileader(canvas, record, layer, place),
         _ => canvas.leave_out(record, "this kind of entity is not drawn"),
     }
 }
@@ -103,15 +113,29 @@ impl<'p> Pen<'p> {
         self.stroke(canvas, points)
     }
 
-    /// The outline of a filled shape of three or four corners, which are told crosswise.
+    /// A filled shape of three or four corners, which are told crosswise.
     fn solid(&self, canvas: &mut Canvas<'p>) -> DrawResult {
         let fourth = self.record.text(13).map_or(12, |_| 13);
         let mut points = Vec::new();
-        for code in [10, 11, fourth, 12, 10] {
+        for code in [10, 11, fourth, 12] {
             let [x, y, z] = self.record.point(code)?;
             points.push(self.map * plane(self.record, z)? * Point::new(x, y));
         }
-        self.stroke(canvas, points)
+        canvas.area(vec![points], self.record, self.layer)
+    }
+
+    /// The edges of a face, without those that are said not to be seen.
+    fn face(&self, canvas: &mut Canvas<'p>) -> DrawResult {
+        let unseen = self.record.integer(70)?;
+        if unseen & 15 == 0 {
+            return self.line(canvas, &[10, 11, 12, 13], true);
+        }
+        for (nth, codes) in [[10, 11], [11, 12], [12, 13], [13, 10]].iter().enumerate() {
+            if unseen & (1 << nth) == 0 {
+                self.line(canvas, codes, false)?;
+            }
+        }
+        Ok(())
     }
 
     fn arc(&self, canvas: &mut Canvas<'p>, whole: bool) -> DrawResult {
@@ -165,7 +189,7 @@ impl<'p> Pen<'p> {
         let flags = self.record.integer(70)?;
         let (closed, in_space) = (flags & 1 != 0, flags & 8 != 0);
         if flags & (16 | 64) != 0 {
-            return canvas.leave_out(self.record, "meshes are not drawn");
+            return mesh::draw(canvas, self.record, vertices, self.layer, self.map);
         }
         let height = self.record.number(30)?.unwrap_or(0.0);
         let map = if in_space {

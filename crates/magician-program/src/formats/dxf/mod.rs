@@ -1,24 +1,34 @@
 //! DXF drawings (AutoCAD DXF Reference; text, and binary as text).
 //!
-//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, POINT, the outlines of SOLID, TRACE and 3DFACE, and what
-//! blocks hold, seen from above; lines that meet become one. Layers that are off, frozen or not plotted are left out, and so is the rest, with a note.
+//! Drawn are LINE, ARC, CIRCLE, ELLIPSE, LWPOLYLINE, POLYLINE, SPLINE, POINT, 3DFACE, meshes, texts (TEXT, MTEXT, attributes) in the lettering
+//! that is asked for, DIMENSION and tables by the block that they come with, LEADER, MULTILEADER, HATCH, and what blocks hold, within
+//! the limits that they are inserted with (XCLIP), seen from above; lines that meet become one. Solid hatches, SOLID, TRACE and
+//! arrows are areas; other hatches have the lines of their pattern. Layers that are off, frozen or not plotted are left out, and so is
+//! the rest, with a note.
 
 mod binary;
 mod canvas;
 mod curve;
 mod drawing;
 mod entity;
+mod hatch;
 mod join;
+mod leader;
+mod mesh;
+mod mtext;
 mod pairs;
 mod spline;
 #[cfg(test)]
 mod tests;
+mod text;
+mod xclip;
 
 use canvas::Canvas;
 use drawing::Drawing;
 
+use super::text::text_of;
 use super::{Content, Parsed, ReadOptions};
-use crate::{Artwork, Diagnostic, Origin};
+use crate::{Diagnostic, Origin};
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     if bytes.starts_with(b"AC10") {
@@ -33,7 +43,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
                 origin: Origin::NONE,
                 ..diagnostic
             }),
-        None => read_text(&String::from_utf8_lossy(bytes), options),
+        None => read_text(&text_of(bytes), options),
     }
 }
 
@@ -41,15 +51,13 @@ fn read_text(text: &str, options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let pairs = pairs::pairs(text)?;
     let records = pairs::records(&pairs);
     let drawing = Drawing::new(&records)?;
-    let mut canvas = Canvas::new(&drawing, options.tolerance);
+    let mut canvas = Canvas::new(&drawing, options);
     canvas.draw()?;
-    let (strokes, names, notes) = canvas.finish();
-    let artwork = Artwork {
-        title: options.title.clone(),
-        strokes: join::joined(strokes),
-        names,
-        ..Artwork::default()
-    };
+    if canvas.is_empty() && canvas.has_sheet {
+        canvas = Canvas::of_sheet(&drawing, options);
+        canvas.draw()?;
+    }
+    let (artwork, notes) = canvas.finish();
     Ok(Parsed {
         content: Content::Artwork(artwork),
         notes,
@@ -70,6 +78,9 @@ fn without_places(mut reading: Parsed) -> Parsed {
     if let Content::Artwork(artwork) = &mut reading.content {
         for stroke in &mut artwork.strokes {
             forget(&mut stroke.origin);
+        }
+        for filled in &mut artwork.areas {
+            forget(&mut filled.origin);
         }
     }
     reading

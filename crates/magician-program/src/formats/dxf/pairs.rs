@@ -7,6 +7,8 @@ use crate::{Diagnostic, Origin};
 pub(super) struct Pair<'t> {
     pub(super) code: i32,
     pub(super) value: &'t str,
+    /// The same with the blanks around it.
+    pub(super) verbatim: &'t str,
     pub(super) origin: Origin,
 }
 
@@ -33,6 +35,7 @@ pub(super) fn pairs(text: &str) -> Result<Vec<Pair<'_>>, Diagnostic> {
         pairs.push(Pair {
             code: number,
             value: value.trim(),
+            verbatim: value,
             origin: origin(line, value),
         });
         if pairs.last().is_some_and(is_end) {
@@ -62,7 +65,7 @@ fn shortened(text: &str) -> String {
 }
 
 impl Pair<'_> {
-    fn number(&self) -> Result<f64, Diagnostic> {
+    pub(super) fn number(&self) -> Result<f64, Diagnostic> {
         let number = self.value.parse().ok();
         number
             .filter(|number: &f64| number.is_finite())
@@ -72,7 +75,7 @@ impl Pair<'_> {
             })
     }
 
-    fn integer(&self) -> Result<i64, Diagnostic> {
+    pub(super) fn integer(&self) -> Result<i64, Diagnostic> {
         self.value.parse().map_err(|_| {
             let what = shortened(self.value);
             Diagnostic::new(
@@ -108,6 +111,21 @@ impl<'p> Record<'p> {
     /// The first value with this code.
     pub(super) fn text(&self, code: i32) -> Option<&'p str> {
         self.first(code).map(|pair| pair.value)
+    }
+
+    /// The same with the blanks around it.
+    pub(super) fn verbatim(&self, code: i32) -> Option<&'p str> {
+        self.first(code).map(|pair| pair.verbatim)
+    }
+
+    /// What of it is before the first value with this code.
+    pub(super) fn until(&self, code: i32) -> Self {
+        let end = self.pairs.iter().position(|pair| pair.code == code);
+        let pairs = end.and_then(|end| self.pairs.get(..end));
+        Self {
+            pairs: pairs.unwrap_or(self.pairs),
+            ..*self
+        }
     }
 
     pub(super) fn number(&self, code: i32) -> Result<Option<f64>, Diagnostic> {

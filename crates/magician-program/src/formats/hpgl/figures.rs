@@ -3,14 +3,25 @@
 use super::curves;
 use super::lexer::Instruction;
 use super::plotter::{Plotter, pairs};
+use crate::Stroke;
 use crate::artwork::{circle_through, distance};
+use crate::fill::FillRule;
 use crate::formats::span::SpanDiagnostic;
 
 /// More turns than this are no arc of a drawing, degrees.
 const WIDEST: f64 = 36_000.0;
 
-/// What becomes of fills.
-pub(super) const UNFILLED: &str = "filled shapes are drawn as outlines";
+/// How far tick marks go each way, percent of the way from P1 to P2, unless the plot says something else.
+pub(super) const TICK: [f64; 2] = [0.5, 0.5];
+
+/// TL: one number alone is for the way up or right.
+pub(super) fn ticks(instruction: &Instruction) -> [f64; 2] {
+    match instruction.numbers[..] {
+        [] => TICK,
+        [forth] => [forth, 0.0],
+        [forth, back, ..] => [forth, back],
+    }
+}
 
 fn needs(instruction: &Instruction, what: &str) -> SpanDiagnostic {
     let message = format!("{} needs {what}", instruction.name());
@@ -29,8 +40,26 @@ impl Plotter<'_> {
             b"BZ" | b"BR" => self.curves(relative, instruction)?,
             _ => self.rectangle(from, instruction)?,
         }
-        if matches!(&instruction.name, b"RA" | b"RR" | b"WG") {
-            self.note(instruction, UNFILLED);
+        Ok(())
+    }
+
+    /// XT and YT: a line across an axis, where the pen is.
+    pub(super) fn tick_mark(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+        let [width, height] = self.scale.span();
+        let way = match &instruction.name {
+            b"XT" => self.scale.turned([0.0, height / 100.0]),
+            _ => self.scale.turned([width / 100.0, 0.0]),
+        };
+        let place = self.scale.place(self.at);
+        let at = |share: f64| [0, 1].map(|side| place[side] + way[side] * share);
+        let points = vec![at(self.tick[0]), at(-self.tick[1])];
+        for point in &points {
+            self.on_a_sheet(*point, instruction)?;
+        }
+        if self.pen != 0.0 && points[0] != points[1] {
+            self.uses_pen();
+            let origin = self.lines.origin(instruction.range.clone());
+            self.put(Stroke { points, origin });
         }
         Ok(())
     }
@@ -168,12 +197,28 @@ impl Plotter<'_> {
         if self.pen == 0.0 {
             return Ok(());
         }
-        let (at, down) = (self.at, self.down);
+        let filled = matches!(&instruction.name, b"RA" | b"RR" | b"WG");
+        if filled || self.polygon.is_some() {
+            for corner in &corners {
+                self.fits(*corner, instruction)?;
+            }
+            let ring: Vec<_> = corners
+                .iter()
+                .map(|corner| self.scale.place(*corner))
+                .collect();
+            if self.polygon.is_none() {
+                self.fill(vec![ring], FillRule::NonZero, instruction);
+                return Ok(());
+            }
+            // A part of the polygon by itself.
+            self.rings.insert(0, ring);
+        }
+        let (at, down, rings) = (self.at, self.down, std::mem::take(&mut self.rings));
         (self.at, self.down) = (start, true);
         let mut corners = corners.into_iter();
         let drawn = corners.try_for_each(|corner| self.line(corner, instruction));
         self.lift_for_a_moment();
-        (self.at, self.down) = (at, down);
+        (self.at, self.down, self.rings) = (at, down, rings);
         drawn
     }
 }

@@ -13,6 +13,8 @@ impl Plotter<'_> {
         self.end_polygon();
         self.edges.clear();
         (self.relative, self.window) = (false, None);
+        self.tick = super::figures::TICK;
+        (self.labels, self.fill_type, self.symbol) = Default::default();
         if moves {
             self.scale.reset();
             self.at = [0.0; 2];

@@ -6,20 +6,22 @@
 //! | PE | strokes: the same, encoded |
 //! | CI, AA, AR, AT, RT, EA, ER, EW | arcs within the tolerance, outlines |
 //! | BZ, BR | curves within the tolerance |
-//! | RA, RR, WG | outlines, with a note: nothing is filled |
-//! | PM, EP, FP | polygons, as outlines |
+//! | RA, RR, WG, FP | areas; the lines of the file's own hatch (FT3, FT4) |
+//! | XT, YT, TL | tick marks |
+//! | PM, EP | polygons |
 //! | IP, IR, SC, PS | scaling to user units; where the file does not say where P1 and P2 are, as on a sheet of A4, with a note |
 //! | RO | the coordinate system is turned |
 //! | IW | what lies outside of it is cut off |
 //! | SP | SP0 is no pen; all others draw alike |
+//! | LB, BL, PB, SI, SR, DI, DR, DV, SL, LO, CP, ES, DT, SM | text, in the lettering that is asked for |
 //! | IN, DF, LT, VS, PW, WU ... | as it is here anyway |
-//! | LB | text, left out with a note that quotes it |
 //!
 //! Any of space, comma and nothing may stand between numbers, and a semicolon or nothing behind an instruction. What the plotter
 //! itself is told (`ESC .`), and what a printer is told around a plot (`ESC E`, `ESC %0A`, `@PJL`), is passed over.
 //!
 //! Instructions are those of the HP-GL/2 and HP RTL reference guide and of the HP 7475A.
 
+mod areas;
 mod curves;
 mod encoded;
 mod figures;
@@ -51,7 +53,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
     } else {
         FINEST
     };
-    let mut plotter = Plotter::new(&options.title, tolerance, &lines, latin);
+    let mut plotter = Plotter::new(options, tolerance, &lines, latin);
     for instruction in Instructions::new(&text) {
         let done = instruction.and_then(|instruction| plotter.take(&instruction));
         done.map_err(|error| {

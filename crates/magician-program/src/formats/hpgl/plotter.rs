@@ -3,10 +3,14 @@
 use std::ops::Range;
 
 use super::Notes;
+use super::areas::FillType;
+use super::figures::{TICK, ticks};
 use super::lexer::Instruction;
 use super::scale::Scale;
-use super::text::Texts;
+use super::text::LabelStyle;
 use crate::formats::span::SpanDiagnostic;
+use crate::formats::{Fills, ReadOptions};
+use crate::lettering::Lettering;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Stroke};
 
 /// No sheet is as large, mm.
@@ -21,8 +25,9 @@ pub(super) struct Open {
     pub(super) dot: bool,
 }
 
-#[derive(Debug)]
 pub(super) struct Plotter<'t> {
+    options: &'t ReadOptions,
+    pub(super) fills: Fills,
     pub(super) artwork: Artwork,
     pub(super) tolerance: f64,
     pub(super) lines: &'t Lines<'t>,
@@ -41,7 +46,20 @@ pub(super) struct Plotter<'t> {
     pub(super) polygon: Option<usize>,
     /// The strokes of the last one.
     pub(super) edges: Vec<Stroke>,
-    pub(super) texts: Texts,
+    /// Its corners, wherever the pen was up.
+    pub(super) rings: Vec<Vec<[f64; 2]>>,
+    /// Whether its edge has been drawn.
+    pub(super) outlined: bool,
+    pub(super) fill_type: FillType,
+    pub(super) labels: LabelStyle,
+    /// What stands at each point (SM).
+    pub(super) symbol: Option<char>,
+    /// How far tick marks go up and down, or right and left, percent of the way from P1 to P2.
+    pub(super) tick: [f64; 2],
+    /// A label that is kept for later (BL).
+    kept: String,
+    /// The font of labels, once there is one.
+    lettering: Option<Lettering>,
     /// What is outside of this is not drawn (IW), mm.
     pub(super) window: Option<[[f64; 2]; 2]>,
     /// Whether characters above 127 are single bytes of the file.
@@ -49,12 +67,19 @@ pub(super) struct Plotter<'t> {
 }
 
 impl<'t> Plotter<'t> {
-    pub(super) fn new(title: &str, tolerance: f64, lines: &'t Lines<'t>, latin: bool) -> Self {
+    pub(super) fn new(
+        options: &'t ReadOptions,
+        tolerance: f64,
+        lines: &'t Lines<'t>,
+        latin: bool,
+    ) -> Self {
         let artwork = Artwork {
-            title: title.to_owned(),
+            title: options.title.clone(),
             ..Artwork::default()
         };
         Self {
+            options,
+            fills: options.fills,
             artwork,
             tolerance,
             lines,
@@ -68,7 +93,14 @@ impl<'t> Plotter<'t> {
             open: None,
             polygon: None,
             edges: Vec::new(),
-            texts: Texts::default(),
+            rings: Vec::new(),
+            outlined: false,
+            fill_type: FillType::default(),
+            labels: LabelStyle::default(),
+            symbol: None,
+            tick: TICK,
+            kept: String::new(),
+            lettering: None,
             window: None,
             latin,
         }
@@ -88,7 +120,6 @@ impl<'t> Plotter<'t> {
     pub(super) fn finish(mut self) -> (Artwork, Vec<Diagnostic>) {
         self.lift();
         self.end_polygon();
-        self.tell_texts();
         self.artwork.page = self.scale.page();
         if self.pens.len() > 1 {
             let pens: Vec<_> = self.pens.iter().map(ToString::to_string).collect();
@@ -127,7 +158,20 @@ impl<'t> Plotter<'t> {
             b"DF" => self.reset(false),
             b"IP" | b"IR" | b"PS" | b"RO" | b"SC" => self.scaled(instruction)?,
             b"IW" => self.windowed(instruction)?,
-            b"LB" => self.text(instruction),
+            b"LB" => self.label(&instruction.text, instruction)?,
+            b"BL" => self.kept.clone_from(&instruction.text),
+            b"PB" => self.label(&self.kept.clone(), instruction)?,
+            b"SI" | b"SR" | b"DI" | b"DR" | b"DV" | b"SL" | b"LO" | b"ES" => {
+                self.label_style(instruction)?;
+            }
+            b"TL" => self.tick = ticks(instruction),
+            b"XT" | b"YT" => self.tick_mark(instruction)?,
+            b"CP" => self.character_plot(instruction)?,
+            b"FT" => self.fill_type(instruction),
+            b"SM" => {
+                let symbol = instruction.text.trim_end_matches(';').chars().next();
+                self.symbol = symbol.filter(|symbol| !symbol.is_whitespace());
+            }
             b"AT" | b"RT" => {
                 let from = if &instruction.name == b"RT" {
                     self.at
@@ -159,14 +203,11 @@ impl<'t> Plotter<'t> {
             }
             // Pen speed and force, widths, colours, label styles, fills, the plotter and its paper.
             "LT" | "VS" | "VA" | "VN" | "FS" | "AS" | "PW" | "WU" | "PT" | "PC" | "NP" | "CR"
-            | "CO" | "LA" | "LO" | "LM" | "DI" | "DR" | "DV" | "SI" | "SR" | "SL" | "SD" | "AD"
-            | "CS" | "CA" | "SS" | "SA" | "CP" | "ES" | "DT" | "FT" | "AC" | "UL" | "SV" | "TR"
-            | "MC" | "PP" | "RF" | "SB" | "TD" | "DL" | "PG" | "AF" | "AH" | "EC" | "QL" | "MG"
-            | "MT" | "ST" | "NR" | "RP" | "CM" | "CT" | "CV" | "CF" | "IM" | "IV" | "FI" | "FN"
-            | "GM" | "TL" | "BL" | "WD" | "OA" | "OB" | "OC" | "OD" | "OE" | "OF" | "OG" | "OH"
+            | "CO" | "LA" | "LM" | "SD" | "AD" | "CS" | "CA" | "SS" | "SA" | "DT" | "AC" | "UL"
+            | "SV" | "TR" | "MC" | "PP" | "RF" | "SB" | "TD" | "DL" | "PG" | "AF" | "AH" | "EC"
+            | "QL" | "MG" | "MT" | "ST" | "NR" | "RP" | "CM" | "CT" | "CV" | "CF" | "IM" | "IV"
+            | "FI" | "FN" | "GM" | "WD" | "OA" | "OB" | "OC" | "OD" | "OE" | "OF" | "OG" | "OH"
             | "OI" | "OK" | "OL" | "OO" | "OP" | "OS" | "OT" | "OW" => {}
-            // SM switches off symbols at each point.
-            "SM" if matches!(instruction.text.as_str(), "" | ";") => {}
             _ => self.note(instruction, &format!("{name} is left out")),
         }
         Ok(())
@@ -189,11 +230,27 @@ impl<'t> Plotter<'t> {
     }
 
     pub(super) fn begin(&mut self, range: Range<usize>, dot: bool) {
+        self.uses_pen();
+        let points = vec![self.scale.place(self.at)];
+        self.open = Some(Open { points, range, dot });
+    }
+
+    /// Remembers that the pen draws.
+    pub(super) fn uses_pen(&mut self) {
         if !self.pens.contains(&self.pen) && self.pens.len() < 100 {
             self.pens.push(self.pen);
         }
-        let points = vec![self.scale.place(self.at)];
-        self.open = Some(Open { points, range, dot });
+    }
+
+    /// The font of labels.
+    pub(super) fn lettering(&mut self) -> Result<&Lettering, SpanDiagnostic> {
+        if self.lettering.is_none() {
+            let lettering = Lettering::new(self.options, self.tolerance);
+            self.lettering = Some(lettering.map_err(|wrong| SpanDiagnostic::of(0..0, wrong))?);
+        }
+        self.lettering
+            .as_ref()
+            .ok_or_else(|| SpanDiagnostic::new(0..0, "there is no font"))
     }
 
     pub(super) fn lift(&mut self) {
@@ -226,6 +283,8 @@ impl<'t> Plotter<'t> {
     fn go(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
         for to in pairs(instruction, self.relative.then_some(&mut self.at.clone()))? {
             self.line(to, instruction)?;
+            self.labels.moved();
+            self.symbol(instruction)?;
         }
         Ok(())
     }
@@ -249,6 +308,11 @@ impl<'t> Plotter<'t> {
                 }
             }
         }
+        if self.polygon.is_some()
+            && let Some(ring) = self.rings.last_mut()
+        {
+            ring.push(place);
+        }
         self.at = to;
         Ok(())
     }
@@ -259,7 +323,14 @@ impl<'t> Plotter<'t> {
         to: [f64; 2],
         instruction: &Instruction,
     ) -> Result<(), SpanDiagnostic> {
-        let [x, y] = self.scale.place(to);
+        self.on_a_sheet(self.scale.place(to), instruction)
+    }
+
+    pub(super) fn on_a_sheet(
+        &self,
+        [x, y]: [f64; 2],
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
         if x.abs().max(y.abs()) <= LARGEST {
             return Ok(());
         }

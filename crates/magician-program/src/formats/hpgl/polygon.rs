@@ -1,8 +1,8 @@
 //! Polygons: strokes that are gathered first and drawn later.
 
-use super::figures::UNFILLED;
 use super::lexer::Instruction;
 use super::plotter::Plotter;
+use crate::fill::FillRule;
 use crate::{DiagnosticCode, Origin};
 
 impl Plotter<'_> {
@@ -12,12 +12,17 @@ impl Plotter<'_> {
             0.0 => {
                 self.lift_for_a_moment();
                 self.edges.clear();
+                self.outlined = false;
+                self.rings = vec![vec![self.scale.place(self.at)]];
                 self.polygon = Some(0);
                 if self.draws() {
                     self.begin(instruction.range.clone(), false);
                 }
             }
-            1.0 => self.close_part(),
+            1.0 => {
+                self.close_part();
+                self.rings.push(Vec::new());
+            }
             _ => {
                 self.close_part();
                 self.polygon = None;
@@ -57,17 +62,26 @@ impl Plotter<'_> {
         }
     }
 
-    /// EP and FP: the polygon's outline.
+    /// EP draws the polygon's edge, FP fills it; it stays, so that a plot may do both.
     pub(super) fn edge(&mut self, instruction: &Instruction) {
-        if &instruction.name == b"FP" {
-            self.note(instruction, UNFILLED);
-            // Programs draw the edge of what they fill, too.
-            if self.edges.is_empty() {
+        if &instruction.name == b"EP" {
+            if std::mem::replace(&mut self.outlined, true) {
                 return;
             }
+            for edge in self.edges.clone() {
+                self.put(edge);
+            }
+            return;
         }
-        for edge in std::mem::take(&mut self.edges) {
-            self.put(edge);
+        let rule = match instruction.numbers.first() {
+            Some(1.0) => FillRule::NonZero,
+            _ => FillRule::EvenOdd,
+        };
+        // Programs draw the edge of what they fill, too.
+        if self.outlines() && std::mem::replace(&mut self.outlined, true) {
+            return;
         }
+        let rings = self.rings.iter().filter(|ring| ring.len() > 2);
+        self.fill(rings.cloned().collect(), rule, instruction);
     }
 }

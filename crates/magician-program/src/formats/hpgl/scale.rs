@@ -94,6 +94,27 @@ impl Scale {
         self.factor[0].abs().max(self.factor[1].abs()) / UNITS
     }
 
+    /// A direction of the plot as one of the sheet.
+    pub(super) fn turned(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        match self.turns {
+            0 => [x, y],
+            1 => [-y, x],
+            2 => [-x, -y],
+            _ => [y, -x],
+        }
+    }
+
+    /// From P1 to P2, mm.
+    pub(super) fn span(&self) -> [f64; 2] {
+        let [px, py, qx, qy] = self.corners;
+        [(qx - px) / UNITS, (qy - py) / UNITS]
+    }
+
+    /// What a length of 1 across becomes, mm.
+    pub(super) fn unit(&self) -> f64 {
+        self.factor[0].abs() / UNITS
+    }
+
     /// Width and height of the sheet: as much is beside its frame on the right and above as on the left and below.
     fn sheet(&self) -> [f64; 2] {
         let [px, py, qx, qy] = self.frame;

@@ -1,65 +1,345 @@
-//! Texts (LB): until they are drawn, what they say is told.
+//! Labels (LB): their letters at the size, slant, direction and place that the plot says.
+//!
+//! A plotter's letters all have the same width; so each of ours stands in the middle of such a cell, and what plots set beside
+//! and below each other stays there.
 
 use super::lexer::Instruction;
 use super::plotter::Plotter;
-use crate::DiagnosticCode;
+use crate::formats::span::SpanDiagnostic;
+use crate::{DiagnosticCode, Stroke};
 
-/// As many texts are quoted, and as many characters of each.
-const QUOTED: usize = 5;
-const LONGEST: usize = 40;
+/// From a character to the next, in widths of a character, and from a line to the next, in heights.
+const ADVANCE: f64 = 1.5;
+const LINE: f64 = 2.0;
+/// Width and height of a character in percent of the way from P1 to P2, unless the plot says something else (HP 7475A).
+const USUAL: [f64; 2] = [0.75, 1.5];
+/// What SI alone stands for on A4, cm.
+const ABSOLUTE: [f64; 2] = [0.187, 0.269];
+/// How wide a capital of the font is, in its heights, and how much wider than that a letter may become.
+const CAPITAL: f64 = 14.0 / 21.0;
+const WIDEST: f64 = 1.3;
+/// Of labels longer than this the rest is left out.
+const LONGEST: usize = 10_000;
 
-/// The texts that were left out.
-#[derive(Debug, Default)]
-pub(super) struct Texts {
-    first: Option<crate::Origin>,
-    quoted: Vec<String>,
-    more: usize,
+/// How labels are written.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct LabelStyle {
+    size: Size,
+    direction: Direction,
+    /// Of the direction of uprights, the tangent of their angle to the right.
+    slant: f64,
+    /// LO.
+    origin: f64,
+    /// More room between characters and lines (ES), in cells.
+    extra: [f64; 2],
+    /// Whether characters stand below one another.
+    downwards: bool,
+    /// Where a carriage return leads to, mm.
+    start: Option<[f64; 2]>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Size {
+    /// Width and height in cm.
+    Absolute([f64; 2]),
+    /// In percent of the way from P1 to P2.
+    Relative([f64; 2]),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Direction {
+    Absolute([f64; 2]),
+    /// In shares of the way from P1 to P2.
+    Relative([f64; 2]),
+}
+
+impl Default for LabelStyle {
+    fn default() -> Self {
+        Self {
+            size: Size::Relative(USUAL),
+            direction: Direction::Absolute([1.0, 0.0]),
+            slant: 0.0,
+            origin: 1.0,
+            extra: [0.0; 2],
+            downwards: false,
+            start: None,
+        }
+    }
+}
+
+impl LabelStyle {
+    /// The pen was moved: a carriage return leads to where it is then.
+    pub(super) const fn moved(&mut self) {
+        self.start = None;
+    }
+}
+
+/// The frame of a label on the sheet, mm: a width to the right, a height upwards, and how they are turned.
+#[derive(Clone, Copy)]
+struct Cell {
+    width: f64,
+    height: f64,
+    along: [f64; 2],
+    up: [f64; 2],
+}
+
+impl Cell {
+    fn at(&self, from: [f64; 2], x: f64, y: f64) -> [f64; 2] {
+        [0, 1].map(|side| from[side] + self.along[side] * x + self.up[side] * y)
+    }
 }
 
 impl Plotter<'_> {
-    pub(super) fn text(&mut self, instruction: &Instruction) {
-        let text: String = instruction
-            .text
-            .chars()
-            .map(|sign| if sign.is_control() { ' ' } else { sign })
-            .collect();
-        let text = text.trim();
-        if text.is_empty() || self.pen == 0.0 {
-            return;
+    /// SI, SR, DI, DR, DV, SL, LO, ES: how labels are written from now on.
+    pub(super) fn label_style(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+        let style = &mut self.labels;
+        let numbers = &instruction.numbers[..];
+        match (&instruction.name, numbers) {
+            (b"SI", []) => style.size = Size::Absolute(ABSOLUTE),
+            (b"SI", &[width, height, ..]) => style.size = Size::Absolute([width, height]),
+            (b"SR", []) => style.size = Size::Relative(USUAL),
+            (b"SR", &[width, height, ..]) => style.size = Size::Relative([width, height]),
+            (b"DI" | b"DR", []) => style.direction = Direction::Absolute([1.0, 0.0]),
+            (b"DI", &[run, rise, ..]) => style.direction = Direction::Absolute([run, rise]),
+            (b"DR", &[run, rise, ..]) => style.direction = Direction::Relative([run, rise]),
+            (b"DV", numbers) => style.downwards = numbers.first().is_some_and(|way| *way != 0.0),
+            (b"SL", numbers) => style.slant = numbers.first().copied().unwrap_or(0.0),
+            (b"LO", numbers) => style.origin = numbers.first().copied().unwrap_or(1.0),
+            (b"ES", numbers) => {
+                style.extra = [0, 1].map(|nth| numbers.get(nth).copied().unwrap_or(0.0));
+            }
+            _ => {
+                let message = format!("{} needs two numbers or none", instruction.name());
+                return Err(SpanDiagnostic::new(instruction.range.clone(), message));
+            }
         }
-        let origin = self.lines.origin(instruction.range.clone());
-        self.texts.first.get_or_insert(origin);
-        let quote = match text.char_indices().nth(LONGEST) {
-            Some((end, _)) => format!("{:?}..", text.get(..end).unwrap_or_default()),
-            None => format!("{text:?}"),
+        Ok(())
+    }
+
+    fn cell(&self) -> Cell {
+        let frame = self.scale.span();
+        let [width, height] = match self.labels.size {
+            Size::Absolute(size) => size.map(|side| side * 10.0),
+            Size::Relative(share) => [0, 1].map(|side| frame[side].abs() * share[side] / 100.0),
         };
-        if self.texts.quoted.contains(&quote) {
-            return;
-        }
-        if self.texts.quoted.len() < QUOTED {
-            self.texts.quoted.push(quote);
-        } else {
-            self.texts.more += 1;
+        let [run, rise] = match self.labels.direction {
+            Direction::Absolute(way) => way,
+            Direction::Relative(way) => [0, 1].map(|side| frame[side] * way[side]),
+        };
+        let length = libm::hypot(run, rise);
+        let [run, rise] = match length > 0.0 && length.is_finite() {
+            true => [run / length, rise / length],
+            false => [1.0, 0.0],
+        };
+        Cell {
+            width,
+            height,
+            along: self.scale.turned([run, rise]),
+            up: self.scale.turned([-rise, run]),
         }
     }
 
-    /// One note for all of them.
-    pub(super) fn tell_texts(&mut self) {
-        let Some(first) = self.texts.first else {
-            return;
+    /// From a character to the next, and from a line to the next.
+    fn steps(&self, cell: &Cell) -> [[f64; 2]; 2] {
+        let [across, along] = self.labels.extra;
+        let forth = [cell.width * ADVANCE * (1.0 + across), 0.0];
+        let down = [0.0, -cell.height * LINE * (1.0 + along)];
+        match self.labels.downwards {
+            true => [down, [-forth[0], 0.0]],
+            false => [forth, down],
+        }
+    }
+
+    /// CP: moves by so many characters to the right and lines up; without numbers to the next line.
+    pub(super) fn character_plot(
+        &mut self,
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
+        self.lift_for_a_moment();
+        let cell = self.cell();
+        let [forth, down] = self.steps(&cell);
+        let place = self.scale.place(self.at);
+        let to = match instruction.numbers[..] {
+            [] => {
+                let start = self.labels.start.unwrap_or(place);
+                // As far down as the pen is by now, and a line.
+                let along = |from: [f64; 2], way: [f64; 2]| from[0] * way[0] + from[1] * way[1];
+                let apart = [place[0] - start[0], place[1] - start[1]];
+                let row = match self.labels.downwards {
+                    true => along(apart, cell.along),
+                    false => along(apart, cell.up),
+                };
+                let start = match self.labels.downwards {
+                    true => cell.at(start, row, 0.0),
+                    false => cell.at(start, 0.0, row),
+                };
+                self.labels.start = Some(start);
+                cell.at(start, down[0], down[1])
+            }
+            [spaces] => cell.at(place, forth[0] * spaces, forth[1] * spaces),
+            [spaces, lines, ..] => cell.at(
+                place,
+                forth[0] * spaces - down[0] * lines,
+                forth[1] * spaces - down[1] * lines,
+            ),
         };
-        let more = match self.texts.more {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        let message = format!(
-            "text (LB) is left out: {}{more}",
-            self.texts.quoted.join(", ")
+        let start = self.labels.start;
+        self.jump(to, instruction)?;
+        self.labels.start = start;
+        Ok(())
+    }
+
+    /// The pen is somewhere else on the sheet without a line.
+    fn jump(&mut self, place: [f64; 2], instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+        let at = self.scale.at(place);
+        self.fits(at, instruction)?;
+        self.at = at;
+        Ok(())
+    }
+
+    /// LB: writes it; afterwards the pen is where the next character would be.
+    pub(super) fn label(
+        &mut self,
+        text: &str,
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
+        if let Some(open) = &mut self.open {
+            open.dot = false;
+        }
+        self.lift_for_a_moment();
+        let cell = self.cell();
+        let [forth, down] = self.steps(&cell);
+        let from = self.scale.place(self.at);
+        let start = *self.labels.start.get_or_insert(from);
+        let text: String = text.chars().take(LONGEST).collect();
+        let rows: Vec<&str> = text.split('\n').collect();
+        let origin = self.labels.origin;
+        let begin = self.shifted(
+            &cell,
+            rows.first().copied().unwrap_or_default(),
+            origin,
+            forth,
         );
-        let help = "export the plot with its text as lines";
-        self.notes
-            .add_with(DiagnosticCode::LeftOut, first, &message, |note| {
-                note.help(help)
-            });
+        let (mut at, mut row) = ([begin[0], begin[1]], 0.0);
+        for character in text.chars() {
+            match character {
+                '\n' => {
+                    row += 1.0;
+                    at = [at[0] + down[0], at[1] + down[1]];
+                }
+                '\r' => {
+                    // Rows of labels that are not written from their left are placed each by itself.
+                    let next = rows.get(row as usize + 1).copied().unwrap_or_default();
+                    let [x, y] = self.shifted(&cell, next, origin, forth);
+                    let back = [0, 1].map(|side| start[side] - from[side]);
+                    let along = back[0] * cell.along[0] + back[1] * cell.along[1];
+                    at = [x + along + down[0] * row, y + down[1] * row];
+                }
+                '\u{8}' => at = [at[0] - forth[0], at[1] - forth[1]],
+                control if control.is_control() => {}
+                sign => {
+                    self.sign(sign, cell.at(from, at[0], at[1]), &cell, instruction)?;
+                    at = [at[0] + forth[0], at[1] + forth[1]];
+                }
+            }
+        }
+        let end = cell.at(from, at[0], at[1]);
+        let start = self.labels.start;
+        self.jump(end, instruction)?;
+        self.labels.start = start;
+        Ok(())
+    }
+
+    /// Where a row of a label begins, from where the pen is: LO 1 to 9 go from below to above and from left to right; 11 to 19 are
+    /// the same with half a character between.
+    fn shifted(&self, cell: &Cell, row: &str, origin: f64, forth: [f64; 2]) -> [f64; 2] {
+        let nth = origin as i64;
+        let (place, apart) = if nth > 10 {
+            (nth - 10, 0.5)
+        } else {
+            (nth, 0.0)
+        };
+        if !(1..=9).contains(&place) {
+            return [0.0; 2];
+        }
+        let (column, level) = ((place - 1) / 3, (place - 1) % 3);
+        let row = row.trim_end_matches('\r');
+        let count = row.chars().filter(|sign| !sign.is_control()).count() as f64;
+        // Behind the last character there is no gap.
+        let long = (forth[0] * count - (forth[0] - cell.width)).max(0.0);
+        let x = -long * column as f64 / 2.0 + apart * cell.width * (1 - column) as f64;
+        let y = -cell.height * level as f64 / 2.0 + apart * cell.height * (1 - level) as f64;
+        [x, y]
+    }
+
+    /// A character in its cell, from the left end of its baseline.
+    fn sign(
+        &mut self,
+        sign: char,
+        from: [f64; 2],
+        cell: &Cell,
+        instruction: &Instruction,
+    ) -> Result<(), SpanDiagnostic> {
+        if sign == ' ' || self.pen == 0.0 {
+            return Ok(());
+        }
+        let origin = self.lines.origin(instruction.range.clone());
+        let height = cell.height.abs();
+        let Some(glyph) = self.lettering()?.glyph(sign, height) else {
+            return self.lacks(sign, instruction);
+        };
+        let Some([least, most]) = glyph.bounds() else {
+            return Ok(());
+        };
+        let drawn = most[0] - least[0];
+        let usual = cell.width.abs() / (CAPITAL * height);
+        let wide = usual.min(cell.width.abs() * WIDEST / drawn.max(f64::MIN_POSITIVE));
+        let left = (cell.width.abs() - drawn * wide) / 2.0;
+        let slant = self.labels.slant;
+        for line in &glyph.lines {
+            let points: Vec<[f64; 2]> = { line.iter() }
+                .map(|[x, y]| {
+                    let x = (x - least[0]) * wide + left + slant * y;
+                    cell.at(from, x * cell.width.signum(), y * cell.height.signum())
+                })
+                .collect();
+            for point in &points {
+                self.on_a_sheet(*point, instruction)?;
+            }
+            self.uses_pen();
+            self.put(Stroke { points, origin });
+        }
+        Ok(())
+    }
+
+    /// The symbol (SM) at a point, its middle there.
+    pub(super) fn symbol(&mut self, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+        let Some(symbol) = self.symbol else {
+            return Ok(());
+        };
+        let cell = self.cell();
+        let at = self.scale.place(self.at);
+        let from = cell.at(at, -cell.width / 2.0, -cell.height / 2.0);
+        self.sign(symbol, from, &cell, instruction)
+    }
+
+    fn lacks(&mut self, sign: char, instruction: &Instruction) -> Result<(), SpanDiagnostic> {
+        let origin = self.lines.origin(instruction.range.clone());
+        match self.lettering()?.lacks(sign, origin) {
+            Ok(note) => {
+                let remedies = note.remedies.clone();
+                self.notes.add_with(
+                    DiagnosticCode::LeftOut,
+                    origin,
+                    &note.message,
+                    |mut note| {
+                        note.remedies = remedies;
+                        note
+                    },
+                );
+                Ok(())
+            }
+            Err(refused) => Err(SpanDiagnostic::of(instruction.range.clone(), refused)),
+        }
     }
 }

@@ -32,6 +32,12 @@ pub(super) struct StrokeCollector<'a> {
         expect(dead_code, reason = "texts are left out")
     )]
     pub(super) writing: &'a ReadOptions,
+    /// Whether texts are laid out with the installed fonts too.
+    #[cfg_attr(
+        not(feature = "text"),
+        expect(dead_code, reason = "texts are left out")
+    )]
+    pub(super) installed: bool,
     pub(super) notes: &'a mut Notes,
     pub(super) strokes: Vec<Stroke>,
     pub(super) areas: Areas,
@@ -66,6 +72,7 @@ impl<'a> StrokeCollector<'a> {
             tolerance,
             fills: writing.fills,
             writing,
+            installed: false,
             whites,
             notes,
             strokes: Vec::new(),

@@ -29,7 +29,7 @@ use self::collector::StrokeCollector;
 use self::notes::Notes;
 use self::source::{Page, Source};
 use self::white::Whites;
-use super::{Content, Parsed, ReadOptions};
+use super::{Content, Parsed, ReadOptions, SystemFonts};
 use crate::{Artwork, Diagnostic, DiagnosticCode, Stroke};
 
 /// Files may be as large, bytes.
@@ -95,7 +95,13 @@ fn on_a_deep_stack<T: Send>(
 fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnostic> {
     let mut notes = Notes::default();
     let source = source::prepare(text, &mut notes)?;
-    let tree = tree(&source.text)?;
+    let mut installed = options.system_fonts == SystemFonts::On && text::names_fonts(&source.text);
+    let mut tree = tree_of(&source.text, installed)?;
+    if installed && text::lacks_glyphs(tree.root()) {
+        // Installed fonts draw a box for what they lack.
+        installed = false;
+        tree = tree_of(&source.text, installed)?;
+    }
     let (width, height) = (tree.size().width(), tree.size().height());
     let page = [width, height].map(|side| f64::from(side) * PIXEL);
     if source.page == Page::ViewBox {
@@ -118,6 +124,7 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
     } = source;
     let whites = Whites::of(tree.root(), options.white);
     let mut collector = StrokeCollector::new(&elements, tolerance, options, whites, &mut notes);
+    collector.installed = installed;
     collector.all(tree.root(), to)?;
     let StrokeCollector {
         strokes,
@@ -157,7 +164,7 @@ fn beyond_the_page(strokes: &[Stroke], [width, height]: [f64; 2], notes: &mut No
     }
 }
 
-fn tree(source: &str) -> Result<Tree, Diagnostic> {
+fn tree_of(source: &str, installed: bool) -> Result<Tree, Diagnostic> {
     let mut options = Options {
         dpi: 96.0,
         style_sheet: Some(STYLE.to_owned()),
@@ -168,7 +175,7 @@ fn tree(source: &str) -> Result<Tree, Diagnostic> {
         },
         ..Options::default()
     };
-    text::set_up(&mut options);
+    text::set_up(&mut options, installed);
     let document = source::parse(source)?;
     Tree::from_xmltree(&document, &options).map_err(|error| {
         let message = match error {

@@ -6,7 +6,17 @@ use super::collector::{NodeContext, StrokeCollector};
 use super::source::Element;
 use crate::{Diagnostic, DiagnosticCode, Missing};
 
-pub(super) fn set_up(_options: &mut Options<'_>) {}
+pub(super) fn set_up(_options: &mut Options<'_>, _installed: bool) {}
+
+/// Whether texts may name fonts that are installed.
+pub(super) fn names_fonts(_text: &str) -> bool {
+    false
+}
+
+/// Whether a text has characters that no font has.
+pub(super) fn lacks_glyphs(_group: &usvg::Group) -> bool {
+    false
+}
 
 /// What is to be said of a text in the source.
 pub(super) fn left_out(text: &Element) -> Option<Diagnostic> {

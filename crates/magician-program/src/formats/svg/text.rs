@@ -2,7 +2,10 @@
 
 mod single;
 
+use std::sync::Arc;
+
 use kurbo::{Affine, BezPath, PathEl};
+use usvg::fontdb::Database;
 use usvg::{FontFamily, FontStyle, Group, Node, Options, Path, Text};
 
 use super::collector::{NodeContext, StrokeCollector, matrix};
@@ -12,11 +15,37 @@ use super::white::Whites;
 use crate::formats::Fills;
 use crate::{Diagnostic, DiagnosticCode, font};
 
-/// Texts are written in our font.
-pub(super) fn set_up(options: &mut Options<'_>) {
+/// Texts are written in our font, or in the installed ones that they name.
+pub(super) fn set_up(options: &mut Options<'_>, installed: bool) {
     options.font_family = font::NAME.to_owned();
-    options.font_resolver = font::resolver();
-    options.fontdb = font::database();
+    options.fontdb = database(installed);
+    options.font_resolver = match installed {
+        #[cfg(feature = "system-fonts")]
+        true => font::installed_resolver(),
+        _ => font::resolver(),
+    };
+}
+
+pub(super) fn database(installed: bool) -> Arc<Database> {
+    match installed {
+        #[cfg(feature = "system-fonts")]
+        true => font::installed(),
+        _ => font::database(),
+    }
+}
+
+/// Whether texts may name fonts that are installed, as far as this build knows those.
+pub(super) fn names_fonts(source: &str) -> bool {
+    cfg!(feature = "system-fonts") && source.contains("text") && source.contains("font")
+}
+
+/// Whether a text has characters that no font has.
+pub(super) fn lacks_glyphs(group: &Group) -> bool {
+    group.children().iter().any(|node| match node {
+        Node::Group(group) => lacks_glyphs(group),
+        Node::Text(text) => !missing(text).is_empty(),
+        _ => false,
+    })
 }
 
 /// What is to be said of a text in the source; what of it cannot be written is said when it is.
@@ -34,7 +63,17 @@ impl StrokeCollector<'_> {
             let help = "turn the text into paths in the program that it was drawn with";
             self.lacks(character, font::NAME, &place, |note| note.help(help))?;
         }
-        for wish in differences(text) {
+        let database = database(self.installed);
+        let spans = text.layouted().iter();
+        let mut glyphs = spans.flat_map(|span| &span.positioned_glyphs);
+        let is_ours = glyphs.any(|glyph| font::is_bundled(&database, glyph.font));
+        // What is installed is as the text wants it.
+        let differing = if is_ours {
+            differences(text)
+        } else {
+            Vec::new()
+        };
+        for wish in differing {
             let remark = format!(
                 "text is written in {} Regular instead of {wish}",
                 font::NAME

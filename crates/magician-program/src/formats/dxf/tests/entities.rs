@@ -90,8 +90,38 @@ fn polylines_of_both_kinds_are_the_same() {
     let (strokes, notes) = entities(rising);
     assert_eq!(strokes[0].points, [[0.0, 0.0], [5.0, 0.0]]);
     assert!(notes[0].contains("seen from above"), "{notes:?}");
+    // Two triangles with a common edge, one edge of which is not seen; a mesh of two by two that closes across.
+    let faces = "0 POLYLINE 70 64 0 VERTEX 70 192 10 0 20 0 0 VERTEX 70 192 10 9 20 0 0 VERTEX 70 192 10 9 20 9 \
+        0 VERTEX 70 192 10 0 20 9 0 VERTEX 70 128 10 0 20 0 71 1 72 2 73 3 0 VERTEX 70 128 10 0 20 0 71 1 72 -3 73 4 0 SEQEND";
+    let lines = entities(faces).0;
+    let long: f64 = lines.iter().map(Stroke::length).sum();
+    assert!(
+        (long - (27.0 + 9.0 * 2.0_f64.sqrt())).abs() < 1e-9,
+        "{lines:?}"
+    );
+    let mesh = "0 POLYLINE 70 16 71 2 72 2 0 VERTEX 70 64 10 0 20 0 0 VERTEX 70 64 10 0 20 9 \
+        0 VERTEX 70 64 10 9 20 0 0 VERTEX 70 64 10 9 20 9 0 SEQEND";
+    let long: f64 = entities(mesh).0.iter().map(Stroke::length).sum();
+    assert!((long - 36.0).abs() < 1e-9);
     let (strokes, notes) = entities("0 POLYLINE 70 64 0 VERTEX 10 0 20 0 0 SEQEND 0 POLYLINE");
     assert_eq!((strokes.len(), notes.len()), (0, 2));
+}
+
+#[test]
+fn the_sheet_of_a_layout_is_drawn_where_there_is_nothing_else() {
+    let sheet = "0 LINE 67 1 10 0 20 0 11 9 21 0";
+    let (strokes, notes) = entities(sheet);
+    assert_eq!(strokes.len(), 1);
+    assert_eq!(
+        notes,
+        ["the drawing itself is empty: what lies on the sheet of its layout is drawn"]
+    );
+    let (strokes, notes) = entities(&format!("{sheet} 0 LINE 10 0 20 5 11 9 21 5"));
+    assert_eq!(strokes[0].points, [[0.0, 5.0], [9.0, 5.0]]);
+    assert!(
+        strokes.len() == 1 && notes[0].contains("on the sheet of a layout"),
+        "{notes:?}"
+    );
 }
 
 #[test]

@@ -27,7 +27,8 @@ fn the_plate_is_as_it_was_drawn() {
         2.0,
         0.0,
     ];
-    assert_eq!(artwork.strokes.len(), lengths.len());
+    // Behind them come the lines of its word.
+    assert!(artwork.strokes.len() > lengths.len());
     for (stroke, length) in artwork.strokes.iter().zip(lengths) {
         assert!(
             length == 0.0 || is_length(stroke, length),
@@ -55,10 +56,7 @@ fn the_plate_is_as_it_was_drawn() {
     let notes: Vec<_> = notes.iter().map(ToString::to_string).collect();
     assert_eq!(
         notes,
-        [
-            "line 310, column 1: CIRCLE is left out: its layer is off or not plotted",
-            "line 320, column 1: TEXT is left out: text is not drawn",
-        ]
+        ["line 310, column 1: CIRCLE is left out: its layer is off or not plotted",]
     );
 }
 

@@ -3,11 +3,13 @@
 mod blocks;
 mod entities;
 mod files;
+mod hatches;
+mod texts;
 
 use std::fmt::Write;
 
 use super::*;
-use crate::{Format, Stroke, read};
+use crate::{Artwork, Format, Stroke, read};
 
 const PLATE: &str = include_str!("../../../../samples/plate.dxf");
 const TOLERANCE: f64 = 0.01;

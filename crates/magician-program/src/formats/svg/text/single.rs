@@ -7,12 +7,13 @@ use kurbo::Affine;
 use magician_host::{Given, Setting};
 use skrifa::instance::{LocationRef, Size};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
+use usvg::fontdb::Database;
 use usvg::{FontFamily, Path, Text};
 
 use super::super::collector::{NodeContext, StrokeCollector, matrix};
 use super::super::lines::Line;
 use crate::lettering::{BundledFont, FontChoice, Glyphs};
-use crate::{Diagnostic, ReadOptions, TextLines, font};
+use crate::{Diagnostic, ReadOptions, TextLines};
 
 /// The font that a text is written with in single lines; none if its outlines are drawn.
 pub(super) fn font(text: &Text, writing: &ReadOptions) -> Option<FontChoice> {
@@ -52,8 +53,7 @@ struct Metrics {
     advance: f64,
 }
 
-fn metrics(glyph: &usvg::layout::PositionedGlyph) -> Option<Metrics> {
-    let database = font::database();
+fn metrics(database: &Database, glyph: &usvg::layout::PositionedGlyph) -> Option<Metrics> {
     database.with_face_data(glyph.font, |data, index| {
         let font = FontRef::from_index(data, index).ok()?;
         let (size, place) = (Size::unscaled(), LocationRef::default());
@@ -73,6 +73,7 @@ impl StrokeCollector<'_> {
         place: &NodeContext,
     ) -> Result<(), Diagnostic> {
         let font = choice.load()?;
+        let database = super::database(self.installed);
         let mut missing = String::new();
         for span in text.layouted().iter().filter(|span| span.visible) {
             let paints = [
@@ -86,7 +87,9 @@ impl StrokeCollector<'_> {
                 self.add(vec![middle(line, place.to)], place, white)?;
             }
             for laid in &span.positioned_glyphs {
-                let Some(own) = metrics(laid) else { continue };
+                let Some(own) = metrics(&database, laid) else {
+                    continue;
+                };
                 let to = place.to * matrix(laid.outline_transform());
                 let scale = own.cap_height / font.cap_height();
                 let tolerance = self.tolerance / (scale * to.determinant().abs().sqrt());

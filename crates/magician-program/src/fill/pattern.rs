@@ -1,0 +1,164 @@
+//! The lines of a pattern within an area, as a drawing says them itself.
+
+/// Of a line at the very edge of an area, by so many of the distances it may miss it, the lower one is drawn, the upper one is not.
+const ROUNDED: f64 = 1e-9;
+/// As many lines and dashes of one area are drawn.
+const MOST: f64 = 100_000.0;
+
+/// Parallel lines.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LineFamily {
+    /// Their direction, degrees counter-clockwise from x.
+    pub(crate) angle: f64,
+    /// Where one of them begins.
+    pub(crate) base: [f64; 2],
+    /// From where each begins to where the next one does.
+    pub(crate) offset: [f64; 2],
+    /// How long its dashes are, and below 0 the gaps between them; none if it has no gaps.
+    pub(crate) dashes: Vec<f64>,
+}
+
+impl LineFamily {
+    /// What of the lines is within an odd number of rings; none if that would be too many lines.
+    pub(crate) fn within(&self, rings: &[Vec<[f64; 2]>]) -> Option<Vec<[[f64; 2]; 2]>> {
+        let (sin, cos) = libm::sincos(self.angle.to_radians());
+        let turned = |[x, y]: [f64; 2]| [x * cos + y * sin, y * cos - x * sin];
+        let back = |[x, y]: [f64; 2]| [x * cos - y * sin, x * sin + y * cos];
+        let (base, step) = (turned(self.base), turned(self.offset));
+        // Levels are counted upwards.
+        let step = if step[1] < 0.0 {
+            step.map(|side| -side)
+        } else {
+            step
+        };
+        let mut crossings: Vec<(f64, f64)> = Vec::new();
+        for ring in rings {
+            let next = ring.iter().cycle().skip(1);
+            for (from, to) in ring.iter().zip(next) {
+                let [from, to] = [turned(*from), turned(*to)];
+                let (low, high) = if from[1] <= to[1] {
+                    (from, to)
+                } else {
+                    (to, from)
+                };
+                let level = |y: f64| ((y - base[1]) / step[1] - ROUNDED).ceil();
+                let (first, end) = (level(low[1]), level(high[1]));
+                // Of lines without a distance there is no end.
+                let is_bounded = (end - first) + crossings.len() as f64 <= MOST;
+                if !is_bounded {
+                    return None;
+                }
+                for later in 0..(end - first) as u32 {
+                    let nth = first + f64::from(later);
+                    let share = (base[1] + nth * step[1] - low[1]) / (high[1] - low[1]);
+                    crossings.push((nth, low[0] + (high[0] - low[0]) * share));
+                }
+            }
+        }
+        crossings.sort_by(|one, other| one.0.total_cmp(&other.0).then(one.1.total_cmp(&other.1)));
+        let mut lines = Vec::new();
+        for level in crossings.chunk_by(|one, next| one.0 == next.0) {
+            for pair in level.as_chunks::<2>().0 {
+                let [(nth, from), (_, to)] = *pair;
+                let y = base[1] + nth * step[1];
+                let begin = base[0] + nth * step[0];
+                for [from, to] in self.dashed([from, to], begin)? {
+                    lines.push([back([from, y]), back([to, y])]);
+                }
+                if lines.len() as f64 > MOST {
+                    return None;
+                }
+            }
+        }
+        Some(lines)
+    }
+
+    /// The dashes from one place of a line to another; the pattern begins somewhere on it.
+    fn dashed(&self, [from, to]: [f64; 2], begin: f64) -> Option<Vec<[f64; 2]>> {
+        let period: f64 = self.dashes.iter().map(|dash| dash.abs()).sum();
+        if period <= 0.0 || self.dashes.iter().all(|dash| *dash >= 0.0) {
+            return Some(vec![[from, to]]);
+        }
+        let repeats = ((from - begin) / period).floor();
+        let count = ((to - from) / period).ceil() + 1.0;
+        let is_bounded = count * self.dashes.len() as f64 <= MOST;
+        if !is_bounded {
+            return None;
+        }
+        let mut dashes = Vec::new();
+        for nth in 0..count as u32 {
+            let mut at = begin + (repeats + f64::from(nth)) * period;
+            for dash in &self.dashes {
+                let end = at + dash.abs();
+                // A dash of length 0 is a dot.
+                let meets = end > from || end == at && at >= from;
+                if *dash >= 0.0 && meets && at < to {
+                    dashes.push([at.max(from), end.min(to)]);
+                }
+                at = end;
+            }
+        }
+        Some(dashes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]];
+
+    fn family(angle: f64, offset: [f64; 2], dashes: &[f64]) -> LineFamily {
+        LineFamily {
+            angle,
+            base: [0.0, 1.0],
+            offset,
+            dashes: dashes.to_vec(),
+        }
+    }
+
+    #[test]
+    fn lines_lie_where_the_pattern_says_and_leave_holes_free() {
+        let hole = vec![[2.0, 3.5], [6.0, 3.5], [6.0, 8.0], [2.0, 8.0]];
+        let lines = family(0.0, [0.0, 3.0], &[]).within(&[SQUARE.to_vec(), hole]);
+        let expected = [
+            [[0.0, 1.0], [10.0, 1.0]],
+            [[0.0, 4.0], [2.0, 4.0]],
+            [[6.0, 4.0], [10.0, 4.0]],
+            [[0.0, 7.0], [2.0, 7.0]],
+            [[6.0, 7.0], [10.0, 7.0]],
+        ];
+        assert_eq!(lines.unwrap(), expected);
+        let upright = LineFamily {
+            base: [1.0, 0.0],
+            ..family(90.0, [-5.0, 0.0], &[])
+        };
+        let lines = upright.within(&[SQUARE.to_vec()]).unwrap();
+        let xs: Vec<_> = lines.iter().map(|[from, _]| from[0].round()).collect();
+        assert_eq!(xs, [6.0, 1.0]);
+    }
+
+    #[test]
+    fn dashes_begin_where_their_line_begins() {
+        let lines = family(0.0, [1.0, 5.0], &[2.0, -2.0]).within(&[SQUARE.to_vec()]);
+        let starts: Vec<_> = lines.unwrap().iter().map(|[from, _]| *from).collect();
+        let expected = [
+            [0.0, 1.0],
+            [4.0, 1.0],
+            [8.0, 1.0],
+            [1.0, 6.0],
+            [5.0, 6.0],
+            [9.0, 6.0],
+        ];
+        assert_eq!(starts, expected);
+    }
+
+    #[test]
+    fn endless_patterns_are_refused() {
+        for offset in [[0.0, 0.0], [0.0, 1e-9], [1.0, 0.0], [f64::NAN, 1.0]] {
+            assert_eq!(family(0.0, offset, &[]).within(&[SQUARE.to_vec()]), None);
+        }
+        let fine = family(0.0, [0.0, 5.0], &[1e-9, -1e-9]);
+        assert_eq!(fine.within(&[SQUARE.to_vec()]), None);
+    }
+}

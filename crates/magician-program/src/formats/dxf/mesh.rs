@@ -1,0 +1,109 @@
+//! Meshes: the edges of their faces, each drawn once.
+
+use std::collections::HashSet;
+
+use kurbo::{Affine, Point};
+
+use super::canvas::Canvas;
+use super::pairs::Record;
+use crate::Diagnostic;
+
+/// Flags of a POLYLINE: its mesh closes on itself across, and along.
+const CLOSED: [i64; 2] = [1, 32];
+/// A vertex is a face of a polyface mesh.
+const FACE: i64 = 128;
+/// A vertex has coordinates of a mesh.
+const PLACE: i64 = 64;
+/// A vertex is a control point, and its smooth surface is beside it.
+const CONTROL: i64 = 16;
+
+/// Draws the mesh of a POLYLINE: one of rows and columns, or one of faces.
+pub(super) fn draw<'p>(
+    canvas: &mut Canvas<'p>,
+    record: &'p Record<'p>,
+    vertices: &'p [Record<'p>],
+    layer: &'p str,
+    map: Affine,
+) -> Result<(), Diagnostic> {
+    let flags = record.integer(70)?;
+    let mut places = Vec::new();
+    let mut faces = Vec::new();
+    for vertex in vertices {
+        let kind = vertex.integer(70)?;
+        if kind & CONTROL != 0 {
+            continue;
+        }
+        if kind & FACE != 0 && kind & PLACE == 0 {
+            faces.push(vertex);
+        } else {
+            let [x, y, _] = vertex.point(10)?;
+            places.push(map * Point::new(x, y));
+        }
+    }
+    let pairs = match flags & PLACE != 0 {
+        true => edges_of(&faces)?,
+        false => {
+            // Of a smooth surface there are other numbers of rows and columns.
+            let count = |own, smooth| match record.integer(smooth)? {
+                0 => record.integer(own),
+                count => Ok(count),
+            };
+            let counts = [count(71, 73)?, count(72, 74)?];
+            grid(counts, CLOSED.map(|flag| flags & flag != 0), places.len())
+        }
+    };
+    let mut drawn = HashSet::new();
+    for [from, to] in pairs {
+        let (Some(one), Some(other)) = (places.get(from), places.get(to)) else {
+            continue;
+        };
+        if drawn.insert([from.min(to), from.max(to)]) {
+            canvas.stroke(vec![*one, *other], record, layer)?;
+        }
+    }
+    match drawn.is_empty() {
+        true => canvas.leave_out(record, "its mesh has no edges"),
+        false => Ok(()),
+    }
+}
+
+/// The edges of faces, whose corners are counted from 1; below 0 where the edge behind one is not seen.
+fn edges_of(faces: &[&Record<'_>]) -> Result<Vec<[usize; 2]>, Diagnostic> {
+    let mut edges = Vec::new();
+    for face in faces {
+        let mut corners = Vec::new();
+        for code in 71..=74 {
+            let corner = face.integer(code)?;
+            if corner != 0 {
+                corners.push(corner);
+            }
+        }
+        let next = corners.iter().cycle().skip(1);
+        let seen = corners.iter().zip(next).filter(|(from, _)| **from > 0);
+        let index = |corner: i64| usize::try_from(corner.unsigned_abs() - 1).unwrap_or(usize::MAX);
+        edges.extend(seen.map(|(from, to)| [*from, *to].map(index)));
+    }
+    Ok(edges)
+}
+
+/// The edges between neighbours of rows and columns.
+fn grid([rows, columns]: [i64; 2], closed: [bool; 2], most: usize) -> Vec<[usize; 2]> {
+    let [rows, columns] = [rows, columns].map(|count| usize::try_from(count).unwrap_or(0));
+    if rows.checked_mul(columns).is_none_or(|count| count > most) {
+        return Vec::new();
+    }
+    let mut edges = Vec::new();
+    for row in 0..rows {
+        for column in 0..columns {
+            let at = |row: usize, column: usize| row % rows * columns + column % columns;
+            if row + 1 < rows || closed[0] {
+                edges.push([at(row, column), at(row + 1, column)]);
+            }
+            if column + 1 < columns || closed[1] {
+                edges.push([at(row, column), at(row, column + 1)]);
+            }
+        }
+    }
+    edges.retain(|[from, to]| from != to);
+    edges
+}

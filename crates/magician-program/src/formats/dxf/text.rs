@@ -1,0 +1,236 @@
+//! Texts: TEXT and the attributes of blocks, in one line each; where MTEXT puts its lines is in `mtext`.
+
+use kurbo::{Affine, Point, Vec2};
+
+use super::canvas::{Canvas, InsertContext};
+use super::entity::plane;
+use super::mtext::Run;
+use super::pairs::Record;
+use crate::Diagnostic;
+
+type DrawResult = Result<(), Diagnostic>;
+
+/// So far small letters go below the baseline, in heights of a capital.
+pub(super) const BELOW: f64 = 1.0 / 3.0;
+/// More characters of one text are not drawn.
+pub(super) const LONGEST: usize = 100_000;
+
+/// A text style of the drawing.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Style {
+    pub(super) height: f64,
+    pub(super) width: f64,
+    pub(super) oblique: f64,
+}
+
+impl Default for Style {
+    fn default() -> Self {
+        Self {
+            height: 0.0,
+            width: 1.0,
+            oblique: 0.0,
+        }
+    }
+}
+
+/// A text of one line (TEXT, ATTRIB, ATTDEF).
+pub(super) fn text<'p>(
+    canvas: &mut Canvas<'p>,
+    record: &'p Record<'p>,
+    layer: &'p str,
+    place: &InsertContext<'p>,
+) -> DrawResult {
+    let code = if record.kind == "ATTDEF" { 2 } else { 1 };
+    let content = decoded(record.verbatim(code).unwrap_or_default());
+    if content.trim().is_empty() {
+        return Ok(());
+    }
+    let style = canvas.style(record.text(7));
+    let number = |code, usual| record.number(code).map(|found| found.unwrap_or(usual));
+    let height = number(40, style.height)?;
+    let oblique = number(51, style.oblique)?;
+    let mut stretch = number(41, style.width)?;
+    let mut turn = number(50, 0.0)?;
+    let [x, y, z] = record.point(10)?;
+    let mut at = Point::new(x, y);
+    let second = match record.text(11) {
+        Some(_) => record.point(11).map(|[x, y, _]| Point::new(x, y))?,
+        None => at,
+    };
+    // ATTRIB and ATTDEF have the vertical one elsewhere.
+    let vertical = if record.kind == "TEXT" { 73 } else { 74 };
+    let (across, up) = (record.integer(72)?, record.integer(vertical)?);
+    if height <= 0.0 || stretch == 0.0 {
+        return canvas.leave_out(record, "it has no height or no width");
+    }
+    let mut size = height;
+    let row = Row::of(
+        canvas,
+        &[Run::plain(&content)],
+        size,
+        record,
+        stretch,
+        oblique,
+    )?;
+    let wide = row.width;
+    let mut row = row;
+    // Aligned and fitted texts go from one point to the other.
+    if let (3 | 5, way) = (across, second - at)
+        && way.hypot() > 0.0
+        && wide > 0.0
+    {
+        turn = way.atan2().to_degrees();
+        let share = way.hypot() / wide;
+        if across == 3 {
+            size *= share;
+        } else {
+            stretch *= share;
+        }
+        row = Row::of(
+            canvas,
+            &[Run::plain(&content)],
+            size,
+            record,
+            stretch,
+            oblique,
+        )?;
+    } else if across != 0 || up != 0 {
+        at = second;
+    }
+    let left = match across {
+        1 | 4 => -row.width / 2.0,
+        2 => -row.width,
+        _ => 0.0,
+    };
+    let down = match (across, up) {
+        (4, 0) | (_, 2) => -size / 2.0,
+        (_, 1) => size * BELOW,
+        (_, 3) => -size,
+        _ => 0.0,
+    };
+    let flags = record.integer(71)?;
+    let mirror = |bit: i64| if flags & bit != 0 { -1.0 } else { 1.0 };
+    let map = place.map
+        * plane(record, z)?
+        * Affine::translate(at.to_vec2())
+        * Affine::rotate(turn.to_radians())
+        * Affine::scale_non_uniform(mirror(2), mirror(4))
+        * Affine::translate((left, down));
+    row.draw(canvas, &map, record, layer)
+}
+
+/// A line of text, from where its baseline begins, in the drawing's units.
+#[derive(Default)]
+pub(super) struct Row {
+    lines: Vec<Vec<[f64; 2]>>,
+    pub(super) width: f64,
+    /// How high the highest of it is.
+    pub(super) height: f64,
+}
+
+impl Row {
+    /// Runs of characters one after the other, so high unless they say otherwise.
+    pub(super) fn of(
+        canvas: &mut Canvas<'_>,
+        runs: &[Run],
+        size: f64,
+        record: &Record<'_>,
+        stretch: f64,
+        oblique: f64,
+    ) -> Result<Self, Diagnostic> {
+        let mut row = Self::default();
+        for run in runs {
+            let size = size * run.size;
+            let lean = libm::tan((oblique + run.oblique).clamp(-85.0, 85.0).to_radians());
+            let wide = stretch * run.width;
+            let (begin, raise) = (row.width, size * run.raise);
+            for character in run.text.chars().filter(|character| !character.is_control()) {
+                let Some(glyph) = canvas.glyph(character, size, record)? else {
+                    continue;
+                };
+                let at = row.width;
+                row.lines.extend(glyph.lines.iter().map(|line| {
+                    let point = |[x, y]: &[f64; 2]| [at + (x + lean * y) * wide, y + raise];
+                    line.iter().map(point).collect()
+                }));
+                row.width += glyph.advance * wide * run.spacing;
+            }
+            for height in run.bars.iter().flatten() {
+                let y = raise + height * size;
+                row.lines.push(vec![[begin, y], [row.width, y]]);
+            }
+            row.height = row.height.max(size + raise);
+            if run.back {
+                row.width = begin;
+            }
+        }
+        Ok(row)
+    }
+
+    pub(super) fn draw<'p>(
+        self,
+        canvas: &mut Canvas<'p>,
+        map: &Affine,
+        record: &'p Record<'p>,
+        layer: &'p str,
+    ) -> DrawResult {
+        for line in self.lines {
+            let points = line.into_iter().map(|[x, y]| *map * Point::new(x, y));
+            canvas.letter(points.collect(), record, layer)?;
+        }
+        Ok(())
+    }
+}
+
+/// A direction as a turn; along x if it is none.
+pub(super) fn turn_of(direction: Vec2) -> Affine {
+    match direction.hypot() > 0.0 && direction.is_finite() {
+        true => Affine::rotate(direction.atan2()),
+        false => Affine::IDENTITY,
+    }
+}
+
+/// A text with the signs that its codes stand for: `%%d`, `%%c`, `%%p`, `%%065`, `\U+00E9`, `^I`. Lines below and above it are left
+/// out.
+pub(super) fn decoded(text: &str) -> String {
+    let mut decoded = String::new();
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let (sign, length) = code(rest).unwrap_or((Some(first), first.len_utf8()));
+        decoded.extend(sign);
+        rest = rest.get(length..).unwrap_or_default();
+    }
+    decoded.chars().take(LONGEST).collect()
+}
+
+/// What a text begins with, and how many bytes that takes, if it is a code.
+fn code(text: &str) -> Option<(Option<char>, usize)> {
+    if let Some(code) = text.strip_prefix("%%") {
+        let letter = code.chars().next()?;
+        if let Some(digits) = code.get(..3)
+            && let Ok(number) = digits.parse::<u8>()
+        {
+            return Some((Some(char::from(number)), 5));
+        }
+        let sign = match letter.to_ascii_lowercase() {
+            'd' => Some('°'),
+            'c' => Some('Ø'),
+            'p' => Some('±'),
+            '%' => Some('%'),
+            'u' | 'o' | 'k' => None,
+            _ => return None,
+        };
+        return Some((sign, 3));
+    }
+    if let Some(digits) = text.strip_prefix("\\U+").and_then(|rest| rest.get(..4)) {
+        let sign = char::from_u32(u32::from_str_radix(digits, 16).ok()?)?;
+        return Some((Some(sign), 7));
+    }
+    let caret = text.strip_prefix('^')?;
+    let sign = match caret.chars().next()? {
+        ' ' => '^',
+        'I' | 'J' | 'M' => ' ',
+        _ => return None,
+    };
+    Some((Some(sign), 2))
+}
