@@ -17,23 +17,26 @@ impl Turns for BesideTurns {
 /// Who waits for the next turn.
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
 static NEXT: tokio::sync::Notify = tokio::sync::Notify::const_new();
+/// Whether anybody turns the runtime by hand.
+#[cfg(any(target_family = "wasm", feature = "single-thread"))]
+static TURNED: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
 
 /// Whoever turns the runtime by hand has done all else that was due: what is computed [`beside`] goes on by one slice.
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
 pub fn next_turn() {
+    TURNED.store(true, std::sync::atomic::Ordering::Relaxed);
     NEXT.notify_waiters();
 }
-
-/// Nobody turns it: it goes on by itself, after so long.
-#[cfg(any(target_family = "wasm", feature = "single-thread"))]
-const ALONE: std::time::Duration = std::time::Duration::from_secs(1);
 
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
 impl Turns for BesideTurns {
     async fn give(&self) {
-        // Neither a yield nor a timer would do: as much runs between two looks for a stop as time has passed since the last, and that
-        // is more each time.
-        let _ = tokio::time::timeout(ALONE, NEXT.notified()).await;
+        // Where somebody turns it, neither a yield nor a timer would do: as much runs between two looks for a stop as time has passed
+        // since the last, and that is more each time.
+        match TURNED.load(std::sync::atomic::Ordering::Relaxed) {
+            true => NEXT.notified().await,
+            false => tokio::task::yield_now().await,
+        }
     }
 }
 
