@@ -176,7 +176,10 @@ pub fn check(plan: &Plan, start: &Preflight) -> Report {
         if let Some(count) = counts.get_mut(step.action.kind()) {
             *count += 1;
         }
-        if let Err(error) = course.follow(at, &step.action.command()) {
+        let Some(command) = step.action.command() else {
+            continue;
+        };
+        if let Err(error) = course.follow(at, &command) {
             course.refuse(plan, at, error);
         }
     }

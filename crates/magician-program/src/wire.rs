@@ -12,12 +12,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use magician_host::{Act, Action as Deed, Given, Remedy, Setting};
 use magician_protocol::{MAX_PARAMS, Set, Writer};
 
-use crate::fill::{Area, FillRule};
+use crate::artwork::{DrawingPart, Layer, PartPen, Style};
+use crate::fill::{Area, FillMode, FillRule};
 use crate::formats::{Arcs, Dialect, GcodeOptions};
 use crate::{
-    Action, Align, Artwork, BundledFont, Content, Diagnostic, DiagnosticCode, FilledArea, Fills,
-    FontChoice, Format, Missing, Origin, Parsed, Plan, Raster, ReadOptions, Step, Stroke, Surface,
-    TextLines, TextOptions, Tool, White, read,
+    Action, Align, Artwork, BundledFont, Color, Content, Diagnostic, DiagnosticCode, FilledArea,
+    Fills, FontChoice, Format, Missing, Origin, Parsed, Part, Pause, PauseCause, Plan, Raster,
+    ReadOptions, Step, Stroke, Surface, TextLines, TextOptions, Tool, White, read,
 };
 
 /// What came of reading a file.
@@ -367,9 +368,15 @@ fields! {
     Origin { line, column, length, name }
     Plan { title, tool, surface, steps, names }
     Step { action, origin, feed, follows_speed }
-    Artwork { title, page, strokes, areas, names, in_order }
-    Stroke { points, origin }
-    FilledArea { area, origin }
+    Part { n, name, color, pass }
+    Pause { text, cause }
+    Artwork { title, page, strokes, areas, names, layers, colors, parts, in_order }
+    Stroke { points, origin, style }
+    FilledArea { area, origin, style }
+    Style { layer, color, part }
+    Layer { name, inkscape }
+    DrawingPart { part, waits, skipped, passes, pen }
+    PartPen { surface_offset, lift, speed, power, fill }
     Area { rings, rule }
     TextOptions { font, size, wrap, align, line_height }
     Diagnostic { origin, name, code, message, help, remedies, missing }
@@ -381,6 +388,16 @@ fields! {
     GcodeOptions {
         dialect, start, placed, s_max, laser_speed, surface, lift, travel_speed,
         travel_acceleration, acceleration, arcs, home,
+    }
+}
+
+impl Wire for Color {
+    fn put(&self, out: &mut Vec<u8>) {
+        self.0.put(out);
+    }
+
+    fn take(input: &mut Input<'_>) -> Option<Self> {
+        Wire::take(input).map(Self)
     }
 }
 
@@ -476,6 +493,7 @@ kinds! {
     Tool { 0 = None, 1 = Suction, 2 = Gripper, 3 = Pen, 4 = Laser, 5 = Bias(bias) }
     Missing { 0 = Start, 1 = Feature(feature) }
     Fills { 0 = Outline, 1 = Ignore, 2 = Areas }
+    FillMode { 0 = None, 1 = Hatch, 2 = Cross, 3 = Contour }
     FillRule { 0 = NonZero, 1 = EvenOdd }
     TextLines { 0 = Outline, 1 = Stroke }
     Align { 0 = Left, 1 = Center, 2 = Right }
@@ -502,14 +520,30 @@ macro_rules! named {
         }
     )*};
 }
-named!(Format, DiagnosticCode, Deed, Setting);
+named!(PauseCause, Format, DiagnosticCode, Deed, Setting);
+
+/// More parameters than any command has, and what stands before it then: a step that sends nothing.
+const SILENT: u8 = u8::MAX;
+const PART: u8 = 0;
+const PAUSE: u8 = 1;
 
 /// An action is its command, which it is made of again to the last bit.
 impl Wire for Action {
     const LEAST: usize = 2;
 
     fn put(&self, out: &mut Vec<u8>) {
-        let command = self.command();
+        let command = match self {
+            Self::Part(part) => {
+                out.extend([PART, SILENT]);
+                return part.put(out);
+            }
+            Self::Pause(pause) => {
+                out.extend([PAUSE, SILENT]);
+                return pause.put(out);
+            }
+            _ => self.command(),
+        };
+        let Some(command) = command else { return };
         let mut room = [0; MAX_PARAMS];
         let mut writer = Writer::new(&mut room);
         command.encode(&mut writer);
@@ -521,6 +555,11 @@ impl Wire for Action {
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
         let (id, count) = (u8::take(input)?, u8::take(input)?);
+        match (id, count) {
+            (PART, SILENT) => return Wire::take(input).map(Box::new).map(Self::Part),
+            (PAUSE, SILENT) => return Wire::take(input).map(Box::new).map(Self::Pause),
+            _ => {}
+        }
         let params = input.bytes(count.into())?;
         Set::decode(id, params).ok().map(Self::from)
     }

@@ -6,7 +6,7 @@ use clap::{Args, ValueHint};
 use magician_job::report::ConversionReport;
 use magician_program::{Conversion, ConversionError, WorkOption};
 
-use super::job::options::{File, Pen, PlacementOptions, PreviewFlags, RunFlags};
+use super::job::options::{File, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags};
 use super::job::{Job, notes};
 use crate::context::Context;
 use crate::failure::Failure;
@@ -35,6 +35,8 @@ pub(crate) struct Convert {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    parts: PartFlags,
+    #[command(flatten)]
     pen: Pen,
 }
 
@@ -48,6 +50,7 @@ impl Convert {
         let (look, way) = (PreviewFlags::default(), RunFlags::default());
         let mut job = Job::new(work, self.file, look, &self.place, way);
         self.pen.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job.runs = false;
         let (source, plan, read) = job.plan(context)?;
         let made = conversion.file(&plan);

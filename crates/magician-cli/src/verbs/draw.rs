@@ -5,7 +5,7 @@ use magician_program::WorkOption;
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
+    File, FillFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -34,6 +34,8 @@ pub(crate) struct Draw {
     #[command(flatten)]
     tidy: TidyFlags,
     #[command(flatten)]
+    parts: PartFlags,
+    #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
     way: RunFlags,
@@ -52,6 +54,7 @@ impl Draw {
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job
     }
 }

@@ -5,8 +5,8 @@ use magician_program::{ModeOption, SetupOptions, WorkOption};
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
-    positive,
+    File, FillFlags, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, TextFlags,
+    TidyFlags, positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -38,6 +38,8 @@ pub(crate) struct Verb {
     text: TextFlags,
     #[command(flatten)]
     tidy: TidyFlags,
+    #[command(flatten)]
+    parts: PartFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
@@ -119,6 +121,7 @@ impl Verb {
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job
     }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{File, PlacementOptions, PreviewFlags, RunFlags, positive};
+use super::job::options::{File, PartFlags, PlacementOptions, PreviewFlags, RunFlags, positive};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::options::seconds;
@@ -30,6 +30,8 @@ pub(crate) struct Play {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    parts: PartFlags,
+    #[command(flatten)]
     way: RunFlags,
     /// Pen lift at the end, and between the lines of a drawing, mm
     #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
@@ -41,6 +43,7 @@ impl Play {
         let pause = self.pause.unwrap_or_default().as_millis();
         let by_file = WorkOption::ByFile;
         let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
+        self.parts.say(&mut job.options);
         job.options.lift = self.lift;
         job.pause = u32::try_from(pause).unwrap_or(u32::MAX);
         job.run(context)

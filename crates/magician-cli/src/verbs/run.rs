@@ -4,7 +4,9 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, positive};
+use super::job::options::{
+    File, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, positive,
+};
 use crate::context::Context;
 use crate::failure::Failure;
 
@@ -31,6 +33,8 @@ pub(crate) struct Run {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    parts: PartFlags,
+    #[command(flatten)]
     way: RunFlags,
     /// Pen lift at the end, and between the lines of a drawing, mm
     #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
@@ -42,6 +46,7 @@ impl Run {
         let by_file = WorkOption::ByFile;
         let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
         self.beam.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job.options.lift = self.lift;
         job.run(context)
     }

@@ -150,6 +150,17 @@ impl SetupOptions {
             let message = format!("fill_inset is a number from 0 on, not {inset}");
             return Err(OptionError::new("fill_inset", message));
         }
+        if let Some(message) = super::pens::passes_problem(self.passes) {
+            return Err(OptionError::new("passes", message));
+        }
+        for (n, pen) in (1..).zip(&self.pens) {
+            if let Some(problem) = pen.problem() {
+                return Err(OptionError::new(
+                    "pens",
+                    format!("pens: pen {n}: {problem}"),
+                ));
+            }
+        }
         if self.threshold == Some(0) {
             let message = "threshold is a grey from 1 to 255, not 0";
             return Err(OptionError::new("threshold", message));

@@ -4,6 +4,7 @@
 mod asked;
 mod fields;
 mod grid;
+mod pens;
 mod program;
 
 use magician_host::{Set, words};
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 pub use asked::AskedOption;
 pub use fields::OptionError;
 pub use grid::Grid;
+pub use pens::{PenMatch, PenOptions};
 pub use program::{Begun, FileRead, LaidFile, ReadFile, Reading, UnknownStart};
 
 use crate::artwork::{Marking, Sheet, Tidy};
@@ -20,8 +22,8 @@ use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Engrave, Size, Tone, Trace};
 use crate::{
-    Action, Ending, Fills, Frame, Placement, Plan, Power, ReadOptions, Setup, Surface, TextLines,
-    Tool, White, Work,
+    Action, Ending, Fills, Frame, PartMode, PartRule, Placement, Plan, Power, ReadOptions, Setup,
+    Surface, TextLines, Tool, White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -187,6 +189,18 @@ pub struct SetupOptions {
     pub fill_angle: Option<f64>,
     /// Distance of the lines that fill a shape from its edge.
     pub fill_inset: Option<f64>,
+    /// What the parts of a drawing are; layers unless given, where a layer's name has a command to a plotter, or parts are chosen or
+    /// have pens; else it has none.
+    #[serde(with = "fields::text")]
+    pub parts: Option<PartMode>,
+    /// The parts that are drawn, each by its name, its colour or its number; all of them if none is given.
+    pub only: Vec<String>,
+    /// How often each part is drawn before the next.
+    pub passes: Option<u32>,
+    /// Pens of parts; the first that is for a part counts.
+    pub pens: Vec<PenOptions>,
+    /// The job never waits for a person, not between parts nor where the program says so.
+    pub no_pause: bool,
     /// Text is refused of which the font lacks a character.
     pub strict_text: bool,
 }
@@ -270,6 +284,11 @@ impl SetupOptions {
             filling: self.filling(),
             power: self.power,
             default_power: defaults.engrave_power,
+            parts: self.parts,
+            only: self.only.clone(),
+            passes: self.passes,
+            pens: self.pens.iter().map(PartRule::from).collect(),
+            no_pause: self.no_pause,
             fence: None,
         }
     }
@@ -281,7 +300,8 @@ impl SetupOptions {
         options.tolerance = self.tolerance.unwrap_or(options.tolerance);
         options.white = self.white.unwrap_or_default();
         options.clip_page = self.clip_page;
-        if self.filling().mode != FillMode::None {
+        let fills = |pen: &PenOptions| pen.fill.is_some_and(|mode| mode != FillMode::None);
+        if self.filling().mode != FillMode::None || self.pens.iter().any(fills) {
             options.fills = Fills::Areas;
         }
         options.resample = self.resample;

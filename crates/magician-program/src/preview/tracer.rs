@@ -158,13 +158,18 @@ impl PathTracer {
             Action::Move { .. }
             | Action::Joints { .. }
             | Action::Shift { .. }
-            | Action::Arc { .. } => self.curve(&action.command(), action.target()),
+            | Action::Arc { .. } => {
+                if let Some(command) = action.command() {
+                    self.curve(&command, action.target());
+                }
+            }
             Action::Suction(on) => self.hold(on, name),
             Action::Gripper(grip) => self.hold(grip == Grip::Close, name),
             Action::Laser(on) => self.lit = on,
             Action::Wait(_) => self.mark(MarkerKind::Wait, name),
             Action::Home => self.at = None,
             Action::Command(ref command) => self.command(command),
+            Action::Part(_) | Action::Pause(_) => {}
         }
         while self.awaited.pop_if(|step| *step == nth).is_some() {
             let there = action.target().map(|to| to.map(f64::from));

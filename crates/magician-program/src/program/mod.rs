@@ -11,6 +11,7 @@
 //! [`resume::StepCounter`](crate::resume::StepCounter)'s.
 
 mod iterations;
+mod numbering;
 mod remaining;
 mod timetable;
 
@@ -19,6 +20,7 @@ use std::sync::Arc;
 use magician_host::words::Preflight;
 use magician_host::{Ctrl, FrameBuf, Set};
 
+pub use numbering::StepNumbering;
 pub use remaining::RemainingProgram;
 pub use timetable::Timetable;
 
@@ -53,14 +55,17 @@ pub struct Program {
     /// Ends with the pen down.
     stays: bool,
     leading: u64,
+    numbering: StepNumbering,
 }
 
 impl Program {
     /// A plan, so many times; without a number for ever.
     #[must_use]
     pub fn new(plan: impl Into<Arc<Plan>>, iterations: Option<u64>) -> Self {
+        let plan = plan.into();
         Self {
-            plan: plan.into(),
+            numbering: StepNumbering::of(&plan),
+            plan,
             settings: Vec::new(),
             iterations,
             stays: false,
@@ -135,6 +140,12 @@ impl Program {
         Some(all.saturating_sub(u64::from(self.stays)))
     }
 
+    /// Which of its steps send nothing.
+    #[must_use]
+    pub fn numbering(&self) -> &StepNumbering {
+        &self.numbering
+    }
+
     /// Steps of one iteration.
     fn steps_per_iteration(&self) -> u64 {
         self.plan.steps.len() as u64
@@ -206,10 +217,13 @@ impl Program {
             0
         };
         let steps = self.plan.steps.iter().skip(skipped);
-        let commands = steps.map(|step| step.action.command());
-        for command in self.plan.preamble().into_iter().chain(commands) {
-            if let Ok(frame) = FrameBuf::set(&command, Ctrl::QUEUED) {
-                take(frame.bytes());
+        let commands = steps.map(|step| step.action.command().ok_or(step.action.name()));
+        for command in self.plan.preamble().map(Ok).into_iter().chain(commands) {
+            match command.map(|command| FrameBuf::set(&command, Ctrl::QUEUED)) {
+                Ok(Ok(frame)) => take(frame.bytes()),
+                Ok(Err(_)) => {}
+                // Steps that send nothing are counted as well.
+                Err(name) => take(name.as_bytes()),
             }
         }
         format!("{hash:032x}")

@@ -69,13 +69,11 @@ impl Raster {
                 .map(|[x, y]| [x * pixel[0], page[1] - y * pixel[1]])
                 .collect();
             let row = (first_row * self.height as f64 / height as f64) as u32;
-            let stroke = Stroke {
-                points: simplified(&points, trace.tolerance),
-                origin: Origin {
-                    line: row.saturating_add(1).min(self.height as u32),
-                    ..Origin::NONE
-                },
+            let origin = Origin {
+                line: row.saturating_add(1).min(self.height as u32),
+                ..Origin::NONE
             };
+            let stroke = Stroke::new(simplified(&points, trace.tolerance), origin);
             if stroke.is_closed() && stroke.length() >= trace.smallest {
                 strokes.push(stroke);
             }

@@ -21,6 +21,8 @@ impl Setup {
             (Content::Artwork(artwork), _) => artwork,
             (content, _) => return Ok((content, Vec::new())),
         };
+        let mut notes = Vec::new();
+        artwork = self.divided(artwork, &mut notes)?;
         // Lengths are those of what is drawn, and not of the file.
         let scale = self.placement.scale;
         let tidy = Tidy {
@@ -29,7 +31,6 @@ impl Setup {
             ..self.tidy
         };
         let repeated = artwork.tidy(&tidy).repeated;
-        let mut notes = Vec::new();
         if repeated > 0 {
             let lines = if repeated == 1 { "line" } else { "lines" };
             let what = format!("drawn once, though it is there twice: {repeated} {lines}");

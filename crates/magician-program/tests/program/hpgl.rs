@@ -318,7 +318,6 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
             "line 1, column 8: line types (LT) are left out: all lines are solid",
             "line 1, column 48: XX is left out",
             "line 1, column 26: text (LB) is left out: \"hello PD1\"",
-            "pens 1, 2 draw alike: the arm has one pen",
         ]
     );
     assert!(

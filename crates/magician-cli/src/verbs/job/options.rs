@@ -7,7 +7,7 @@ use clap::{Args, ValueHint};
 use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
 use magician_program::{
-    Align, FontChoice, Format, Grid, Power, SetupOptions, TextLines, Tool, White,
+    Align, FontChoice, Format, Grid, PartMode, Power, SetupOptions, TextLines, Tool, White,
 };
 
 use crate::options::number;
@@ -113,6 +113,9 @@ pub(crate) struct PreviewFlags {
     /// Do everything but send; -v or --json prints the commands
     #[arg(long)]
     pub(super) dry_run: bool,
+    /// Only list the parts that --parts divides it into (layers unless given): name, colour, lines, length, time
+    #[arg(long, conflicts_with_all = ["check", "estimate", "preview", "dry_run"])]
+    pub(super) list_parts: bool,
 }
 
 /// Where it goes.
@@ -219,6 +222,43 @@ pub(crate) struct RunFlags {
     /// At the end, lift the tool and park its tip at this position, mm
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
     park: Option<[f64; 3]>,
+}
+
+/// Parts of a drawing, and their pens.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Layers, pens and colours")]
+pub(crate) struct PartFlags {
+    /// Divide a drawing into parts, and pause between them to change the pen: none, layer (layers, pens of a plot, tools of
+    /// G-code), color [default: none; layer with --only or --pens, and if Inkscape layers have names with % or !]
+    #[arg(long, value_name = "none|layer|color", value_parser = str::parse::<PartMode>)]
+    parts: Option<PartMode>,
+    /// Only draw the part of this name, colour (#rrggbb or a CSS name) or number; may be repeated
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    /// Draw each part N times before the next
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    passes: Option<u32>,
+    /// Pens of the parts, a TOML file of [[pen]] tables: match, surface_offset, lift, speed, power, passes, fill
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = super::pens::Pens::of)]
+    pens: Option<super::pens::Pens>,
+    /// Never pause for a person, neither between parts nor at M0, M1, M6 and T
+    #[arg(long)]
+    no_pause: bool,
+}
+
+impl PartFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.parts = self.parts;
+        options.only.clone_from(&self.only);
+        options.passes = self.passes;
+        options.pens = self
+            .pens
+            .clone()
+            .map(super::pens::Pens::into_options)
+            .unwrap_or_default();
+        options.no_pause = self.no_pause;
+    }
 }
 
 /// How lines are drawn with a pen.

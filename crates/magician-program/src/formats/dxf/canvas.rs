@@ -6,10 +6,12 @@ use std::ops::Range;
 use kurbo::{Affine, Point};
 use magician_host::{Given, Setting};
 
+use super::color;
 use super::drawing::{Drawing, Hidden};
 use super::entity;
 use super::pairs::Record;
-use crate::{Diagnostic, DiagnosticCode, Origin, Stroke};
+use crate::artwork::{Style, numbered};
+use crate::{Color, Diagnostic, DiagnosticCode, Origin, Stroke};
 
 /// Points of all lines together, at most.
 pub(super) const MOST_POINTS: usize = 2_000_000;
@@ -29,6 +31,7 @@ pub(super) struct Canvas<'p> {
     pub(super) tolerance: f64,
     strokes: Vec<Stroke>,
     names: Vec<String>,
+    colors: Vec<Color>,
     /// Where in the names each layer is.
     layers: HashMap<&'p str, usize>,
     /// Why what kind was left out, how often, and where first.
@@ -58,6 +61,7 @@ impl<'p> Canvas<'p> {
             tolerance: if usable { tolerance } else { TOLERANCE },
             strokes: Vec::new(),
             names: Vec::new(),
+            colors: Vec::new(),
             layers: HashMap::new(),
             left_out: HashMap::new(),
             flattened: None,
@@ -76,8 +80,8 @@ impl<'p> Canvas<'p> {
         self.records(self.drawing.entities.clone(), &place)
     }
 
-    /// The lines, the names of their layers, and the notes in the order of the file.
-    pub(super) fn finish(self) -> (Vec<Stroke>, Vec<String>, Vec<Diagnostic>) {
+    /// The lines, the names of their layers, their colours, and the notes in the order of the file.
+    pub(super) fn finish(self) -> (Vec<Stroke>, Vec<String>, Vec<Color>, Vec<Diagnostic>) {
         let left_out = self.left_out.into_iter();
         let mut notes: Vec<Diagnostic> = left_out
             .map(|((kind, why), (count, origin))| {
@@ -108,7 +112,7 @@ impl<'p> Canvas<'p> {
             let why = "the file does not end with EOF: it may be cut short";
             notes.push(Diagnostic::new(origin, why).coded(DiagnosticCode::Assumed));
         }
-        (self.strokes, self.names, notes)
+        (self.strokes, self.names, self.colors, notes)
     }
 
     fn records(
@@ -257,11 +261,24 @@ impl<'p> Canvas<'p> {
             self.names.push(layer.to_owned());
             self.names.len() - 1
         });
+        let color = self.color(record, layer);
         self.strokes.push(Stroke {
             points,
             origin: record.origin.named(index),
+            style: Style {
+                layer: u32::try_from(index + 1).unwrap_or(0),
+                color,
+                ..Style::default()
+            },
         });
         Ok(())
+    }
+
+    /// The place of a line's colour in the list, from 1; 0 without one.
+    fn color(&mut self, record: &Record<'p>, layer: &str) -> u32 {
+        let own = color::of(record);
+        let color = own.unwrap_or_else(|| self.drawing.color(layer));
+        color.map_or(0, |color| numbered(&mut self.colors, &color))
     }
 
     /// As many points may still be added.

@@ -5,6 +5,7 @@
 
 mod binary;
 mod canvas;
+mod color;
 mod curve;
 mod drawing;
 mod entity;
@@ -18,6 +19,7 @@ use canvas::Canvas;
 use drawing::Drawing;
 
 use super::{Content, Parsed, ReadOptions};
+use crate::artwork::Layer;
 use crate::{Artwork, Diagnostic, Origin};
 
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagnostic> {
@@ -43,10 +45,16 @@ fn read_text(text: &str, options: &ReadOptions) -> Result<Parsed, Diagnostic> {
     let drawing = Drawing::new(&records)?;
     let mut canvas = Canvas::new(&drawing, options.tolerance);
     canvas.draw()?;
-    let (strokes, names, notes) = canvas.finish();
+    let (strokes, names, colors, notes) = canvas.finish();
+    let layers = names.iter().map(|name| Layer {
+        name: Some(name.clone()),
+        inkscape: false,
+    });
     let artwork = Artwork {
         title: options.title.clone(),
         strokes: join::joined(strokes),
+        layers: layers.collect(),
+        colors,
         names,
         ..Artwork::default()
     };

@@ -11,7 +11,7 @@
 //! | IP, IR, SC, PS | scaling to user units; where the file does not say where P1 and P2 are, as on a sheet of A4, with a note |
 //! | RO | the coordinate system is turned |
 //! | IW | what lies outside of it is cut off |
-//! | SP | SP0 is no pen; all others draw alike |
+//! | SP | SP0 is no pen; the others are the layers of the drawing |
 //! | IN, DF, LT, VS, PW, WU ... | as it is here anyway |
 //! | LB | text, left out with a note that quotes it |
 //!
