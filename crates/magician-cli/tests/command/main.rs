@@ -36,3 +36,4 @@ mod terminal;
 mod through;
 mod trace;
 mod unattended;
+mod waits;

@@ -11,6 +11,7 @@ Lengths are mm, angles degrees, times seconds; coordinates are the arm's: X forw
 from __future__ import annotations
 
 import io
+import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -78,17 +79,17 @@ class Sheet(Value):
 
 
 class Step(Value):
-    """One step of a plan: one command."""
+    """One step of a plan: one command, or where a part begins or the plan waits for a person."""
 
     number: int
     """Which, from 1."""
     action: str
     """What is done: ``move``, ``joints``, ``shift``, ``arc``, ``path``, ``burn``, ``suction``, ``gripper``, ``laser``,
-    ``wait``, ``home``, or ``command`` for anything else."""
+    ``wait``, ``home``, ``part``, ``pause``, or ``command`` for anything else."""
     by: Literal["joints", "line", "jump"] | None
     """Which way a move goes."""
-    command: Queueable
-    """The command that does it."""
+    command: Queueable | None
+    """The command that does it; none of a part and of a pause."""
     values: tuple[float, ...]
     """Its numbers: x, y, z, r (an arc's twice, a burn's last the power in percent), seconds of a wait, 1 for on and 0
     for off (a gripper closes at 1, opens at 0, and its pump is off at -1)."""
@@ -500,6 +501,11 @@ class Plan:
             return lost
         raise InvalidInputError(f"{to}: a plan is kept as .plan.json or .playback; preview() makes pictures")
 
+    @property
+    def pauses(self) -> list[tuple[int, str]]:
+        """Where it waits for a person: the numbers of these steps, and what the person is told."""
+        return self.native.pauses()
+
     # What every value has.
 
     def __len__(self) -> int:
@@ -575,6 +581,11 @@ def load(
     fill_spacing: float | None = None,
     fill_angle: float | None = None,
     fill_inset: float | None = None,
+    parts: Literal["none", "layer", "color"] | None = None,
+    only: str | Iterable[str] = (),
+    passes: int | None = None,
+    pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None = None,
+    no_pause: bool = False,
 ) -> Plan:
     """A plan of a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly program, an
     image, points (CSV, JSON, text), or a plan file. Drawings are drawn with the pen, images engraved.
@@ -646,6 +657,16 @@ def load(
         pen and 0.2 with the laser if left out. It, ``fill_angle`` and ``fill_inset`` need a ``fill``.
     :param fill_angle: Their direction, degrees counter-clockwise from x; 45 if left out.
     :param fill_inset: Their distance from the edge, mm, 0 or more; half of ``fill_spacing`` if left out.
+    :param parts: What a drawing is divided into: ``"layer"`` (layers, pens of a plot, tools of G-code) or ``"color"``.
+        Between its parts the job pauses, so that a pen can be changed; a laser job only before layers whose name
+        begins with ``!``. If left out: layers, with ``only`` or ``pens`` and where names of Inkscape layers begin
+        with ``%`` (left out) or ``!``; else a drawing has no parts.
+    :param only: Parts that are drawn, each by its name, its colour (``#rrggbb`` or a name of CSS) or its number.
+    :param passes: How often each part is drawn before the next, 1 to 1000.
+    :param pens: Pens of the parts: mappings with ``match`` (a name, a colour or a number) and any of
+        ``surface_offset``, ``lift``, ``speed``, ``power``, ``passes`` and ``fill``; or the path of a TOML file with a
+        ``[[pen]]`` for each. The first that matches a part counts.
+    :param no_pause: Whether the plan never waits for a person.
     :returns: The plan. :attr:`Plan.notes` lists the parts that were left out or interpreted.
     :raises InvalidInputError: It cannot be read (with line and column), cannot be placed like this, or an argument is
         invalid.
@@ -679,6 +700,7 @@ def load(
             one_way=one_way,
             dedupe=dedupe,
             strict_text=strict_text,
+            no_pause=no_pause,
         ),
         "by": _three("move", move),
         "speed": number("speed", speed, above=0, unit="mm/s"),
@@ -711,6 +733,10 @@ def load(
         "fill_spacing": number("fill_spacing", fill_spacing, least=0.02, unit="mm"),
         "fill_angle": number("fill_angle", fill_angle, unit="deg"),
         "fill_inset": number("fill_inset", fill_inset, least=0, unit="mm"),
+        "parts": string("parts", parts),
+        "only": [only] if isinstance(only, str) else [str(string("only", one)) for one in only],
+        "passes": None if passes is None else whole("passes", passes, 1, 1000),
+        **_pens(pens),
     }
     return Plan(_magician.Plan.load(name, data, wanted))
 
@@ -772,6 +798,17 @@ def _font(font: str | os.PathLike[str] | None) -> tuple[str | None, bytes | None
         return path.name, path.read_bytes()
     except OSError as error:
         raise OSError(error.errno, f"font takes {_FONTS_OR_FILE}: {error.strerror}", str(path)) from None
+
+
+def _pens(pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None) -> dict[str, str | None]:
+    if pens is None:
+        return {"pens": None, "pens_file": None}
+    if isinstance(pens, (str, os.PathLike)):
+        return {"pens": None, "pens_file": Path(pens).read_text("utf-8")}
+    try:
+        return {"pens": json.dumps([dict(pen) for pen in pens]), "pens_file": None}
+    except (TypeError, ValueError):
+        raise TypeError(f"pens is {pens!r}; it takes mappings, or the path of a TOML file") from None
 
 
 def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:

@@ -89,6 +89,6 @@ fn said(action: &Action) -> Vec<f64> {
             Grip::Close => 1.0,
         }],
         Action::Wait(milliseconds) => vec![f64::from(*milliseconds) / 1000.0],
-        Action::Home | Action::Command(_) => Vec::new(),
+        Action::Home | Action::Command(_) | Action::Part(_) | Action::Pause(_) => Vec::new(),
     }
 }

@@ -5,7 +5,6 @@ mod input;
 mod keys;
 mod list_parts;
 pub(crate) mod options;
-pub(crate) mod pens;
 mod reading;
 mod report;
 mod setting;

@@ -7,7 +7,8 @@ use clap::{Args, ValueHint};
 use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
 use magician_program::{
-    Align, FontChoice, Format, Grid, PartMode, Power, SetupOptions, TextLines, Tool, White,
+    Align, FontChoice, Format, Grid, PartMode, PenOptions, Power, SetupOptions, TextLines, Tool,
+    White,
 };
 
 use crate::options::number;
@@ -239,8 +240,8 @@ pub(crate) struct PartFlags {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     passes: Option<u32>,
     /// Pens of the parts, a TOML file of [[pen]] tables: match, surface_offset, lift, speed, power, passes, fill
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = super::pens::Pens::of)]
-    pens: Option<super::pens::Pens>,
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = pens)]
+    pens: Option<Pens>,
     /// Never pause for a person, neither between parts nor at M0, M1, M6 and T
     #[arg(long)]
     no_pause: bool,
@@ -252,11 +253,7 @@ impl PartFlags {
         options.parts = self.parts;
         options.only.clone_from(&self.only);
         options.passes = self.passes;
-        options.pens = self
-            .pens
-            .clone()
-            .map(super::pens::Pens::into_options)
-            .unwrap_or_default();
+        options.pens = self.pens.clone().unwrap_or_default().0;
         options.no_pause = self.no_pause;
     }
 }
@@ -412,6 +409,14 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     parsed
         .and_then(|all| all.try_into().ok())
         .ok_or_else(|| format!("expected {N} numbers with commas between them"))
+}
+
+/// The pens of a file.
+#[derive(Clone, Debug, Default)]
+struct Pens(Vec<PenOptions>);
+
+fn pens(path: &str) -> Result<Pens, String> {
+    magician_job::pens::read(path.as_ref()).map(Pens)
 }
 
 /// A font that is built in, or a file.

@@ -1,6 +1,7 @@
 //! Pens of the parts of a drawing, as a file.
 
 use std::fs;
+use std::path::Path;
 
 use magician_program::{PenOptions, SetupOptions};
 use serde::Deserialize;
@@ -9,48 +10,48 @@ use serde::Deserialize;
 const LARGEST: u64 = 1 << 20;
 
 /// A file of pens.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Pens {
+struct Pens {
     /// The pens; the first that is for a part counts.
     pen: Vec<PenOptions>,
 }
 
-impl Pens {
-    /// Reads a file.
-    pub(super) fn of(path: &str) -> Result<Self, String> {
-        let unread = |error: std::io::Error| format!("cannot read {path}: {error}");
-        let size = fs::metadata(path).map_err(unread)?.len();
-        if size > LARGEST {
-            return Err(format!(
-                "{path} has {size} bytes: no file of pens is larger than {LARGEST}"
-            ));
-        }
-        let text = fs::read_to_string(path).map_err(unread)?;
-        Self::from_text(&text).map_err(|problem| format!("{path}: {problem}"))
+/// Reads a file of pens.
+///
+/// # Errors
+/// Why it cannot be read; what is wrong in it, with line and column.
+pub fn read(path: &Path) -> Result<Vec<PenOptions>, String> {
+    let shown = path.display();
+    let unread = |error: std::io::Error| format!("cannot read {shown}: {error}");
+    let size = fs::metadata(path).map_err(unread)?.len();
+    if size > LARGEST {
+        return Err(format!(
+            "{shown} has {size} bytes: no file of pens is larger than {LARGEST}"
+        ));
     }
+    let text = fs::read_to_string(path).map_err(unread)?;
+    from_text(&text).map_err(|problem| format!("{shown}: {problem}"))
+}
 
-    fn from_text(text: &str) -> Result<Self, String> {
-        let pens: Self = toml::from_str(text).map_err(|error| {
-            let at = error.span().map_or(0, |span| span.start);
-            let before = text.get(..at).unwrap_or_default();
-            let line = before.matches('\n').count() + 1;
-            let column = before
-                .rsplit('\n')
-                .next()
-                .map_or(0, |line| line.chars().count())
-                + 1;
-            format!("line {line}, column {column}: {}", error.message().trim())
-        })?;
-        let mut options = SetupOptions::default();
-        options.pens.clone_from(&pens.pen);
-        options.check_values().map_err(|error| error.message)?;
-        Ok(pens)
-    }
-
-    pub(super) fn into_options(self) -> Vec<PenOptions> {
-        self.pen
-    }
+/// The pens of such a file.
+///
+/// # Errors
+/// What is wrong in it, with line and column.
+pub fn from_text(text: &str) -> Result<Vec<PenOptions>, String> {
+    let pens: Pens = toml::from_str(text).map_err(|error| {
+        let at = error.span().map_or(0, |span| span.start);
+        let before = text.get(..at).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        let last = before.rsplit('\n').next().unwrap_or_default();
+        let column = last.chars().count() + 1;
+        let message = error.message().trim();
+        format!("line {line}, column {column}: {message}")
+    })?;
+    let mut options = SetupOptions::default();
+    options.pens = pens.pen;
+    options.check_values().map_err(|error| error.message)?;
+    Ok(options.pens)
 }
 
 #[cfg(test)]
@@ -59,7 +60,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_with_a_file_of_pens_has_line_and_column() {
-        let problem = |text: &str| Pens::from_text(text).expect_err("it is wrong");
+        let problem = |text: &str| from_text(text).expect_err("it is wrong");
         let unknown = problem("[[pen]]\nmatch = \"red\"\n  colour = \"red\"\n");
         assert!(
             unknown.starts_with("line 3, column 3: unknown field `colour`"),
@@ -111,7 +112,7 @@ mod tests {
     #[test]
     fn a_file_of_pens_is_what_it_says() {
         let text = "[[pen]]\nmatch = 'red'\nsurface_offset = -0.5\nlift = 4\nspeed = 20\nfill = 'hatch'\n\n[[pen]]\nmatch = 2\npower = 40\npasses = 3\n";
-        let pens = Pens::from_text(text).expect("two pens").into_options();
+        let pens = from_text(text).expect("two pens");
         assert_eq!(pens.len(), 2);
         assert_eq!(
             (pens[0].lift, pens[0].surface_offset),
