@@ -68,7 +68,7 @@ impl PenOptions {
         }
         if let Some(offset) = self
             .surface_offset
-            .filter(|offset| !(offset.abs() <= 100.0))
+            .filter(|offset| !(-100.0..=100.0).contains(offset))
         {
             return Some(format!("surface_offset is -100 to 100 mm, not {offset}"));
         }

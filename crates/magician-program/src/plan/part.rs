@@ -1,6 +1,9 @@
 use std::fmt;
 use std::str::FromStr;
 
+/// A colour whose red, green and blue are no less is as good as white.
+const PALE: u8 = 230;
+
 /// A colour of a drawing.
 ///
 /// ```
@@ -15,6 +18,13 @@ pub struct Color(
     /// Red, green, blue.
     pub [u8; 3],
 );
+
+impl Color {
+    /// Whether it is hardly seen on paper.
+    pub(crate) fn is_pale(self) -> bool {
+        self.0.iter().all(|channel| *channel >= PALE)
+    }
+}
 
 impl fmt::Display for Color {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -172,7 +172,8 @@ impl PathTracer {
             Action::Wait(_) => self.mark(MarkerKind::Wait, name),
             Action::Home => self.at = None,
             Action::Command(ref command) => self.command(command),
-            Action::Part(ref part) => self.ink = part.color,
+            // White would not be seen.
+            Action::Part(ref part) => self.ink = part.color.filter(|color| !color.is_pale()),
             Action::Pause(_) => {}
         }
         while self.awaited.pop_if(|step| *step == nth).is_some() {

@@ -259,7 +259,10 @@ impl Setup {
         if artwork.strokes.is_empty() && artwork.areas.is_empty() {
             return Err(Diagnostic::of_file("all parts of the drawing are left out"));
         }
-        for part in parts.iter().filter(|part| part.skipped && part.passes > 0) {
+        // Who has chosen parts knows that the others are not drawn.
+        let told = self.only.is_empty();
+        let left_out = |part: &&DrawingPart| told && part.skipped && part.passes > 0;
+        for part in parts.iter().filter(left_out) {
             let what = format!("left out: part {}", part.part);
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
         }

@@ -1881,7 +1881,6 @@ class Jog(Bound):
         self._jog.keep()
 
 
-
 def _check_pauses(plan: Plan) -> None:
     for step, text in plan.pauses:
         raise InvalidInputError(
