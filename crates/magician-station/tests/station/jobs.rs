@@ -397,7 +397,7 @@ async fn a_job_that_waits_between_parts_says_what_for() {
         )
     );
     assert!(pen_is_up(&bench));
-    anna.listen(Duration::from_secs(60)).await;
+    anna.listen(Duration::from_secs(5)).await;
     assert!(!bench.arms[0].state().moving);
     assert_eq!(state_of(&mut anna, &job).await["state"], json!("paused"));
     let running = anna.ok("job.resume", json!({"job": job})).await;
