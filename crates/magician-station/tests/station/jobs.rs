@@ -400,12 +400,14 @@ async fn a_job_that_waits_between_parts_says_what_for() {
     anna.listen(Duration::from_secs(5)).await;
     assert!(!bench.arms[0].state().moving);
     assert_eq!(state_of(&mut anna, &job).await["state"], json!("paused"));
+    anna.lease().await;
     let running = anna.ok("job.resume", json!({"job": job})).await;
     assert_eq!(
         (&running["state"], &running["text"]),
         (&json!("running"), &json!(null))
     );
     until(&mut anna, &job, "done").await;
+    anna.lease().await;
     let wrong = json!({"surface": PAPER, "pens": [{"match": "blue", "width": 6}]});
     let params = json!({"text": two, "format": "svg", "setup": wrong});
     let refused = anna.call("job.start", params).await.unwrap_err();
