@@ -13,9 +13,9 @@ use crate::options::{Global, TOOL};
 use crate::output::{Output, Text};
 use crate::verbs::{
     alarms, bench, calibrate, commands, completions, config, conform, convert, conveyor, decode,
-    demo, doctor, draw, engrave, enqueue, forward, get, help, home, info, inverse, io, jog, laser,
-    man, play, ports, pose, proxy, queue, rail, record, replay, run, sensor, serve, set, shell,
-    sim, station, stop, teach, tools, travel, version, watch, write,
+    demo, doctor, draw, engrave, enqueue, forward, frame, get, help, home, info, inverse, io, jog,
+    laser, man, play, ports, pose, preset, proxy, queue, rail, record, replay, run, sensor, serve,
+    set, shell, sim, station, stop, teach, testgrid, tools, travel, version, watch, write,
 };
 
 /// The name of the option that chooses the tool of a virtual arm.
@@ -201,6 +201,9 @@ pub(crate) enum Verb {
     Draw(Box<draw::Draw>),
     Write(Box<write::Write>),
     Engrave(Box<engrave::Verb>),
+    Frame(Box<frame::Frame>),
+    #[command(name = "testgrid")]
+    TestGrid(Box<testgrid::TestGrid>),
     Play(Box<play::Play>),
     Convert(Box<convert::Convert>),
     Watch(watch::Watch),
@@ -233,6 +236,7 @@ pub(crate) enum Verb {
     Forward(forward::Forward),
     Inverse(inverse::Inverse),
     Config(config::Show),
+    Preset(preset::Verb),
     Completions(completions::Completions),
     Man(man::Man),
     Help(help::Help),
@@ -272,6 +276,8 @@ impl Verb {
             Self::Draw(verb) => verb.run(context),
             Self::Write(verb) => verb.run(context),
             Self::Engrave(verb) => verb.run(context),
+            Self::Frame(verb) => verb.run(context),
+            Self::TestGrid(verb) => verb.run(context),
             Self::Play(verb) => verb.run(context),
             Self::Convert(verb) => verb.run(context),
             Self::Watch(verb) => verb.run(context),
@@ -306,6 +312,7 @@ impl Verb {
             Self::Forward(verb) => verb.run(context),
             Self::Inverse(verb) => verb.run(context),
             Self::Config(verb) => verb.run(context),
+            Self::Preset(verb) => verb.run(context),
             Self::Completions(verb) => verb.run(context),
             Self::Man(verb) => verb.run(context),
             Self::Help(verb) => verb.run(context),
@@ -343,6 +350,7 @@ mod tests {
             "decode",
             "replay",
             "config",
+            "preset",
             "completions",
             "man",
             "help",

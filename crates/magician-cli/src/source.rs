@@ -63,6 +63,15 @@ impl Source {
         }
     }
 
+    /// A test grid that flags describe.
+    pub(crate) fn of_test_grid(text: &str) -> Self {
+        Self {
+            name: "test grid".to_owned(),
+            title: "test grid".to_owned(),
+            bytes: text.into(),
+        }
+    }
+
     /// What it is: as the person says, else as its name and its first bytes do.
     pub(crate) fn format(&self, said: Option<Format>) -> Result<Format, Failure> {
         let known = said.or_else(|| Format::of(&self.name, &self.bytes));

@@ -247,6 +247,7 @@ pages! {
     write: "docs/recipes/write.md",
     fence: "docs/recipes/fence.md",
     engrave: "docs/recipes/engrave.md",
+    testgrid: "docs/recipes/testgrid.md",
     gcode: "docs/recipes/gcode.md",
     playback: "docs/recipes/playback.md",
     teach: "docs/recipes/teach.md",

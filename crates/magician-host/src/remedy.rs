@@ -197,6 +197,8 @@ named! {
         Pens = "pens",
         /// The font of text.
         Font = "font",
+        /// How strong the laser is on a frame, percent.
+        FramePower = "frame_power",
         /// Burn what is white.
         Invert = "invert",
         /// Run what waits in the queue first.

@@ -51,6 +51,7 @@
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+pub mod beside;
 #[cfg(feature = "files")]
 pub mod dirs;
 mod engine;
@@ -65,6 +66,8 @@ mod observed;
 #[cfg(feature = "settings")]
 pub mod pens;
 mod polled;
+#[cfg(feature = "settings")]
+pub mod presets;
 #[cfg(feature = "record")]
 pub mod recording;
 #[cfg(feature = "report")]

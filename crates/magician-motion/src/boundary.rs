@@ -91,6 +91,13 @@ impl Section {
         -0.5 * c1 / c2
     }
 
+    /// The least square of the radius on the line without ends: from the swept area, since its coefficients cancel.
+    fn least_square(&self) -> f64 {
+        let (swept, across) = (self.swept(), self.geometry.tool.y);
+        let [_, _, c2] = self.square;
+        swept * swept / c2 - across * across
+    }
+
     /// Twice the area that the line sweeps round the base axis: constant along it.
     pub(crate) fn swept(&self) -> f64 {
         self.from.x * self.step.y - self.from.y * self.step.x
@@ -132,6 +139,8 @@ impl Section {
         let climb = self.step.z;
         Cut {
             square: self.square,
+            nearest: self.nearest(),
+            least: self.least_square(),
             sum: [
                 c0 + centre * centre + height * height - radius * radius,
                 c1 + 2.0 * height * climb,
@@ -139,13 +148,19 @@ impl Section {
             ],
             centre,
         }
-        .roots(self.nearest(), report);
+        .roots(report);
     }
 }
+
+/// A line so near to the axis goes through it: the square of a distance, mm2.
+const THROUGH: f64 = 1e-6;
 
 /// `sum(x) - 2 centre sqrt(square(x))`, both quadratics, constant first.
 struct Cut {
     square: [f64; 3],
+    /// The place nearest to the axis, and `square` there.
+    nearest: f64,
+    least: f64,
     sum: [f64; 3],
     centre: f64,
 }
@@ -163,7 +178,10 @@ impl Cut {
         let ([s0, s1, s2], [g0, g1, g2]) = (self.square, self.sum);
         let root = libm::sqrt((s0 + at * (s1 + at * s2)).max(0.0));
         // Where the root vanishes its slope has no bound; its sign is what counts.
-        let root_slope = (0.5 * s1 + at * s2) / root.max(1e-12);
+        let root_slope = match self.turns_at(at) {
+            true => 0.0,
+            false => (0.5 * s1 + at * s2) / root.max(1e-12),
+        };
         Point {
             at,
             value: g0 + at * (g1 + at * g2) - 2.0 * self.centre * root,
@@ -171,11 +189,11 @@ impl Cut {
         }
     }
 
-    /// Where the second derivative vanishes: `2 g2 = centre (4 s0 s2 - s1^2) / (2 root^3)`.
+    /// Where the second derivative vanishes: `2 g2 = centre (4 s0 s2 - s1^2) / (2 root^3)`, and what is in brackets is `4 s2 least`.
     fn inflections(&self) -> [f64; 2] {
         let ([s0, s1, s2], [_, _, g2]) = (self.square, self.sum);
-        let cube = self.centre * (4.0 * s0 * s2 - s1 * s1) / (4.0 * g2);
-        if cube > 0.0 {
+        let cube = self.centre * s2 * self.least / g2;
+        if cube > 0.0 && libm::fabs(self.least) >= THROUGH {
             let root = libm::cbrt(cube);
             quadratic(s2, s1, s0 - root * root)
         } else {
@@ -183,18 +201,32 @@ impl Cut {
         }
     }
 
-    fn roots(&self, nearest: f64, report: &mut impl FnMut(f64)) {
+    /// Whether the line goes through the axis, or as good as through it: there it turns from inwards to outwards at once.
+    fn turns_at(&self, at: f64) -> bool {
+        at == self.nearest && libm::fabs(self.least) < THROUGH
+    }
+
+    fn roots(&self, report: &mut impl FnMut(f64)) {
         let [first, second] = self.inflections();
         let [s0, s1, s2] = self.square;
-        let [enter, leave] = quadratic(s2, s1, s0);
+        let [enter, leave] = match libm::fabs(self.least) < THROUGH {
+            true => [f64::NAN; 2],
+            false => quadratic(s2, s1, s0),
+        };
         // Beside the inflections the places where the root may begin, end, or have a kink.
-        let mut pieces = [first, second, enter, leave, nearest];
+        let mut pieces = [first, second, enter, leave, self.nearest];
         pieces.sort_unstable_by(f64::total_cmp);
         let mut from = self.point(0.0);
         for end in pieces {
             if end > from.at && end < 1.0 {
-                let to = self.point(end);
+                let mut to = self.point(end);
+                let turn = match self.turns_at(end) {
+                    true => 2.0 * self.centre * libm::sqrt(s2),
+                    false => 0.0,
+                };
+                to.slope += turn;
                 self.piece_roots(from, to, report);
+                to.slope -= 2.0 * turn;
                 from = to;
             }
         }

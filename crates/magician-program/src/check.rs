@@ -11,6 +11,7 @@ use std::time::Duration;
 use magician_host::words::Preflight;
 use magician_host::{Error, Geometry, Set};
 
+use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, DiagnosticCode, Origin, Plan};
 use beyond::beyond;
 pub(crate) use beyond::reaches;
@@ -157,6 +158,11 @@ impl Report {
 /// is refused is left out: the next one is followed from where it would have begun.
 #[must_use]
 pub fn check(plan: &Plan, start: &Preflight) -> Report {
+    at_once(check_in_turns(plan, start, &AtOnce))
+}
+
+/// The same, with turns for others.
+pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl Turns) -> Report {
     let mut course = CheckRun {
         arm: start.clone().summing(),
         pen: Pen::of(plan),
@@ -172,16 +178,19 @@ pub fn check(plan: &Plan, start: &Preflight) -> Report {
         course.refuse(plan, 0, error);
     }
     let mut counts = [0; Action::NAMES.len()];
-    for (at, step) in plan.steps.iter().enumerate() {
-        if let Some(count) = counts.get_mut(step.action.kind()) {
-            *count += 1;
+    for (nth, slice) in plan.steps.chunks(SLICE).enumerate() {
+        for (at, step) in (nth * SLICE..).zip(slice) {
+            if let Some(count) = counts.get_mut(step.action.kind()) {
+                *count += 1;
+            }
+            let Some(command) = step.action.command() else {
+                continue;
+            };
+            if let Err(error) = course.follow(at, &command) {
+                course.refuse(plan, at, error);
+            }
         }
-        let Some(command) = step.action.command() else {
-            continue;
-        };
-        if let Err(error) = course.follow(at, &command) {
-            course.refuse(plan, at, error);
-        }
+        turns.give().await;
     }
     if let Err(error) = course.arm.finish() {
         course.refuse(plan, plan.steps.len(), error);

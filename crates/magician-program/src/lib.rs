@@ -25,7 +25,7 @@
 //! | `read-playback`, `read-blockly` | Teaching & Playback and DobotBlockly workspaces; playback files are written without it |
 //! | `read-gcode`, `read-hpgl`, `read-dxf`, `read-svg` | drawings, and programs of plotters, pens and lasers |
 //! | `read-points` | lists of points and recordings: CSV, JSON, text, MCAP |
-//! | `read-text` | text to be written, in three single-line fonts |
+//! | `read-text` | text to be written, in three single-line fonts; test grids of the laser |
 //! | `font-files` | text in fonts of files: SVG fonts, TrueType and OpenType, orders of strokes |
 //! | `text` | the font that texts in SVG are written with |
 //! | `image` | PNG, JPEG, BMP, WebP, GIF and TIFF images, to be engraved or traced |
@@ -53,6 +53,7 @@ pub mod fill;
 #[cfg(all(feature = "text", any(feature = "read-svg", feature = "picture")))]
 mod font;
 pub mod formats;
+mod frame;
 pub mod lettering;
 mod options;
 mod origin;
@@ -71,6 +72,8 @@ pub mod resume;
 mod setup;
 mod simplify;
 mod surface;
+mod testgrid;
+pub mod turns;
 pub mod wire;
 
 pub use artwork::{Artwork, FilledArea, Stroke, WouldFit};
@@ -80,10 +83,12 @@ pub use convert::{Conversion, ConversionError};
 pub use diagnostic::{Diagnostic, DiagnosticCode, Missing};
 pub use ending::Ending;
 pub use formats::{Content, Fills, Format, Parsed, ReadOptions, TextLines, White, read};
+pub use frame::{FrameShape, Framing};
 pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};
 pub use options::{
-    AskedOption, Begun, FileRead, Grid, LaidFile, ModeOption, OptionError, PenMatch, PenOptions,
-    ReadFile, Reading, SetupDefaults, SetupOptions, UnknownStart, WorkOption,
+    AskedOption, Begins, Begun, FileRead, FileToLay, Grid, LaidFile, LaidProgram, Laying,
+    ModeOption, OptionError, PenMatch, PenOptions, Reading, SetupDefaults, SetupOptions,
+    UnknownStart, WorkOption,
 };
 pub use origin::{Lines, Origin};
 pub use plan::{
@@ -100,6 +105,7 @@ pub use setup::{
     Setup, Work, tip,
 };
 pub use surface::Surface;
+pub use testgrid::{Series, TestCell, TestGrid, TestGridOptions};
 
 /// Compiles the README's program with the tests.
 #[cfg(doctest)]

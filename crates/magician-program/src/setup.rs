@@ -8,12 +8,12 @@ use crate::artwork::{FitFailure, Layout, Marking, Sheet, Tidy};
 use crate::fill::Filling;
 use crate::raster::{Engrave, Size, Trace};
 use crate::{
-    Content, Diagnostic, DiagnosticCode, Fit, Format, Plan, Power, Reach, SheetTransform, Surface,
-    Tool,
+    Content, Diagnostic, DiagnosticCode, Fit, Format, Framing, Plan, Power, Reach, SheetTransform,
+    Surface, Tool,
 };
 
 /// The tool of an arm that a plan does not tell of one: what it has at power-up.
-const UNSAID: ToolBias = ToolBias::SUCTION;
+pub(crate) const UNSAID: ToolBias = ToolBias::SUCTION;
 
 /// What a person says of how a file is to be done. What is left open is as the file says, or has a default.
 #[derive(Clone, Debug)]
@@ -63,6 +63,8 @@ pub struct Setup {
     pub no_pause: bool,
     /// The fence of the arm: what is made to fit keeps to it.
     pub fence: Option<Fence>,
+    /// Going round what would be marked, instead of marking it.
+    pub framing: Option<Framing>,
 }
 
 mod drawing;
@@ -71,15 +73,17 @@ mod image;
 mod list;
 mod parts;
 mod placed;
+mod testgrid;
 mod work_lines;
 
 use fitting::PlacedPlan;
+pub(crate) use fitting::report;
 pub use fitting::{AppliedPlacement, Prepared};
 pub use list::PartSummary;
 pub(crate) use parts::MOST_PASSES;
 pub use parts::{PartMatch, PartMode, PartRule};
 pub use placed::Frame;
-use work_lines::WorkLines;
+pub(crate) use work_lines::WorkLines;
 
 /// Where the tip of a tool is when an arm stands so; of the tool that the arm knows of, if none is named.
 #[must_use]
@@ -170,6 +174,7 @@ impl Default for Setup {
             pens: Vec::new(),
             no_pause: false,
             fence: None,
+            framing: None,
         }
     }
 }
@@ -201,6 +206,7 @@ impl Setup {
                 Work::Engrave(engrave) => self.engraved(image, engrave.clone())?,
                 _ => self.engraved(image, Engrave::default())?,
             },
+            Content::TestGrid(grid) => self.test_grid(grid)?,
         };
         let mut plan = match content {
             Content::Artwork(_) => plan,

@@ -1,4 +1,4 @@
-//! A file to be read, and what was in it, as bytes: for a reader in another WebAssembly module.
+//! A file to be laid before an arm, and the program that it became, as bytes: for another WebAssembly module, which reads and lays it.
 //!
 //! Both modules are of one build, and the form is promised to nobody else. It begins with [`FORM`], which is another one after
 //! each change of this file or version: what another build has written is refused, never misread. No bytes make it panic, and
@@ -7,33 +7,22 @@
 
 use std::borrow::Cow;
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use magician_host::{Act, Action as Deed, Given, Remedy, Setting};
+use magician_motion::{Cuboid, Fence};
 use magician_protocol::{MAX_PARAMS, Set, Writer};
 
-use crate::artwork::{DrawingPart, Layer, PartPen, Style};
-use crate::fill::{Area, FillMode, FillRule};
-use crate::formats::{Arcs, Dialect, GcodeOptions};
+use crate::artwork::Sheet;
+use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{
-    Action, Align, Artwork, BundledFont, Color, Content, Diagnostic, DiagnosticCode, FilledArea,
-    Fills, FontChoice, Format, Missing, Origin, Parsed, Part, Pause, PauseCause, Plan, Raster,
-    ReadOptions, Step, Stroke, Surface, TextLines, TextOptions, Tool, White, read,
+    Action, AppliedPlacement, Begins, Color, Diagnostic, DiagnosticCode, FileToLay, Format,
+    LaidProgram, Laying, Missing, Origin, Part, Pause, PauseCause, Plan, Power, Program,
+    SetupDefaults, SetupOptions, Step, Surface, Tool, WorkOption, WouldFit,
 };
 
-/// What came of reading a file.
-pub type FileAnswer = Result<Parsed, Diagnostic>;
-
-/// A file to be read.
-#[derive(Clone, Debug)]
-pub struct FileRequest {
-    /// What it is.
-    pub format: Format,
-    /// How it is read, where it leaves a choice.
-    pub options: ReadOptions,
-    /// What is in it.
-    pub bytes: Arc<[u8]>,
-}
+/// What came of laying a file.
+pub type FileAnswer = Result<Laying, Diagnostic>;
 
 /// Bytes that are no request or answer of this build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,72 +68,198 @@ const fn form() -> u64 {
     hash
 }
 
-impl FileRequest {
+impl FileToLay {
     /// As bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut out = Vec::with_capacity(self.bytes.len() + 256);
+        let Self {
+            format,
+            title,
+            bytes,
+            options,
+            defaults,
+            fence,
+            begins,
+        } = self;
+        let mut out = Vec::with_capacity(bytes.len() + 1024);
         out.extend(FORM);
-        self.format.put(&mut out);
-        self.options.put(&mut out);
-        out.extend_from_slice(&self.bytes);
+        format.put(&mut out);
+        title.put(&mut out);
+        options.put(&mut out);
+        defaults.put(&mut out);
+        fence.put(&mut out);
+        begins.put(&mut out);
+        out.extend_from_slice(bytes);
         out
     }
 
-    /// Whether it asks for the same as another.
-    #[must_use]
-    pub fn is_same(&self, other: &Self) -> bool {
-        self.format == other.format
-            && self.options == other.options
-            && (Arc::ptr_eq(&self.bytes, &other.bytes) || self.bytes == other.bytes)
+    fn from_bytes(bytes: &[u8]) -> Result<Self, WireError> {
+        let mut input = Input(bytes);
+        input.form()?;
+        Self::take(&mut input).ok_or(WireError::Malformed)
+    }
+
+    fn take(input: &mut Input<'_>) -> Option<Self> {
+        Some(Self {
+            format: Wire::take(input)?,
+            title: Wire::take(input)?,
+            options: Wire::take(input)?,
+            defaults: Wire::take(input)?,
+            fence: Wire::take(input)?,
+            begins: Wire::take(input)?,
+            bytes: input.0.into(),
+        })
     }
 }
 
-/// Reads what a request asks for: the answer as bytes.
+/// Lays the file of a request: the answer as bytes. To what is no request of this build the answer is the form alone, by which the
+/// other side knows its own.
 #[must_use]
 pub fn answer(request: &[u8]) -> Vec<u8> {
-    let mut input = Input(request);
-    let asked = input.form().and_then(|()| {
-        let asked = Option::zip(Format::take(&mut input), ReadOptions::take(&mut input));
-        asked.ok_or(WireError::Malformed)
-    });
-    match asked {
-        Ok((format, options)) => answer_bytes(&read(format, input.0, &options)),
-        // No answer: whoever asked sees the form, and no more.
+    match FileToLay::from_bytes(request) {
+        Ok(file) => answer_bytes(&file.lay()),
         Err(_) => FORM.to_vec(),
     }
 }
 
-/// What came of reading a file, as bytes.
+/// What came of laying a file, as bytes.
 #[must_use]
 pub fn answer_bytes(answer: &FileAnswer) -> Vec<u8> {
     let mut out = FORM.to_vec();
     match answer {
-        Ok(parsed) => {
+        Ok(Laying::Done(laid)) => {
             out.push(0);
-            parsed.put(&mut out);
+            Head::of(laid).put(&mut out);
+            // They come last, and are taken in slices.
+            laid.program.plan.steps.put(&mut out);
         }
+        Ok(Laying::NeedsStart) => out.push(1),
         Err(problem) => {
-            out.push(1);
+            out.push(2);
             problem.put(&mut out);
         }
     }
     out
 }
 
-/// What came of reading a file, from its bytes.
+/// What came of laying a file, from its bytes.
 ///
 /// # Errors
 /// Where they are no answer of this build.
 pub fn answer_from(bytes: &[u8]) -> Result<FileAnswer, WireError> {
+    at_once(answer_in_turns(bytes, &AtOnce))
+}
+
+/// The same, with turns for others.
+///
+/// # Errors
+/// As [`answer_from`].
+pub async fn answer_in_turns(bytes: &[u8], turns: &impl Turns) -> Result<FileAnswer, WireError> {
     let mut input = Input(bytes);
     input.form()?;
     let answer = match u8::take(&mut input) {
-        Some(0) => Parsed::take(&mut input).map(Ok),
-        Some(1) => Diagnostic::take(&mut input).map(Err),
+        Some(0) => laid(&mut input, turns).await.map(Ok),
+        Some(1) => Some(Ok(Laying::NeedsStart)),
+        Some(2) => Diagnostic::take(&mut input).map(Err),
         _ => None,
     };
     { answer.filter(|_| input.0.is_empty()) }.ok_or(WireError::Malformed)
+}
+
+async fn laid(input: &mut Input<'_>, turns: &impl Turns) -> Option<Laying> {
+    let head = Head::take(input)?;
+    let mut left = input.count::<Step>()?;
+    let mut steps = Vec::with_capacity(left);
+    while left > 0 {
+        for _ in 0..left.min(SLICE) {
+            steps.push(Step::take(input)?);
+            left -= 1;
+        }
+        turns.give().await;
+    }
+    Some(Laying::Done(Box::new(head.with(steps))))
+}
+
+/// A laid program without its steps.
+struct Head {
+    title: String,
+    tool: Option<Tool>,
+    surface: Option<Surface>,
+    names: Vec<String>,
+    settings: Vec<Set>,
+    iterations: Option<u64>,
+    stays: bool,
+    leading: u64,
+    start: Option<[f64; 3]>,
+    notes: Vec<Diagnostic>,
+    placed: Option<AppliedPlacement>,
+    misfit: Option<Diagnostic>,
+    would_fit: Option<WouldFit>,
+}
+
+impl Head {
+    fn of(laid: &LaidProgram) -> Self {
+        let LaidProgram {
+            program,
+            start,
+            notes,
+            placed,
+            misfit,
+            would_fit,
+        } = laid;
+        let Program {
+            plan,
+            settings,
+            iterations,
+            stays,
+            leading,
+            ..
+        } = program;
+        let Plan {
+            title,
+            tool,
+            surface,
+            names,
+            steps: _,
+        } = &**plan;
+        Self {
+            title: title.clone(),
+            tool: *tool,
+            surface: *surface,
+            names: names.clone(),
+            settings: settings.clone(),
+            iterations: *iterations,
+            stays: *stays,
+            leading: *leading,
+            start: *start,
+            notes: notes.clone(),
+            placed: *placed,
+            misfit: misfit.clone(),
+            would_fit: *would_fit,
+        }
+    }
+
+    fn with(self, steps: Vec<Step>) -> LaidProgram {
+        let plan = Plan {
+            title: self.title,
+            tool: self.tool,
+            surface: self.surface,
+            steps,
+            names: self.names,
+        };
+        LaidProgram {
+            program: Program {
+                stays: self.stays,
+                leading: self.leading,
+                ..Program::new(plan, self.iterations).with_settings(self.settings)
+            },
+            start: self.start,
+            notes: self.notes,
+            placed: self.placed,
+            misfit: self.misfit,
+            would_fit: self.would_fit,
+        }
+    }
 }
 
 /// What is left to be taken.
@@ -157,6 +272,12 @@ impl<'b> Input<'b> {
             Some(_) => Err(WireError::OtherBuild),
             None => Err(WireError::Malformed),
         }
+    }
+
+    /// How many of these follow. So many as cannot be in what is left are not: nothing is set aside for them.
+    fn count<T: Wire>(&mut self) -> Option<usize> {
+        let count = usize::take(self)?;
+        (count <= self.0.len() / T::LEAST).then_some(count)
     }
 
     fn bytes(&mut self, count: usize) -> Option<&'b [u8]> {
@@ -285,11 +406,7 @@ impl<T: Wire> Wire for Vec<T> {
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
-        let count = usize::take(input)?;
-        // So many cannot be in what is left: nothing is set aside for them.
-        if count > input.0.len() / T::LEAST {
-            return None;
-        }
+        let count = input.count::<T>()?;
         let mut all = Self::with_capacity(count);
         for _ in 0..count {
             all.push(T::take(input)?);
@@ -366,28 +483,20 @@ macro_rules! fields {
 fields! {
     Surface { height, slope }
     Origin { line, column, length, name }
-    Plan { title, tool, surface, steps, names }
     Step { action, origin, feed, follows_speed }
     Part { n, name, color, pass }
     Pause { text, cause }
-    Artwork { title, page, strokes, areas, names, layers, colors, parts, in_order }
-    Stroke { points, origin, style }
-    FilledArea { area, origin, style }
-    Style { layer, color, part }
-    Layer { name, inkscape }
-    DrawingPart { part, waits, skipped, passes, pen }
-    PartPen { surface_offset, lift, speed, power, fill }
-    Area { rings, rule }
-    TextOptions { font, size, wrap, align, line_height }
+    Head {
+        title, tool, surface, names, settings, iterations, stays, leading, start, notes, placed, misfit, would_fit,
+    }
     Diagnostic { origin, name, code, message, help, remedies, missing }
     Remedy { act, effect }
-    Parsed { content, notes }
-    ReadOptions {
-        title, tolerance, gcode, fills, white, clip_page, resample, text, text_lines, strict_text,
-    }
-    GcodeOptions {
-        dialect, start, placed, s_max, laser_speed, surface, lift, travel_speed,
-        travel_acceleration, acceleration, arcs, home,
+    AppliedPlacement { scale, turn, at }
+    WouldFit { scale, rotate }
+    Sheet { corner, rotation, surface, size }
+    Cuboid { min, max }
+    SetupDefaults {
+        tool, sheet, surface, draw_speed, draw_travel_speed, draw_lift, engrave_speed, engrave_power, park,
     }
 }
 
@@ -401,65 +510,64 @@ impl Wire for Color {
     }
 }
 
-/// Grey is bytes already.
-impl Wire for Raster {
+impl Wire for Power {
     fn put(&self, out: &mut Vec<u8>) {
-        let Self {
-            title,
-            width,
-            height,
-            grey,
-            pixel,
-        } = self;
-        title.put(out);
-        width.put(out);
-        height.put(out);
-        pixel.put(out);
-        grey.len().put(out);
-        out.extend_from_slice(grey);
+        self.range().put(out);
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
-        let (title, width, height) = (Wire::take(input)?, Wire::take(input)?, Wire::take(input)?);
-        let pixel = Wire::take(input)?;
-        let count = usize::take(input)?;
-        let grey = input.bytes(count)?.to_vec();
-        Some(Self {
-            title,
-            width,
-            height,
-            grey,
-            pixel,
-        })
+        let [least, most] = Wire::take(input)?;
+        Self::new(least, most).ok()
     }
 }
 
-/// A font of a file comes with its bytes.
-impl Wire for FontChoice {
+impl Wire for Fence {
     fn put(&self, out: &mut Vec<u8>) {
-        match self {
-            Self::Bundled(font) => {
-                out.push(0);
-                font.put(out);
-            }
-            Self::File { name, bytes } => {
-                out.push(1);
-                name.put(out);
-                bytes.len().put(out);
-                out.extend_from_slice(bytes);
-            }
-        }
+        self.floor().put(out);
+        self.within().put(out);
+        self.keep_outs().to_vec().put(out);
+        self.top_speed().put(out);
+        self.strongest_laser().put(out);
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
-        Some(match u8::take(input)? {
-            0 => Self::Bundled(Wire::take(input)?),
-            1 => {
-                let (name, count) = (String::take(input)?, usize::take(input)?);
-                Self::file(name, input.bytes(count)?)
-            }
-            _ => return None,
-        })
+        let mut fence = Self::default();
+        if let Some(floor) = Wire::take(input)? {
+            fence = fence.with_floor(floor).ok()?;
+        }
+        if let Some(within) = Wire::take(input)? {
+            fence = fence.with_box(within).ok()?;
+        }
+        for keep_out in Vec::take(input)? {
+            fence = fence.with_keep_out(keep_out).ok()?;
+        }
+        if let Some(speed) = Wire::take(input)? {
+            fence = fence.with_top_speed(speed).ok()?;
+        }
+        if let Some(percent) = Wire::take(input)? {
+            fence = fence.with_strongest_laser(percent).ok()?;
+        }
+        Some(fence)
+    }
+}
+
+/// As their JSON, which says all but that a file is done as it is. A font in a file has none, and no client can name one.
+impl Wire for SetupOptions {
+    fn put(&self, out: &mut Vec<u8>) {
+        let by_file = self.work == Some(WorkOption::ByFile);
+        by_file.put(out);
+        let mut options = self.clone();
+        options.work = options.work.filter(|_| !by_file);
+        serde_json::to_string(&options).unwrap_or_default().put(out);
+    }
+
+    fn take(input: &mut Input<'_>) -> Option<Self> {
+        let by_file = bool::take(input)?;
+        let mut options: Self = serde_json::from_str(&String::take(input)?).ok()?;
+        if by_file {
+            options.work = Some(WorkOption::ByFile);
+        }
+        Some(options)
     }
 }
 
@@ -489,18 +597,9 @@ macro_rules! kinds {
     )*};
 }
 kinds! {
-    Content { 0 = Plan(plan), 1 = Artwork(artwork), 2 = Image(image) }
     Tool { 0 = None, 1 = Suction, 2 = Gripper, 3 = Pen, 4 = Laser, 5 = Bias(bias) }
     Missing { 0 = Start, 1 = Feature(feature) }
-    Fills { 0 = Outline, 1 = Ignore, 2 = Areas }
-    FillMode { 0 = None, 1 = Hatch, 2 = Cross, 3 = Contour }
-    FillRule { 0 = NonZero, 1 = EvenOdd }
-    TextLines { 0 = Outline, 1 = Stroke }
-    Align { 0 = Left, 1 = Center, 2 = Right }
-    BundledFont { 0 = Sans, 1 = Script, 2 = Gothic }
-    White { 0 = Skip, 1 = Draw }
-    Arcs { 0 = Arcs, 1 = Lines }
-    Dialect { 0 = Detect, 1 = Pen, 2 = Laser, 3 = Servo }
+    Begins { 0 = Ask, 1 = At(at), 2 = Unknown, 3 = OnStage }
     Act { 0 = Do(deed), 1 = Give(setting, given), 2 = Omit(setting), 3 = System(line) }
     Given { 0 = On, 1 = Off, 2 = Number(number), 3 = Point(x, y), 4 = Word(word), 5 = Any(word) }
 }
@@ -527,41 +626,59 @@ const SILENT: u8 = u8::MAX;
 const PART: u8 = 0;
 const PAUSE: u8 = 1;
 
-/// An action is its command, which it is made of again to the last bit.
-impl Wire for Action {
+impl Wire for Set {
     const LEAST: usize = 2;
 
     fn put(&self, out: &mut Vec<u8>) {
-        let command = match self {
-            Self::Part(part) => {
-                out.extend([PART, SILENT]);
-                return part.put(out);
-            }
-            Self::Pause(pause) => {
-                out.extend([PAUSE, SILENT]);
-                return pause.put(out);
-            }
-            _ => self.command(),
-        };
-        let Some(command) = command else { return };
         let mut room = [0; MAX_PARAMS];
         let mut writer = Writer::new(&mut room);
-        command.encode(&mut writer);
+        self.encode(&mut writer);
         let params = writer.finish().ok().and_then(|count| room.get(..count));
         let params = params.unwrap_or_default();
-        out.extend([command.row().id, params.len() as u8]);
+        out.extend([self.row().id, params.len() as u8]);
         out.extend_from_slice(params);
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
         let (id, count) = (u8::take(input)?, u8::take(input)?);
-        match (id, count) {
-            (PART, SILENT) => return Wire::take(input).map(Box::new).map(Self::Part),
-            (PAUSE, SILENT) => return Wire::take(input).map(Box::new).map(Self::Pause),
-            _ => {}
+        Self::decode(id, input.bytes(count.into())?).ok()
+    }
+}
+
+/// An action is its command, which it is made of again to the last bit; what has none is marked.
+impl Wire for Action {
+    const LEAST: usize = Set::LEAST;
+
+    fn put(&self, out: &mut Vec<u8>) {
+        match self {
+            Self::Part(part) => {
+                out.extend([PART, SILENT]);
+                part.put(out);
+            }
+            Self::Pause(pause) => {
+                out.extend([PAUSE, SILENT]);
+                pause.put(out);
+            }
+            _ => {
+                if let Some(command) = self.command() {
+                    command.put(out);
+                }
+            }
         }
-        let params = input.bytes(count.into())?;
-        Set::decode(id, params).ok().map(Self::from)
+    }
+
+    fn take(input: &mut Input<'_>) -> Option<Self> {
+        match *input.0 {
+            [PART, SILENT, ref rest @ ..] => {
+                input.0 = rest;
+                Wire::take(input).map(Box::new).map(Self::Part)
+            }
+            [PAUSE, SILENT, ref rest @ ..] => {
+                input.0 = rest;
+                Wire::take(input).map(Box::new).map(Self::Pause)
+            }
+            _ => Set::take(input).map(Self::from),
+        }
     }
 }
 

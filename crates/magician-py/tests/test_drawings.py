@@ -144,7 +144,7 @@ def test_options_that_contradict_each_other_are_refused(samples: Path) -> None:
 def test_options_of_files_have_the_names_of_a_station() -> None:
     """One option, one name: an argument of :func:`load` is a member of ``setup``, and the other way round."""
     elsewhere = {"grid": "Plan.on_grid", "speed_ratio": "Arm.speed", "stay": "Arm.run", "park": "Arm.run"}
-    of_python = {"file", "format", "title", "sheet"}
+    of_python = {"file", "format", "title", "sheet", "preset"}
     taken = set(inspect.signature(magician.load).parameters)
     page = (ROOT / "docs" / "STATION-API.md").read_text(encoding="utf-8")
     listed = page.split("## Options of a program", 1)[1].rsplit("\n\n", 1)[1]

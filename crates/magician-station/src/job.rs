@@ -1,7 +1,7 @@
 //! Programs for jobs: how they come, who reads them, and what is kept of jobs.
 
-use std::cell::RefCell;
 use std::fmt;
+use std::pin::Pin;
 use std::sync::Arc;
 
 use base64::Engine;
@@ -9,21 +9,21 @@ use base64::engine::general_purpose::STANDARD;
 use magician::report::FenceReport;
 use magician::words::Preflight;
 use magician::{Fence, Voice};
+use magician_job::beside::BesideTurns;
 use magician_job::report::{CheckReport, ConversionReport, Note, WayOut, warnings};
 use magician_job::{Journal, NoJournal};
 use magician_program::preview::Outline;
-use magician_program::wire::FileRequest;
 use magician_program::{
-    AppliedPlacement, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending, FileRead,
-    Format, Origin, Program, ReadOptions, Reading, RemainingProgram, Report, Setup, SetupDefaults,
-    SetupOptions, Surface, WouldFit,
+    AppliedPlacement, Begins, Conversion, ConversionError, Diagnostic, DiagnosticCode, Ending,
+    FileToLay, Format, LaidProgram, Laying, Origin, Program, RemainingProgram, Report, Setup,
+    SetupDefaults, SetupOptions, Surface, WouldFit, tip,
 };
 use magician_protocol::visible;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use crate::api::RpcError;
-use crate::files::{AnswerToCome, FileReader, FilesRead, nobody};
+use crate::files::{FileLayer, LaidFile, LayHere};
 use crate::library::{self, LibraryError, NoPrograms, ProgramName, ProgramStore};
 use crate::reading::to_value;
 
@@ -109,28 +109,29 @@ pub struct ReadingArm {
     pub begun: Option<[f64; 3]>,
     /// How the arm stands, where the program depends on that.
     pub stands: Option<Preflight>,
-    /// What was read elsewhere for the program.
-    pub files: FilesRead,
 }
 
+/// What comes of what is done elsewhere.
+pub type ToCome<T> = Pin<Box<dyn Future<Output = Result<T, RpcError>> + Send>>;
+
 /// What came of reading a program.
-#[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum ProgramReading {
     /// It was read.
     Done(Box<ReadProgram>),
     /// It depends on where the arm stands: it is to be read again with that.
     NeedsStart,
-    /// Its file is read elsewhere: it is to be read again with what comes of that.
-    NeedsFile(Box<FileRequest>),
+    /// It is read elsewhere. Who drops it no longer wants it.
+    ToCome(ToCome<ProgramReading>),
 }
 
 /// What came of making another file of a program.
-#[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum Converting {
     /// Its bytes, and what is answered.
     Done(Vec<u8>, Value),
-    /// As for [`ProgramReading::NeedsFile`].
-    NeedsFile(Box<FileRequest>),
+    /// It is read elsewhere.
+    ToCome(ToCome<Converting>),
 }
 
 /// A program that has been read and laid before an arm.
@@ -167,23 +168,12 @@ pub trait Reader: Send + Sync {
     /// What is wrong with it, as it is answered.
     fn read(&self, source: &Source, arm: &ReadingArm) -> Result<ProgramReading, RpcError>;
 
-    /// Reads a file that [`read`](Self::read) or [`convert`](Self::convert) needs.
-    fn read_file(&self, request: FileRequest) -> AnswerToCome {
-        let _ = request;
-        nobody()
-    }
-
     /// Makes a file of this name of one: its bytes, and what is answered.
     ///
     /// # Errors
     /// What is wrong with it, and a name that says no format.
-    fn convert(
-        &self,
-        source: &Source,
-        to: &str,
-        files: &FilesRead,
-    ) -> Result<Converting, RpcError> {
-        let _ = (source, to, files);
+    fn convert(&self, source: &Source, to: &str) -> Result<Converting, RpcError> {
+        let _ = (source, to);
         let why = "this station converts no programs";
         Err(RpcError::arm(magician::ErrorKind::Unsupported, why))
     }
@@ -194,7 +184,7 @@ pub trait Reader: Send + Sync {
 pub struct FormatReader {
     defaults: SetupDefaults,
     library: Arc<dyn ProgramStore>,
-    files: Option<Arc<dyn FileReader>>,
+    files: Arc<dyn FileLayer>,
 }
 
 impl Default for FormatReader {
@@ -215,10 +205,16 @@ impl FormatReader {
     /// With these settings where a program brings none.
     #[must_use]
     pub fn new(defaults: SetupDefaults) -> Self {
+        Self::by(defaults, Arc::new(LayHere))
+    }
+
+    /// The same, with someone else who reads and lays files, whatever is built in.
+    #[must_use]
+    pub fn by(defaults: SetupDefaults, files: Arc<dyn FileLayer>) -> Self {
         Self {
             defaults,
             library: Arc::new(NoPrograms),
-            files: None,
+            files,
         }
     }
 
@@ -229,21 +225,14 @@ impl FormatReader {
         self
     }
 
-    /// With someone who reads all files but plans, whatever is built in.
-    #[must_use]
-    pub fn with_files(mut self, files: Arc<dyn FileReader>) -> Self {
-        self.files = Some(files);
-        self
-    }
-
-    /// Reads one for an arm, or for an arm that is not there: one that was just homed.
-    fn read_with(
+    /// The file of a program, to be laid before an arm; for one that is not there it begins where a virtual one stands.
+    fn file(
         &self,
         source: &Source,
         arm: &ReadingArm,
-        defaults: &SetupDefaults,
+        defaults: SetupDefaults,
         nowhere: bool,
-    ) -> Result<ProgramReading, RpcError> {
+    ) -> Result<FileToLay, RpcError> {
         let bytes = source.bytes(&*self.library)?;
         let format = match &source.format {
             Some(format) => format
@@ -254,85 +243,77 @@ impl FormatReader {
                 RpcError::param("format", why)
             })?,
         };
-        let mut options = match &source.setup {
-            Some(options) => (**options).clone(),
-            None => SetupOptions::by_file(),
-        };
-        options.start = options.start.or(arm.begun);
-        let mut setup = options.setup(defaults);
-        setup.fence = arm.fence;
-        let title = match source.bytes.name() {
-            "" => "",
-            name => Format::title(name),
-        };
-        let wrong = |problem: Diagnostic| RpcError::from(magician::Error::from(problem));
-        let elsewhere = RefCell::new(None);
-        let by = |format: Format, bytes: &[u8], options: &ReadOptions| {
-            if self.files.is_none() || format == Format::Plan {
-                return magician_program::read(format, bytes, options);
-            }
-            arm.files.find(format, bytes, options).unwrap_or_else(|| {
-                elsewhere.borrow_mut().get_or_insert_with(|| {
-                    Box::new(FileRequest {
-                        format,
-                        options: options.clone(),
-                        bytes: bytes.into(),
-                    })
-                });
-                Err(Diagnostic::of_file("the file is being read"))
-            })
-        };
-        let file = || -> Result<Option<FileRead>, RpcError> {
-            let reading = options.read_by(&by, format, &bytes, title, &setup);
-            let unknown = match reading.map_err(wrong)? {
-                Reading::Done(file) => return Ok(Some(file)),
-                Reading::UnknownStart(unknown) => unknown,
-            };
-            let stands = match &arm.stands {
-                Some(stands) => stands.clone(),
-                None if nowhere => unknown.on_stage(&setup)?,
-                None => return Ok(None),
-            };
-            let file = unknown.from_by(&by, &bytes, &setup, &stands);
-            file.map(Some).map_err(wrong)
-        };
-        let file = file();
-        // Whatever came of it without the file is not what the program is.
-        if let Some(request) = elsewhere.take() {
-            return Ok(ProgramReading::NeedsFile(request));
+        let mut file = FileToLay::new(format, &bytes);
+        if let Some(options) = &source.setup {
+            file.options = (**options).clone();
         }
-        let Some(mut file) = file? else {
-            return Ok(ProgramReading::NeedsStart);
-        };
-        let start = { file.begun.as_ref() }
-            .filter(|begun| !begun.said)
-            .map(|begun| begun.at);
-        let mut notes: Vec<_> = start.map(begins_at).into_iter().collect();
-        notes.append(&mut file.notes);
-        let mut laid = options.lay(&setup, file).map_err(wrong)?;
-        notes.append(&mut laid.notes);
-        let (placed, would_fit) = (laid.placed, laid.would_fit);
-        let misfit = laid.misfit.take();
-        let needs_homed_arm = options.needs_homed_arm(&setup, format);
-        let ending = options.ending(defaults, needs_homed_arm);
-        let program = laid.program(&options, &ending, 0, Some(1)).map_err(wrong)?;
-        if program.plan().steps.is_empty() {
-            let why = "nothing to do in this program";
-            return Err(RpcError::arm(magician::ErrorKind::InvalidInput, why));
+        file.options.start = file.options.start.or(arm.begun);
+        file.defaults = defaults;
+        file.fence = arm.fence;
+        if !source.bytes.name().is_empty() {
+            file.title = Format::title(source.bytes.name()).to_owned();
         }
-        Ok(ProgramReading::Done(Box::new(ReadProgram {
-            program,
-            format,
-            setup,
-            ending,
-            needs_homed_arm,
-            start,
-            notes,
-            placed,
-            misfit,
-            would_fit,
-        })))
+        if nowhere {
+            file.begins = Begins::OnStage;
+        } else if let Some(stands) = &arm.stands {
+            let setup = file.setup();
+            let at = tip(stands, setup.tool.or(setup.default_tool));
+            file.begins = at.map_or(Begins::Unknown, Begins::At);
+        }
+        Ok(file)
     }
+
+    /// Lays it here or elsewhere, and makes of that what is wanted.
+    fn lay<T: 'static>(
+        &self,
+        file: FileToLay,
+        done: impl FnOnce(FileToLay, Laying) -> Result<T, RpcError> + Send + 'static,
+        to_come: impl FnOnce(ToCome<T>) -> T,
+    ) -> Result<T, RpcError> {
+        let wrong = |problem: Diagnostic| RpcError::from(magician::Error::from(problem));
+        match self.files.lay(file.clone()) {
+            LaidFile::Here(laying) => done(file, laying.map_err(wrong)?),
+            LaidFile::ToCome(answer) => Ok(to_come(Box::pin(async move {
+                let laying = answer.await?.map_err(wrong)?;
+                done(file, laying)
+            }))),
+        }
+    }
+}
+
+/// What was laid as it is run.
+fn reading(file: &FileToLay, laying: Laying) -> Result<ProgramReading, RpcError> {
+    let laid = match laying {
+        Laying::Done(laid) => *laid,
+        Laying::NeedsStart => return Ok(ProgramReading::NeedsStart),
+    };
+    let LaidProgram {
+        program,
+        start,
+        notes: mut told,
+        placed,
+        misfit,
+        would_fit,
+    } = laid;
+    if program.plan().steps.is_empty() {
+        let why = "nothing to do in this program";
+        return Err(RpcError::arm(magician::ErrorKind::InvalidInput, why));
+    }
+    let mut notes: Vec<_> = start.map(begins_at).into_iter().collect();
+    notes.append(&mut told);
+    let setup = file.setup();
+    Ok(ProgramReading::Done(Box::new(ReadProgram {
+        program,
+        format: file.format,
+        ending: file.ending(&setup),
+        needs_homed_arm: file.options.needs_homed_arm(&setup, file.format),
+        setup,
+        start,
+        notes,
+        placed,
+        misfit,
+        would_fit,
+    })))
 }
 
 impl Reader for FormatReader {
@@ -341,22 +322,12 @@ impl Reader for FormatReader {
         if arm.is_virtual {
             defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
         }
-        self.read_with(source, arm, &defaults, false)
+        let file = self.file(source, arm, defaults, false)?;
+        let done = |file: FileToLay, laying| reading(&file, laying);
+        self.lay(file, done, ProgramReading::ToCome)
     }
 
-    fn read_file(&self, request: FileRequest) -> AnswerToCome {
-        match &self.files {
-            Some(files) => files.read(request),
-            None => nobody(),
-        }
-    }
-
-    fn convert(
-        &self,
-        source: &Source,
-        to: &str,
-        files: &FilesRead,
-    ) -> Result<Converting, RpcError> {
+    fn convert(&self, source: &Source, to: &str) -> Result<Converting, RpcError> {
         let conversion = Conversion::of(to).ok_or_else(|| {
             let why = "`to` must end with .plan.json, .playback, .svg, .png or .csv";
             RpcError::param("to", why)
@@ -365,34 +336,38 @@ impl Reader for FormatReader {
         defaults.surface = defaults.surface.or(Some(Surface::VIRTUAL));
         // What is converted is not burnt yet: a run of it has this then.
         defaults.engrave_power = None;
-        let nowhere = ReadingArm {
-            files: files.clone(),
-            ..ReadingArm::default()
-        };
-        let read = self.read_with(source, &nowhere, &defaults, true)?;
-        let invalid = |why: &str| RpcError::arm(magician::ErrorKind::InvalidInput, why);
-        let read = match read {
-            ProgramReading::Done(read) => read,
-            ProgramReading::NeedsFile(request) => return Ok(Converting::NeedsFile(request)),
-            ProgramReading::NeedsStart => {
-                return Err(invalid("it is not known where the program begins"));
-            }
-        };
-        if let Some(misfit) = read.misfit {
-            return Err(RpcError::from(magician::Error::from(misfit)));
-        }
-        let plan = read.program.plan();
-        let (bytes, lost) = conversion.file(plan).map_err(|error| match error {
-            ConversionError::Refused(problem) => RpcError::from(magician::Error::from(problem)),
-            ConversionError::Rehearsal(error) => RpcError::from(error),
-            ConversionError::OutOfReach => invalid("none of its lines is within reach"),
-            _ => invalid("it draws and burns nothing"),
-        })?;
+        let file = self.file(source, &ReadingArm::default(), defaults, true)?;
         let names = [source.bytes.name().to_owned(), to.to_owned()];
-        let steps = plan.steps.len();
-        let report = ConversionReport::new(&Words, names, steps, &read.notes, &lost);
-        Ok(Converting::Done(bytes, to_value(&report)?))
+        let done = move |file: FileToLay, laying| match reading(&file, laying)? {
+            ProgramReading::Done(read) => converted(conversion, names, *read),
+            _ => Err(invalid("it is not known where the program begins")),
+        };
+        self.lay(file, done, Converting::ToCome)
     }
+}
+
+fn converted(
+    conversion: Conversion,
+    names: [String; 2],
+    read: ReadProgram,
+) -> Result<Converting, RpcError> {
+    if let Some(misfit) = read.misfit {
+        return Err(RpcError::from(magician::Error::from(misfit)));
+    }
+    let plan = read.program.plan();
+    let (bytes, lost) = conversion.file(plan).map_err(|error| match error {
+        ConversionError::Refused(problem) => RpcError::from(magician::Error::from(problem)),
+        ConversionError::Rehearsal(error) => RpcError::from(error),
+        ConversionError::OutOfReach => invalid("none of its lines is within reach"),
+        _ => invalid("it draws and burns nothing"),
+    })?;
+    let steps = plan.steps.len();
+    let report = ConversionReport::new(&Words, names, steps, &read.notes, &lost);
+    Ok(Converting::Done(bytes, to_value(&report)?))
+}
+
+fn invalid(why: &str) -> RpcError {
+    RpcError::arm(magician::ErrorKind::InvalidInput, why)
 }
 
 /// That a program begins where the arm stands.
@@ -413,9 +388,10 @@ impl ReadProgram {
     }
 
     /// What it leaves when an arm stands there before it, and the ways between: lines of no more than 20,000 points each.
-    #[must_use]
-    pub fn preview(&self, start: &Preflight) -> Value {
-        let (lines, travels) = Outline::with_travels(self.program.plan(), start, PREVIEWED);
+    pub async fn preview(&self, start: &Preflight) -> Value {
+        let plan = self.program.plan();
+        let outline = Outline::with_travels(plan, start, PREVIEWED, &BesideTurns);
+        let (lines, travels) = outline.await;
         let rounded = |value: f64| (value * 100.0).round() / 100.0;
         let strokes = lines.into_iter().map(|line| {
             let points: Vec<_> = { line.points.iter() }
@@ -442,10 +418,10 @@ impl ReadProgram {
     ///
     /// # Errors
     /// What makes it no program from there.
-    pub fn check(&self, start: Preflight) -> Result<CheckReport, RpcError> {
+    pub async fn check(&self, start: Preflight) -> Result<CheckReport, RpcError> {
         let rest = self.program(Some(1)).remaining(0, start);
         let rest = rest.map_err(|problem| RpcError::from(magician::Error::from(problem)))?;
-        let report = rest.check();
+        let report = rest.check_in_turns(&BesideTurns).await;
         Ok(self.report(&rest, &report))
     }
 

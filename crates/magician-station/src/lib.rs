@@ -32,11 +32,11 @@ mod station;
 
 pub use api::Role;
 pub use engine::ArmEngine;
-pub use files::{AnswerToCome, FileReader, FilesRead};
+pub use files::{AnswerToCome, FileLayer, LaidFile, LayHere};
 pub use frame::{FRAME, FRAME_FIELDS, FrameError, StateFrame};
 pub use job::{
     Converting, FormatReader, JobStore, NoStore, ProgramReading, ReadProgram, Reader, ReadingArm,
-    Source, SourceBytes,
+    Source, SourceBytes, ToCome,
 };
 pub use library::{
     LARGEST_LIBRARY, LARGEST_PROGRAM, LibraryAct, LibraryError, LibraryOrder, MOST_PROGRAMS,

@@ -14,7 +14,6 @@ use serde_json::{Value, json};
 use crate::api::RpcError;
 use crate::control::RequestId;
 use crate::engine::beside;
-use crate::files::FilesRead;
 use crate::job::{Converting, Reader, Source, SourceBytes};
 
 /// Bytes of a program, at most.
@@ -279,23 +278,20 @@ impl LibraryAct {
             format: None,
             setup,
         };
-        let mut files = FilesRead::default();
+        let (opened, name) = (Arc::clone(&store), to.clone());
+        let converted = beside(move || {
+            // One that is not there is named as this method names it.
+            opened.open(&from).map_err(wrong)?;
+            reader.convert(&source, name.as_str())
+        });
+        let mut converted = converted.await??;
         loop {
-            let (store, with) = (Arc::clone(&store), Arc::clone(&reader));
-            let (from, to) = (from.clone(), to.clone());
-            let (source, read) = (source.clone(), files.clone());
-            let converted = beside(move || {
-                // One that is not there is named as this method names it.
-                store.open(&from).map_err(wrong)?;
-                let converted = with.convert(&source, to.as_str(), &read)?;
-                if let Converting::Done(bytes, _) = &converted {
-                    keep(&*store, &to, bytes).map_err(wrong)?;
+            match converted {
+                Converting::ToCome(to_come) => converted = to_come.await?,
+                Converting::Done(bytes, report) => {
+                    let kept = beside(move || keep(&*store, &to, &bytes).map_err(wrong));
+                    return kept.await?.map(|_| report);
                 }
-                Ok::<_, RpcError>(converted)
-            });
-            match converted.await?? {
-                Converting::Done(_, report) => return Ok(report),
-                Converting::NeedsFile(request) => files.read(&*reader, *request).await?,
             }
         }
     }

@@ -5,8 +5,8 @@ use std::{env, fs};
 
 use magician_program::Format;
 use magician_station::{
-    Converting, FilesRead, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramStore,
-    Reader, Source, Upload,
+    Converting, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramStore, Reader,
+    Source, Upload,
 };
 
 /// The samples as a library.
@@ -59,8 +59,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for entry in fs::read_dir(&to)? {
         let name = entry?.file_name().to_string_lossy().into_owned();
         let source: Source = serde_json::from_value(serde_json::json!({ "program": name }))?;
-        let (ending, bytes) = match reader.convert(&source, "made.plan.json", &FilesRead::default())
-        {
+        let (ending, bytes) = match reader.convert(&source, "made.plan.json") {
             Ok(Converting::Done(bytes, _)) => ("made", bytes),
             Ok(_) => return Err("the readers are not built in".into()),
             Err(error) => ("error", error.message.into_bytes()),

@@ -1,13 +1,15 @@
-//! Files that the page has read by its other module.
+//! Files that the page has read and laid by its other module.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use magician::ErrorKind;
-use magician_program::wire::{FileRequest, WireError, answer_from};
+use magician_job::beside::BesideTurns;
+use magician_program::FileToLay;
+use magician_program::wire::{WireError, answer_in_turns};
 use magician_station::api::RpcError;
-use magician_station::{AnswerToCome, FileReader};
+use magician_station::{FileLayer, LaidFile};
 use tokio::sync::{Semaphore, oneshot};
 use tokio::time::timeout;
 
@@ -96,12 +98,13 @@ impl Drop for Asked {
     }
 }
 
-impl FileReader for PageFiles {
-    fn read(&self, request: FileRequest) -> AnswerToCome {
+impl FileLayer for PageFiles {
+    fn lay(&self, file: FileToLay) -> LaidFile {
         let files = self.clone();
-        Box::pin(async move {
+        LaidFile::ToCome(Box::pin(async move {
             let _turn = files.turn.acquire().await;
-            let request = request.to_bytes();
+            let request = file.to_bytes();
+            drop(file);
             let (asked, answer) = files.ask(request);
             let answer = timeout(LONGEST, answer).await;
             drop(asked);
@@ -111,12 +114,14 @@ impl FileReader for PageFiles {
                 Ok(Err(_)) => wrong(ErrorKind::Unexpected, FAILED),
                 Ok(Ok(None)) => wrong(ErrorKind::Unsupported, TOO_LARGE),
                 Ok(Ok(Some(bytes))) if bytes.is_empty() => wrong(ErrorKind::Unexpected, FAILED),
-                Ok(Ok(Some(bytes))) => answer_from(&bytes).or_else(|error| match error {
-                    WireError::OtherBuild => wrong(ErrorKind::Unsupported, &error.to_string()),
-                    _ => wrong(ErrorKind::Unexpected, &error.to_string()),
-                }),
+                Ok(Ok(Some(bytes))) => {
+                    { answer_in_turns(&bytes, &BesideTurns).await }.or_else(|error| match error {
+                        WireError::OtherBuild => wrong(ErrorKind::Unsupported, &error.to_string()),
+                        _ => wrong(ErrorKind::Unexpected, &error.to_string()),
+                    })
+                }
             }
-        })
+        }))
     }
 }
 

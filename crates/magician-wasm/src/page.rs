@@ -9,6 +9,8 @@ use std::ops::Bound;
 use std::sync::Arc;
 
 use magician::{Arm, Options, Tracer};
+use magician_job::beside;
+use magician_program::SetupDefaults;
 use magician_station::{
     ArmEntry, Client, FormatReader, Grant, Outgoing, Peer, ProgramName, ProgramStore, Role,
     RunningStation, StationConfig,
@@ -202,6 +204,7 @@ impl PageStation {
         }
         self.deliver();
         self.runtime.block_on(settle());
+        beside::next_turn();
         let now = self.clock.now();
         let opening = matches!(self.stage, Stage::Closed(_) | Stage::Opening(_));
         let busy = opening || now - self.active_at < GOING_ON;
@@ -395,15 +398,13 @@ async fn connect(
     let told = entries.iter().map(told).collect();
     let programs = MemoryPrograms::new(calendar);
     let library = Arc::new(programs.clone());
-    let reader = FormatReader::default()
-        .with_library(Arc::clone(&library) as _)
-        .with_files(Arc::new(files));
+    let reader = FormatReader::by(SetupDefaults::default(), Arc::new(files))
+        .with_library(Arc::clone(&library) as _);
     let config = StationConfig {
         unix_zero: calendar.unix + calendar.at.elapsed().as_secs_f64(),
-        reader: Arc::new(reader),
         jobs: Arc::new(MemoryJobs::default()),
         programs: library,
-        ..StationConfig::new(entries, config.epoch)
+        ..StationConfig::reading_by(entries, config.epoch, Arc::new(reader))
     };
     let station = RunningStation::start(config, arms, Box::new(|_| {}));
     Ok((station, programs, told))

@@ -28,6 +28,9 @@ const TRAIL = 400;
 const FADES = 20_000;
 /** A new reading is reached within this time, ms: about as long as two lie apart. */
 const GLIDE = 60;
+/** Frames that take longer, ms, one after the other, get fewer pixels, down to so many for each of the page's. */
+const SLOW = 36;
+const COARSE = 0.5;
 
 export interface Drawn {
   /** The tool's tip, css pixels from the upper left. */
@@ -63,13 +66,15 @@ export class ArmScene {
   private lastDraw = 0;
   private fps: number | null = null;
   private floor = 0;
+  private slow = 0;
+  private sharpness = Math.min(devicePixelRatio, 2);
   private readonly sizes: ResizeObserver;
   private readonly layers = new Map<Layer, { group: Group; shapes: Shapes }>();
   private readonly endDragging: () => void;
 
   constructor(private readonly place: HTMLElement) {
     this.renderer = new WebGLRenderer({ antialias: true, alpha: true });
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setPixelRatio(this.sharpness);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.renderer.domElement.setAttribute("aria-hidden", "true");
@@ -334,6 +339,12 @@ export class ArmScene {
     this.lastDraw = now;
     if (gap > 120) return;
     this.fps = this.fps === null ? 1000 / gap : this.fps * 0.9 + 100 / gap;
+    // Where no graphics chip draws, fewer pixels leave time for what is beside the picture.
+    this.slow = gap > SLOW ? this.slow + 1 : 0;
+    if (this.slow > 20 && this.sharpness > COARSE) {
+      [this.sharpness, this.slow] = [Math.max(COARSE, this.sharpness / 1.5), 0];
+      this.renderer.setPixelRatio(this.sharpness);
+    }
   }
 
   private tell(tip: Vector3): void {

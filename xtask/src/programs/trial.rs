@@ -8,7 +8,7 @@ use magician_program::artwork::{Layout, Marking};
 use magician_program::compare::{Match, Tones, compare, lines_of};
 use magician_program::preview::{Preview, PreviewOptions};
 use magician_program::raster::{Engrave, Grid, Size};
-use magician_program::rehearse::{Rehearsal, RehearseOptions, rehearse, stage, start_of};
+use magician_program::rehearse::{Rehearsal, RehearseOptions, rehearse, stands};
 use magician_program::{Artwork, Content, Format, Plan, Raster, ReadOptions, Surface, check, read};
 use magician_sim::svg::FONTS;
 use magician_sim::svg::palette::{BURNT, DRAWN};
@@ -143,7 +143,7 @@ fn engraved(bytes: &[u8], image: &Raster) -> Result<Trial> {
 /// What leaves nothing but a way.
 fn played(plan: &Plan) -> Result<Trial> {
     let options = RehearseOptions::default();
-    let start = start_of(&stage(plan, &options)?);
+    let start = stands(plan, &options)?;
     let report = check(plan, &start);
     let preview = Preview::new(plan, &report, &start, &PreviewOptions::default());
     let watched = rehearse(plan, &options.watch(Duration::from_millis(2)))?;

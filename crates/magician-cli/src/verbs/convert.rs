@@ -42,7 +42,6 @@ pub(crate) struct Convert {
 
 impl Convert {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
-        let conversion = conversion(&self.to)?;
         let work = match self.laser {
             true => WorkOption::Engrave,
             false => WorkOption::ByFile,
@@ -52,18 +51,39 @@ impl Convert {
         self.pen.say(&mut job.options);
         self.parts.say(&mut job.options);
         job.runs = false;
-        let (source, plan, read) = job.plan(context)?;
-        let made = conversion.file(&plan);
-        let (bytes, lost) = made.map_err(|error| refused(error, &source))?;
-        put(&self.to, &bytes)?;
-        notes(&source, &lost, context);
-        let names = [source.name.clone(), self.to.display().to_string()];
-        let answer = ConversionReport::new(&Command, names, plan.steps.len(), &read, &lost);
-        context.show(&answer, |out| {
-            let (to, steps) = (&answer.to, answer.steps);
-            out.line(format_args!("{to}: {steps} steps"))
-        })
+        converted(&mut job, &self.to, context)
     }
+}
+
+/// Writes what a job would do as another file, and tells it.
+pub(super) fn converted(job: &mut Job, to: &Path, context: &mut Context) -> Result<(), Failure> {
+    let answer = written(job, to, context)?;
+    context.show(&answer, |out| {
+        let (to, steps) = (&answer.to, answer.steps);
+        out.line(format_args!("{to}: {steps} steps"))
+    })
+}
+
+/// Writes what a job would do as another file.
+pub(super) fn written(
+    job: &mut Job,
+    to: &Path,
+    context: &mut Context,
+) -> Result<ConversionReport, Failure> {
+    let conversion = conversion(to)?;
+    let (source, plan, read) = job.plan(context)?;
+    let made = conversion.file(&plan);
+    let (bytes, lost) = made.map_err(|error| refused(error, &source))?;
+    put(to, &bytes)?;
+    notes(&source, &lost, context);
+    let names = [source.name.clone(), to.display().to_string()];
+    Ok(ConversionReport::new(
+        &Command,
+        names,
+        plan.steps.len(),
+        &read,
+        &lost,
+    ))
 }
 
 /// By the end of a name.

@@ -5,7 +5,8 @@ use magician_program::WorkOption;
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
+    File, FillFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
+    TextFlags, TidyFlags,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -38,6 +39,8 @@ pub(crate) struct Draw {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    speed: SpeedFlag,
+    #[command(flatten)]
     way: RunFlags,
 }
 
@@ -50,6 +53,7 @@ impl Draw {
     pub(super) fn job(self) -> Job {
         let draw = WorkOption::Draw;
         let mut job = Job::new(draw, self.file, self.look, &self.place, self.way);
+        self.speed.say(&mut job.options);
         self.pen.say(&mut job.options);
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);

@@ -1,12 +1,12 @@
 //! `engrave`: an image or a drawing with the laser.
 
 use clap::{Args, ValueEnum};
-use magician_program::{ModeOption, SetupOptions, WorkOption};
+use magician_program::{FrameShape, ModeOption, SetupOptions, WorkOption};
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, TextFlags,
-    TidyFlags, positive,
+    File, FillFlags, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
+    TextFlags, TidyFlags, frame_power, positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -16,6 +16,7 @@ use crate::failure::Failure;
 #[command(after_help = "\
 Examples:
   magician engrave photo.png --width 60 --preview out.png
+  magician engrave --frame photo.png --width 60    go round it first, with the laser off
   magician engrave photo.png --width 60 --power 5..70 --yes
   magician engrave logo.svg --power 80 --speed 10 --yes
   magician engrave job.gcode --power 50 --check
@@ -26,6 +27,22 @@ nothing burns without --yes; --check, --estimate and --preview move nothing.")]
 pub(crate) struct Verb {
     #[command(flatten)]
     file: File,
+    /// Go round what would be burnt, with the laser off: its box, its convex hull, or its outline (see `magician frame`) [default shape: box]
+    #[arg(
+        long,
+        value_name = "SHAPE",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "box",
+        value_parser = str::parse::<FrameShape>
+    )]
+    frame: Option<FrameShape>,
+    /// With --frame: light the laser on the way with P percent, 5 at most; needs --yes
+    #[arg(long, value_name = "P", requires = "frame", value_parser = frame_power)]
+    frame_power: Option<f64>,
+    /// With --frame: go round until Ctrl-C
+    #[arg(long, requires = "frame", conflicts_with = "loops")]
+    repeat: bool,
     #[command(flatten)]
     look: PreviewFlags,
     #[command(flatten)]
@@ -43,19 +60,21 @@ pub(crate) struct Verb {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    speed: SpeedFlag,
+    #[command(flatten)]
     way: RunFlags,
 }
 
 /// How it burns.
 #[derive(Args, Debug)]
 #[command(next_help_heading = "The laser")]
-struct Laser {
-    /// How grey levels become power
-    #[arg(long, value_enum, value_name = "MODE", default_value_t = Mode::Grey)]
-    mode: Mode,
-    /// With --mode threshold: burn what is darker than this, 1 to 255
-    #[arg(long, value_name = "GREY", default_value_t = 128, value_parser = clap::value_parser!(u8).range(1..))]
-    threshold: u8,
+pub(crate) struct Laser {
+    /// How grey levels become power [default: grey]
+    #[arg(long, value_enum, value_name = "MODE")]
+    mode: Option<Mode>,
+    /// With --mode threshold: burn what is darker than this, 1 to 255 [default: 128]
+    #[arg(long, value_name = "GREY", value_parser = clap::value_parser!(u8).range(1..))]
+    threshold: Option<u8>,
     /// Burn white and leave black
     #[arg(long)]
     invert: bool,
@@ -90,13 +109,14 @@ enum Mode {
 }
 
 impl Laser {
-    fn say(&self, options: &mut SetupOptions) {
-        options.mode = Some(match self.mode {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.mode = self.mode.map(|mode| match mode {
             Mode::Grey => ModeOption::Grey,
             Mode::Threshold => ModeOption::Threshold,
             Mode::Dither => ModeOption::Dither,
         });
-        options.threshold = Some(self.threshold);
+        options.threshold = self.threshold;
         options.invert = self.invert;
         options.width = self.width;
         options.height = self.height;
@@ -116,12 +136,16 @@ impl Verb {
     pub(super) fn job(self) -> Job {
         let engrave = WorkOption::Engrave;
         let mut job = Job::new(engrave, self.file, self.look, &self.place, self.way);
+        self.speed.say(&mut job.options);
         self.beam.say(&mut job.options);
         self.laser.say(&mut job.options);
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);
         self.parts.say(&mut job.options);
+        job.options.frame = self.frame;
+        job.options.frame_power = self.frame_power;
+        job.repeats = self.repeat;
         job
     }
 }

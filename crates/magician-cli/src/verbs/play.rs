@@ -6,7 +6,9 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{File, PartFlags, PlacementOptions, PreviewFlags, RunFlags, positive};
+use super::job::options::{
+    File, PartFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, positive,
+};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::options::seconds;
@@ -32,6 +34,8 @@ pub(crate) struct Play {
     #[command(flatten)]
     parts: PartFlags,
     #[command(flatten)]
+    speed: SpeedFlag,
+    #[command(flatten)]
     way: RunFlags,
     /// Pen lift at the end, and between the lines of a drawing, mm
     #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
@@ -44,6 +48,7 @@ impl Play {
         let by_file = WorkOption::ByFile;
         let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
         self.parts.say(&mut job.options);
+        self.speed.say(&mut job.options);
         job.options.lift = self.lift;
         job.pause = u32::try_from(pause).unwrap_or(u32::MAX);
         job.run(context)

@@ -5,7 +5,7 @@ use magician_program::WorkOption;
 
 use super::job::Job;
 use super::job::options::{
-    File, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, positive,
+    File, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -35,6 +35,8 @@ pub(crate) struct Run {
     #[command(flatten)]
     parts: PartFlags,
     #[command(flatten)]
+    speed: SpeedFlag,
+    #[command(flatten)]
     way: RunFlags,
     /// Pen lift at the end, and between the lines of a drawing, mm
     #[arg(long, value_name = "MM", value_parser = positive, help_heading = "The run")]
@@ -45,6 +47,7 @@ impl Run {
     pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
         let by_file = WorkOption::ByFile;
         let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
+        self.speed.say(&mut job.options);
         self.beam.say(&mut job.options);
         self.parts.say(&mut job.options);
         job.options.lift = self.lift;

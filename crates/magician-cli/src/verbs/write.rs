@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use magician_program::{BundledFont, FontKind, WorkOption};
+use magician_program::{BundledFont, FontKind, Format, WorkOption};
 use serde::Serialize;
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TextFlags, TidyFlags,
+    File, FillFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
+    TextFlags, TidyFlags,
 };
 use crate::columns::Columns;
 use crate::context::Context;
@@ -52,6 +53,8 @@ pub(crate) struct Write {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    speed: SpeedFlag,
+    #[command(flatten)]
     way: RunFlags,
 }
 
@@ -81,10 +84,11 @@ impl Write {
     /// What its flags say.
     pub(super) fn job(self) -> Job {
         let (file, text) = match self.text.as_slice() {
-            [stdin] if stdin == "-" => (File::of_text("-"), None),
-            words => (File::of_text("text"), Some(words.join(" "))),
+            [stdin] if stdin == "-" => (File::given("-", Format::Text), None),
+            words => (File::given("text", Format::Text), Some(words.join(" "))),
         };
         let mut job = Job::new(WorkOption::Draw, file, self.look, &self.place, self.way);
+        self.speed.say(&mut job.options);
         job.text = text;
         self.pen.say(&mut job.options);
         self.letters.say(&mut job.options);

@@ -6,10 +6,12 @@ use magician::commands::{DeviceSn, DeviceTime, Pose};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, Set};
 use magician_program::resume::{ObservedProgress, ResumePoint};
+use magician_program::turns::Turns;
 use magician_program::{Diagnostic, Program, RemainingProgram, Report, Timetable};
 use tokio::time::{Instant, sleep};
 
 use super::{Begun, Work};
+use crate::beside::{BesideTurns, beside};
 use crate::error::{Fault, JobError};
 use crate::event::{JobEvent, StartsAt, Waits};
 use crate::journal::JournalKey;
@@ -18,6 +20,8 @@ use crate::spec::Start;
 
 /// Between two looks at an arm that still has something to do.
 const LOOKS: Duration = Duration::from_millis(100);
+/// So many steps are looked at at a stretch.
+const PERMITTED: usize = 65_536;
 /// A queue that stands for so long does not go on by itself.
 const STANDING: Duration = Duration::from_secs(3);
 
@@ -38,8 +42,14 @@ impl Work {
     pub(super) async fn ready(&self) -> Result<(u64, Option<[f64; 3]>), JobError> {
         let (arm, spec) = (&self.arm, &self.spec);
         let program = &spec.program;
-        let commands: Vec<Set> = program.plan().commands().collect();
-        arm.permit(&commands)?;
+        for steps in program.plan().steps.chunks(PERMITTED) {
+            let commands: Vec<Set> = steps
+                .iter()
+                .filter_map(|step| step.action.command())
+                .collect();
+            arm.permit(&commands)?;
+            BesideTurns.give().await;
+        }
         let resumes = spec.start == Start::Resume;
         if resumes && program.plan().burns() {
             // A run that died may have left it burning.
@@ -124,7 +134,8 @@ impl Work {
     ) -> Result<(RemainingProgram, Report, Timetable), JobError> {
         let start = self.arm.preflight_for(&self.spec.program.kinds()).await?;
         let program = self.spec.program.clone();
-        Ok(beside(move || checked(&program, from, within, start)).await??)
+        let checked = beside(async move { checked(&program, from, within, start).await });
+        Ok(checked.await??)
     }
 
     /// Whose journal it is.
@@ -139,7 +150,7 @@ impl Work {
             (true, serial) => serial,
         };
         JournalKey {
-            program: self.spec.program.key(),
+            program: self.spec.program.key_in_turns(&BesideTurns).await,
             arm: arm.to_owned(),
         }
     }
@@ -219,31 +230,16 @@ impl Work {
     }
 }
 
-fn checked(
+async fn checked(
     program: &Program,
     from: u64,
     within: Option<[f64; 3]>,
     start: Preflight,
 ) -> Result<(RemainingProgram, Report, Timetable), Diagnostic> {
     let rest = program.remaining_within(from, within, start)?;
-    let report = rest.check();
-    let timetable = rest.timetable(&report);
+    let report = rest.check_in_turns(&BesideTurns).await;
+    let timetable = rest.timetable_in_turns(&report, &BesideTurns).await;
     Ok((rest, report, timetable))
-}
-
-/// Computes beside the tasks of the runtime, where there are threads.
-#[cfg(not(any(target_family = "wasm", feature = "single-thread")))]
-pub(super) async fn beside<T: Send + 'static>(
-    compute: impl FnOnce() -> T + Send + 'static,
-) -> Result<T, Error> {
-    let computed = tokio::task::spawn_blocking(compute).await;
-    computed.map_err(|error| Error::new(magician::ErrorCode::Closed, error.to_string()))
-}
-
-#[cfg(any(target_family = "wasm", feature = "single-thread"))]
-pub(super) async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, Error> {
-    tokio::task::yield_now().await;
-    Ok(compute())
 }
 
 /// The index that the arm has finished last, if its queue is empty.

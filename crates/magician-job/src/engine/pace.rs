@@ -14,8 +14,8 @@ use magician_program::Timetable;
 use magician_protocol::{CpMode, Effect, PtpMode};
 
 use super::Work;
-use super::look::beside;
 use super::segment::Segment;
+use crate::beside::{BesideTurns, beside};
 use crate::event::JobEvent;
 use crate::handle::FULL;
 
@@ -329,7 +329,11 @@ impl Work {
         } else {
             let (rest, table) = (segment.rest.clone(), segment.timetable.clone());
             let before: Vec<Set> = full.settings().map(|set| paced(set, percent)).collect();
-            beside(move || rest.timetable_with(&table, &before, |set| paced(set, percent))).await?
+            beside(async move {
+                let paced = |set| paced(set, percent);
+                { rest.timetable_with(&table, &before, paced, &BesideTurns) }.await
+            })
+            .await?
         };
         let mut pace = self.pace();
         // The program may have said more meanwhile.

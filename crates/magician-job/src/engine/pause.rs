@@ -108,7 +108,7 @@ impl Work {
             clock,
             was_reset,
         };
-        self.resumed_after(inbox, &place, (stood, lift), None)
+        Box::pin(self.resumed_after(inbox, &place, (stood, lift), None))
             .await
             .map(Some)
     }
@@ -127,7 +127,7 @@ impl Work {
                 Next::Resume(reply) => reply,
                 Next::Stop => return Err(self.stopped(inbox, Some((stood, lift))).await),
             };
-            match inbox.unless_stopped(self.look_again(place, None)).await {
+            match Box::pin(inbox.unless_stopped(self.look_again(place, None))).await {
                 Err(Stopped) => return Err(self.stopped(inbox, Some((stood, lift))).await),
                 Ok(Err(error)) => drop(reply.send(Err(error))),
                 Ok(Ok(found)) => {
@@ -194,7 +194,7 @@ impl Work {
             clock,
             was_reset,
         };
-        let segment = self.resumed_after(inbox, &place, (stood, lift), Some(&paused));
+        let segment = Box::pin(self.resumed_after(inbox, &place, (stood, lift), Some(&paused)));
         segment.await.map(Some)
     }
 
@@ -338,7 +338,7 @@ impl Work {
             let begun = Begun::now(arm).await.map_err(told)?;
             return Ok(Found { begun, ..found });
         }
-        let found = self.look(from, within, true).await;
+        let found = Box::pin(self.look(from, within, true)).await;
         let found = found.map_err(|error| match error.fault {
             Fault::Arm(error) => ResumeError::Arm(error),
             Fault::Program(problem) => ResumeError::Program(problem),

@@ -2,8 +2,8 @@
 
 use super::support::*;
 use magician_motion::{
-    ArmModel, ArmState, Bound, Geometry, JointAngles, Limits, MotionError, Planner, Pose, Target,
-    ToolBias, Unreachable,
+    ArmModel, ArmState, Bound, Geometry, Jog, JogAxis, JointAngles, KinematicLimits, Limits,
+    MotionError, Planner, Pose, Target, ToolBias, Unreachable,
 };
 use proptest::prelude::*;
 
@@ -27,6 +27,24 @@ proptest! {
         let from = ArmState::at_joints(&planner.geometry, &from);
         let to = planner.geometry.forward(&to);
         agrees_with_sampling(&planner, true, |planner| planner.plan(&from, &line(Target::Pose(to))))?;
+    }
+
+    #[test]
+    fn on_lines_through_the_base_axis(
+        from in reachable(),
+        aside in prop::sample::select(vec![0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3, 0.02, 1.0]),
+        tool in 0.0..90.0f64,
+    ) {
+        let planner = ArmModel::MAGICIAN.planner(ToolBias { x: tool, y: 0.0, z: 0.0 }, ArmModel::MAGICIAN.power_up.speeds);
+        let mut from = ArmState::at_joints(&planner.geometry, &JointAngles { j1: 0.0, ..from });
+        from.pose.y = aside;
+        let Ok(joints) = planner.geometry.inverse(&from.pose) else {
+            return Ok(());
+        };
+        let from = ArmState::at_joints(&planner.geometry, &joints);
+        let inwards = Jog { axis: JogAxis::X, positive: from.pose.x < 0.0 };
+        let rates = KinematicLimits { velocity: 50.0, acceleration: 200.0 };
+        agrees_with_sampling(&planner, true, |planner| planner.jog(&from, inwards, rates, 0.0))?;
     }
 
     #[test]

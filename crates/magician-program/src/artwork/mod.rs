@@ -9,6 +9,7 @@ mod tidy;
 
 pub use mark::Marking;
 pub use order::{Order, Saving};
+#[cfg(any(feature = "read-dxf", feature = "read-hpgl", feature = "read-svg"))]
 pub(crate) use parts::numbered;
 pub use parts::{DrawingPart, Layer, PartPen, Style};
 pub(crate) use place::{FitFailure, rotated, rounded};

@@ -89,6 +89,19 @@ pub struct PlacedArtwork {
     pub middle: [f64; 2],
 }
 
+impl PlacedArtwork {
+    /// Lines that are in the arm's coordinates already.
+    pub(crate) fn at(artwork: Artwork, surface: Surface) -> Self {
+        let [least, most] = artwork.bounds().unwrap_or_default();
+        Self {
+            middle: [0, 1].map(|axis| f64::midpoint(least[axis], most[axis])),
+            artwork,
+            surface,
+            scale: 1.0,
+        }
+    }
+}
+
 impl Artwork {
     /// Lays the drawing before an arm that marks it in this way; every point of it can be reached then.
     ///

@@ -48,6 +48,7 @@ pub(super) fn of(bytes: &[u8]) -> Option<Format> {
             _ => None,
         },
         '{' if text.contains("\"magician-plan\"") => Some(Format::Plan),
+        '{' if text.contains("\"magician-testgrid\"") => Some(Format::TestGrid),
         _ if points::is_one(text) => Some(Format::Points),
         '{' => None,
         _ if is_dxf(text) => Some(Format::Dxf),

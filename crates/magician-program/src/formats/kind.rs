@@ -23,7 +23,7 @@ macro_rules! behind {
 
 impl Format {
     /// All of them, in the order in which people are told.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Playback,
         Self::Svg,
         Self::Gcode,
@@ -33,6 +33,7 @@ impl Format {
         Self::Blockly,
         Self::Points,
         Self::Text,
+        Self::TestGrid,
         Self::Plan,
     ];
 
@@ -50,6 +51,7 @@ impl Format {
             Self::Image => "image",
             Self::Points => "points",
             Self::Text => "text",
+            Self::TestGrid => "testgrid",
         }
     }
 
@@ -70,6 +72,7 @@ impl Format {
             Self::Points => &[".csv", ".xyz", ".mcap"],
             // No ending says that its text is to be written: `.txt` may be points or G-code.
             Self::Text => &[],
+            Self::TestGrid => &[".testgrid.json", ".testgrid"],
         }
     }
 
@@ -87,6 +90,7 @@ impl Format {
         let name = name.rsplit(['/', '\\']).next().unwrap_or(name);
         let plain = name
             .strip_suffix(".plan.json")
+            .or_else(|| name.strip_suffix(".testgrid.json"))
             .or_else(|| name.rsplit_once('.').map(|(plain, _)| plain));
         plain.filter(|plain| !plain.is_empty()).unwrap_or(name)
     }
@@ -105,6 +109,7 @@ impl Format {
             Self::Image => "PNG, JPEG, BMP, WebP, GIF or TIFF image",
             Self::Points => "points as CSV, JSON or text, and recordings as CSV or MCAP",
             Self::Text => "text, to be written with the pen",
+            Self::TestGrid => "squares to be burnt with many powers and speeds",
         }
     }
 
@@ -121,6 +126,7 @@ impl Format {
             Self::Image => behind!("image", image),
             Self::Points => behind!("read-points", points),
             Self::Text => behind!("read-text", words),
+            Self::TestGrid => behind!("read-text", testgrid),
         }
     }
 
@@ -160,7 +166,13 @@ impl Format {
     #[must_use]
     pub fn needs_homed_arm(self) -> bool {
         match self {
-            Self::Svg | Self::Gcode | Self::Image | Self::Dxf | Self::Hpgl | Self::Text => true,
+            Self::Svg
+            | Self::Gcode
+            | Self::Image
+            | Self::Dxf
+            | Self::Hpgl
+            | Self::Text
+            | Self::TestGrid => true,
             Self::Playback | Self::Blockly | Self::Points | Self::Plan => false,
         }
     }
@@ -268,6 +280,10 @@ mod tests {
         assert_eq!(
             is("a.json", "{\"format\": \"magician-plan\"}"),
             Some(Format::Plan)
+        );
+        assert_eq!(
+            is("a.json", "{\"format\": \"magician-testgrid\"}"),
+            Some(Format::TestGrid)
         );
         assert_eq!(is("a.json", "{}"), None);
         let svg = "\u{FEFF}<?xml version=\"1.0\"?>\n<!-- <root> -->\n<!DOCTYPE svg [<!ENTITY a \"b\">]>\n<s:svg xmlns:s=\"x\">";

@@ -22,6 +22,8 @@ mod points;
 mod span;
 #[cfg(feature = "read-svg")]
 mod svg;
+#[cfg(feature = "read-text")]
+mod testgrid;
 #[cfg(any(feature = "read-gcode", feature = "read-hpgl"))]
 mod text;
 #[cfg(feature = "read-text")]
@@ -35,7 +37,7 @@ use magician_host::{Remedy, Setting};
 
 use crate::lettering::TextOptions;
 use crate::raster::Raster;
-use crate::{Artwork, Diagnostic, DiagnosticCode, Plan};
+use crate::{Artwork, Diagnostic, DiagnosticCode, Plan, TestGrid};
 use std::fmt;
 use std::str::FromStr;
 
@@ -63,6 +65,8 @@ pub enum Format {
     Points,
     /// Text, to be written.
     Text,
+    /// Test grids of the laser.
+    TestGrid,
 }
 
 /// How a file is read, where it leaves a choice.
@@ -195,6 +199,8 @@ pub enum Content {
     Artwork(Artwork),
     /// An image, to be engraved or traced.
     Image(Raster),
+    /// A grid of squares to be burnt with many powers and speeds.
+    TestGrid(TestGrid),
 }
 
 /// A file that was understood.

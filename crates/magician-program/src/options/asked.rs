@@ -99,6 +99,7 @@ impl SetupOptions {
             Format::Dxf | Format::Hpgl => &[TOOL, SURFACE, AT, SCALE, ROTATE, FIT],
             Format::Image => &[TOOL, SURFACE, AT, WIDTH, ROTATE, FIT],
             Format::Text => &[FONT, SIZE, WRAP, TOOL, SURFACE, AT, ROTATE, FIT],
+            Format::TestGrid => &[SURFACE, AT, SCALE, ROTATE, FIT],
             Format::Gcode => &PLACED,
             Format::Playback | Format::Blockly | Format::Points | Format::Plan => &[],
         }

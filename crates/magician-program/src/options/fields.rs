@@ -5,6 +5,7 @@ use std::fmt;
 use serde_json::{Map, Value};
 
 use super::{SetupOptions, WorkOption};
+use crate::Framing;
 use crate::fill::{FillMode, LEAST_SPACING};
 
 /// Why an option is not taken.
@@ -71,6 +72,35 @@ impl SetupOptions {
         let options = whole.map_err(|error| OptionError::new("", error.to_string()))?;
         options.check()?;
         Ok(options)
+    }
+
+    /// These, and where they are left open what others say.
+    ///
+    /// ```
+    /// use magician_program::SetupOptions;
+    ///
+    /// let (mut said, mut preset) = (SetupOptions::default(), SetupOptions::default());
+    /// (said.speed, preset.speed, preset.lift) = (Some(20.0), Some(50.0), Some(5.0));
+    /// let both = said.or(&preset);
+    /// assert_eq!((both.speed, both.lift), (Some(20.0), Some(5.0)));
+    /// ```
+    #[must_use]
+    pub fn or(&self, under: &Self) -> Self {
+        let members = |options: &Self| match serde_json::to_value(options) {
+            Ok(Value::Object(members)) => members,
+            _ => Map::new(),
+        };
+        let (mut all, open) = (members(self), members(&Self::default()));
+        for (key, value) in members(under) {
+            if all.get(&key) == open.get(&key) {
+                all.insert(key, value);
+            }
+        }
+        // Of a font of a file its name would be left.
+        all.remove("font");
+        let both = serde_json::from_value::<Self>(Value::Object(all));
+        let font = self.font.clone().or_else(|| under.font.clone());
+        both.map_or_else(|_| self.clone(), |both| Self { font, ..both })
     }
 
     /// Checks values, and that none contradicts another.
@@ -161,6 +191,14 @@ impl SetupOptions {
                 ));
             }
         }
+        if let Some(power) = self
+            .frame_power
+            .filter(|power| !(*power > 0.0 && *power <= Framing::MOST_POWER))
+        {
+            let most = Framing::MOST_POWER;
+            let message = format!("frame_power is above 0 and at most {most} percent, not {power}");
+            return Err(OptionError::new("frame_power", message));
+        }
         if self.threshold == Some(0) {
             let message = "threshold is a grey from 1 to 255, not 0";
             return Err(OptionError::new("threshold", message));
@@ -205,6 +243,10 @@ impl SetupOptions {
         {
             let message = format!("{key} needs fill: hatch, cross or contour");
             return Err(OptionError::new(key, message));
+        }
+        if self.frame_power.is_some() && self.frame.is_none() {
+            let message = "frame_power needs frame: box, hull or outline";
+            return Err(OptionError::new("frame_power", message));
         }
         if self.turn == Some(false) && !self.fit {
             return Err(OptionError::new("turn", "turn counts with fit alone"));
@@ -379,6 +421,10 @@ mod tests {
             (json!({"fill": "solid"}), "fill"),
             (json!({"fill_spacing": 0}), "fill_spacing"),
             (json!({"fill_inset": -1}), "fill_inset"),
+            (json!({"frame": "circle"}), "frame"),
+            (json!({"frame": "box", "frame_power": 6}), "frame_power"),
+            (json!({"frame": "box", "frame_power": 0}), "frame_power"),
+            (json!({"frame_power": 2}), "frame_power"),
             (json!({"raw": true, "at": [1, 2]}), "raw"),
             (json!({"turn": false}), "turn"),
             (json!({"stay": true, "park": [1, 2, 3]}), "stay"),
@@ -389,6 +435,25 @@ mod tests {
             assert_eq!(error.key, key, "{fields}: {error}");
             assert!(error.message.contains(key), "{error}");
         }
+    }
+
+    #[test]
+    fn what_is_said_goes_before_what_lies_under_it() {
+        let said = read(json!({"order": false, "fit": true, "at": [200, 0]})).unwrap();
+        let under = read(json!({"order": true, "mirror": true, "at": [1, 2], "font": "script", "power": "5..80", "tool": [1, 2, 3]})).unwrap();
+        let both = said.or(&under);
+        assert_eq!(
+            (both.order, both.fit, both.mirror),
+            (Some(false), true, true)
+        );
+        assert_eq!((both.at, both.font), (said.at, under.font.clone()));
+        assert_eq!((both.power, both.tool), (under.power, under.tool));
+        let with_file = SetupOptions {
+            font: Some(crate::FontChoice::file("a.ttf", vec![1, 2])),
+            ..SetupOptions::default()
+        };
+        assert_eq!(with_file.or(&under).font, with_file.font);
+        assert_eq!(SetupOptions::default().or(&with_file).font, with_file.font);
     }
 
     #[test]

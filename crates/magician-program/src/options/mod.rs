@@ -4,6 +4,7 @@
 mod asked;
 mod fields;
 mod grid;
+mod laying;
 mod pens;
 mod program;
 
@@ -13,8 +14,9 @@ use serde::{Deserialize, Serialize};
 pub use asked::AskedOption;
 pub use fields::OptionError;
 pub use grid::Grid;
+pub use laying::{Begins, FileToLay, LaidProgram, Laying};
 pub use pens::{PenMatch, PenOptions};
-pub use program::{Begun, FileRead, LaidFile, ReadFile, Reading, UnknownStart};
+pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
 
 use crate::artwork::{Marking, Sheet, Tidy};
 use crate::fill::{FillMode, Filling};
@@ -22,8 +24,8 @@ use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Engrave, Size, Tone, Trace};
 use crate::{
-    Action, Ending, Fills, Frame, PartMode, PartRule, Placement, Plan, Power, ReadOptions, Setup,
-    Surface, TextLines, Tool, White, Work,
+    Action, Ending, Fills, Frame, FrameShape, Framing, PartMode, PartRule, Placement, Plan, Power,
+    ReadOptions, Setup, Surface, TextLines, Tool, White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -203,6 +205,11 @@ pub struct SetupOptions {
     pub no_pause: bool,
     /// Text is refused of which the font lacks a character.
     pub strict_text: bool,
+    /// What is gone round of what would be marked, instead of marking it.
+    #[serde(with = "fields::text")]
+    pub frame: Option<FrameShape>,
+    /// Power of the laser on a frame, percent.
+    pub frame_power: Option<f64>,
 }
 
 /// What settings say where an option is left open.
@@ -290,6 +297,10 @@ impl SetupOptions {
             pens: self.pens.iter().map(PartRule::from).collect(),
             no_pause: self.no_pause,
             fence: None,
+            framing: self.frame.map(|shape| Framing {
+                power: self.frame_power,
+                ..Framing::of(shape)
+            }),
         }
     }
 

@@ -4,7 +4,7 @@ use magician_host::words::Preflight;
 use magician_host::{Error, Set};
 
 use super::SetupOptions;
-use crate::rehearse::{RehearseOptions, stage, start_of};
+use crate::rehearse::{RehearseOptions, stands};
 use crate::{
     AppliedPlacement, Content, Diagnostic, Ending, Format, Missing, Origin, Parsed, Plan, Prepared,
     Program, ReadOptions, Setup, Work, WouldFit, tip,
@@ -52,9 +52,6 @@ pub struct UnknownStart {
     options: ReadOptions,
 }
 
-/// Makes of the bytes of a file what is in it: [`read`](crate::read), or what another module has read.
-pub type ReadFile<'r> = &'r dyn Fn(Format, &[u8], &ReadOptions) -> Result<Parsed, Diagnostic>;
-
 impl SetupOptions {
     /// Reads a file of this name, to be done so.
     ///
@@ -67,27 +64,12 @@ impl SetupOptions {
         title: &str,
         setup: &Setup,
     ) -> Result<Reading, Diagnostic> {
-        self.read_by(&crate::read, format, bytes, title, setup)
-    }
-
-    /// As [`read`](Self::read), by a reader of the caller's.
-    ///
-    /// # Errors
-    /// What is wrong with it.
-    pub fn read_by(
-        &self,
-        by: ReadFile<'_>,
-        format: Format,
-        bytes: &[u8],
-        title: &str,
-        setup: &Setup,
-    ) -> Result<Reading, Diagnostic> {
         let mut options = self.reading(setup);
         title.clone_into(&mut options.title);
         if format != Format::Gcode || options.gcode.placed {
-            return Ok(Reading::Done(read(by, format, bytes, &options)?));
+            return Ok(Reading::Done(read(format, bytes, &options)?));
         }
-        let anywhere = read(by, format, bytes, &options);
+        let anywhere = read(format, bytes, &options);
         let lacks_start = |problem: &Diagnostic| problem.missing == Some(Missing::Start);
         match anywhere {
             Ok(anywhere) if !anywhere.notes.iter().any(lacks_start) => Ok(Reading::Done(anywhere)),
@@ -98,7 +80,7 @@ impl SetupOptions {
                 };
                 let unknown = UnknownStart { anywhere, options };
                 Ok(match self.start {
-                    Some(at) => Reading::Done(unknown.at(by, bytes, setup, at, true)?),
+                    Some(at) => Reading::Done(unknown.at(bytes, setup, at, true)?),
                     None => Reading::UnknownStart(unknown),
                 })
             }
@@ -108,7 +90,7 @@ impl SetupOptions {
     /// Whether a real arm has to be homed for it.
     #[must_use]
     pub fn needs_homed_arm(&self, setup: &Setup, format: Format) -> bool {
-        setup.work != Work::Default || format.needs_homed_arm()
+        setup.work != Work::Default || setup.framing.is_some() || format.needs_homed_arm()
     }
 
     /// Lays what was read before the arm.
@@ -150,7 +132,7 @@ impl UnknownStart {
     /// How a virtual arm of its own stands before it.
     ///
     /// # Errors
-    /// As [`stage`].
+    /// As [`stage`](crate::rehearse::stage).
     pub fn on_stage(&self, setup: &Setup) -> Result<Preflight, Error> {
         let options = RehearseOptions {
             tool: setup.tool.or(setup.default_tool),
@@ -158,7 +140,7 @@ impl UnknownStart {
         };
         let mut plan = self.anywhere.clone().unwrap_or_default();
         plan.surface = plan.surface.or(setup.surface);
-        Ok(start_of(&stage(&plan, &options)?))
+        stands(&plan, &options)
     }
 
     /// Reads it to begin where an arm stands.
@@ -171,32 +153,27 @@ impl UnknownStart {
         setup: &Setup,
         begins: &Preflight,
     ) -> Result<FileRead, Diagnostic> {
-        self.from_by(&crate::read, bytes, setup, begins)
+        let tool = setup.tool.or(setup.default_tool);
+        self.begun_at(bytes, setup, tip(begins, tool))
     }
 
-    /// As [`from`](Self::from), by a reader of the caller's.
-    ///
-    /// # Errors
-    /// What is wrong with it.
-    pub fn from_by(
+    /// Reads it to begin where the tip of the tool is, as far as that is known.
+    pub(super) fn begun_at(
         self,
-        by: ReadFile<'_>,
         bytes: &[u8],
         setup: &Setup,
-        begins: &Preflight,
+        tip: Option<[f64; 3]>,
     ) -> Result<FileRead, Diagnostic> {
-        let tool = setup.tool.or(setup.default_tool);
         // As it can be said again.
-        let at = tip(begins, tool).map(|at| at.map(|at| (at * 1000.0).round() / 1000.0));
+        let at = tip.map(|at| at.map(|at| (at * 1000.0).round() / 1000.0));
         match at {
-            Some(at) => self.at(by, bytes, setup, at, false),
-            None => read(by, Format::Gcode, bytes, &self.options),
+            Some(at) => self.at(bytes, setup, at, false),
+            None => read(Format::Gcode, bytes, &self.options),
         }
     }
 
     fn at(
         mut self,
-        by: ReadFile<'_>,
         bytes: &[u8],
         setup: &Setup,
         at: [f64; 3],
@@ -209,7 +186,7 @@ impl UnknownStart {
             Some(_) => [x - setup.placement.by[0], y - setup.placement.by[1], z],
             None => at,
         });
-        let from_there = read(by, Format::Gcode, bytes, &self.options)?;
+        let from_there = read(Format::Gcode, bytes, &self.options)?;
         Ok(FileRead {
             begun: Some(Begun {
                 at,
@@ -221,13 +198,8 @@ impl UnknownStart {
     }
 }
 
-fn read(
-    by: ReadFile<'_>,
-    format: Format,
-    bytes: &[u8],
-    options: &ReadOptions,
-) -> Result<FileRead, Diagnostic> {
-    let Parsed { content, notes } = by(format, bytes, options)?;
+fn read(format: Format, bytes: &[u8], options: &ReadOptions) -> Result<FileRead, Diagnostic> {
+    let Parsed { content, notes } = crate::read(format, bytes, options)?;
     Ok(FileRead {
         format,
         content,

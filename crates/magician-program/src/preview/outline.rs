@@ -4,6 +4,7 @@ use magician_host::words::Preflight;
 
 use super::tracer::PathTracer;
 use super::track::Track;
+use crate::turns::{AtOnce, Turns, at_once};
 use crate::{Plan, Report};
 
 /// What is finer than this is not kept, mm.
@@ -45,20 +46,20 @@ impl Outline {
     /// The lines that a plan leaves when the arm stands there before it, in their order: of no more points than `most`.
     #[must_use]
     pub fn of(plan: &Plan, start: &Preflight, most: usize) -> Vec<Self> {
-        Self::with_travels(plan, start, most).0
+        at_once(Self::with_travels(plan, start, most, &AtOnce)).0
     }
 
-    /// The same, and the ways of the tip that leave nothing, in space: of no more points than `most` either.
-    #[must_use]
-    pub fn with_travels(
+    /// The same, and the ways of the tip that leave nothing, in space: of no more points than `most` either; with turns for others.
+    pub async fn with_travels(
         plan: &Plan,
         start: &Preflight,
         most: usize,
+        turns: &impl Turns,
     ) -> (Vec<Self>, Vec<Vec<[f64; 3]>>) {
         let tracer = PathTracer::from(plan, &Report::default(), start, Some(false));
         let Outlines {
             mut lines, travels, ..
-        } = tracer.outlines(plan);
+        } = tracer.outlines(plan, turns).await;
         let mut tolerance = FINE;
         while lines.iter().map(|line| line.track.len()).sum::<usize>() > most
             && tolerance < COARSEST

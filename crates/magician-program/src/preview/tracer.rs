@@ -12,6 +12,7 @@ use super::strokes::DrawnLine;
 use super::toolpath::{Layer, MOST_REFUSED, StrokeKind, Toolpath};
 use super::track::Track;
 use crate::check::reaches;
+use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Color, Grip, Plan, Report, Travel};
 
 /// Corners are merged within this, mm: half of what is seen of a pen's line.
@@ -112,9 +113,9 @@ impl PathTracer {
     }
 
     /// The lines that are left, and where the arm does not come.
-    pub(super) fn outlines(mut self, plan: &Plan) -> Outlines {
+    pub(super) async fn outlines(mut self, plan: &Plan, turns: &impl Turns) -> Outlines {
         self.outlines = Some(Outlines::default());
-        self.through(plan);
+        self.through_with(plan, turns).await;
         let mut outlines = self.outlines.unwrap_or_default();
         outlines.settle();
         outlines
@@ -122,11 +123,18 @@ impl PathTracer {
 
     /// Takes all steps.
     pub(super) fn through(&mut self, plan: &Plan) {
+        at_once(self.through_with(plan, &AtOnce));
+    }
+
+    async fn through_with(&mut self, plan: &Plan, turns: &impl Turns) {
         if let Some(command) = plan.preamble() {
             self.set(&command);
         }
-        for (nth, step) in plan.steps.iter().enumerate() {
-            self.step(nth, &step.action, plan.name_of(&step.origin));
+        for (slice, steps) in plan.steps.chunks(SLICE).enumerate() {
+            for (nth, step) in (slice * SLICE..).zip(steps) {
+                self.step(nth, &step.action, plan.name_of(&step.origin));
+            }
+            turns.give().await;
         }
     }
 

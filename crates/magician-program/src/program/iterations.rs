@@ -3,8 +3,9 @@
 use magician_host::words::Preflight;
 
 use super::RemainingProgram;
-use crate::check::widen;
-use crate::{Plan, RefusedStep, Report, check};
+use crate::check::{check_in_turns, widen};
+use crate::turns::{AtOnce, SLICE, Turns, at_once};
+use crate::{Plan, RefusedStep, Report};
 
 /// As many iterations are checked that each lead somewhere else.
 const MOST_ITERATIONS: usize = 100;
@@ -14,9 +15,14 @@ impl RemainingProgram {
     /// more than a hundred. Places of complaints are counted on from those of the [first](Self::first) part.
     #[must_use]
     pub fn check(&self) -> Report {
-        let mut report = check(&self.first, &self.told);
+        at_once(self.check_in_turns(&AtOnce))
+    }
+
+    /// [`check`](Self::check), with turns for others.
+    pub async fn check_in_turns(&self, turns: &impl Turns) -> Report {
+        let mut report = check_in_turns(&self.first, &self.told, turns).await;
         if self.follow != Some(0) && report.is_good() {
-            self.check_iterations(&mut report);
+            self.check_iterations(&mut report, turns).await;
         }
         report.time = report.time.filter(|_| self.follow.is_some());
         report.offset = self.offset();
@@ -24,9 +30,9 @@ impl RemainingProgram {
     }
 
     /// Adds the iterations after the first part.
-    fn check_iterations(&self, report: &mut Report) {
+    async fn check_iterations(&self, report: &mut Report, turns: &impl Turns) {
         let mut course = self.told.clone();
-        follow(&mut course, &self.first);
+        follow(&mut course, &self.first, turns).await;
         let iteration = Plan {
             tool: None,
             ..Plan::clone(&self.whole)
@@ -34,9 +40,9 @@ impl RemainingProgram {
         let mut left = self.follow;
         let mut steps = self.first.steps.len();
         for nth in 1..=MOST_ITERATIONS {
-            let again = check(&iteration, &course);
+            let again = check_in_turns(&iteration, &course, turns).await;
             let before = course.arm().copied();
-            follow(&mut course, &iteration);
+            follow(&mut course, &iteration, turns).await;
             let settled = course.arm().copied() == before || nth == MOST_ITERATIONS;
             let times = left.map_or(0, |left| if settled { left } else { 1 });
             add(report, again, times, steps);
@@ -50,9 +56,17 @@ impl RemainingProgram {
 }
 
 /// Leads an arm through a plan that has been checked from there.
-fn follow(course: &mut Preflight, plan: &Plan) {
-    for command in plan.commands() {
-        let _ = course.check(&command);
+async fn follow(course: &mut Preflight, plan: &Plan, turns: &impl Turns) {
+    if let Some(tool) = plan.preamble() {
+        let _ = course.check(&tool);
+    }
+    for slice in plan.steps.chunks(SLICE) {
+        for step in slice {
+            if let Some(command) = step.action.command() {
+                let _ = course.check(&command);
+            }
+        }
+        turns.give().await;
     }
 }
 

@@ -24,6 +24,7 @@ pub use numbering::StepNumbering;
 pub use remaining::RemainingProgram;
 pub use timetable::Timetable;
 
+use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Diagnostic, Plan};
 
 /// No program is begun behind so many steps: what counts on from there never comes to the end of 64 bits.
@@ -47,15 +48,15 @@ const MOST_STEPS: u64 = i64::MAX.unsigned_abs();
 /// assert!(report.is_good() && left.is_some_and(|left| left.is_zero()));
 /// # Ok::<(), magician_program::Diagnostic>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Program {
-    plan: Arc<Plan>,
-    settings: Vec<Set>,
-    iterations: Option<u64>,
+    pub(crate) plan: Arc<Plan>,
+    pub(crate) settings: Vec<Set>,
+    pub(crate) iterations: Option<u64>,
     /// Ends with the pen down.
-    stays: bool,
-    leading: u64,
-    numbering: StepNumbering,
+    pub(crate) stays: bool,
+    pub(crate) leading: u64,
+    pub(crate) numbering: StepNumbering,
 }
 
 impl Program {
@@ -201,6 +202,11 @@ impl Program {
     /// A name for it: the same for what does the same, whatever it is called.
     #[must_use]
     pub fn key(&self) -> String {
+        at_once(self.key_in_turns(&AtOnce))
+    }
+
+    /// The same, with turns for others.
+    pub async fn key_in_turns(&self, turns: &impl Turns) -> String {
         // FNV-1a with 128 bits.
         let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
         let mut take = |bytes: &[u8]| {
@@ -216,15 +222,29 @@ impl Program {
         } else {
             0
         };
-        let steps = self.plan.steps.iter().skip(skipped);
-        let commands = steps.map(|step| step.action.command().ok_or(step.action.name()));
-        for command in self.plan.preamble().map(Ok).into_iter().chain(commands) {
-            match command.map(|command| FrameBuf::set(&command, Ctrl::QUEUED)) {
-                Ok(Ok(frame)) => take(frame.bytes()),
-                Ok(Err(_)) => {}
-                // Steps that send nothing are counted as well.
-                Err(name) => take(name.as_bytes()),
+        // Steps that send nothing are counted as well.
+        let mut take_step = |command: Option<Set>, name: &str| match command {
+            Some(command) => {
+                if let Ok(frame) = FrameBuf::set(&command, Ctrl::QUEUED) {
+                    take(frame.bytes());
+                }
             }
+            None => take(name.as_bytes()),
+        };
+        if let Some(tool) = self.plan.preamble() {
+            take_step(Some(tool), "");
+        }
+        for slice in self
+            .plan
+            .steps
+            .get(skipped..)
+            .unwrap_or_default()
+            .chunks(SLICE)
+        {
+            for step in slice {
+                take_step(step.action.command(), step.action.name());
+            }
+            turns.give().await;
         }
         format!("{hash:032x}")
     }

@@ -9,6 +9,7 @@ use magician_host::words::{Guards, Preflight};
 use super::{Program, StepNumbering, Timetable};
 use crate::plan::within;
 use crate::resume::{ResumePoint, StepCounter};
+use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
 
 /// How far from where it should an arm may stand, mm: no further than a gap in a line may be, for what was cut off so near
@@ -285,42 +286,49 @@ impl RemainingProgram {
     /// How long is left of it at each of its steps, when [`check`](Self::check) has found this.
     #[must_use]
     pub fn timetable(&self, report: &Report) -> Timetable {
+        at_once(self.timetable_in_turns(report, &AtOnce))
+    }
+
+    /// [`timetable`](Self::timetable), with turns for others.
+    pub async fn timetable_in_turns(&self, report: &Report, turns: &impl Turns) -> Timetable {
         let Some(all) = report.time else {
             return Timetable::default();
         };
         let mut course = self.start.clone().guards(Guards::NONE);
-        let first = sums(&mut course, self.first_slots());
+        let first = sums(&mut course, self.first_slots(), turns).await;
         let iteration = match self.follow {
             Some(0) => Vec::new(),
             _ => {
                 let steps = self.whole.steps.iter();
-                sums(&mut course, steps.map(|step| step.action.command()))
+                let commands = steps.map(|step| step.action.command());
+                sums(&mut course, commands, turns).await
             }
         };
         let lead = usize::try_from(self.lead()).unwrap_or(usize::MAX);
         Timetable::new(all, lead, first, iteration)
     }
 
-    /// The [`timetable`](Self::timetable) where every command is changed before it is sent, and these are sent before the first.
-    #[must_use]
-    pub fn timetable_with(
+    /// The [`timetable`](Self::timetable) where every command is changed before it is sent, and these are sent before the first; with
+    /// turns for others.
+    pub async fn timetable_with(
         &self,
         unchanged: &Timetable,
         before: &[Set],
-        mut change: impl FnMut(Set) -> Set,
+        change: impl Fn(Set) -> Set + Send + Sync,
+        turns: &impl Turns,
     ) -> Timetable {
         if unchanged.left(0).is_none() {
             return Timetable::default();
         }
         let mut course = self.start.clone().guards(Guards::NONE);
-        let sooner = sums(&mut course, before.iter().copied().map(Some));
-        let first = self.first_slots().map(|slot| slot.map(&mut change));
-        let first = sums(&mut course, first);
+        let sooner = sums(&mut course, before.iter().copied().map(Some), turns).await;
+        let first = self.first_slots().map(|slot| slot.map(&change));
+        let first = sums(&mut course, first, turns).await;
         let (mut iteration, mut iterations) = (Vec::new(), 0);
         if let Some(follow @ 1..) = self.follow {
             let steps = self.whole.steps.iter();
-            let commands = steps.map(|step| step.action.command().map(&mut change));
-            (iteration, iterations) = (sums(&mut course, commands), follow);
+            let commands = steps.map(|step| step.action.command().map(&change));
+            (iteration, iterations) = (sums(&mut course, commands, turns).await, follow);
         }
         let last = |sums: &[f64]| sums.last().copied().unwrap_or_default();
         let all = last(&sooner) + last(&first) + iterations as f64 * last(&iteration);
@@ -388,18 +396,34 @@ impl RemainingProgram {
     }
 }
 
-/// How long commands take up to each of them, seconds; what has no end that is known counts nothing.
-fn sums(course: &mut Preflight, slots: impl Iterator<Item = Option<Set>>) -> Vec<f64> {
+/// How long steps take up to each of them, seconds; what has no command, or no end that is known, counts nothing. Within a continuous
+/// path a segment counts when it is settled, some segments later.
+async fn sums(
+    course: &mut Preflight,
+    mut slots: impl Iterator<Item = Option<Set>> + Send,
+    turns: &impl Turns,
+) -> Vec<f64> {
+    *course = course.clone().summing();
     let mut sum = 0.0;
-    let sums = slots.map(|slot| {
-        let time = slot.and_then(|command| course.check(&command).ok());
-        let known = time
-            .map(|step| step.time)
-            .filter(|time| *time < Duration::MAX);
-        sum += known.map_or(0.0, |time| time.as_secs_f64());
-        sum
-    });
-    sums.collect()
+    let mut sums = Vec::new();
+    loop {
+        let before = sums.len();
+        sums.extend(slots.by_ref().take(SLICE).map(|slot| {
+            let done = slot.and_then(|command| course.check(&command).ok());
+            let known = done
+                .map(|step| step.time)
+                .filter(|time| *time < Duration::MAX);
+            sum += known.map_or(0.0, |time| time.as_secs_f64());
+            sum
+        }));
+        if sums.len() < before + SLICE {
+            if let Some(last) = sums.last_mut() {
+                *last += course.clone().rest().as_secs_f64();
+            }
+            return sums;
+        }
+        turns.give().await;
+    }
 }
 
 #[cfg(test)]
@@ -566,9 +590,9 @@ pub(super) mod tests {
         for (iterations, from) in [(1, 0), (3, 4)] {
             let rest = rest(Some(iterations), from);
             let table = rest.timetable(&rest.check());
-            let same = rest.timetable_with(&table, &[], |command| command);
+            let same = at_once(rest.timetable_with(&table, &[], |command| command, &AtOnce));
             let slow = words::speed(5.0, 50.0);
-            let slower = rest.timetable_with(&table, &[slow], |command| command);
+            let slower = at_once(rest.timetable_with(&table, &[slow], |command| command, &AtOnce));
             for done in 0..=3 * iterations - from {
                 let left = |table: &Timetable| table.left(done).expect("known").as_secs_f64();
                 assert!((left(&same) - left(&table)).abs() < 1e-6, "{done}");
@@ -578,7 +602,7 @@ pub(super) mod tests {
         }
         let forever = rest(None, 0);
         let table = forever.timetable(&forever.check());
-        let table = forever.timetable_with(&table, &[], |command| command);
+        let table = at_once(forever.timetable_with(&table, &[], |command| command, &AtOnce));
         assert_eq!(table.left(1), None);
     }
 

@@ -18,7 +18,7 @@ use magician_sim::{ArmInstant, Controller, Event, LinkId};
 use crate::Plan;
 pub(crate) use stage::kind_of;
 use stage::tell;
-pub use stage::{RehearseOptions, stage, start_of, tool_of};
+pub use stage::{RehearseOptions, stage, stands, start_of, tool_of};
 
 /// The host's link.
 const HOST: LinkId = LinkId(0);

@@ -84,8 +84,7 @@ pub fn stage(plan: &Plan, options: &RehearseOptions) -> Result<Controller, Error
     let tool = tool_of(plan, options);
     let scenario = scenario(plan, options, tool)?;
     let mut arm = Controller::in_world(Profile::default(), World::from_scenario(&scenario));
-    let above = || scenario.table().and_then(|table| above(table.height, tool));
-    if let Some(joints) = options.standing.or_else(above) {
+    if let Some(joints) = raised(plan, options, tool)? {
         arm = arm.standing_at(joints);
     }
     let told = [
@@ -121,6 +120,27 @@ fn above(table: f64, tool: Tool) -> Option<JointAngles> {
 pub fn start_of(arm: &Controller) -> Preflight {
     let state = arm.state();
     Preflight::at(state.joints, state.tool)
+}
+
+/// Where a check begins that is to hold for the arm of a [`stage`], without making one.
+///
+/// # Errors
+/// As [`stage`].
+pub fn stands(plan: &Plan, options: &RehearseOptions) -> Result<Preflight, Error> {
+    let tool = tool_of(plan, options);
+    let joints = raised(plan, options, tool)?.unwrap_or(JointAngles::HOME);
+    Ok(Preflight::at(joints, tool.bias()))
+}
+
+/// Where the arm stands, if not at home.
+fn raised(
+    plan: &Plan,
+    options: &RehearseOptions,
+    tool: Tool,
+) -> Result<Option<JointAngles>, Error> {
+    let table = table(plan, options, kind_of(plan, tool))?;
+    let above = || table.and_then(|(height, _)| above(height, tool));
+    Ok(options.standing.or_else(above))
 }
 
 /// Sends a command as the bytes that it is, and forgets the answer.
@@ -160,22 +180,29 @@ fn needed(plan: &Plan) -> Tool {
 
 fn scenario(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Scenario, Error> {
     let kind = kind_of(plan, tool);
-    let (height, slope) = table_of(plan, options, kind).unzip();
+    let (height, slope) = table(plan, options, kind)?.unzip();
     let give = (GIVE + slope.unwrap_or(0.0)).min(MOST_GIVE);
     let mut text =
         format!("arm = {{ homed = true }}\ntool = {{ kind = \"{kind}\", give = {give:?} }}\n");
     if let Some(height) = height {
-        if !height.is_finite() || height.abs() > FARTHEST_TABLE {
-            let message = format!("a table at {height} mm is out of range for this arm");
-            return Err(Error::invalid(message).with_limit(height, FARTHEST_TABLE, "mm"));
-        }
         text.push_str(&format!("table = {{ height = {height:?} }}\n"));
     }
     let scenario = Scenario::from_toml(&text);
     scenario.map_err(|error| Error::invalid(error.to_string()))
 }
 
-/// How high the table is, and by how much the surface is lower at its lowest.
+/// How high the table is, if there is one for the arm, and by how much the surface is lower at its lowest.
+fn table(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Result<Option<(f64, f64)>, Error> {
+    let table = table_of(plan, options, tool);
+    match table {
+        Some((height, _)) if !height.is_finite() || height.abs() > FARTHEST_TABLE => {
+            let message = format!("a table at {height} mm is out of range for this arm");
+            Err(Error::invalid(message).with_limit(height, FARTHEST_TABLE, "mm"))
+        }
+        _ => Ok(table),
+    }
+}
+
 fn table_of(plan: &Plan, options: &RehearseOptions, tool: Tool) -> Option<(f64, f64)> {
     if let Some(height) = options.table {
         return Some((height, 0.0));

@@ -95,12 +95,8 @@ struct ShrinkResult {
 }
 
 impl PlacedPlan {
-    /// What the check says of it, once the arm has come to where it begins.
     fn report(&self) -> Report {
-        let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
-        // How fast it goes does not depend on how large it is.
-        let fence = self.fence.map(|fence| fence.in_space()).unwrap_or_default();
-        check(&self.plan, &start.fence(fence))
+        report(&self.plan, self.fence)
     }
 
     /// Whether the arm can do all of it.
@@ -120,6 +116,14 @@ impl PlacedPlan {
             ..self
         }
     }
+}
+
+/// What the check says of a plan, once the arm has come to where it begins.
+pub(crate) fn report(plan: &Plan, fence: Option<Fence>) -> Report {
+    let start = Preflight::at(JointAngles::HOME, UNSAID).guards(Guards::NONE.reach(true));
+    // How fast it goes does not depend on how large it is.
+    let fence = fence.map(|fence| fence.in_space()).unwrap_or_default();
+    check(plan, &start.fence(fence))
 }
 
 impl Setup {
@@ -155,13 +159,23 @@ impl Setup {
             let [x, y, _] = middle(&plan);
             let rounded = |value: f64| (value * 1e4).round() / 1e4;
             AppliedPlacement {
-                // Said again, it is not larger than what fits.
-                scale: (scale * 1e4).floor() / 1e4,
+                // Said again, it is not larger than what fits; the true size is not made smaller by its last bits.
+                scale: ((scale + 1e-9) * 1e4).floor() / 1e4,
                 turn: self.placement.rotate + turned,
                 at: [x, y].map(rounded),
             }
         });
         let would_fit = misfit.as_ref().and_then(|misfit| misfit.would_fit);
+        let plan = match self.framing {
+            Some(framing) => {
+                let (frame, round) = framing.plan(plan, &self.pen, self.fence)?;
+                // In which order it would be marked does not matter any more.
+                notes.retain(|note| note.code != DiagnosticCode::Reordered);
+                notes.extend(round);
+                frame
+            }
+            None => plan,
+        };
         Ok(Prepared {
             plan,
             notes,

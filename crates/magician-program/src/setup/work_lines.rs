@@ -13,15 +13,15 @@ const STILL: f64 = 1e-4;
 const PIECE: f64 = 3.0;
 
 /// What it draws, and at which Z.
-pub(super) struct WorkLines {
+pub(crate) struct WorkLines {
     /// The lines, as on a sheet.
-    pub(super) artwork: Artwork,
+    pub(crate) artwork: Artwork,
     /// The Z at which the tool touches.
-    pub(super) touch: f64,
+    pub(crate) touch: f64,
 }
 
 impl WorkLines {
-    pub(super) fn of(plan: &Plan, pen_z: Option<f64>) -> Result<Self, Diagnostic> {
+    pub(crate) fn of(plan: &Plan, pen_z: Option<f64>) -> Result<Self, Diagnostic> {
         let laser = plan.steps.iter().any(|step| step.action.is_of_a_laser());
         // Followed again for each question: a drawing has a million of them, and they are much larger than its points.
         let working = || segments(plan).filter(|segment| !laser || segment.lit);

@@ -1,7 +1,8 @@
 use std::path::Path;
 
+use serde_json::json;
+
 use super::*;
-use crate::formats::GcodeOptions;
 
 fn samples() -> Vec<(Format, Vec<u8>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples");
@@ -17,54 +18,87 @@ fn samples() -> Vec<(Format, Vec<u8>)> {
     all
 }
 
-fn request(format: Format, bytes: &[u8]) -> FileRequest {
-    FileRequest {
-        format,
-        options: ReadOptions {
-            title: "größe".to_owned(),
-            resample: None,
-            gcode: GcodeOptions {
-                start: Some([200.0, -0.0, 5.5]),
-                surface: Some(Surface::level(-60.0)),
-                ..GcodeOptions::default()
-            },
-            ..ReadOptions::default()
+fn file(format: Format, bytes: &[u8]) -> FileToLay {
+    let options = json!({
+        "at": [230, -0.5], "fit": true, "surface": -60, "start": [200, -0.0, 5.5], "speed": 20.1,
+    });
+    let keep_out = Cuboid {
+        min: [0.0, 200.0, -100.0],
+        max: [50.0, 250.0, 0.1],
+    };
+    FileToLay {
+        title: "größe".to_owned(),
+        options: SetupOptions::from_fields(options.as_object().unwrap()).unwrap(),
+        defaults: SetupDefaults {
+            tool: Some(Tool::Bias([61.0, 0.5, -2.0])),
+            engrave_power: Some(Power::new(5.0, 80.0).unwrap()),
+            ..SetupDefaults::default()
         },
-        bytes: bytes.into(),
+        fence: Fence::default().with_keep_out(keep_out).ok(),
+        ..FileToLay::new(format, bytes)
     }
 }
 
 #[test]
-fn what_is_read_from_a_sample_comes_back_as_it_was() {
-    for (format, bytes) in samples() {
-        let request = request(format, &bytes);
-        let read = crate::read(format, &bytes, &request.options);
-        let answered = answer(&request.to_bytes());
-        assert_eq!(answer_from(&answered), Ok(read), "{format}");
+fn a_request_comes_back_as_it_was() {
+    let mut asked = file(Format::Gcode, b"G90\n");
+    let all = Fence::default().with_floor(-70.0).unwrap();
+    let all = all.with_top_speed(80.0).unwrap().with_strongest_laser(40.0);
+    let within = Cuboid {
+        min: [100.0, -200.0, -70.0],
+        max: [300.0, 200.0, 100.0],
+    };
+    asked.fence = Some(all.unwrap().with_box(within).unwrap());
+    for begins in [
+        Begins::Ask,
+        Begins::At([200.0, 0.1, -3.0]),
+        Begins::Unknown,
+        Begins::OnStage,
+    ] {
+        asked.begins = begins;
+        assert_eq!(FileToLay::from_bytes(&asked.to_bytes()), Ok(asked.clone()));
     }
+    let plain = FileToLay::new(Format::Svg, b"");
+    assert_eq!(FileToLay::from_bytes(&plain.to_bytes()), Ok(plain));
+}
+
+#[test]
+fn a_program_comes_back_as_it_was_laid() {
+    for (format, bytes) in samples() {
+        for mut file in [file(format, &bytes), FileToLay::new(format, &bytes)] {
+            file.begins = Begins::OnStage;
+            let laid = file.lay();
+            let answered = answer(&file.to_bytes());
+            assert_eq!(answer_from(&answered), Ok(laid), "{format}");
+        }
+    }
+}
+
+#[test]
+fn that_a_start_is_needed_comes_back() {
+    let file = FileToLay::new(Format::Gcode, b"G91\nG1 X5 Y5 F600\n");
+    assert_eq!(file.lay(), Ok(Laying::NeedsStart));
+    let answered = answer(&file.to_bytes());
+    assert_eq!(answer_from(&answered), Ok(Ok(Laying::NeedsStart)));
 }
 
 #[test]
 fn an_error_comes_back_with_its_place_and_its_advice() {
     for (format, text) in [
-        (Format::Gcode, "G1 X10 F600\nG91\nG1 X5 Y5\n"),
         (Format::Gcode, "G90\nG1 X10 Y%\n"),
         (Format::Svg, "<svg width='-3'"),
+        (
+            Format::Svg,
+            "<svg xmlns='http://www.w3.org/2000/svg'><path d='M0 0L9 9'/></svg>",
+        ),
         (Format::Points, "x,y\n1,oops\n"),
         (Format::Image, "no image"),
     ] {
-        let options = ReadOptions::default();
-        let read = crate::read(format, text.as_bytes(), &options);
-        let request = FileRequest {
-            format,
-            options,
-            bytes: text.as_bytes().into(),
-        };
-        assert_eq!(
-            answer_from(&answer(&request.to_bytes())),
-            Ok(read),
-            "{text}"
-        );
+        let mut file = FileToLay::new(format, text.as_bytes());
+        file.begins = Begins::OnStage;
+        let laid = file.lay();
+        assert!(laid.is_err(), "{text}");
+        assert_eq!(answer_from(&answer(&file.to_bytes())), Ok(laid), "{text}");
     }
     let given = Diagnostic::of_file("all kinds of advice")
         .named("rect7")
@@ -84,7 +118,7 @@ fn an_error_comes_back_with_its_place_and_its_advice() {
 
 #[test]
 fn what_another_build_wrote_is_refused_and_not_misread() {
-    let mut request = request(Format::Gcode, b"G90\n").to_bytes();
+    let mut request = FileToLay::new(Format::Gcode, b"G90\nG1 X220 Y0 Z20 F600\n").to_bytes();
     let mut answered = answer(&request);
     request[3] ^= 1;
     assert_eq!(answer(&request), FORM);
@@ -101,8 +135,7 @@ fn what_another_build_wrote_is_refused_and_not_misread() {
 #[test]
 fn no_bytes_are_taken_for_an_answer_that_is_not_whole() {
     for (format, bytes) in samples() {
-        let request = request(format, &bytes);
-        let whole = answer(&request.to_bytes());
+        let whole = answer(&file(format, &bytes).to_bytes());
         let step = (whole.len() / 200).max(1);
         for count in (0..whole.len()).step_by(step) {
             assert!(answer_from(&whole[..count]).is_err(), "{format} {count}");
@@ -125,15 +158,4 @@ fn no_bytes_are_taken_for_an_answer_that_is_not_whole() {
     // Counts that no memory has room for.
     let huge = [&FORM[..], &[0, 0, 0, 0, 0], &[0xFF; 9], &[1]].concat();
     assert_eq!(answer_from(&huge), Err(WireError::Malformed));
-}
-
-#[test]
-fn requests_are_the_same_where_all_of_them_is() {
-    let one = request(Format::Gcode, b"G90\n");
-    assert!(one.is_same(&request(Format::Gcode, b"G90\n")));
-    assert!(!one.is_same(&request(Format::Gcode, b"G91\n")));
-    assert!(!one.is_same(&request(Format::Hpgl, b"G90\n")));
-    let mut other = one.clone();
-    other.options.gcode.start = None;
-    assert!(!one.is_same(&other));
 }

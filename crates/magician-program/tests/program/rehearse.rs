@@ -1,8 +1,10 @@
 //! Plans on the virtual arm.
 
 use magician::{Options, VirtualArm, blocking::Arm, words};
-use magician_program::rehearse::{RehearseOptions, rehearse, stage, start_of};
-use magician_program::{Action, Grip, Origin, Plan, Surface, Tool, Travel, check};
+use magician_program::rehearse::{RehearseOptions, rehearse, stage, stands, start_of};
+use magician_program::{
+    Action, Begins, FileToLay, Format, Grip, Laying, Origin, Plan, Surface, Tool, Travel, check,
+};
 
 const PAPER: f32 = -60.0;
 
@@ -176,4 +178,30 @@ fn a_watched_way_goes_from_the_start_to_the_end() {
         squares.sum::<f64>().sqrt()
     });
     assert!(steps.fold(0.0, f64::max) < 3.0);
+}
+
+#[test]
+fn where_the_arm_of_a_stage_stands_is_known_without_making_it() {
+    for (name, surface) in [
+        ("house.svg", -60.0),
+        ("house.svg", 5.0),
+        ("pen_outline.gcode", -60.0),
+    ] {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("samples")
+            .join(name);
+        let mut file = FileToLay::new(
+            Format::of(name, b"").unwrap(),
+            &std::fs::read(path).unwrap(),
+        );
+        file.defaults.surface = Some(Surface::level(surface));
+        file.begins = Begins::OnStage;
+        let Ok(Laying::Done(laid)) = file.lay() else {
+            panic!("{name} is not laid");
+        };
+        let (plan, options) = (laid.program.plan(), RehearseOptions::default());
+        let arm = start_of(&stage(plan, &options).unwrap());
+        let known = stands(plan, &options).unwrap();
+        assert_eq!(known.arm(), arm.arm(), "{name}");
+    }
 }

@@ -14,7 +14,7 @@
 * :mod:`magician.places` keeps poses by name, and has work planes and pallets; :mod:`magician.calibrate` finds sheet,
   surface and the tool's tip from touched points.
 * :func:`load` makes a :class:`Plan` from a file, :func:`write` from text, :meth:`Plan.path` from an array of points;
-  ``arm.run(plan)`` runs it.
+  ``arm.run(plan)`` runs it. :func:`frame` goes round what a file would mark, :func:`testgrid` burns a test grid.
 * :func:`forward`, :func:`inverse`, :func:`is_reachable` and :func:`reach` compute without an arm, whole arrays too.
 * :class:`VirtualArm` is an arm in a world of its own, for tests: :mod:`magician.testing`; :mod:`magician.simulation`
   steps many of them, for learning.
@@ -43,7 +43,7 @@ from .errors import Error
 from .kinematics import forward, inverse, is_reachable, reach
 from .pins import Pin
 from .places import Belt, Frame, Pallet, Point, Poses
-from .programs import Complaint, Plan, Rehearsal, Report, Sheet, Step, Surface, load, write
+from .programs import Complaint, Plan, Rehearsal, Report, Sheet, Step, Surface, frame, load, testgrid, write
 from .readings import Color, Info, Joints, Link, Position, Progress, Ran, Stats, Status
 from .running import PlanProgress, RunResult
 
@@ -124,6 +124,7 @@ __all__ = [
     "errors",
     "events",
     "forward",
+    "frame",
     "inverse",
     "is_reachable",
     "load",
@@ -139,6 +140,7 @@ __all__ = [
     "serving",
     "sim",
     "station",
+    "testgrid",
     "traffic",
     "words",
     "write",

@@ -45,7 +45,9 @@ __all__ = [
     "Tool",
     "ToolName",
     "Travel",
+    "frame",
     "load",
+    "testgrid",
     "write",
 ]
 
@@ -586,13 +588,16 @@ def load(
     passes: int | None = None,
     pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None = None,
     no_pause: bool = False,
+    frame: Literal["box", "hull", "outline"] | None = None,
+    frame_power: float | None = None,
+    preset: str | None = None,
 ) -> Plan:
     """A plan of a file: a taught program (``.playback``), G-code, a drawing (SVG, HPGL, DXF), a Blockly program, an
     image, points (CSV, JSON, text), or a plan file. Drawings are drawn with the pen, images engraved.
 
     :param file: Path, or an open binary file.
     :param format: What it is, where neither name nor content tells: ``playback``, ``svg``, ``gcode``, ``image``,
-        ``dxf``, ``hpgl``, ``blockly``, ``points``, ``text``, ``plan``.
+        ``dxf``, ``hpgl``, ``blockly``, ``points``, ``text``, ``testgrid``, ``plan``.
     :param title: What it is called; the file's name if left out.
     :param tool: The tool on the arm, by name or by its bias in mm.
     :param surface: How high the paper or the wood lies: the z of the arm's pose when its tool touches it, mm. Drawings
@@ -667,6 +672,9 @@ def load(
         ``surface_offset``, ``lift``, ``speed``, ``power``, ``passes`` and ``fill``; or the path of a TOML file with a
         ``[[pen]]`` for each. The first that matches a part counts.
     :param no_pause: Whether the plan never waits for a person.
+    :param frame: Go round what would be drawn or burnt, without a mark, instead: see :func:`frame`.
+    :param frame_power: Power of the laser on a frame, percent, 5 at most; dark if left out.
+    :param preset: A preset of ``magician preset``: what it says counts for arguments that are left out or as usual.
     :returns: The plan. :attr:`Plan.notes` lists the parts that were left out or interpreted.
     :raises InvalidInputError: It cannot be read (with line and column), cannot be placed like this, or an argument is
         invalid.
@@ -737,6 +745,9 @@ def load(
         "only": [only] if isinstance(only, str) else [str(string("only", one)) for one in only],
         "passes": None if passes is None else whole("passes", passes, 1, 1000),
         **_pens(pens),
+        "frame": string("frame", frame),
+        "frame_power": number("frame_power", frame_power, above=0, unit="percent"),
+        "preset": string("preset", preset),
     }
     return Plan(_magician.Plan.load(name, data, wanted))
 
@@ -782,6 +793,70 @@ def write(
         strict_text=strict_text,
         **options,
     )
+
+
+def frame(
+    file: str | os.PathLike[str] | IO[bytes],
+    shape: Literal["box", "hull", "outline"] = "box",
+    *,
+    frame_power: float | None = None,
+    **options: Any,
+) -> Plan:
+    """A plan that goes round what a file would draw or burn, as ``magician frame`` does: with the laser off at the
+    height of the work, with any other tool ``lift`` above it. Each run of it goes round once.
+
+    :param file: Path, or an open binary file.
+    :param shape: ``"box"`` along the arm's X and Y; ``"hull"``, a rubber band round all lines; ``"outline"``, the outer
+        contours, where lines less than 4 mm apart count as one shape. Where the box or the outline leaves the reach it
+        is the hull, and :attr:`Plan.notes` says so.
+    :param frame_power: Power of the laser on the way, percent, 5 at most; dark if left out. An arm runs it with
+        ``allow_laser=True`` alone.
+    :param options: Those with which :func:`load` would make the plan; ``tool`` and ``work`` say whether it is drawn or
+        burnt.
+    :returns: The plan.
+    :raises InvalidInputError: The file marks nothing, or as of :func:`load`.
+    :raises OSError: The file cannot be opened.
+    """
+    return load(file, frame=shape, frame_power=frame_power, **options)
+
+
+def testgrid(
+    *,
+    power: tuple[float, float, int] = (10, 100, 5),
+    speed: tuple[float, float, int] = (5, 40, 5),
+    cell: float = 8,
+    spacing: float = 0.2,
+    labels: bool = True,
+    **options: Any,
+) -> Plan:
+    """A plan that burns squares with many powers and speeds, to try a material, as ``magician testgrid`` does.
+
+    :param power: Powers of the columns, percent: from, to, how many.
+    :param speed: Speeds of the rows, mm/s: from, to, how many.
+    :param cell: Side of a square, mm; a quarter of it is between them.
+    :param spacing: Distance between the lines of a square, mm.
+    :param labels: Whether columns and rows are labelled, with the weakest power at the highest speed.
+    :param options: Where it goes: ``surface``, ``at``, ``rotate``, ``fit`` and the others of :func:`load`.
+    :returns: The plan.
+    :raises InvalidInputError: A value is out of its range.
+    """
+    series = {}
+    for name, (first, last, count) in (("power", power), ("speed", speed)):
+        ends = (number(name, first, above=0), number(name, last, above=0))
+        series[name] = "{}:{}:{}".format(*map(repr, ends), _count(name, count))
+    grid = {
+        "format": "magician-testgrid",
+        **series,
+        "cell": number("cell", cell, above=0, unit="mm"),
+        "spacing": number("spacing", spacing, above=0, unit="mm"),
+        **flags(labels=labels),
+    }
+    options.setdefault("title", "test grid")
+    return load(io.BytesIO(json.dumps(grid).encode()), format="testgrid", **options)
+
+
+# Its name begins as those of tests do, and pytest would take it for one where it is imported.
+vars(testgrid)["__test__"] = False
 
 
 _FONTS = ("sans", "script", "gothic")

@@ -1,10 +1,11 @@
 //! Files, as plans.
 
 use magician::Error;
+use magician_job::presets::Presets;
 use magician_program::artwork::Sheet;
 use magician_program::{
-    Content, Diagnostic, FontChoice, Format, ModeOption, Parsed, Plan, Power, Prepared,
-    ReadOptions, Setup, SetupDefaults, SetupOptions, Surface, WorkOption, read,
+    Content, Diagnostic, DiagnosticCode, FontChoice, Format, ModeOption, Parsed, Plan, Power,
+    Prepared, ReadOptions, Setup, SetupDefaults, SetupOptions, Surface, Tool, WorkOption, read,
 };
 use pyo3::prelude::*;
 
@@ -78,23 +79,18 @@ struct Wanted {
     pens: Option<String>,
     pens_file: Option<String>,
     no_pause: bool,
+    frame: Option<String>,
+    frame_power: Option<f64>,
+    preset: Option<String>,
 }
 
 impl Wanted {
     /// # Errors
     /// What cannot be meant, in a sentence.
-    fn options(&self, format: Format) -> Result<SetupOptions, String> {
+    fn options(&self, format: Format) -> Result<(SetupOptions, Option<Diagnostic>), String> {
         let mut options = SetupOptions::default();
-        options.work = Some(match (self.work.as_deref(), format) {
-            (None, Format::Image) | (Some("engrave"), _) => WorkOption::Engrave,
-            (None, _) => WorkOption::ByFile,
-            (Some("draw"), _) => WorkOption::Draw,
-            (Some(other), _) => {
-                return Err(format!("work is \"draw\" or \"engrave\", not \"{other}\""));
-            }
-        });
         options.mode = match self.mode.as_deref() {
-            _ if options.work != Some(WorkOption::Engrave) => None,
+            _ if self.work.as_deref() == Some("draw") => None,
             None | Some("grey") => None,
             Some("threshold") => Some(ModeOption::Threshold),
             Some("dither") => Some(ModeOption::Dither),
@@ -111,23 +107,27 @@ impl Wanted {
             None => None,
         };
         options.tool = self.tool.as_deref().map(str::parse).transpose()?;
-        options.white = self.white.as_deref().map(str::parse).transpose()?;
+        // What is as usual is not said: a preset may say it.
+        let white = self.white.as_deref().filter(|white| *white != "skip");
+        options.white = white.map(str::parse).transpose()?;
         (options.s_max, options.resample) = (self.s_max, self.resample);
         (options.place, options.raw) = (self.place, self.raw);
         (options.pen_z, options.start) = (self.pen_z, self.start);
-        (options.at, options.by) = (self.at, Some(self.by));
-        (options.scale, options.rotate) = (Some(self.scale), Some(self.rotate));
-        (options.fit, options.turn) = (self.fit, Some(self.turn));
+        (options.at, options.by) = (self.at, Some(self.by).filter(|by| *by != [0.0; 3]));
+        options.scale = Some(self.scale).filter(|scale| *scale != 1.0);
+        options.rotate = Some(self.rotate).filter(|rotate| *rotate != 0.0);
+        options.fit = self.fit;
+        options.turn = (!self.turn).then_some(false);
         (options.mirror, options.clip_page) = (self.mirror, self.clip_page);
         (options.speed, options.travel_speed) = (self.speed, self.travel_speed);
-        (options.lift, options.order) = (self.lift, Some(self.order));
+        (options.lift, options.order) = (self.lift, (!self.order).then_some(false));
         (options.tolerance, options.threshold) = (self.tolerance, self.threshold);
         (options.width, options.height) = (self.width, self.height);
         (options.invert, options.one_way) = (self.invert, self.one_way);
         (options.spacing, options.overscan) = (self.spacing, self.overscan);
         options.gamma = self.gamma;
         (options.merge, options.simplify) = (self.merge, self.simplify);
-        options.dedupe = Some(self.dedupe);
+        options.dedupe = (!self.dedupe).then_some(false);
         options.font = match (&self.font, &self.font_file) {
             (Some(name), Some(bytes)) => Some(FontChoice::file(name, bytes.as_slice())),
             (name, _) => name.as_deref().map(str::parse).transpose()?,
@@ -137,7 +137,8 @@ impl Wanted {
         options.line_height = self.line_height;
         options.text = self.text.as_deref().map(str::parse).transpose()?;
         options.strict_text = self.strict_text;
-        options.fill = self.fill.as_deref().map(str::parse).transpose()?;
+        let fill = self.fill.as_deref().filter(|fill| *fill != "none");
+        options.fill = fill.map(str::parse).transpose()?;
         (options.fill_spacing, options.fill_angle) = (self.fill_spacing, self.fill_angle);
         options.fill_inset = self.fill_inset;
         options.parts = self.parts.as_deref().map(str::parse).transpose()?;
@@ -153,13 +154,50 @@ impl Wanted {
                 pens.map_err(|problem| format!("pens: {problem}"))?
             }
             (None, None) => Vec::new(),
+        options.frame = self.frame.as_deref().map(str::parse).transpose()?;
+        options.frame_power = self.frame_power;
+        let note = self.preset(format, &mut options)?;
+        options.work = match (self.work.as_deref(), format) {
+            (Some("engrave"), _) => Some(WorkOption::Engrave),
+            (Some("draw"), _) => Some(WorkOption::Draw),
+            (Some(other), _) => {
+                return Err(format!("work is \"draw\" or \"engrave\", not \"{other}\""));
+            }
+            // What is framed is as the tool has it, and so is what a preset of a laser is for.
+            (None, _) if options.frame.is_some() => None,
+            (None, _) if note.is_some() && options.tool == Some(Tool::Laser) => None,
+            (None, Format::Image) => Some(WorkOption::Engrave),
+            (None, _) => Some(WorkOption::ByFile),
         };
         options.check().map_err(|error| error.message)?;
         // No power at all is one, too: it burns nothing.
         if let Some([least, most]) = self.power {
             options.power = Some(Power::new(least, most)?);
         }
-        Ok(options)
+        Ok((options, note.flatten()))
+    }
+
+    /// With what the preset says where the arguments say nothing; what it tells people, if there is one.
+    #[expect(clippy::option_option, reason = "a preset may have nothing to tell")]
+    fn preset(
+        &self,
+        format: Format,
+        options: &mut SetupOptions,
+    ) -> Result<Option<Option<Diagnostic>>, String> {
+        let Some(name) = &self.preset else {
+            return Ok(None);
+        };
+        let preset = Presets::of_user().load(name);
+        let mut preset = preset.map_err(|error| error.to_string())?;
+        if format == Format::TestGrid {
+            // A grid has its own.
+            (preset.options.power, preset.options.speed) = (None, None);
+        }
+        *options = options.or(&preset.options);
+        let note = preset.note.map(|note| format!("preset {name}: {note}"));
+        Ok(Some(note.map(|note| {
+            Diagnostic::of_file(note).coded(DiagnosticCode::Assumed)
+        })))
     }
 
     /// How it is to be done: with a surface on a slope and a sheet, which have no flags.
@@ -167,7 +205,7 @@ impl Wanted {
         let mut defaults = SetupDefaults::default();
         defaults.surface = Some(Surface::VIRTUAL);
         let mut setup = options.setup(&defaults);
-        setup.surface = surface(self.surface);
+        setup.surface = surface(self.surface).or(setup.surface);
         setup.sheet = self.sheet.map(|(x, y, rotation, size)| Sheet {
             corner: [x, y],
             rotation,
@@ -180,8 +218,8 @@ impl Wanted {
     fn reading(&self, options: &SetupOptions, title: String, setup: &Setup) -> ReadOptions {
         let mut reading = options.reading(setup);
         reading.title = title;
-        setup.prepare(&mut reading.gcode, surface(self.surface));
-        reading.gcode.start = self.start;
+        setup.prepare(&mut reading.gcode, setup.surface);
+        reading.gcode.start = options.start;
         reading
     }
 }
@@ -206,7 +244,7 @@ impl PyPlan {
         // A tool that is none is told of by its argument.
         tool(py, wanted.tool.as_deref())?;
         let format = format_of(name, bytes, wanted.format.as_deref()).map_err(refused)?;
-        let said = wanted.options(format).map_err(refused)?;
+        let (said, note) = wanted.options(format).map_err(refused)?;
         let setup = wanted.setup(&said);
         let title = wanted
             .title
@@ -215,7 +253,8 @@ impl PyPlan {
         let options = wanted.reading(&said, title, &setup);
         let placed = format == Format::Gcode && setup.places();
         let made = py.detach(|| made(format, bytes, &options, &setup));
-        let (made, taught) = made.map_err(|problem| super::raise(py, Some(name), &problem))?;
+        let (mut made, taught) = made.map_err(|problem| super::raise(py, Some(name), &problem))?;
+        made.notes.splice(0..0, note);
         let source = Source {
             name: Some(name.to_owned()),
             format: Some(format.name().to_owned()),
@@ -225,8 +264,10 @@ impl PyPlan {
                 .map(|placed| (placed.scale, placed.turn, placed.at)),
             rows: false,
             assumed: (!taught || placed) && setup.surface.is_none(),
-            needs_homed_arm: wanted.work.is_some() || format.needs_homed_arm(),
-            lift: wanted.lift,
+            needs_homed_arm: wanted.work.is_some()
+                || said.frame.is_some()
+                || format.needs_homed_arm(),
+            lift: said.lift,
         };
         Ok(Self::of(made.plan, source))
     }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use magician::commands::Pose;
 use magician::{Arm, ErrorCode, ErrorKind};
+use magician_job::beside::beside as in_turns;
 use magician_job::{
     Fault, Job, JobError, JobEvent, JobHandle, JobOutcome, JobSpec, JobState, Journal, PauseReason,
     ResumeError, Start,
@@ -66,16 +67,22 @@ impl Work {
                 let program = read(&arm, reader, source, None, &Notify::new()).await?;
                 let kinds = program.program(Some(1)).kinds();
                 let start = arm.preflight_for(&kinds).await?;
-                let report = beside(move || {
-                    let shown = preview.then(|| program.preview(&start));
-                    let report = program.check(start)?;
-                    let mut report = to_value(&report)?;
-                    if let Some(shown) = shown {
-                        report["preview"] = shown;
+                let program = Arc::new(program);
+                let (shown, begins) = (Arc::clone(&program), start.clone());
+                let shown = async {
+                    match preview {
+                        true => Some(in_turns(async move { shown.preview(&begins).await }).await),
+                        false => None,
                     }
-                    Ok(report)
-                });
-                report.await?
+                };
+                let checked = in_turns(async move { to_value(&program.check(start).await?) });
+                // Each has a thread of its own, where there are threads.
+                let (shown, report) = tokio::join!(shown, checked);
+                let mut report = report??;
+                if let Some(shown) = shown.transpose()? {
+                    report["preview"] = shown;
+                }
+                Ok(report)
             };
             let outcome = found.await.map(Outcome::Value);
             TaskResult::Report(ArmReport::Done { request, outcome })
@@ -409,12 +416,16 @@ async fn read(
     };
     loop {
         let (with, source, arm_here) = (Arc::clone(&reader), source.clone(), here.clone());
-        match beside(move || with.read(&source, &arm_here)).await?? {
-            ProgramReading::Done(program) => return Ok(*program),
-            ProgramReading::NeedsFile(request) => tokio::select! {
-                read = here.files.read(&*reader, *request) => read?,
+        let mut read = beside(move || with.read(&source, &arm_here)).await??;
+        while let ProgramReading::ToCome(to_come) = read {
+            read = tokio::select! {
+                read = to_come => read?,
                 () = gives_up.notified() => return Err(refused("the job is over")),
-            },
+            };
+        }
+        match read {
+            ProgramReading::Done(program) => return Ok(*program),
+            ProgramReading::ToCome(_) => {}
             ProgramReading::NeedsStart if here.stands.is_none() => {
                 here.stands = Some(arm.preflight_for(&[]).await?);
             }

@@ -124,6 +124,16 @@ impl StationConfig {
     /// beyond its end, and a clock that counts from 1970 on.
     #[must_use]
     pub fn new(arms: Vec<ArmEntry>, epoch: impl Into<String>) -> Self {
+        Self::reading_by(arms, epoch, Arc::new(FormatReader::default()))
+    }
+
+    /// The same, with this reader of programs.
+    #[must_use]
+    pub fn reading_by(
+        arms: Vec<ArmEntry>,
+        epoch: impl Into<String>,
+        reader: Arc<dyn Reader>,
+    ) -> Self {
         Self {
             arms,
             epoch: epoch.into(),
@@ -131,7 +141,7 @@ impl StationConfig {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             read_only: false,
             student_laser: false,
-            reader: Arc::new(FormatReader::default()),
+            reader,
             jobs: Arc::new(NoStore),
             recordings: Arc::new(NoRecordings),
             programs: Arc::new(NoPrograms),

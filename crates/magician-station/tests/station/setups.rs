@@ -53,6 +53,55 @@ async fn a_setup_says_where_and_how_a_drawing_is_done() {
 }
 
 #[tokio::test(start_paused = true)]
+async fn a_frame_is_a_job_like_any_other_and_marks_nothing() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let at = json!([220, 30]);
+    for (setup, height) in [
+        (json!({"tool": "laser", "at": at, "frame": "box"}), -60.0),
+        (
+            json!({"tool": "pen", "at": at, "frame": "hull", "lift": 5}),
+            -55.0,
+        ),
+    ] {
+        let report = checked(&mut anna, setup.clone()).await;
+        assert_eq!(report["ok"], json!(true), "{report}");
+        assert_eq!(
+            (&report["drawn_mm"], report.get("power")),
+            (&json!(0.0), None)
+        );
+        assert_eq!(report["travel_bounds"]["z"][0], json!(height), "{report}");
+        let params = json!({"text": SQUARE, "setup": setup});
+        let refused = anna.call("job.start", params.clone()).await.unwrap_err();
+        assert_ne!(
+            refused["code"],
+            json!(-32602),
+            "it wants a lease: {refused}"
+        );
+        let lease = anna.lease().await;
+        let job = anna.ok("job.start", params).await["job"].clone();
+        until(&mut anna, &job, "done").await;
+        anna.ok("lease.release", json!({"lease": lease})).await;
+    }
+    let lit = json!({"tool": "laser", "frame": "box", "frame_power": 2});
+    let report = checked(&mut anna, lit).await;
+    assert_eq!(report["power"], json!({"most": 2.0, "least": 2.0}));
+}
+
+#[tokio::test(start_paused = true)]
+async fn a_test_grid_is_a_program_like_any_other() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    let grid = json!({"format": "magician-testgrid", "power": "20:60:3", "speed": "10:30:2"});
+    let params = json!({"text": grid.to_string(), "setup": {"at": [240, 0]}});
+    let report = anna.ok("job.check", params).await;
+    assert_eq!(report["ok"], json!(true), "{report}");
+    assert_eq!(report["power"], json!({"most": 60.0, "least": 20.0}));
+    let [x, y] = middle(&report);
+    assert!((x - 240.0).abs() < 0.1 && y.abs() < 0.1, "{report}");
+}
+
+#[tokio::test(start_paused = true)]
 async fn what_a_setup_does_not_have_is_named() {
     let bench = Bench::new(1).await;
     let mut anna = bench.join("Anna").await;
@@ -65,6 +114,8 @@ async fn what_a_setup_does_not_have_is_named() {
         (json!({"no_order": true}), "setup.no_order"),
         (json!({"order": 0}), "setup.order"),
         (json!({"work": "paint"}), "setup.work"),
+        (json!({"frame": "circle"}), "setup.frame"),
+        (json!({"frame_power": 2}), "setup.frame_power"),
         (json!({"raw": true, "fit": true}), "setup.raw"),
     ] {
         // Before the lease, which nobody has.

@@ -7,7 +7,7 @@ use std::sync::{Arc, Condvar, Mutex};
 
 use magician_program::Format;
 use magician_station::{
-    Converting, FilesRead, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramReading,
+    Converting, FormatReader, LibraryError, ProgramEntry, ProgramName, ProgramReading,
     ProgramStore, Reader, ReadingArm, Source, Upload,
 };
 
@@ -148,8 +148,7 @@ impl Reader for Gated {
         &self,
         source: &Source,
         to: &str,
-        files: &FilesRead,
     ) -> Result<Converting, magician_station::api::RpcError> {
-        self.0.convert(source, to, files)
+        self.0.convert(source, to)
     }
 }

@@ -174,6 +174,12 @@ impl Page {
         table::station_rpc(self.handle, u32::from(session), text.to_string().as_bytes());
     }
 
+    /// Whether a request was answered.
+    pub(crate) fn has(&self, session: u16, id: u64) -> bool {
+        let mut texts = self.texts.get(&session).into_iter().flatten();
+        texts.any(|text| text["id"] == json!(id))
+    }
+
     /// The answer to a request.
     pub(crate) fn answer(&mut self, session: u16, id: u64) -> Result<Value, Value> {
         let end = self.now + PATIENCE;

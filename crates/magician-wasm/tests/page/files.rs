@@ -201,3 +201,34 @@ fn another_file_is_made_of_a_drawing() {
     let plan = page.ok(1, "program.get", &json!({"name": "line.plan.json"}));
     assert_eq!(plan["format"], json!("plan"));
 }
+
+#[test]
+fn a_check_of_many_steps_lets_a_stop_through_however_long_turns_take() {
+    const SLICES: usize = 6;
+    let mut page = ready();
+    page.dull = true;
+    let lines: String = (0..50_000)
+        .map(|nth| format!("G1 X{} Y{}\n", 200 + nth % 7, nth % 11))
+        .collect();
+    let check = json!({"text": format!("G90\nG0 X200 Y0 Z0\n{lines}"), "format": "gcode"});
+    let check = page.send(1, "job.check", &check);
+    let (id, request) = is_asked(&mut page);
+    table::file_in(page.handle, id, &answer(&request));
+    let mut turns = 0;
+    let mut stop = None;
+    while !page.has(1, check) {
+        // A slow machine: far more time passes in a turn than it counts on.
+        page.turn_at(page.now + 300e3);
+        turns += 1;
+        if turns == SLICES {
+            stop = Some((page.send(1, "arm.stop", &json!({})), page.now));
+        }
+        assert!(turns < 1000, "the check does not end");
+    }
+    // Taken in, and checked.
+    assert!(turns >= 2 * SLICES, "{turns}");
+    let (stop, sent) = stop.expect("the check took turns");
+    assert!(page.has(1, stop), "the stop came behind the check");
+    assert!(page.now > sent);
+    assert_eq!(page.answer(1, check).unwrap()["steps"], json!(50_002));
+}

@@ -24,6 +24,8 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "draw",
             "write",
             "engrave",
+            "frame",
+            "testgrid",
             "run",
             "convert",
             "calibrate",
@@ -42,7 +44,10 @@ const GROUPS: [(&str, &[&str]); 7] = [
             "forward", "inverse",
         ],
     ),
-    ("Settings", &["config", "completions", "man", "help"]),
+    (
+        "Settings",
+        &["config", "preset", "completions", "man", "help"],
+    ),
 ];
 
 /// The same command line, whose help lists the verbs by groups.

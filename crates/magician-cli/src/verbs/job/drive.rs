@@ -18,7 +18,7 @@ use super::tell::ProgressReporter;
 use super::tui::Screen;
 use super::under_way::{Next, Obeyed, UnderWay};
 use super::wording::Wording;
-use crate::context::Ended;
+use crate::context::{Context, Ended};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::{Control, JobControl, Signals};
 use crate::output::Output;
@@ -42,6 +42,8 @@ pub(super) struct Drive<'a> {
     pub(super) refuses_unhomed: bool,
     pub(super) record: Option<&'a Path>,
     pub(super) json: bool,
+    /// Whether it goes on until it is stopped, which is its good end.
+    pub(super) repeats: bool,
     /// Whether it has the whole terminal, and what it is called there.
     pub(super) tui: bool,
     pub(super) verb: &'static str,
@@ -57,6 +59,31 @@ pub(super) struct Done {
     pub(super) job: Arc<magician_job::Done>,
     /// Why the recording that was asked for is not whole.
     pub(super) unrecorded: Option<Failure>,
+}
+
+/// How a run has ended that went well.
+#[derive(Debug)]
+pub(super) enum Ran {
+    /// All of it is done.
+    Done(Done),
+    /// It was to go on until it was stopped.
+    Stopped(StoppedReport),
+}
+
+/// Where an arm stands that was stopped, as JSON has it.
+#[derive(Debug, Serialize)]
+pub(super) struct StoppedReport {
+    stopped: bool,
+    at: [f32; 3],
+}
+
+impl StoppedReport {
+    pub(super) fn show(&self, context: &mut Context) -> Result<(), Failure> {
+        let [x, y, z] = self.at;
+        context.show(self, |out| {
+            out.line(format_args!("stopped at x {x:.1} y {y:.1} z {z:.1}"))
+        })
+    }
 }
 
 /// What an object says of a line that was not obeyed.
@@ -109,7 +136,7 @@ impl Drive<'_> {
         saved: &SavedSettings,
         signals: &mut Signals,
         mut input: Input,
-    ) -> Result<Done, Ended> {
+    ) -> Result<Ran, Ended> {
         let control = JobControl::listen()?;
         input.listen();
         let job = Job::start(arm, self.spec(saved), FileJournal::new());
@@ -173,9 +200,15 @@ impl Drive<'_> {
         }
         let unrecorded = unrecorded.or(ended.unrecorded);
         match ended.outcome {
-            Some(Ok(job)) => Ok(Done { job, unrecorded }),
+            Some(Ok(job)) => Ok(Ran::Done(Done { job, unrecorded })),
             Some(Err(error)) if error.is_stop() => {
                 let (failure, stands) = self.wording().stopped(&error);
+                if let (true, true, Some(pose)) = (self.repeats, stands, &error.pose) {
+                    return Ok(Ran::Stopped(StoppedReport {
+                        stopped: true,
+                        at: [pose.x, pose.y, pose.z],
+                    }));
+                }
                 Err(Ended::Interrupted { failure, stands })
             }
             Some(Err(error)) => Err(self.wording().failure(&error).into()),

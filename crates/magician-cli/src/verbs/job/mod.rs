@@ -28,12 +28,12 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, WorkOption,
-    WouldFit,
+    AppliedPlacement, Diagnostic, DiagnosticCode, Ending, Format, Plan, Program, Setup,
+    SetupOptions, WorkOption, WouldFit,
 };
 use magician_protocol::visible_lines;
 
-use self::drive::{Done, Drive};
+use self::drive::{Drive, Ran};
 use self::options::{File, PlacementOptions, PreviewFlags, RunFlags};
 use self::reading::Read;
 use crate::context::{Context, JobPolicy, StopPolicy};
@@ -43,6 +43,7 @@ use crate::paint::Paint;
 use crate::permission::Asks;
 use crate::source::Source;
 use crate::terminal;
+use crate::verbs::preset;
 use crate::verbs::sim::picture::Picture;
 use crate::voice::Command;
 
@@ -67,6 +68,10 @@ pub(crate) struct Job {
     pub(crate) pause: u32,
     /// Whether it is run or looked at, and not made another file of.
     pub(crate) runs: bool,
+    /// Whether it goes on until it is stopped, which is its good end.
+    pub(crate) repeats: bool,
+    /// What its preset tells people.
+    preset_note: Option<Diagnostic>,
 }
 
 /// What has become of a file.
@@ -104,14 +109,14 @@ enum Where {
 impl Job {
     /// A file that is run, with what these flags say of it.
     pub(crate) fn new(
-        work: WorkOption,
+        work: impl Into<Option<WorkOption>>,
         file: File,
         look: PreviewFlags,
         place: &PlacementOptions,
         way: RunFlags,
     ) -> Self {
         let mut options = SetupOptions::default();
-        options.work = Some(work);
+        options.work = work.into();
         file.say(&mut options);
         place.say(&mut options);
         way.say(&mut options);
@@ -123,11 +128,34 @@ impl Job {
             options,
             pause: 0,
             runs: true,
+            repeats: false,
+            preset_note: None,
         }
     }
 
+    /// With what its preset says where its flags say nothing.
+    fn preset(&mut self) -> Result<(), Failure> {
+        let Some(name) = self.way.preset.take() else {
+            return Ok(());
+        };
+        let mut preset = preset::load(&name)?;
+        if self.file.format == Some(Format::TestGrid) {
+            // A grid has its own.
+            (preset.options.power, preset.options.speed) = (None, None);
+        }
+        self.options = self.options.or(&preset.options);
+        self.options
+            .check()
+            .map_err(|error| Failure::usage(format!("with the preset {name}: {error}")))?;
+        let note = preset.note.map(|note| format!("preset {name}: {note}"));
+        let note = note.map(|note| Diagnostic::of_file(note).coded(DiagnosticCode::Assumed));
+        self.preset_note = note;
+        Ok(())
+    }
+
     /// Does it.
-    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+    pub(crate) fn run(mut self, context: &mut Context) -> Result<(), Failure> {
+        self.preset()?;
         let looks = self.look.is_wanted();
         if looks && (self.way.resume || self.way.picture.is_some() || self.way.record.is_some()) {
             return Err(
@@ -220,6 +248,8 @@ impl Job {
     /// What it is called on the whole terminal.
     fn verb(&self, made: &Made) -> &'static str {
         match self.options.work {
+            _ if self.options.frame.is_some() => "frame",
+            _ if made.format == Format::TestGrid => "testgrid",
             Some(WorkOption::Draw) => "draw",
             Some(WorkOption::Engrave) => "engrave",
             _ if made.format == Format::Playback => "play",
@@ -312,7 +342,10 @@ impl Job {
             standing,
         } = read;
         let format = file.format;
-        let mut told = std::mem::take(&mut file.notes);
+        let of_preset: Vec<_> = self.preset_note.iter().cloned().collect();
+        notes(&source, &of_preset, context);
+        let mut told = of_preset;
+        told.append(&mut file.notes);
         let start = (file.begun.as_ref())
             .filter(|begun| !begun.said)
             .map(|begun| begun.at);
@@ -340,7 +373,10 @@ impl Job {
         };
         let needs_homed_arm = self.options.needs_homed_arm(&setup, format);
         let ending = self.options.ending(&defaults, needs_homed_arm);
-        let loops = Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0);
+        let loops = match self.repeats {
+            true => None,
+            false => Some(self.way.loops.unwrap_or(1)).filter(|loops| *loops > 0),
+        };
         let program = laid.program(&self.options, &ending, self.pause, loops);
         let program = program.map_err(refused)?;
         if program.plan().steps.is_empty() {
@@ -367,9 +403,10 @@ impl Job {
 
     /// Reads it and makes a plan of it, for verbs that do not run it.
     pub(crate) fn plan(
-        &self,
+        &mut self,
         context: &mut Context,
     ) -> Result<(Source, Plan, Vec<Diagnostic>), Failure> {
+        self.preset()?;
         let read = self.read(self.opened()?, &Where::Nowhere, context)?;
         let made = self.made(read, &Where::Nowhere, context)?;
         Ok((made.source, made.program.into_plan(), made.notes))
@@ -436,6 +473,7 @@ impl Job {
             record: way.record.as_deref(),
             json: context.global.json,
             tui: way.tui,
+            repeats: self.repeats,
             verb: self.verb(made),
             lasting: pace.is_none(),
             pace,
@@ -448,7 +486,7 @@ impl Job {
         drive: &Drive<'_>,
         policy: JobPolicy,
         context: &mut Context,
-    ) -> Result<Done, Failure> {
+    ) -> Result<Ran, Failure> {
         let saved = context.saved.clone();
         let input = self.input(context);
         context.job(policy, async |arm, out, signals| {
@@ -457,7 +495,11 @@ impl Job {
     }
 
     /// How it ended.
-    fn tell(&self, done: &Done, made: &Made, context: &mut Context) -> Result<(), Failure> {
+    fn tell(&self, ran: &Ran, made: &Made, context: &mut Context) -> Result<(), Failure> {
+        let done = match ran {
+            Ran::Done(done) => done,
+            Ran::Stopped(stopped) => return stopped.show(context),
+        };
         let files = [("picture", &self.way.picture), ("record", &self.way.record)];
         let files =
             files.map(|(name, path)| (name, path.as_ref().map(|path| path.display().to_string())));
@@ -535,7 +577,7 @@ impl PreviewFlags {
     }
 
     /// Whether anything is to be looked at.
-    fn is_wanted(&self) -> bool {
+    pub(crate) fn is_wanted(&self) -> bool {
         let listed = self.list_parts;
         self.check || self.estimate || self.preview.is_some() || self.dry_run || listed
     }

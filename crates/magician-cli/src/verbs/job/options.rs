@@ -7,11 +7,12 @@ use clap::{Args, ValueHint};
 use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
 use magician_program::{
-    Align, FontChoice, Format, Grid, PartMode, PenOptions, Power, SetupOptions, TextLines, Tool,
-    White,
+    Align, FontChoice, Format, Framing, Grid, PartMode, PenOptions, Power, SetupOptions, TextLines,
+    Tool, White,
 };
 
 use crate::options::number;
+use crate::verbs::preset::PresetName;
 
 /// The file.
 #[derive(Args, Debug)]
@@ -19,9 +20,16 @@ pub(crate) struct File {
     /// File to run; `-` reads stdin
     #[arg(value_hint = ValueHint::FilePath)]
     pub(super) file: PathBuf,
-    /// File type, if neither name nor content shows it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, plan
+    /// File type, if neither name nor content shows it: playback, svg, gcode, image, dxf, hpgl, blockly, points, text, testgrid, plan
     #[arg(long, value_name = "FORMAT")]
     pub(super) format: Option<Format>,
+    #[command(flatten)]
+    reading: ReadingFlags,
+}
+
+/// How it is read.
+#[derive(Args, Debug, Default)]
+pub(crate) struct ReadingFlags {
     /// Machine of a G-code file: pen, laser, or servo (M3, M280 or M300 lifts the pen by an angle); default: laser if the
     /// file switches a spindle or sets a power and has nothing of a mill's
     #[arg(long, value_name = "pen|laser|servo", value_parser = str::parse::<Dialect>)]
@@ -30,14 +38,9 @@ pub(crate) struct File {
     #[arg(long, value_name = "N", value_parser = positive)]
     s_max: Option<f64>,
     /// White lines and shapes of an SVG: `skip` leaves them out, except on darker shapes and where nothing else would be
-    /// drawn; `draw` draws them all
-    #[arg(
-        long,
-        value_name = "skip|draw",
-        default_value = "skip",
-        hide_default_value = true
-    )]
-    white: White,
+    /// drawn; `draw` draws them all [default: skip]
+    #[arg(long, value_name = "skip|draw", value_parser = str::parse::<White>)]
+    white: Option<White>,
     /// Drop points of a recording that are closer than this to the line, mm; the others keep their times
     #[arg(long, value_name = "MM", value_parser = positive)]
     resample: Option<f64>,
@@ -176,16 +179,39 @@ pub(crate) struct PlacementOptions {
     grid: Option<Grid>,
 }
 
+/// How fast it works.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "The run")]
+pub(crate) struct SpeedFlag {
+    /// Speed along the lines that are drawn or burnt, mm/s
+    #[arg(long, value_name = "MM/S", value_parser = positive)]
+    speed: Option<f64>,
+}
+
+/// How it moves, and ends.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "The run")]
+pub(crate) struct MotionFlags {
+    /// Speed ratio of point-to-point moves, percent
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    speed_ratio: Option<f64>,
+    /// Leave the pen down at the end and after a stop
+    #[arg(long, conflicts_with = "park")]
+    stay: bool,
+    /// At the end, lift the tool and park its tip at this position, mm
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
+    park: Option<[f64; 3]>,
+}
+
 /// How it runs.
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "The run")]
 pub(crate) struct RunFlags {
-    /// Speed along the lines that are drawn or burnt, mm/s
-    #[arg(long, value_name = "MM/S", value_parser = positive)]
-    speed: Option<f64>,
-    /// Speed ratio of point-to-point moves, percent
-    #[arg(long, value_name = "PERCENT", value_parser = percent)]
-    speed_ratio: Option<f64>,
+    #[command(flatten)]
+    motion: MotionFlags,
+    /// Take flags that are not given from this preset; `magician preset list` lists them
+    #[arg(long, value_name = "NAME", value_parser = PresetName, hide_possible_values = true)]
+    pub(super) preset: Option<String>,
     /// Repeat N times (0: until Ctrl-C)
     #[arg(long, value_name = "N")]
     pub(super) loops: Option<u64>,
@@ -217,12 +243,6 @@ pub(crate) struct RunFlags {
     /// Full-screen display during the run: the sheet as it fills up, time left, queue, line
     #[arg(long)]
     pub(super) tui: bool,
-    /// Leave the pen down at the end and after a stop
-    #[arg(long, conflicts_with = "park")]
-    stay: bool,
-    /// At the end, lift the tool and park its tip at this position, mm
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, value_parser = numbers::<3>)]
-    park: Option<[f64; 3]>,
 }
 
 /// Parts of a drawing, and their pens.
@@ -262,6 +282,20 @@ impl PartFlags {
 #[derive(Args, Debug, Default)]
 #[command(next_help_heading = "The pen")]
 pub(crate) struct Pen {
+    #[command(flatten)]
+    motion: PenMotion,
+    /// For an image: outline what is darker than this, 1 to 255
+    #[arg(long, value_name = "GREY", value_parser = clap::value_parser!(u8).range(1..))]
+    threshold: Option<u8>,
+    /// Width of an image, mm
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    width: Option<f64>,
+}
+
+/// How a pen follows its lines.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "The pen")]
+pub(crate) struct PenMotion {
     /// Pen lift between lines, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     lift: Option<f64>,
@@ -274,12 +308,6 @@ pub(crate) struct Pen {
     /// Largest distance of a line from its curve, mm
     #[arg(long, value_name = "MM", value_parser = positive)]
     tolerance: Option<f64>,
-    /// For an image: outline what is darker than this, 1 to 255
-    #[arg(long, value_name = "GREY", value_parser = clap::value_parser!(u8).range(1..))]
-    threshold: Option<u8>,
-    /// Width of an image, mm
-    #[arg(long, value_name = "MM", value_parser = positive)]
-    width: Option<f64>,
 }
 
 /// How the lines of a drawing are tidied.
@@ -307,24 +335,26 @@ impl TidyFlags {
 }
 
 impl File {
-    /// Text of an argument, or of stdin.
-    pub(crate) fn of_text(file: &str) -> Self {
+    /// What an argument or stdin says, of this format.
+    pub(crate) fn given(file: &str, format: Format) -> Self {
         Self {
             file: file.into(),
-            format: Some(Format::Text),
-            dialect: None,
-            s_max: None,
-            white: White::default(),
-            resample: None,
-            text: None,
-            strict_text: false,
+            format: Some(format),
+            reading: ReadingFlags::default(),
         }
     }
 
     pub(super) fn say(&self, options: &mut SetupOptions) {
+        self.reading.say(options);
+    }
+}
+
+impl ReadingFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
         options.dialect = self.dialect;
         options.s_max = self.s_max;
-        options.white = Some(self.white);
+        options.white = self.white;
         options.resample = self.resample;
         options.text = self.text;
         options.strict_text = self.strict_text;
@@ -360,7 +390,8 @@ impl LaserFlags {
 }
 
 impl PlacementOptions {
-    pub(super) fn say(&self, options: &mut SetupOptions) {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
         options.tool = self.tool;
         options.surface = self.surface;
         options.start = self.start;
@@ -379,24 +410,44 @@ impl PlacementOptions {
     }
 }
 
-impl RunFlags {
-    pub(super) fn say(&self, options: &mut SetupOptions) {
+impl SpeedFlag {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
         options.speed = self.speed;
+    }
+}
+
+impl MotionFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
         options.speed_ratio = self.speed_ratio;
         options.stay = self.stay;
         options.park = self.park;
     }
 }
 
+impl RunFlags {
+    pub(super) fn say(&self, options: &mut SetupOptions) {
+        self.motion.say(options);
+    }
+}
+
 impl Pen {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        self.motion.say(options);
+        options.threshold = self.threshold;
+        options.width = self.width;
+    }
+}
+
+impl PenMotion {
     /// Says it as options.
     pub(crate) fn say(&self, options: &mut SetupOptions) {
         options.lift = self.lift;
         options.travel_speed = self.travel_speed;
         options.order = self.no_order.then_some(false);
         options.tolerance = self.tolerance;
-        options.threshold = self.threshold;
-        options.width = self.width;
     }
 }
 
@@ -441,6 +492,15 @@ fn power(text: &str) -> Result<Power, String> {
         [_, most] if most > 0.0 => Ok(power),
         _ => Err("expected percent above 0, such as 80 or 5..80".to_owned()),
     }
+}
+
+/// Power of a laser that lights a frame.
+pub(crate) fn frame_power(text: &str) -> Result<f64, String> {
+    let most = Framing::MOST_POWER;
+    let power = text.trim_end_matches('%').parse::<f64>().ok();
+    power
+        .filter(|power| *power > 0.0 && *power <= most)
+        .ok_or_else(|| format!("expected percent above 0 and at most {most}"))
 }
 
 /// Above 0.

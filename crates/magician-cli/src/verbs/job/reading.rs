@@ -29,6 +29,7 @@ impl Job {
     /// Opens the file: what is wrong with it is told before an arm is looked for.
     pub(super) fn opened(&self) -> Result<Opened, Failure> {
         let source = match &self.text {
+            Some(text) if self.file.format == Some(Format::TestGrid) => Source::of_test_grid(text),
             Some(text) => Source::of_text(text),
             None => Source::open(&self.file.file)?,
         };

@@ -8,10 +8,14 @@ use serde_json::{Value, json};
 
 use crate::verbs::draw::Draw;
 use crate::verbs::engrave::Verb as Engrave;
+use crate::verbs::frame::Frame;
+use crate::verbs::preset::Save;
 use crate::verbs::write::Write;
 
 /// Flags that change nothing of what is made: how it is looked at, and how the job goes.
-const NOT_OF_A_SETUP: [&str; 16] = [
+const NOT_OF_A_SETUP: [&str; 18] = [
+    "preset",
+    "repeat",
     "format",
     "check",
     "estimate",
@@ -46,6 +50,23 @@ fn text_is_written_with_the_flags_of_draw() {
     drawn.retain(|flag| !OF_A_FILE.contains(&flag.as_str()));
     drawn.insert("fonts".to_owned());
     assert_eq!(write, drawn);
+}
+
+#[test]
+fn a_frame_takes_the_flags_of_draw_and_engrave() {
+    let mut of_frame = flags(&Frame::augment_args(Command::new("frame")));
+    assert!(of_frame.remove("shape"));
+    of_frame.insert("frame".to_owned());
+    assert_eq!(of_frame, &flags(&draw()) | &flags(&engrave()));
+}
+
+#[test]
+fn a_preset_is_saved_with_every_flag_that_changes_what_is_made() {
+    let mut saved = flags(&Save::augment_args(Command::new("save")));
+    assert!(saved.remove("note"));
+    let mut made = &flags(&draw()) | &flags(&engrave());
+    made.retain(|flag| !NOT_OF_A_SETUP.contains(&flag.as_str()) && !flag.starts_with("frame"));
+    assert_eq!(saved, made);
 }
 
 fn flags(command: &Command) -> BTreeSet<String> {
@@ -122,6 +143,8 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"passes": 3}), json!({})),
         (json!({"no_pause": true}), json!({})),
         (json!({"pens": [{"match": "red", "lift": 4.0, "fill": "hatch"}, {"match": 2, "passes": 2}]}), json!({})),
+        (json!({"frame": "hull"}), json!({})),
+        (json!({"frame_power": 2.0}), json!({"frame": "box"})),
     ]
     .into()
 }

@@ -1,0 +1,86 @@
+//! `frame`: round what would be drawn or burnt, without a mark.
+
+use clap::Args;
+use magician_program::FrameShape;
+
+use super::engrave::Laser;
+use super::job::Job;
+use super::job::options::{
+    File, FillFlags, LaserFlags, PenMotion, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
+    TextFlags, TidyFlags, frame_power,
+};
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// Go round what a file would draw or burn, with the laser off or the pen up
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician frame photo.png --tool laser --width 60           its box, once
+  magician frame photo.png --tool laser --width 60 --repeat  until Ctrl-C, while you shift the wood
+  magician frame house.svg --tool pen --shape hull           10 mm above the paper
+  magician frame logo.svg --tool laser --shape outline --preview out.svg
+
+It takes the flags of `magician draw` and `magician engrave`: with the same ones it goes round the same place. With the laser (--tool laser, or \
+`magician config set tool laser`) it goes as `magician engrave`, at the height of the work with the laser off; with any other tool as `magician draw`, --lift \
+above the paper.
+
+`box` is the smallest box along the arm's X and Y; `hull` a rubber band round all lines; `outline` the outer contours, where lines less than 4 mm apart count as one \
+shape. Where the corners of the box, or the outline, are out of reach, it goes round the hull and says so.
+
+--frame-power lights the laser on the way, to see its spot: a laser blinds at 5 percent too, so that it needs --yes.")]
+pub(crate) struct Frame {
+    #[command(flatten)]
+    file: File,
+    /// What it follows: box, hull or outline
+    #[arg(long, value_name = "box|hull|outline", default_value = "box", value_parser = str::parse::<FrameShape>)]
+    shape: FrameShape,
+    /// Go round until Ctrl-C
+    #[arg(long, conflicts_with = "loops")]
+    repeat: bool,
+    /// Light the laser on the way with P percent, 5 at most; needs --yes
+    #[arg(long, value_name = "P", value_parser = frame_power)]
+    frame_power: Option<f64>,
+    #[command(flatten)]
+    look: PreviewFlags,
+    #[command(flatten)]
+    beam: LaserFlags,
+    #[command(flatten)]
+    laser: Laser,
+    #[command(flatten)]
+    pen: PenMotion,
+    #[command(flatten)]
+    fill: FillFlags,
+    #[command(flatten)]
+    text: TextFlags,
+    #[command(flatten)]
+    tidy: TidyFlags,
+    #[command(flatten)]
+    place: PlacementOptions,
+    #[command(flatten)]
+    speed: SpeedFlag,
+    #[command(flatten)]
+    way: RunFlags,
+}
+
+impl Frame {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        self.job().run(context)
+    }
+
+    /// What its flags say.
+    pub(super) fn job(self) -> Job {
+        let mut job = Job::new(None, self.file, self.look, &self.place, self.way);
+        self.speed.say(&mut job.options);
+        self.beam.say(&mut job.options);
+        self.laser.say(&mut job.options);
+        self.pen.say(&mut job.options);
+        self.fill.say(&mut job.options);
+        self.text.say(&mut job.options);
+        self.tidy.say(&mut job.options);
+        job.options.frame = Some(self.shape);
+        job.options.frame_power = self.frame_power;
+        job.repeats = self.repeat;
+        job
+    }
+}

@@ -1,0 +1,281 @@
+//! `preset`: flags under a name.
+
+use std::sync::LazyLock;
+
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::{Args, Subcommand};
+use magician_job::presets::{Preset, PresetError, Presets};
+use magician_program::SetupOptions;
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::engrave::Laser;
+use super::job::options::{
+    FillFlags, LaserFlags, MotionFlags, PenMotion, PlacementOptions, ReadingFlags, SpeedFlag,
+    TextFlags, TidyFlags,
+};
+use crate::columns::Columns;
+use crate::context::Context;
+use crate::diagnostics::{self, Severity};
+use crate::failure::Failure;
+
+/// Show or change presets: flags of a pen, a laser, a material, under a name
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  magician preset list
+  magician preset show wood-engrave
+  magician preset save birch --power 5..65 --speed 18 --note \"3 mm birch plywood\"
+  magician engrave photo.png --width 60 --preset birch --yes
+  magician preset remove birch
+
+A flag overrides the preset, which overrides the settings of `magician config`. A preset is a file, NAME.toml in the folder presets beside the file of \
+settings (`magician config path`), whose keys are the names of flags: `travel_speed = 90`, `order = false` for --no-order. A file of the same name as a \
+preset that comes with this program goes before it.
+
+The presets that come with this program were not tried on a real arm: begin with a `magician testgrid` on a piece of the material.")]
+pub(crate) struct Verb {
+    #[command(subcommand)]
+    deed: Deed,
+}
+
+#[derive(Debug, Subcommand)]
+enum Deed {
+    /// List all presets
+    List,
+    /// Print what a preset says
+    Show {
+        /// Name of the preset
+        #[arg(value_parser = PresetName, hide_possible_values = true)]
+        name: String,
+    },
+    /// Save these flags under a name, in the place of what was saved under it
+    Save(Box<Save>),
+    /// Remove the file of a preset
+    Remove {
+        /// Name of the preset
+        #[arg(value_parser = PresetName, hide_possible_values = true)]
+        name: String,
+    },
+}
+
+/// Save these flags under a name, in the place of what was saved under it
+#[derive(Args, Debug)]
+pub(crate) struct Save {
+    /// Name of the preset: letters, digits, - and _
+    name: String,
+    /// What to tell people who use it
+    #[arg(long, value_name = "TEXT")]
+    note: Option<String>,
+    #[command(flatten)]
+    reading: ReadingFlags,
+    #[command(flatten)]
+    beam: LaserFlags,
+    #[command(flatten)]
+    laser: Laser,
+    #[command(flatten)]
+    pen: PenMotion,
+    #[command(flatten)]
+    fill: FillFlags,
+    #[command(flatten)]
+    text: TextFlags,
+    #[command(flatten)]
+    tidy: TidyFlags,
+    #[command(flatten)]
+    place: PlacementOptions,
+    #[command(flatten)]
+    speed: SpeedFlag,
+    #[command(flatten)]
+    motion: MotionFlags,
+}
+
+/// A preset as JSON has it.
+#[derive(Serialize)]
+struct PresetReport {
+    name: String,
+    /// Whether it comes with this program; a file of its name goes before it.
+    shipped: bool,
+    note: Option<String>,
+    path: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    options: Option<Map<String, Value>>,
+    /// What is wrong with its file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    problem: Option<String>,
+}
+
+#[derive(Serialize)]
+struct PresetList {
+    presets: Vec<PresetReport>,
+}
+
+#[derive(Serialize)]
+struct Removed {
+    removed: String,
+    path: String,
+}
+
+impl Verb {
+    pub(crate) fn run(self, context: &mut Context) -> Result<(), Failure> {
+        match self.deed {
+            Deed::List => list(context),
+            Deed::Show { name } => {
+                let preset = load(&name)?;
+                let text = preset.text.clone();
+                context.show(&report(&preset), |out| out.line(text.trim_end()))
+            }
+            Deed::Save(save) => {
+                let options = save.options();
+                let presets = Presets::of_user();
+                let saved = presets.save(&save.name, save.note.as_deref(), &options);
+                let saved = saved.map_err(|error| match error {
+                    PresetError::Unsaid(why) => Failure::usage(why),
+                    error => failure(error),
+                })?;
+                context.show(&report(&saved), |out| match &saved.path {
+                    Some(path) => out.line(format_args!("{}: {}", saved.name, path.display())),
+                    None => Ok(()),
+                })
+            }
+            Deed::Remove { name } => {
+                let path = Presets::of_user().remove(&name).map_err(failure)?;
+                let removed = Removed {
+                    removed: name,
+                    path: path.display().to_string(),
+                };
+                context.show(&removed, |out| {
+                    out.line(format_args!("removed: {}", removed.path))
+                })
+            }
+        }
+    }
+}
+
+impl Save {
+    /// What its flags say.
+    pub(super) fn options(&self) -> SetupOptions {
+        let mut options = SetupOptions::default();
+        self.reading.say(&mut options);
+        self.beam.say(&mut options);
+        self.laser.say(&mut options);
+        self.pen.say(&mut options);
+        self.fill.say(&mut options);
+        self.text.say(&mut options);
+        self.tidy.say(&mut options);
+        self.place.say(&mut options);
+        self.speed.say(&mut options);
+        self.motion.say(&mut options);
+        options
+    }
+}
+
+/// The preset of a name.
+pub(super) fn load(name: &str) -> Result<Preset, Failure> {
+    Presets::of_user().load(name).map_err(failure)
+}
+
+fn failure(error: PresetError) -> Failure {
+    let hint = match &error {
+        PresetError::Homeless => Some("set MAGICIAN_CONFIG to the path of the file of settings"),
+        PresetError::Unknown(..) => Some("`magician preset list` lists them"),
+        PresetError::Shipped(_) => Some("`magician preset save` with the same name goes before it"),
+        _ => None,
+    };
+    let drawn = match &error {
+        PresetError::Broken {
+            path,
+            text,
+            problem,
+        } => {
+            let file = path.display().to_string();
+            Some(diagnostics::draw(
+                problem,
+                Severity::Error,
+                &file,
+                Some(text),
+            ))
+        }
+        _ => None,
+    };
+    let failure = Failure::invalid(error.to_string());
+    let failure = match drawn {
+        Some(drawn) => failure.drawn(drawn),
+        None => failure,
+    };
+    hint.into_iter().fold(failure, Failure::hint)
+}
+
+fn report(preset: &Preset) -> PresetReport {
+    let members = |options: &SetupOptions| match serde_json::to_value(options) {
+        Ok(Value::Object(members)) => members,
+        _ => Map::new(),
+    };
+    let open = members(&SetupOptions::default());
+    let mut options = members(&preset.options);
+    options.retain(|key, value| open.get(key) != Some(value));
+    PresetReport {
+        name: preset.name.clone(),
+        shipped: preset.path.is_none(),
+        note: preset.note.clone(),
+        path: preset.path.as_ref().map(|path| path.display().to_string()),
+        options: Some(options),
+        problem: None,
+    }
+}
+
+fn list(context: &mut Context) -> Result<(), Failure> {
+    let presets = Presets::of_user();
+    let listed = presets
+        .names()
+        .into_iter()
+        .map(|name| match presets.load(&name) {
+            Ok(preset) => PresetReport {
+                options: None,
+                ..report(&preset)
+            },
+            // One that is wrong does not hide the others.
+            Err(error) => PresetReport {
+                shipped: false,
+                note: None,
+                path: None,
+                options: None,
+                problem: Some(error.to_string()),
+                name,
+            },
+        });
+    let list = PresetList {
+        presets: listed.collect(),
+    };
+    context.show(&list, |out| {
+        let mut columns = Columns::default();
+        for preset in &list.presets {
+            let origin = if preset.shipped { "shipped" } else { "file" };
+            let note = preset.problem.as_deref().or(preset.note.as_deref());
+            columns.row([preset.name.as_str(), origin, note.unwrap_or_default()]);
+        }
+        columns.write(out)
+    })
+}
+
+/// The name of a preset; those that are there are completed.
+#[derive(Clone, Debug)]
+pub(crate) struct PresetName;
+
+impl TypedValueParser for PresetName {
+    type Value = String;
+
+    fn parse_ref(
+        &self,
+        command: &clap::Command,
+        arg: Option<&clap::Arg>,
+        value: &std::ffi::OsStr,
+    ) -> Result<String, clap::Error> {
+        clap::builder::StringValueParser::new().parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        static NAMES: LazyLock<Vec<String>> = LazyLock::new(|| Presets::of_user().names());
+        let names = NAMES.iter().map(String::as_str);
+        Some(Box::new(names.map(PossibleValue::new)))
+    }
+}

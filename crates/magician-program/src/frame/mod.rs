@@ -1,0 +1,196 @@
+//! Going round what would be marked, to see where it will lie: the laser stays off, a pen stays up.
+
+mod outline;
+
+use std::fmt;
+use std::str::FromStr;
+
+use magician_host::{Remedy, Setting};
+use magician_motion::Fence;
+
+use crate::artwork::{Marking, PlacedArtwork};
+use crate::reach::hull;
+use crate::setup::{UNSAID, WorkLines, report};
+use crate::{Artwork, Diagnostic, DiagnosticCode, Origin, Plan, Reach, Stroke, Surface, Tool};
+
+/// The arm takes half of the speed of its travels, at power-up (model section 6),
+const RATIO: f32 = 0.5;
+/// and no frame goes faster than this, so that it can be watched, mm/s.
+const FASTEST: f32 = 100.0;
+
+/// What a frame follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum FrameShape {
+    /// The smallest box along the arm's X and Y.
+    #[default]
+    Box,
+    /// The convex hull: a rubber band round all marks.
+    Hull,
+    /// The outer contours. Marks that are close together have one in common.
+    Outline,
+}
+
+/// How a frame is gone round.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub struct Framing {
+    /// What it follows.
+    pub shape: FrameShape,
+    /// Power of the laser on the way, percent, to see its spot: none unless given, and no more than [`MOST_POWER`](Self::MOST_POWER).
+    pub power: Option<f64>,
+}
+
+impl Framing {
+    /// No frame is lit more than this, percent.
+    pub const MOST_POWER: f64 = 5.0;
+
+    /// Of this shape, dark.
+    #[must_use]
+    pub fn of(shape: FrameShape) -> Self {
+        Self { shape, power: None }
+    }
+
+    /// The plan that goes round what another one marks, with its tool: a laser at the height of the marks, any other tool `lift` above
+    /// them. It leads to nothing that the check refuses, where there is a way.
+    pub(crate) fn plan(
+        &self,
+        marked: Plan,
+        pen: &Marking,
+        fence: Option<Fence>,
+    ) -> Result<(Plan, Vec<Diagnostic>), Diagnostic> {
+        let laser = marked.tool == Some(Tool::Laser)
+            || marked.steps.iter().any(|step| step.action.is_of_a_laser());
+        if self.power.is_some() && !laser {
+            let message = "only the laser lights a frame, and this is for another tool";
+            let diagnostic = Diagnostic::of_file(message);
+            return Err(diagnostic.with(Remedy::without(Setting::FramePower)));
+        }
+        let marks = WorkLines::of(&marked, None).map_err(|_| {
+            Diagnostic::of_file("it draws and burns nothing: there is nothing to go round")
+        })?;
+        let surface = marked.surface.unwrap_or(Surface::level(marks.touch));
+        let frame = Frame {
+            marked: &marked,
+            surface,
+            above: if laser { 0.0 } else { pen.lift },
+            marking: Marking {
+                tool: marked.tool.unwrap_or(Tool::Bias(
+                    [UNSAID.x, UNSAID.y, UNSAID.z].map(|side| side as f32),
+                )),
+                power: laser.then(|| self.power.unwrap_or(0.0) as f32),
+                speed: (pen.travel * RATIO).min(FASTEST),
+                ..*pen
+            },
+        };
+        let lines = marks.artwork;
+        let points: Vec<[f64; 2]> = lines
+            .strokes
+            .iter()
+            .flat_map(|stroke| stroke.points.iter().copied())
+            .collect();
+        let round = || vec![closed(hull(&points))];
+        let (rings, what) = match self.shape {
+            FrameShape::Box => (vec![closed(corners(&lines))], "the corners of its box are"),
+            FrameShape::Outline => (outline::of(&lines), "its outline is"),
+            FrameShape::Hull => return Ok((frame.plan(round()), Vec::new())),
+        };
+        let plan = frame.plan(rings);
+        if report(&plan, fence).is_good() {
+            return Ok((plan, Vec::new()));
+        }
+        let message = format!("{what} out of reach: the frame is the convex hull");
+        let note = Diagnostic::of_file(message).coded(DiagnosticCode::Placed);
+        Ok((frame.plan(round()), vec![note]))
+    }
+}
+
+/// What a frame is of.
+struct Frame<'a> {
+    marked: &'a Plan,
+    surface: Surface,
+    /// How far above the surface.
+    above: f64,
+    marking: Marking,
+}
+
+impl Frame<'_> {
+    fn plan(&self, rings: Vec<Vec<[f64; 2]>>) -> Plan {
+        let at = Surface {
+            height: self.surface.height + self.above,
+            ..self.surface
+        };
+        let reach = Reach::new(self.marking.tool.bias(), at, self.marking.lift);
+        let strokes = rings.into_iter().map(|ring| {
+            let points = round_the_base(&ring, &reach);
+            Stroke::new(points, Origin::NONE)
+        });
+        let mut artwork = Artwork {
+            title: self.marked.title.clone(),
+            strokes: strokes.collect(),
+            ..Artwork::default()
+        };
+        artwork.put_in_order(&crate::artwork::Order::default());
+        let placed = PlacedArtwork::at(artwork, at);
+        Plan {
+            tool: self.marked.tool,
+            surface: Some(self.surface),
+            ..placed.plan(&self.marking)
+        }
+    }
+}
+
+/// The corners of the box of some lines, the lower left one first.
+fn corners(lines: &Artwork) -> Vec<[f64; 2]> {
+    let [[left, low], [right, high]] = lines.bounds().unwrap_or_default();
+    let mut corners = vec![[left, low], [right, low], [right, high], [left, high]];
+    corners.dedup();
+    corners
+}
+
+/// Ends where it begins.
+fn closed(mut corners: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    corners.extend(corners.first().copied().filter(|_| corners.len() > 1));
+    corners
+}
+
+/// The same way, and round the base where an edge leads too near to it.
+fn round_the_base(ring: &[[f64; 2]], reach: &Reach) -> Vec<[f64; 2]> {
+    let mut round: Vec<[f64; 2]> = Vec::with_capacity(ring.len());
+    for &to in ring {
+        if let Some(&from) = round.last()
+            && !reach.leads(from, to, 0.0)
+        {
+            round.extend(reach.round_base(from, to, 0.0).unwrap_or_default());
+        }
+        round.push(to);
+    }
+    round
+}
+
+impl FrameShape {
+    const ALL: [Self; 3] = [Self::Box, Self::Hull, Self::Outline];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Box => "box",
+            Self::Hull => "hull",
+            Self::Outline => "outline",
+        }
+    }
+}
+
+impl fmt::Display for FrameShape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for FrameShape {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = Self::ALL.into_iter().find(|shape| shape.name() == text);
+        known.ok_or_else(|| format!("a frame is a box, a hull or an outline, not '{text}'"))
+    }
+}

@@ -1,0 +1,168 @@
+//! The outer contours of lines.
+
+use super::{closed, hull};
+use crate::Artwork;
+use crate::raster::{Raster, Size, Trace};
+
+/// Gaps between marks are closed that are narrower than twice this, mm,
+const CLOSED: f64 = 2.0;
+/// which is so many pixels,
+const RADIUS: usize = 4;
+/// and more for what is large: no side has more of them.
+const MOST_SIDE: f64 = 1500.0;
+
+/// The outer contours of some lines. Contours are as exact as half a millimetre, for what is not larger than the arm reaches.
+pub(super) fn of(lines: &Artwork) -> Vec<Vec<[f64; 2]>> {
+    let [least, most] = lines.bounds().unwrap_or_default();
+    let side = f64::max(most[0] - least[0], most[1] - least[1]);
+    let pixel = (CLOSED / RADIUS as f64).max(side / MOST_SIDE);
+    // Room for what is drawn wider at the edges.
+    let room = pixel * (RADIUS + 2) as f64;
+    let corner = least.map(|at| at - room);
+    let pixels =
+        |axis: usize| ((most[axis] - least[axis] + 2.0 * room) / pixel).ceil() as usize + 1;
+    let mut image = Bitmap::new(pixels(0), pixels(1));
+    for stroke in &lines.strokes {
+        let place = |[x, y]: [f64; 2]| [(x - corner[0]) / pixel, (y - corner[1]) / pixel];
+        let mut from = None;
+        for point in stroke.points.iter().map(|point| place(*point)) {
+            image.line(from.unwrap_or(point), point);
+            from = Some(point);
+        }
+    }
+    let closing = image.grown(true).grown(false);
+    let traced = closing.raster().outlines(&Trace {
+        size: Size::Pixel(pixel),
+        tolerance: pixel,
+        smallest: 0.0,
+        ..Trace::default()
+    });
+    let contours = traced.map(|traced| traced.strokes).unwrap_or_default();
+    // Dark is on the right of a contour: those that go round what is light are holes.
+    let outer = contours
+        .into_iter()
+        .filter(|stroke| area(&stroke.points) < 0.0);
+    let outer: Vec<_> = outer
+        .map(|stroke| {
+            let points = stroke.points.iter();
+            points
+                .map(|[x, y]| [x + corner[0], y + corner[1]])
+                .collect()
+        })
+        .collect();
+    if outer.is_empty() {
+        let points: Vec<_> = lines
+            .strokes
+            .iter()
+            .flat_map(|stroke| &stroke.points)
+            .copied()
+            .collect();
+        return vec![closed(hull(&points))];
+    }
+    outer
+}
+
+/// Twice the area that a ring goes round, counter-clockwise above 0.
+fn area(ring: &[[f64; 2]]) -> f64 {
+    let pairs = ring.iter().zip(ring.iter().skip(1));
+    pairs
+        .map(|([x, y], [to_x, to_y])| x * to_y - to_x * y)
+        .sum()
+}
+
+/// Pixels that are marked or not, row by row from below.
+struct Bitmap {
+    width: usize,
+    height: usize,
+    marked: Vec<bool>,
+}
+
+impl Bitmap {
+    fn new(width: usize, height: usize) -> Self {
+        Self {
+            width,
+            height,
+            marked: vec![false; width * height],
+        }
+    }
+
+    /// Marks what a line goes over.
+    fn line(&mut self, from: [f64; 2], to: [f64; 2]) {
+        let way = libm::hypot(to[0] - from[0], to[1] - from[1]);
+        let count = (2.0 * way).ceil().max(1.0);
+        for nth in 0..=count as usize {
+            let share = nth as f64 / count;
+            let [x, y] = [0, 1].map(|axis| from[axis] + share * (to[axis] - from[axis]));
+            let (x, y) = (x as usize, y as usize);
+            if x < self.width
+                && let Some(pixel) = self.marked.get_mut(y * self.width + x)
+            {
+                *pixel = true;
+            }
+        }
+    }
+
+    /// What is marked grows by the radius into what is not, or the other way round.
+    fn grown(&self, marked: bool) -> Self {
+        let radius = RADIUS as isize;
+        let disc: Vec<[isize; 2]> = (-radius..=radius)
+            .flat_map(|y| (-radius..=radius).map(move |x| [x, y]))
+            .filter(|[x, y]| x * x + y * y <= radius * radius)
+            .collect();
+        let mut grown = Self {
+            width: self.width,
+            height: self.height,
+            marked: self.marked.clone(),
+        };
+        for (at, _) in self
+            .marked
+            .iter()
+            .enumerate()
+            .filter(|(_, is)| **is == marked)
+        {
+            let (x, y) = (at % self.width, at / self.width);
+            if self.is_within(x, y, marked) {
+                continue;
+            }
+            for [dx, dy] in &disc {
+                let (Some(x), Some(y)) = (x.checked_add_signed(*dx), y.checked_add_signed(*dy))
+                else {
+                    continue;
+                };
+                if x < self.width
+                    && let Some(pixel) = grown.marked.get_mut(y * self.width + x)
+                {
+                    *pixel = marked;
+                }
+            }
+        }
+        grown
+    }
+
+    /// Whether its neighbours are as it is: it has nowhere to grow that they do not.
+    fn is_within(&self, x: usize, y: usize, marked: bool) -> bool {
+        let same = |x: Option<usize>, y: Option<usize>| {
+            let (Some(x), Some(y)) = (x.filter(|x| *x < self.width), y) else {
+                return true;
+            };
+            self.marked
+                .get(y * self.width + x)
+                .is_none_or(|is| *is == marked)
+        };
+        same(x.checked_sub(1), Some(y))
+            && same(Some(x + 1), Some(y))
+            && same(Some(x), y.checked_sub(1))
+            && same(Some(x), Some(y + 1))
+    }
+
+    /// As an image, from the top.
+    fn raster(&self) -> Raster {
+        let rows = self.marked.chunks(self.width).rev().flatten();
+        Raster {
+            width: self.width,
+            height: self.height,
+            grey: rows.map(|marked| if *marked { 0 } else { 255 }).collect(),
+            ..Raster::default()
+        }
+    }
+}

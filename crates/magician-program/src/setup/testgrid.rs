@@ -1,0 +1,118 @@
+//! A test grid before the arm: each cell is an image that is engraved with a power and a speed of its own.
+
+use magician_host::{Remedy, Setting};
+
+use super::{Laid, Setup, Work};
+use crate::artwork::{Marking, PlacedArtwork};
+use crate::raster::{Engrave, Grid};
+use crate::testgrid::{TestCell, TestGrid};
+use crate::{Artwork, Diagnostic, Origin, Plan, Raster, Stroke, Surface, Tool};
+
+impl Setup {
+    pub(super) fn test_grid(&self, wanted: &TestGrid) -> Result<Laid, Diagnostic> {
+        self.says_no_values()?;
+        let options = &wanted.options;
+        let usual = match &self.work {
+            Work::Engrave(engrave) => engrave.clone(),
+            _ => Engrave::default(),
+        };
+        let fastest = Engrave {
+            spacing: options.spacing,
+            speed: options.fastest(),
+            power: [options.weakest(); 2],
+            tone: crate::raster::Tone::Grey,
+            gamma: 1.0,
+            invert: false,
+            ..usual
+        };
+        let surface = self.needed_surface()?;
+        let tool = self.tool_for(Tool::Laser);
+        let size = wanted.size.map(|side| side * self.placement.scale);
+        let grid = self.grid(size, &fastest, tool)?;
+        let scale = grid.size()[0] / wanted.size[0];
+        let mut plan = labels(wanted, &grid, surface, &fastest, tool);
+        for cell in wanted.cells() {
+            let name = format!("{} % at {} mm/s", cell.power, cell.speed);
+            let origin = Origin::NONE.named(plan.name(name));
+            let burnt = burnt(wanted, &cell, &grid, surface, &fastest)?;
+            for mut step in burnt.steps {
+                step.origin = origin;
+                plan.steps.push(step);
+            }
+        }
+        Ok(Laid {
+            plan: self.pushed(plan)?,
+            scale,
+            misfit: None,
+        })
+    }
+
+    /// Its powers and speeds are those of the grid.
+    fn says_no_values(&self) -> Result<(), Diagnostic> {
+        let said = [
+            (Setting::Power, self.power.is_some()),
+            (Setting::Speed, self.speed.is_some()),
+        ];
+        let Some((setting, _)) = said.into_iter().find(|(_, said)| *said) else {
+            return Ok(());
+        };
+        let message = format!("a test grid has a {setting} of its own in each cell");
+        Err(Diagnostic::of_file(message).with(Remedy::without(setting)))
+    }
+}
+
+/// The labels, with the weakest power at the highest speed.
+fn labels(wanted: &TestGrid, grid: &Grid, surface: Surface, engrave: &Engrave, tool: Tool) -> Plan {
+    let strokes = wanted.labels.iter().map(|line| {
+        let points = line.iter().map(|point| on(wanted, grid, *point));
+        Stroke::new(points.collect(), Origin::NONE)
+    });
+    let artwork = Artwork {
+        title: wanted.title.clone(),
+        strokes: strokes.collect(),
+        ..Artwork::default()
+    };
+    let marking = Marking {
+        tool,
+        speed: engrave.speed as f32,
+        acceleration: engrave.acceleration as f32,
+        travel: engrave.travel as f32,
+        lift: engrave.lift,
+        ..Marking::laser(engrave.power[1] as f32)
+    };
+    PlacedArtwork::at(artwork, surface).plan(&marking)
+}
+
+/// A cell, as an image of one black pixel.
+fn burnt(
+    wanted: &TestGrid,
+    cell: &TestCell,
+    grid: &Grid,
+    surface: Surface,
+    usual: &Engrave,
+) -> Result<Plan, Diagnostic> {
+    let side = wanted.options.cell;
+    let shares = [side / wanted.size[0], side / wanted.size[1]];
+    let place = Grid {
+        origin: on(wanted, grid, cell.corner),
+        across: grid.across.map(|way| way * shares[0]),
+        down: grid.down.map(|way| way * shares[1]),
+    };
+    let engrave = Engrave {
+        power: [cell.power; 2],
+        speed: cell.speed,
+        ..usual.clone()
+    };
+    let black = Raster {
+        width: 1,
+        height: 1,
+        grey: vec![0],
+        ..Raster::default()
+    };
+    black.plan(&place, surface, &engrave)
+}
+
+/// Where a point of a grid lies.
+fn on(wanted: &TestGrid, grid: &Grid, [right, down]: [f64; 2]) -> [f64; 2] {
+    grid.at([right / wanted.size[0], down / wanted.size[1]])
+}
