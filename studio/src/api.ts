@@ -74,6 +74,7 @@ export type Job = {
   holder: Holder | null;
   part: number | null;
   reason: string | null;
+  text: string | null;
   error: {
     message: string;
   } | null;

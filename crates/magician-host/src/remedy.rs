@@ -193,6 +193,14 @@ named! {
         Fill = "fill",
         /// Distance of the lines that fill a shape, mm.
         FillSpacing = "fill_spacing",
+        /// The parts that are drawn.
+        Only = "only",
+        /// What the parts of a drawing are.
+        Parts = "parts",
+        /// How often each part is drawn.
+        Passes = "passes",
+        /// The pens of the parts.
+        Pens = "pens",
         /// The font of text.
         Font = "font",
         /// How strong the laser is on a frame, percent.

@@ -1,7 +1,7 @@
 //! The handle of a running job.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tokio::sync::{broadcast, mpsc, oneshot, watch};
 
@@ -45,6 +45,8 @@ pub(crate) struct Shared {
     /// What has been told before anybody asked for it.
     first: Mutex<Option<broadcast::Receiver<JobEvent>>>,
     finished: Arc<AtomicU64>,
+    /// What the person is told who is waited for.
+    pause_text: Mutex<Option<Arc<str>>>,
     /// Whether nothing moves any more after a stop.
     pub(crate) halted: AtomicBool,
     name: String,
@@ -60,6 +62,17 @@ impl Shared {
     pub(crate) fn enter(&self, state: JobState) {
         self.state.send_replace(state);
         self.tell(JobEvent::State(state));
+    }
+
+    /// It is paused, and the person is told this.
+    pub(crate) fn enter_pause(&self, state: JobState, text: Option<Arc<str>>) {
+        *self.pause_text() = text;
+        self.enter(state);
+    }
+
+    fn pause_text(&self) -> MutexGuard<'_, Option<Arc<str>>> {
+        let text = self.pause_text.lock();
+        text.unwrap_or_else(PoisonError::into_inner)
     }
 
     pub(crate) fn state(&self) -> JobState {
@@ -125,6 +138,7 @@ impl JobHandle {
             events,
             first: Mutex::new(Some(first)),
             finished: Arc::default(),
+            pause_text: Mutex::default(),
             halted: AtomicBool::new(false),
             name,
             origin,
@@ -153,6 +167,14 @@ impl JobHandle {
     #[must_use]
     pub fn state(&self) -> JobState {
         self.0.shared.state()
+    }
+
+    /// What the person is told for whom it pauses; nothing at a pause that was asked for, and while it is not paused.
+    #[must_use]
+    pub fn pause_text(&self) -> Option<Arc<str>> {
+        let shared = &self.0.shared;
+        let text = shared.pause_text().clone();
+        text.filter(|_| matches!(shared.state(), JobState::Paused { .. }))
     }
 
     /// How far it is at present.

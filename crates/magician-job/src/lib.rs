@@ -63,6 +63,8 @@ mod handle;
 pub mod jog;
 mod journal;
 mod observed;
+#[cfg(feature = "settings")]
+pub mod pens;
 mod polled;
 #[cfg(feature = "settings")]
 pub mod presets;

@@ -183,7 +183,10 @@ pub(crate) async fn check_in_turns(plan: &Plan, start: &Preflight, turns: &impl 
             if let Some(count) = counts.get_mut(step.action.kind()) {
                 *count += 1;
             }
-            if let Err(error) = course.follow(at, &step.action.command()) {
+            let Some(command) = step.action.command() else {
+                continue;
+            };
+            if let Err(error) = course.follow(at, &command) {
                 course.refuse(plan, at, error);
             }
         }

@@ -175,6 +175,7 @@ fn word(action: &Action) -> &'static str {
         Action::Wait(_) => "wait",
         Action::Home => "home",
         Action::Command(command) => command.row().set_name,
+        Action::Part(_) | Action::Pause(_) => action.name(),
     }
 }
 

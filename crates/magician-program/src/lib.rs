@@ -89,16 +89,23 @@ pub use frame::{FrameShape, Framing};
 pub use lettering::{Align, BundledFont, FontChoice, FontKind, TextOptions};
 pub use options::{
     AskedOption, Begins, Begun, FileRead, FileToLay, Grid, LaidFile, LaidProgram, Laying,
-    ModeOption, OptionError, Reading, SetupDefaults, SetupOptions, UnknownStart, WorkOption,
+    ModeOption, OptionError, PenMatch, PenOptions, Reading, SetupDefaults, SetupOptions,
+    UnknownStart, WorkOption,
 };
 pub use origin::{Lines, Origin};
-pub use plan::{Action, Continuation, Grip, PLAN_SCHEMA, Pallet, Plan, Step, Tool, Travel};
+pub use plan::{
+    Action, Color, Continuation, Grip, PLAN_SCHEMA, Pallet, Part, Pause, PauseCause, Plan, Step,
+    Tool, Travel,
+};
 pub use power::Power;
-pub use program::{Program, RemainingProgram, Timetable};
+pub use program::{Program, RemainingProgram, StepNumbering, Timetable};
 pub use raster::Raster;
 pub use reach::{Fit, Reach, SheetTransform};
 pub use recording::{CaptureMode, PoseReading, Recording};
-pub use setup::{AppliedPlacement, Frame, Placement, Prepared, Setup, Work, tip};
+pub use setup::{
+    AppliedPlacement, Frame, PartMatch, PartMode, PartRule, PartSummary, Placement, Prepared,
+    Setup, Work, tip,
+};
 pub use surface::Surface;
 pub use testgrid::{Series, TestCell, TestGrid, TestGridOptions};
 

@@ -321,7 +321,7 @@ mod tests {
         let circumference = 30.0 * std::f64::consts::TAU;
         assert!((recording.length() - circumference).abs() < 0.5);
         let speed = plan.steps[1].action.command();
-        assert_eq!(speed, words::path_speed(18.8, 75.2));
+        assert_eq!(speed, Some(words::path_speed(18.8, 75.2)));
     }
 
     #[test]

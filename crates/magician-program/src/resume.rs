@@ -8,6 +8,8 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
+use crate::program::StepNumbering;
+
 /// As many pairs are remembered: more than any queue is long.
 const REMEMBERED: usize = 256;
 
@@ -27,6 +29,11 @@ pub struct StepCounter {
     inserted: VecDeque<u64>,
     /// Those of them that are remembered no more.
     forgotten: u64,
+    /// Which steps have no command, and the commands of those before the first.
+    numbering: StepNumbering,
+    before: u64,
+    /// The first step.
+    from: u64,
 }
 
 /// A number of steps that is known within bounds.
@@ -50,6 +57,31 @@ impl StepCounter {
             rest: None,
             inserted: VecDeque::new(),
             forgotten: 0,
+            numbering: StepNumbering::default(),
+            before: 0,
+            from: 0,
+        }
+    }
+
+    /// The same of a program whose steps do not all have a command, from this step of it on.
+    #[must_use]
+    pub(crate) fn numbered(self, numbering: StepNumbering, from: u64) -> Self {
+        Self {
+            before: numbering.commands(from),
+            numbering,
+            from,
+            ..self
+        }
+    }
+
+    /// The steps up to the last of so many commands.
+    fn steps(&self, commands: u64) -> u64 {
+        match commands.saturating_sub(self.lead) {
+            0 => 0,
+            commands => {
+                let steps = self.numbering.steps(self.before.saturating_add(commands));
+                steps.saturating_sub(self.from)
+            }
         }
     }
 
@@ -118,8 +150,8 @@ impl StepCounter {
     pub fn finished(&self, current: u64) -> StepRange {
         let StepRange { least, most } = self.commands(current);
         StepRange {
-            least: least.saturating_sub(self.lead),
-            most: most.saturating_sub(self.lead),
+            least: self.steps(least),
+            most: self.steps(most),
         }
     }
 
@@ -179,7 +211,7 @@ impl StepCounter {
     #[must_use]
     pub fn last(&self) -> Option<(u64, u64)> {
         let (index, commands) = self.pairs.back()?;
-        Some((*index, self.of_plan(*commands).saturating_sub(self.lead)))
+        Some((*index, self.steps(self.of_plan(*commands))))
     }
 }
 
@@ -262,11 +294,13 @@ impl Checkpoint {
     }
 
     /// Where to go on, when nothing of the run waits in the arm's queue any more. `seen` is what the arm says, if it can be
-    /// asked. `stands_after` tells whether the arm stands where so many steps leave it; `None` if that is not known.
+    /// asked. `stands_after` tells whether the arm stands where so many steps leave it; `None` if that is not known. The arm counts
+    /// commands, of which not all steps have one (`numbering`).
     #[must_use]
     pub fn resume_point(
         &self,
         seen: Option<ObservedProgress>,
+        numbering: &StepNumbering,
         stands_after: impl FnOnce(u64) -> Option<bool>,
     ) -> ResumePoint {
         let all = StepRange {
@@ -279,6 +313,39 @@ impl Checkpoint {
             Some(RunEnd::Doubt) => return doubt(all),
             None => {}
         }
+        // A pause or the beginning of a part behind the last command that was finished may be done already.
+        let after = |commands: u64| numbering.steps(commands).max(self.finished);
+        let counted = Self {
+            finished: numbering.commands(self.finished),
+            handed: numbering.commands(self.handed),
+            index: self
+                .index
+                .map(|(index, steps)| (index, numbering.commands(steps))),
+            ..self.clone()
+        };
+        match counted.point_in_commands(seen, |commands| stands_after(after(commands))) {
+            ResumePoint::After(commands) => ResumePoint::After(after(commands)),
+            ResumePoint::Again(commands) => {
+                let next = numbering.steps(commands.saturating_add(1));
+                ResumePoint::Again(next.saturating_sub(1).max(self.finished))
+            }
+            ResumePoint::Doubt(StepRange { least, most }) => ResumePoint::Doubt(StepRange {
+                least: after(least),
+                most: after(most),
+            }),
+        }
+    }
+
+    /// The same, all of it in commands.
+    fn point_in_commands(
+        &self,
+        seen: Option<ObservedProgress>,
+        stands_after: impl FnOnce(u64) -> Option<bool>,
+    ) -> ResumePoint {
+        let all = StepRange {
+            least: self.finished,
+            most: self.handed.max(self.finished),
+        };
         let (seen, (index, steps)) = match (seen, self.index) {
             (Some(seen), Some(index)) => (seen, index),
             (Some(seen), None) => return doubt(self.since_rest(seen).unwrap_or(all)),
@@ -468,20 +535,20 @@ mod tests {
     #[test]
     fn a_run_that_was_killed_is_asked_of_the_arm() {
         assert_eq!(
-            checkpoint().resume_point(at(160), |_| Some(true)),
+            checkpoint().resume_point(at(160), &StepNumbering::default(), |_| Some(true)),
             ResumePoint::After(60)
         );
         assert_eq!(
-            checkpoint().resume_point(at(145), |_| Some(true)),
+            checkpoint().resume_point(at(145), &StepNumbering::default(), |_| Some(true)),
             ResumePoint::After(45)
         );
         assert_eq!(
-            checkpoint().resume_point(at(160), |_| None),
+            checkpoint().resume_point(at(160), &StepNumbering::default(), |_| None),
             ResumePoint::After(60)
         );
         // The arm was stopped meanwhile.
         assert_eq!(
-            checkpoint().resume_point(at(160), |_| Some(false)),
+            checkpoint().resume_point(at(160), &StepNumbering::default(), |_| Some(false)),
             ResumePoint::Again(59)
         );
     }
@@ -498,7 +565,7 @@ mod tests {
         });
         for seen in [None, reset, at(3), at(139), at(201)] {
             assert_eq!(
-                checkpoint().resume_point(seen, |_| Some(true)),
+                checkpoint().resume_point(seen, &StepNumbering::default(), |_| Some(true)),
                 all,
                 "{seen:?}"
             );
@@ -511,11 +578,20 @@ mod tests {
             least: 50,
             most: 53,
         });
-        assert_eq!(mixed.resume_point(at(153), |_| Some(true)), few);
+        assert_eq!(
+            mixed.resume_point(at(153), &StepNumbering::default(), |_| Some(true)),
+            few
+        );
         let fresh = Checkpoint::new("pen", Some(200), false);
-        assert_eq!(fresh.resume_point(None, |_| None), ResumePoint::After(0));
+        assert_eq!(
+            fresh.resume_point(None, &StepNumbering::default(), |_| None),
+            ResumePoint::After(0)
+        );
         let begun = Checkpoint { handed: 1, ..fresh };
-        assert_eq!(begun.resume_point(None, |_| None), ResumePoint::Again(0));
+        assert_eq!(
+            begun.resume_point(None, &StepNumbering::default(), |_| None),
+            ResumePoint::Again(0)
+        );
     }
 
     #[test]
@@ -526,8 +602,9 @@ mod tests {
             rest: Some(7),
             ..Checkpoint::new("pen", Some(200), false)
         };
-        let told =
-            |checkpoint: &Checkpoint, current| checkpoint.resume_point(at(current), |_| Some(true));
+        let told = |checkpoint: &Checkpoint, current| {
+            checkpoint.resume_point(at(current), &StepNumbering::default(), |_| Some(true))
+        };
         assert_eq!(
             told(&checkpoint, 7),
             ResumePoint::After(0),
@@ -565,7 +642,7 @@ mod tests {
         ] {
             let checkpoint = checkpoint().ended(resume_point);
             assert_eq!(
-                checkpoint.resume_point(at(7), |_| Some(false)),
+                checkpoint.resume_point(at(7), &StepNumbering::default(), |_| Some(false)),
                 resume_point
             );
             let text = serde_json::to_string(&checkpoint).expect("it can be written");

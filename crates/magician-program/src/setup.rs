@@ -53,6 +53,16 @@ pub struct Setup {
     pub power: Option<Power>,
     /// Full power, by default.
     pub default_power: Option<Power>,
+    /// What the parts of a drawing are, if that was said.
+    pub parts: Option<PartMode>,
+    /// The parts that are drawn: by name, colour or number; all of them if it is empty.
+    pub only: Vec<String>,
+    /// How often each part is drawn, once unless given.
+    pub passes: Option<u32>,
+    /// The pens of the parts; the first that is for a part counts.
+    pub pens: Vec<PartRule>,
+    /// Whether it never waits for a person.
+    pub no_pause: bool,
     /// The fence of the arm: what is made to fit keeps to it.
     pub fence: Option<Fence>,
     /// Going round what would be marked, instead of marking it.
@@ -62,6 +72,8 @@ pub struct Setup {
 mod drawing;
 mod fitting;
 mod image;
+mod list;
+mod parts;
 mod placed;
 mod testgrid;
 mod work_lines;
@@ -69,6 +81,9 @@ mod work_lines;
 use fitting::PlacedPlan;
 pub(crate) use fitting::report;
 pub use fitting::{AppliedPlacement, Prepared};
+pub use list::PartSummary;
+pub(crate) use parts::MOST_PASSES;
+pub use parts::{PartMatch, PartMode, PartRule};
 pub use placed::Frame;
 pub(crate) use work_lines::WorkLines;
 
@@ -156,6 +171,11 @@ impl Default for Setup {
             filling: Filling::default(),
             power: None,
             default_power: None,
+            parts: None,
+            only: Vec::new(),
+            passes: None,
+            pens: Vec::new(),
+            no_pause: false,
             fence: None,
             framing: None,
         }
@@ -192,6 +212,13 @@ impl Setup {
             },
             Content::TestGrid(grid) => self.test_grid(grid)?,
         };
+        let mut plan = match content {
+            Content::Artwork(_) => plan,
+            _ => self.with_passes(plan, format == Format::Gcode)?,
+        };
+        if self.no_pause {
+            plan.without_pauses();
+        }
         if self.power.is_some() && !plan.burns() {
             let what = "nothing burns here: the given power has no effect";
             notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::Power));

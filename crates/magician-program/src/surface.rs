@@ -24,6 +24,15 @@ impl Surface {
         }
     }
 
+    /// The same so much higher, mm.
+    #[must_use]
+    pub fn raised(self, by: f64) -> Self {
+        Self {
+            height: self.height + by,
+            ..self
+        }
+    }
+
     /// Its height at a point, mm.
     #[must_use]
     pub fn at(&self, [x, y]: [f64; 2]) -> f64 {

@@ -7,7 +7,7 @@
 
 use std::borrow::Cow;
 use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use magician_host::{Act, Action as Deed, Given, Remedy, Setting};
 use magician_motion::{Cuboid, Fence};
@@ -16,9 +16,9 @@ use magician_protocol::{MAX_PARAMS, Set, Writer};
 use crate::artwork::Sheet;
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
 use crate::{
-    Action, AppliedPlacement, Begins, Diagnostic, DiagnosticCode, FileToLay, Format, LaidProgram,
-    Laying, Missing, Origin, Plan, Power, Program, SetupDefaults, SetupOptions, Step, Surface,
-    Tool, WorkOption, WouldFit,
+    Action, AppliedPlacement, Begins, Color, Diagnostic, DiagnosticCode, FileToLay, Format,
+    LaidProgram, Laying, Missing, Origin, Part, Pause, PauseCause, Plan, Power, Program,
+    SetupDefaults, SetupOptions, Step, Surface, Tool, WorkOption, WouldFit,
 };
 
 /// What came of laying a file.
@@ -213,6 +213,7 @@ impl Head {
             iterations,
             stays,
             leading,
+            ..
         } = program;
         let Plan {
             title,
@@ -248,11 +249,9 @@ impl Head {
         };
         LaidProgram {
             program: Program {
-                plan: Arc::new(plan),
-                settings: self.settings,
-                iterations: self.iterations,
                 stays: self.stays,
                 leading: self.leading,
+                ..Program::new(plan, self.iterations).with_settings(self.settings)
             },
             start: self.start,
             notes: self.notes,
@@ -485,6 +484,8 @@ fields! {
     Surface { height, slope }
     Origin { line, column, length, name }
     Step { action, origin, feed, follows_speed }
+    Part { n, name, color, pass }
+    Pause { text, cause }
     Head {
         title, tool, surface, names, settings, iterations, stays, leading, start, notes, placed, misfit, would_fit,
     }
@@ -496,6 +497,16 @@ fields! {
     Cuboid { min, max }
     SetupDefaults {
         tool, sheet, surface, draw_speed, draw_travel_speed, draw_lift, engrave_speed, engrave_power, park,
+    }
+}
+
+impl Wire for Color {
+    fn put(&self, out: &mut Vec<u8>) {
+        self.0.put(out);
+    }
+
+    fn take(input: &mut Input<'_>) -> Option<Self> {
+        Wire::take(input).map(Self)
     }
 }
 
@@ -608,7 +619,12 @@ macro_rules! named {
         }
     )*};
 }
-named!(Format, DiagnosticCode, Deed, Setting);
+named!(PauseCause, Format, DiagnosticCode, Deed, Setting);
+
+/// More parameters than any command has, and what stands before it then: a step that sends nothing.
+const SILENT: u8 = u8::MAX;
+const PART: u8 = 0;
+const PAUSE: u8 = 1;
 
 impl Wire for Set {
     const LEAST: usize = 2;
@@ -629,16 +645,40 @@ impl Wire for Set {
     }
 }
 
-/// An action is its command, which it is made of again to the last bit.
+/// An action is its command, which it is made of again to the last bit; what has none is marked.
 impl Wire for Action {
     const LEAST: usize = Set::LEAST;
 
     fn put(&self, out: &mut Vec<u8>) {
-        self.command().put(out);
+        match self {
+            Self::Part(part) => {
+                out.extend([PART, SILENT]);
+                part.put(out);
+            }
+            Self::Pause(pause) => {
+                out.extend([PAUSE, SILENT]);
+                pause.put(out);
+            }
+            _ => {
+                if let Some(command) = self.command() {
+                    command.put(out);
+                }
+            }
+        }
     }
 
     fn take(input: &mut Input<'_>) -> Option<Self> {
-        Set::take(input).map(Self::from)
+        match *input.0 {
+            [PART, SILENT, ref rest @ ..] => {
+                input.0 = rest;
+                Wire::take(input).map(Box::new).map(Self::Part)
+            }
+            [PAUSE, SILENT, ref rest @ ..] => {
+                input.0 = rest;
+                Wire::take(input).map(Box::new).map(Self::Pause)
+            }
+            _ => Set::take(input).map(Self::from),
+        }
     }
 }
 

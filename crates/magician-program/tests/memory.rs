@@ -30,10 +30,7 @@ fn a_large_drawing_is_fitted_and_checked_in_few_bytes_for_each_point() {
             let radius = 1.0 + f64::from(at) * 0.01;
             [x + radius * cos, y + radius * sin]
         });
-        Stroke {
-            points: points.collect(),
-            origin: Origin::NONE,
-        }
+        Stroke::new(points.collect(), Origin::NONE)
     };
     let artwork = Artwork {
         strokes: (0..STROKES).map(stroke).collect(),

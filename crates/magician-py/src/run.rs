@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use magician::{Action, Error, ErrorCode};
 use magician_job::{
-    Done, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JournalError,
+    Done, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JobState,
+    JournalError,
     NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings, SpeedError,
     Start as StartsWhere,
 };
@@ -193,6 +194,35 @@ impl Job {
     fn pause(&self, py: Python<'_>) -> PyResult<Call> {
         let pause = self.inner.get(py)?.handle.pause(PauseReason::Person);
         Ok(Call::plain(async move { paused(pause.await) }))
+    }
+
+    /// Waits until it is paused, or over: what the person is told then, if it pauses because the plan says so.
+    fn paused(&self, py: Python<'_>) -> PyResult<Call> {
+        let handle = self.inner.get(py)?.handle.clone();
+        let wait = async move {
+            let mut events = handle.events();
+            loop {
+                match handle.state() {
+                    JobState::Paused { .. } => {
+                        let text = handle.pause_text().map(|text| text.to_string());
+                        return Ok::<_, Error>(Some(text.unwrap_or_default()));
+                    }
+                    JobState::Ended => return Ok(None),
+                    _ => drop(events.next().await),
+                }
+            }
+        };
+        Ok(Call::waiting(wait))
+    }
+
+    /// Why it is paused, and what the person is told.
+    fn pause_reason(&self, py: Python<'_>) -> PyResult<Option<(&'static str, Option<u64>, Option<String>)>> {
+        let handle = &self.inner.get(py)?.handle;
+        let JobState::Paused { reason, part } = handle.state() else {
+            return Ok(None);
+        };
+        let text = handle.pause_text().map(|text| text.to_string());
+        Ok(Some((reason.name(), part, text)))
     }
 
     /// Goes on with it.

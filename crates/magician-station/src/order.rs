@@ -370,8 +370,8 @@ pub enum JobNews {
     },
     /// It begins behind so many steps, over all loops.
     Starts(u64),
-    /// It does something else now.
-    State(JobState),
+    /// It does something else now; with what a person is told for whom it pauses.
+    State(JobState, Option<String>),
     /// How far it is.
     Progress(JobProgress),
     /// It is over.

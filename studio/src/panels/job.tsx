@@ -64,7 +64,7 @@ export function JobCard() {
           ) : null}
         </div>
       </div>
-      {job.reason === "part" || job.reason === "program" ? <p class="hint">{t(`job.reason.${job.reason}`)}</p> : null}
+      {job.reason === "part" || job.reason === "program" ? <p class="hint">{job.text ?? t(`job.reason.${job.reason}`)}</p> : null}
       {job.error !== null ? <p class="hint bad">{job.error.message}</p> : null}
       {off && (pauses || jobs.canResume(job)) ? (
         <p id="job-why" class="hint">

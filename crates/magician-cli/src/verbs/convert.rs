@@ -7,7 +7,7 @@ use magician_job::report::ConversionReport;
 use magician_program::{Conversion, ConversionError, WorkOption};
 
 use super::job::options::{
-    File, ImageFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TraceFlags,
+    File, ImageFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, TraceFlags,
 };
 use super::job::{Job, notes};
 use crate::context::Context;
@@ -38,6 +38,8 @@ pub(crate) struct Convert {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    parts: PartFlags,
+    #[command(flatten)]
     pen: Pen,
     #[command(flatten)]
     trace: TraceFlags,
@@ -56,6 +58,7 @@ impl Convert {
         self.pen.say(&mut job.options);
         self.trace.say(&mut job.options);
         self.image.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job.runs = false;
         converted(&mut job, &self.to, context)
     }

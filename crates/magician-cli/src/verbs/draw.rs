@@ -5,8 +5,8 @@ use magician_program::WorkOption;
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, ImageFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
-    TextFlags, TidyFlags, TraceFlags,
+    File, FillFlags, ImageFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags,
+    SpeedFlag, TextFlags, TidyFlags, TraceFlags,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -41,6 +41,8 @@ pub(crate) struct Draw {
     #[command(flatten)]
     tidy: TidyFlags,
     #[command(flatten)]
+    parts: PartFlags,
+    #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
     speed: SpeedFlag,
@@ -64,6 +66,7 @@ impl Draw {
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job
     }
 }

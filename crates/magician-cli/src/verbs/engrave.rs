@@ -5,8 +5,8 @@ use magician_program::{FrameShape, ModeOption, SetupOptions, WorkOption};
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, ImageFlags, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
-    TextFlags, TidyFlags, frame_power, positive,
+    File, FillFlags, ImageFlags, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags,
+    SpeedFlag, TextFlags, TidyFlags, frame_power, positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -57,6 +57,8 @@ pub(crate) struct Verb {
     text: TextFlags,
     #[command(flatten)]
     tidy: TidyFlags,
+    #[command(flatten)]
+    parts: PartFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
@@ -123,6 +125,7 @@ impl Verb {
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job.options.frame = self.frame;
         job.options.frame_power = self.frame_power;
         job.repeats = self.repeat;

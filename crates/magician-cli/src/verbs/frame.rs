@@ -6,8 +6,8 @@ use magician_program::FrameShape;
 use super::engrave::Laser;
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, ImageFlags, ImageStyleFlags, LaserFlags, Pen, PlacementOptions, PreviewFlags,
-    RunFlags, SpeedFlag, TextFlags, TidyFlags, frame_power,
+    File, FillFlags, ImageFlags, ImageStyleFlags, LaserFlags, PartFlags, Pen, PlacementOptions,
+    PreviewFlags, RunFlags, SpeedFlag, TextFlags, TidyFlags, frame_power,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -60,6 +60,8 @@ pub(crate) struct Frame {
     #[command(flatten)]
     tidy: TidyFlags,
     #[command(flatten)]
+    parts: PartFlags,
+    #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
     speed: SpeedFlag,
@@ -84,6 +86,7 @@ impl Frame {
         self.fill.say(&mut job.options);
         self.text.say(&mut job.options);
         self.tidy.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job.options.frame = Some(self.shape);
         job.options.frame_power = self.frame_power;
         job.repeats = self.repeat;

@@ -6,7 +6,9 @@ use clap::Args;
 use magician_program::WorkOption;
 
 use super::job::Job;
-use super::job::options::{File, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, positive};
+use super::job::options::{
+    File, PartFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, positive,
+};
 use crate::context::Context;
 use crate::failure::Failure;
 use crate::options::seconds;
@@ -30,6 +32,8 @@ pub(crate) struct Play {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    parts: PartFlags,
+    #[command(flatten)]
     speed: SpeedFlag,
     #[command(flatten)]
     way: RunFlags,
@@ -43,6 +47,7 @@ impl Play {
         let pause = self.pause.unwrap_or_default().as_millis();
         let by_file = WorkOption::ByFile;
         let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
+        self.parts.say(&mut job.options);
         self.speed.say(&mut job.options);
         job.options.lift = self.lift;
         job.pause = u32::try_from(pause).unwrap_or(u32::MAX);

@@ -11,8 +11,8 @@ use serde_json::{Map, Value};
 
 use super::engrave::Laser;
 use super::job::options::{
-    FillFlags, ImageFlags, ImageStyleFlags, LaserFlags, MotionFlags, Pen, PlacementOptions,
-    ReadingFlags, SpeedFlag, TextFlags, TidyFlags,
+    FillFlags, ImageFlags, ImageStyleFlags, LaserFlags, MotionFlags, PartFlags, Pen,
+    PlacementOptions, ReadingFlags, SpeedFlag, TextFlags, TidyFlags,
 };
 use crate::columns::Columns;
 use crate::context::Context;
@@ -85,6 +85,8 @@ pub(crate) struct Save {
     text: TextFlags,
     #[command(flatten)]
     tidy: TidyFlags,
+    #[command(flatten)]
+    parts: PartFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
@@ -168,6 +170,7 @@ impl Save {
         self.fill.say(&mut options);
         self.text.say(&mut options);
         self.tidy.say(&mut options);
+        self.parts.say(&mut options);
         self.place.say(&mut options);
         self.speed.say(&mut options);
         self.motion.say(&mut options);

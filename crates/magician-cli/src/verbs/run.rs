@@ -5,7 +5,7 @@ use magician_program::WorkOption;
 
 use super::job::Job;
 use super::job::options::{
-    File, LaserFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, positive,
+    File, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -33,6 +33,8 @@ pub(crate) struct Run {
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
+    parts: PartFlags,
+    #[command(flatten)]
     speed: SpeedFlag,
     #[command(flatten)]
     way: RunFlags,
@@ -47,6 +49,7 @@ impl Run {
         let mut job = Job::new(by_file, self.file, self.look, &self.place, self.way);
         self.speed.say(&mut job.options);
         self.beam.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job.options.lift = self.lift;
         job.run(context)
     }

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use clap::Args;
 use magician::report::PoseReport;
 use magician::{Arm, QueueIndex, RunOptions, Set, ToolBias, commands, words};
-use magician_program::{Action, Travel};
+use magician_program::Travel;
 use serde::Serialize;
 use tokio::sync::Notify;
 
@@ -205,11 +205,14 @@ impl Move {
             (false, false) => Travel::Joints,
         };
         match (self.joints, self.relative) {
-            (false, false) => Action::Move { to, by }.command(),
-            (true, false) => Action::Joints { to, by }.command(),
+            (false, false) => by.to_pose(to),
+            (true, false) => by.to_joints(to),
             (false, true) => {
-                let line = self.linear;
-                Action::Shift { by: to, line }.command()
+                let [x, y, z, r] = to;
+                match self.linear {
+                    true => words::line_by(x, y, z, r),
+                    false => words::move_by(x, y, z, r),
+                }
             }
             (true, true) => {
                 let [j1, j2, j3, j4] = to;

@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag, TextFlags, TidyFlags,
+    File, FillFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
+    TextFlags, TidyFlags,
 };
 use crate::columns::Columns;
 use crate::context::Context;
@@ -43,6 +44,8 @@ pub(crate) struct Write {
     fill: FillFlags,
     #[command(flatten)]
     tidy: TidyFlags,
+    #[command(flatten)]
+    parts: PartFlags,
     #[command(flatten)]
     look: PreviewFlags,
     #[command(flatten)]
@@ -91,6 +94,7 @@ impl Write {
         self.letters.say(&mut job.options);
         self.fill.say(&mut job.options);
         self.tidy.say(&mut job.options);
+        self.parts.say(&mut job.options);
         job.options.strict_text = self.strict_text;
         job
     }

@@ -38,3 +38,4 @@ mod terminal;
 mod through;
 mod trace;
 mod unattended;
+mod waits;

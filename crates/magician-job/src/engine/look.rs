@@ -43,7 +43,10 @@ impl Work {
         let (arm, spec) = (&self.arm, &self.spec);
         let program = &spec.program;
         for steps in program.plan().steps.chunks(PERMITTED) {
-            let commands: Vec<Set> = steps.iter().map(|step| step.action.command()).collect();
+            let commands: Vec<Set> = steps
+                .iter()
+                .filter_map(|step| step.action.command())
+                .collect();
             arm.permit(&commands)?;
             BesideTurns.give().await;
         }
@@ -171,7 +174,7 @@ impl Work {
         let start = arm.preflight_for(&program.kinds()).await?;
         let whole = program.remaining(0, start).ok();
         let seen = self.lasting.then_some(seen);
-        let resume_point = checkpoint.resume_point(seen, |steps| {
+        let resume_point = checkpoint.resume_point(seen, program.numbering(), |steps| {
             whole.as_ref()?.stands_after(steps, &pose, false)
         });
         // An arm that was stopped and has said nothing of it stands where it was stopped still, if it stands on that line.

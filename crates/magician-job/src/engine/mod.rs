@@ -49,7 +49,11 @@ impl Job {
         let steps = spec.program.plan().steps.iter();
         let needs_speed = burns && { steps }.any(|step| {
             let follows = step.follows_speed && matches!(step.action, Action::Burn { .. });
-            !follows && arm.burns(&step.action.command())
+            !follows
+                && step
+                    .action
+                    .command()
+                    .is_some_and(|command| arm.burns(&command))
         });
         let fixed = Fixed { burns, needs_speed };
         let (handle, shared, requests) =
@@ -164,6 +168,12 @@ impl Work {
                 }
                 segment::End::Stopped => {
                     return Err(Box::pin(self.stopped(inbox, None)).await);
+                }
+                segment::End::AtPause => {
+                    match Box::pin(self.pause_at_step(inbox, &segment.rest)).await? {
+                        Some(segment) => segment,
+                        None => break,
+                    }
                 }
                 segment::End::Paused => match Box::pin(self.pause(inbox)).await? {
                     Some(segment) => segment,

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use magician::commands::{DeviceTime, Pose};
 use magician::{Alarm, Error, ErrorKind, Set};
-use magician_program::RemainingProgram;
 use magician_program::resume::{ResumePoint, StepRange, resume_point_at};
+use magician_program::{PauseCause, RemainingProgram};
 use tokio::time::{Instant, sleep};
 
 use super::inbox::{Inbox, Next, Stopped};
@@ -14,7 +14,7 @@ use super::look::{Found, at_rest};
 use super::segment::Segment;
 use super::{Begun, Work};
 use crate::error::{Fault, JobError, Left, PenLift, ResumeError, Stood};
-use crate::event::JobState;
+use crate::event::{JobState, PauseReason};
 
 /// Between two looks whether the piece under way has ended.
 const LOOKS: Duration = Duration::from_millis(50);
@@ -31,6 +31,13 @@ struct Place {
     clock: u32,
     /// Whether alarm 0x00 stood.
     was_reset: bool,
+}
+
+/// A step that waits for a person.
+struct PausedAt {
+    reason: PauseReason,
+    part: Option<u64>,
+    text: Arc<str>,
 }
 
 impl Work {
@@ -53,7 +60,7 @@ impl Work {
         };
         let mut found = Some(found);
         loop {
-            let reply = match self.hold(inbox).await {
+            let reply = match self.hold(inbox, None).await {
                 Next::Resume(reply) => reply,
                 Next::Stop => return Err(self.stopped(inbox, None).await),
             };
@@ -101,12 +108,26 @@ impl Work {
             clock,
             was_reset,
         };
+        Box::pin(self.resumed_after(inbox, &place, (stood, lift), None))
+            .await
+            .map(Some)
+    }
+
+    /// The segment behind a pause, when it ends.
+    async fn resumed_after(
+        &self,
+        inbox: &mut Inbox,
+        place: &Place,
+        at: (Stood, PenLift),
+        step: Option<&PausedAt>,
+    ) -> Result<Segment, JobError> {
+        let (stood, lift) = at;
         loop {
-            let reply = match self.hold(inbox).await {
+            let reply = match self.hold(inbox, step).await {
                 Next::Resume(reply) => reply,
                 Next::Stop => return Err(self.stopped(inbox, Some((stood, lift))).await),
             };
-            match inbox.unless_stopped(self.look_again(&place, None)).await {
+            match Box::pin(inbox.unless_stopped(self.look_again(place, None))).await {
                 Err(Stopped) => return Err(self.stopped(inbox, Some((stood, lift))).await),
                 Ok(Err(error)) => drop(reply.send(Err(error))),
                 Ok(Ok(found)) => {
@@ -114,18 +135,98 @@ impl Work {
                     let mut segment = Segment::of(found.rest, found.timetable, found.begun, false);
                     segment.stops = self.arm.stops();
                     segment.rests_at = found.rests_at;
-                    return Ok(Some(segment));
+                    return Ok(segment);
                 }
             }
         }
     }
 
-    /// The job is paused until the next request.
-    async fn hold(&self, inbox: &mut Inbox) -> Next {
-        let reason = inbox.reason();
-        let part = None;
+    /// All before a step that waits for a person is done: the job is paused there. What is to be run when the pause ends; nothing if
+    /// that step was the last.
+    pub(super) async fn pause_at_step(
+        &self,
+        inbox: &mut Inbox,
+        rest: &RemainingProgram,
+    ) -> Result<Option<Segment>, JobError> {
+        let Some((step, pause)) = rest.pause() else {
+            return Ok(None);
+        };
+        let paused = PausedAt {
+            reason: match pause.cause {
+                PauseCause::Part => PauseReason::Part,
+                _ => PauseReason::Program,
+            },
+            part: rest.part_after(step).map(|part| part.n),
+            text: Arc::from(&*pause.text),
+        };
+        self.shared.enter(JobState::Pausing);
+        let stood = match inbox.unless_stopped(self.come_to_rest()).await {
+            Ok(Ok(stood)) => stood,
+            Ok(Err(error)) => return Err(self.fails(inbox, error).await),
+            Err(Stopped) => return Err(self.stopped(inbox, None).await),
+        };
+        // The step itself is done when a person has gone on.
+        self.track().ends(ResumePoint::After(step), None);
+        let rise = async {
+            self.leaves_pace(&self.arm).await?;
+            let lift = self.rises(&stood, paused.reason).await?;
+            let clock = self.arm.get::<DeviceTime>().await?.g_systick;
+            let was_reset = self.arm.alarms().await?.contains(Alarm::ResetOccurred);
+            Ok::<_, Error>((lift, clock, was_reset))
+        };
+        let (lift, clock, was_reset) = match inbox.unless_stopped(rise).await {
+            Ok(Ok(risen)) => risen,
+            Ok(Err(error)) => return Err(self.fails(inbox, error).await),
+            Err(Stopped) => return Err(self.stopped(inbox, None).await),
+        };
+        let next = step.saturating_add(1);
+        if self.steps().is_some_and(|all| next >= all) {
+            return match self.hold(inbox, Some(&paused)).await {
+                Next::Resume(reply) => {
+                    let _ = reply.send(Ok(()));
+                    Ok(None)
+                }
+                Next::Stop => Err(self.stopped(inbox, Some((stood, lift))).await),
+            };
+        }
+        let place = Place {
+            from: Some((next, None)),
+            clock,
+            was_reset,
+        };
+        let segment = Box::pin(self.resumed_after(inbox, &place, (stood, lift), Some(&paused)));
+        segment.await.map(Some)
+    }
+
+    /// The pen goes up at a step that waits, and between parts the tool to where it is parked.
+    async fn rises(&self, stood: &Stood, reason: PauseReason) -> Result<PenLift, Error> {
+        let (plan, ending) = (self.spec.program.plan(), &self.spec.ending);
+        let at = [stood.pose.x, stood.pose.y, stood.pose.z].map(f64::from);
+        let begun = self.track().pulled > 0;
+        if reason == PauseReason::Part {
+            // Between parts the pen is up already, but for what the program has not lifted it.
+            self.track().lift = ending.after_done(plan, at);
+        }
+        let lift = self.lift(stood).await;
+        if let Some(place) = ending.park
+            && begun
+            && reason == PauseReason::Part
+        {
+            self.arm.park(place).await?;
+        }
+        Ok(lift)
+    }
+
+    /// The job is paused until the next request; `step` is the one that waits, if one does.
+    async fn hold(&self, inbox: &mut Inbox, step: Option<&PausedAt>) -> Next {
+        let (reason, part) = match step {
+            Some(step) => (step.reason, step.part),
+            None => (inbox.reason(), None),
+        };
         if !matches!(self.shared.state(), JobState::Paused { .. }) {
-            self.shared.enter(JobState::Paused { reason, part });
+            let text = step.map(|step| Arc::clone(&step.text));
+            self.shared
+                .enter_pause(JobState::Paused { reason, part }, text);
         }
         inbox.answer_pauses(|| Ok(()));
         inbox.while_paused().await
@@ -162,9 +263,7 @@ impl Work {
             return false;
         };
         let StepRange { least, most } = track.counter.finished(index);
-        let next = least.saturating_add(rest.lead());
-        let next = usize::try_from(next).ok();
-        let next = next.and_then(|next| rest.commands().nth(next));
+        let next = rest.next_command(least);
         let hidden = |command| {
             matches!(
                 command,
@@ -239,7 +338,7 @@ impl Work {
             let begun = Begun::now(arm).await.map_err(told)?;
             return Ok(Found { begun, ..found });
         }
-        let found = self.look(from, within, true).await;
+        let found = Box::pin(self.look(from, within, true)).await;
         let found = found.map_err(|error| match error.fault {
             Fault::Arm(error) => ResumeError::Arm(error),
             Fault::Program(problem) => ResumeError::Program(problem),

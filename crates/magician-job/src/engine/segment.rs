@@ -32,6 +32,8 @@ pub(super) struct Segment {
 /// How it ended.
 pub(super) enum End {
     Done,
+    /// All is done up to a step that waits for a person.
+    AtPause,
     /// The queue is stopped, and the piece under way comes to its end.
     Paused,
     Stopped,
@@ -60,6 +62,16 @@ impl Work {
     /// Runs it to its end, or to what ends it before; what it has run until then.
     pub(super) async fn run(&self, segment: &Segment, inbox: &mut Inbox) -> (Ran, End) {
         let rest = &segment.rest;
+        if rest.begins_with_pause() {
+            let progress = self.progress(rest.from(), segment, Duration::ZERO);
+            self.shared.reach(progress);
+            return (Ran::default(), End::AtPause);
+        }
+        let pause = rest.pause().map(|(step, _)| step);
+        let comes_to_end = || match pause {
+            Some(_) => End::AtPause,
+            None => End::Done,
+        };
         match inbox.unless_stopped(self.begins_paced(segment)).await {
             Ok(Ok(())) => {}
             Ok(Err(error)) => return (Ran::default(), End::Failed(error)),
@@ -75,7 +87,7 @@ impl Work {
         }
         let commands = Paced {
             work: self,
-            commands: rest.commands().peekable(),
+            commands: rest.commands_to_pause().peekable(),
             lead: rest.lead(),
             end: None,
             on_path: false,
@@ -97,7 +109,7 @@ impl Work {
                 ran = &mut finish => Err(ran),
             };
             match wish {
-                Err(Ok(_)) => End::Done,
+                Err(Ok(_)) => comes_to_end(),
                 Err(Err(error)) => End::Failed(error),
                 // What it knows by its end counts: a run that is let go of says nothing.
                 Ok(Wish::Stop) => {
@@ -111,7 +123,7 @@ impl Work {
                     let (stopped, ran) = tokio::join!(stop, timeout(GIVE_UP, &mut finish));
                     match (stopped, ran) {
                         // It came to its end before.
-                        (_, Ok(Ok(_))) => End::Done,
+                        (_, Ok(Ok(_))) => comes_to_end(),
                         (Err(error), _) => End::Failed(error),
                         (_, Ok(Err(error))) if !self.is_own_stop(segment, &error) => {
                             End::Failed(error)
@@ -129,14 +141,22 @@ impl Work {
             .note(ran.commands, ran.last.map_or(0, |last| last.0));
         drop(track);
         let progress = self.shared.progress();
-        let progress = match (&end, self.steps()) {
-            (End::Done, Some(steps)) => JobProgress {
-                step: steps,
-                left: Some(Duration::ZERO),
+        let reached = match (&end, pause) {
+            (End::AtPause, Some(step)) => {
+                let steps = step.saturating_sub(rest.from());
+                Some((step, self.pace().left(&segment.timetable, steps)))
+            }
+            (End::Done, _) => self.steps().map(|steps| (steps, Some(Duration::ZERO))),
+            _ => None,
+        };
+        let progress = match reached {
+            Some((step, left)) => JobProgress {
+                step,
+                left,
                 silent: Duration::ZERO,
                 ..progress
             },
-            _ => progress,
+            None => progress,
         };
         self.shared.reach(progress);
         self.shared.tell(JobEvent::Progress(progress));

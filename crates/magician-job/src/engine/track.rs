@@ -82,7 +82,7 @@ impl Track {
         checkpoint.within = within.map(|place| (from, place));
         (checkpoint.clock, checkpoint.rest) = (clock, rests_at);
         (checkpoint.index, checkpoint.ended) = (None, None);
-        self.counter = StepCounter::new(rest.lead(), passes_over).from_rest(rests_at);
+        self.counter = rest.counter(passes_over).from_rest(rests_at);
         (self.pulled, self.inserted, self.open) = (0, 0, true);
         self.checkpoint.mixed = passes_over;
         self.rest = Some(rest.clone());
@@ -95,13 +95,19 @@ impl Track {
 
     /// Steps that have been given to the arm, at most.
     pub(super) fn handed(&self) -> u64 {
-        let steps = self.from() + self.pulled;
+        let steps = self.from() + self.steps_of(self.pulled);
         steps.min(self.checkpoint.steps.unwrap_or(u64::MAX))
     }
 
     /// Steps since it began, or went on, that have been taken from the program.
     pub(super) fn steps_pulled(&self, lead: u64) -> u64 {
-        self.pulled.saturating_sub(self.inserted + lead)
+        self.steps_of(self.pulled.saturating_sub(self.inserted + lead))
+    }
+
+    /// The steps since then of which this is the last of so many commands.
+    fn steps_of(&self, commands: u64) -> u64 {
+        let rest = self.rest.as_ref();
+        rest.map_or(commands, |rest| rest.steps_of(commands))
     }
 
     /// A command is about to go out that is not the program's. While the arm has not finished it an index may stand for it.

@@ -7,3 +7,4 @@ mod pauses;
 mod pendant;
 mod speed;
 mod teach;
+mod waits;

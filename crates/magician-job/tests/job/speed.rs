@@ -221,7 +221,7 @@ async fn settings_between_the_steps_are_no_steps_for_the_journal() {
     let program = Program::new(plan(), Some(1));
     let (_cell, arm) = place(&program).await;
     let journal = Memory::default();
-    let spec = JobSpec::new(program).lasting(true);
+    let spec = JobSpec::new(program.clone()).lasting(true);
     let job = Job::start(&arm, spec, journal.clone());
     while lines_done(&arm).await < 1.0 || job.progress().step < BEFORE {
         sleep(LOOKS).await;
@@ -241,7 +241,7 @@ async fn settings_between_the_steps_are_no_steps_for_the_journal() {
             clock: arm.get::<DeviceTime>().await.expect("a time").g_systick,
         };
         let truth = BEFORE as f32 + lines_done(&arm).await;
-        match checkpoint.resume_point(Some(seen), |_| None) {
+        match checkpoint.resume_point(Some(seen), program.numbering(), |_| None) {
             ResumePoint::After(steps) => {
                 certain += 1;
                 assert!((truth - steps as f32 - 0.5).abs() < 1.0, "{steps} {truth}");

@@ -57,9 +57,13 @@ impl Stroke {
                 *first = last;
             }
         }
-        let origin = self.origin;
-        let pieces = pieces.into_iter();
-        pieces.map(|points| Self { points, origin }).collect()
+        let (origin, style) = (self.origin, self.style);
+        let pieces = pieces.into_iter().map(|points| Self {
+            points,
+            origin,
+            style,
+        });
+        pieces.collect()
     }
 }
 
@@ -90,10 +94,7 @@ mod tests {
     const WINDOW: [[f64; 2]; 2] = [[0.0, 0.0], [10.0, 5.0]];
 
     fn pieces(points: &[[f64; 2]]) -> Vec<Vec<[f64; 2]>> {
-        let stroke = Stroke {
-            points: points.to_vec(),
-            origin: Origin::NONE,
-        };
+        let stroke = Stroke::new(points.to_vec(), Origin::NONE);
         let pieces = stroke.within(WINDOW).into_iter();
         pieces.map(|piece| piece.points).collect()
     }

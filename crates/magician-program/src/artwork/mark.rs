@@ -2,9 +2,9 @@
 
 use magician_host::words;
 
-use super::{PlacedArtwork, Stroke};
+use super::{DrawingPart, PartPen, PlacedArtwork, Stroke};
 use crate::reach::{APPROACH, Above};
-use crate::{Action, Origin, Plan, Reach, Surface, Tool, Travel};
+use crate::{Action, Origin, Part, Pause, PauseCause, Plan, Reach, Surface, Tool, Travel};
 
 /// How long a pen rests where it leaves a dot, ms.
 const DOT_REST: u32 = 100;
@@ -77,7 +77,7 @@ impl PlacedArtwork {
     pub fn plan(&self, marking: &Marking) -> Plan {
         let mut plan = Plan::new(self.artwork.title.clone());
         plan.tool = Some(marking.tool);
-        plan.surface = Some(self.surface);
+        plan.surface = Some(self.highest());
         plan.names.clone_from(&self.artwork.names);
         plan.push(
             words::line_speed(marking.travel, marking.travel),
@@ -89,30 +89,100 @@ impl PlacedArtwork {
         );
         let mut writer = StepWriter {
             plan,
-            marking,
+            usual: *marking,
+            marking: *marking,
             placed: self,
+            surface: self.surface,
             reach: marking.reach(self.surface),
             at: None,
         };
-        for stroke in &self.artwork.strokes {
-            writer.draw(stroke);
+        let mut begun = false;
+        for (part, strokes) in self.artwork.by_part() {
+            let part = part
+                .checked_sub(1)
+                .and_then(|at| self.artwork.parts.get(at));
+            match part {
+                Some(part) => writer.part(part, strokes, begun),
+                None => strokes.iter().for_each(|stroke| writer.draw(stroke)),
+            }
+            begun = true;
         }
         writer.leave();
         writer.plan
+    }
+
+    /// The highest of the surfaces that its pens draw on.
+    fn highest(&self) -> Surface {
+        let drawn = self.artwork.by_part().filter_map(|(part, _)| {
+            let part = self.artwork.parts.get(part.checked_sub(1)?)?;
+            Some(part.pen.surface_offset)
+        });
+        self.surface.raised(drawn.reduce(f64::max).unwrap_or(0.0))
     }
 }
 
 /// What puts down the steps of one drawing.
 struct StepWriter<'a> {
     plan: Plan,
-    marking: &'a Marking,
+    /// How lines are drawn, and those of the part under way.
+    usual: Marking,
+    marking: Marking,
     placed: &'a PlacedArtwork,
+    /// Where the pen of the part under way draws.
+    surface: Surface,
     reach: Reach,
     /// Where the tool is by then, and the last line.
     at: Option<(Above, Origin)>,
 }
 
 impl StepWriter<'_> {
+    /// A part, as often as it is to be drawn. Between parts a pen is changed.
+    fn part(&mut self, drawn: &DrawingPart, strokes: &[Stroke], begun: bool) {
+        let origin = strokes.first().map_or(Origin::NONE, |stroke| stroke.origin);
+        if drawn.waits || begun && self.marking.power.is_none() {
+            let text = match self.marking.power {
+                None => format!("mount the pen for part {}", drawn.part),
+                Some(_) => format!("part {} is next", drawn.part),
+            };
+            let cause = PauseCause::Part;
+            self.plan
+                .push(Action::Pause(Box::new(Pause { text, cause })), origin);
+        }
+        self.take(&drawn.pen, origin);
+        for pass in 1..=drawn.passes {
+            let part = Part {
+                pass: (drawn.passes > 1).then_some(u64::from(pass)),
+                ..drawn.part.clone()
+            };
+            self.plan.push(Action::Part(Box::new(part)), origin);
+            strokes.iter().for_each(|stroke| self.draw(stroke));
+        }
+    }
+
+    /// Another pen draws from here on.
+    fn take(&mut self, pen: &PartPen, origin: Origin) {
+        let speed = self.marking.speed;
+        let usual = self.usual;
+        self.marking = Marking {
+            lift: pen.lift.unwrap_or(usual.lift),
+            speed: pen.speed.map_or(usual.speed, |speed| speed as f32),
+            power: usual
+                .power
+                .map(|power| pen.power.map_or(power, |power| power as f32)),
+            ..usual
+        };
+        let before = self.surface;
+        self.surface = self.placed.surface.raised(pen.surface_offset);
+        self.reach = self.marking.reach(self.surface);
+        if let Some(((_, above), _)) = &mut self.at {
+            *above += before.height - self.surface.height;
+        }
+        if self.marking.speed != speed {
+            let told = words::path_speed(self.marking.speed, self.marking.acceleration);
+            self.plan.push(told, origin);
+        }
+    }
+
     fn draw(&mut self, stroke: &Stroke) {
         let Some(first) = stroke.points.first() else {
             return;
@@ -260,7 +330,7 @@ impl StepWriter<'_> {
     }
 
     fn point(&self, (at, above): Above) -> [f32; 3] {
-        let z = self.placed.surface.at(at) + above;
+        let z = self.surface.at(at) + above;
         [at[0], at[1], z].map(|value| value as f32)
     }
 }

@@ -3,17 +3,21 @@
 mod clip;
 mod mark;
 mod order;
+mod parts;
 mod place;
 mod tidy;
 
 pub use mark::Marking;
 pub use order::{Order, Saving};
+#[cfg(any(feature = "read-dxf", feature = "read-hpgl", feature = "read-svg"))]
+pub(crate) use parts::numbered;
+pub use parts::{DrawingPart, Layer, PartPen, Style};
 pub(crate) use place::{FitFailure, rotated, rounded};
 pub use place::{Layout, PlacedArtwork, Sheet, WouldFit};
 pub use tidy::{Tidied, Tidy};
 
-use crate::Origin;
-use crate::fill::{Area, Fill};
+use crate::fill::{Area, Fill, FillMode};
+use crate::{Color, Origin};
 
 /// Lines on a sheet. Coordinates are those of the sheet, mm: x to the right, y up, from its lower left corner.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -28,6 +32,12 @@ pub struct Artwork {
     pub areas: Vec<FilledArea>,
     /// Names that origins refer to.
     pub names: Vec<String>,
+    /// Its layers, or the pens of a plot, in the order in which they first appear.
+    pub layers: Vec<Layer>,
+    /// Its colours, in the order in which they first appear.
+    pub colors: Vec<Color>,
+    /// Its parts, once it is divided into them; those that are left out have no lines.
+    pub parts: Vec<DrawingPart>,
     /// Whether the lines are drawn in this order, because it has a meaning: that of the strokes of a character.
     pub in_order: bool,
 }
@@ -39,6 +49,8 @@ pub struct Stroke {
     pub points: Vec<[f64; 2]>,
     /// Where it came from.
     pub origin: Origin,
+    /// Its layer, colour and part.
+    pub style: Style,
 }
 
 /// A filled shape of a drawing.
@@ -48,9 +60,21 @@ pub struct FilledArea {
     pub area: Area,
     /// Where it came from.
     pub origin: Origin,
+    /// Its layer, colour and part.
+    pub style: Style,
 }
 
 impl Stroke {
+    /// A line of no layer and no colour.
+    #[must_use]
+    pub fn new(points: Vec<[f64; 2]>, origin: Origin) -> Self {
+        Self {
+            points,
+            origin,
+            style: Style::default(),
+        }
+    }
+
     /// Whether all of its corners are somewhere.
     #[must_use]
     pub fn is_finite(&self) -> bool {
@@ -87,22 +111,40 @@ impl Artwork {
             strokes: vec![Stroke {
                 points: corners.to_vec(),
                 origin: Origin::NONE,
+                style: Style::default(),
             }],
             ..Self::default()
         }
     }
 
-    /// Its areas as the lines that fill them, drawn before all others; how many of them are too small for any line.
+    /// Its areas as the lines that fill them, drawn before all others of their part; how many of them are too small for any line. Where
+    /// a part is not filled they are drawn as their edges.
     pub(crate) fn fill(&mut self, fill: &Fill) -> usize {
         let mut bare = 0;
         let mut strokes = Vec::new();
-        for FilledArea { area, origin } in std::mem::take(&mut self.areas) {
-            let lines = fill.lines(&area).into_iter();
+        for filled in std::mem::take(&mut self.areas) {
+            let FilledArea {
+                area,
+                origin,
+                style,
+            } = filled;
+            let part = (style.part as usize).checked_sub(1);
+            let part = part.and_then(|at| self.parts.get(at));
+            let mode = part.and_then(|part| part.pen.fill).unwrap_or(fill.mode);
+            let lines = match mode {
+                FillMode::None => area.rings.into_iter().map(closed).collect(),
+                mode => Fill { mode, ..*fill }.lines(&area),
+            };
             let before = strokes.len();
-            strokes.extend(lines.map(|points| Stroke { points, origin }));
+            strokes.extend(lines.into_iter().map(|points| Stroke {
+                points,
+                origin,
+                style,
+            }));
             bare += usize::from(strokes.len() == before);
         }
         strokes.append(&mut self.strokes);
+        strokes.sort_by_key(|stroke| stroke.style.part);
         self.strokes = strokes;
         bare
     }
@@ -132,6 +174,14 @@ impl Artwork {
     pub fn length(&self) -> f64 {
         self.strokes.iter().map(Stroke::length).sum()
     }
+}
+
+/// A ring as a line that ends where it begins.
+fn closed(mut ring: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    if ring.first() != ring.last() {
+        ring.extend(ring.first().copied());
+    }
+    ring
 }
 
 /// The centre of the circle through three points, and by how many degrees it goes round from the first through the second to the

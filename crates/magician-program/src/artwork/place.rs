@@ -343,6 +343,7 @@ impl<'a> Placer<'a> {
         let strokes = strokes.map(|(stroke, points)| Stroke {
             points: put(points),
             origin: stroke.origin,
+            style: stroke.style,
         });
         let strokes: Vec<_> = strokes.collect();
         let areas = self.artwork.areas.iter().map(|filled| FilledArea {
@@ -353,6 +354,7 @@ impl<'a> Placer<'a> {
                 ..filled.area
             },
             origin: filled.origin,
+            style: filled.style,
         });
         PlacedArtwork {
             artwork: Artwork {
@@ -361,6 +363,9 @@ impl<'a> Placer<'a> {
                 areas: areas.collect(),
                 strokes,
                 names: self.artwork.names.clone(),
+                parts: self.artwork.parts.clone(),
+                layers: Vec::new(),
+                colors: Vec::new(),
                 in_order: self.artwork.in_order,
             },
             surface: self.layout.surface,

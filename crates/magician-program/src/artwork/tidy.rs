@@ -44,14 +44,14 @@ pub struct Tidied {
 }
 
 impl Artwork {
-    /// Tidies its lines. None of what is drawn then is farther from what was drawn before than `merge` and `simplify` together, nor
+    /// Tidies its lines, those of each part by themselves. None of what is drawn then is farther from what was drawn before than `merge` and `simplify` together, nor
     /// the other way round. Strokes whose order has a meaning are thinned alone.
     ///
     /// ```
     /// use magician_program::artwork::Tidy;
     /// use magician_program::{Artwork, Origin, Stroke};
     ///
-    /// let line = |points: &[[f64; 2]]| Stroke { points: points.to_vec(), origin: Origin::NONE };
+    /// let line = |points: &[[f64; 2]]| Stroke::new(points.to_vec(), Origin::NONE);
     /// let mut drawing = Artwork::default();
     /// drawing.strokes = vec![
     ///     line(&[[0.0, 0.0], [10.0, 0.0]]),
@@ -66,15 +66,21 @@ impl Artwork {
         if !self.strokes.iter().all(Stroke::is_finite) {
             return tidied;
         }
-        if tidy.dedupe && !self.in_order {
-            let count = self.strokes.len();
-            let mut known = HashSet::new();
-            self.strokes.retain(|stroke| known.insert(shape(stroke)));
-            tidied.repeated = count - self.strokes.len();
-        }
-        if tidy.merge > 0.0 && !self.in_order {
-            tidied.joined = join::join(&mut self.strokes, tidy.merge);
-        }
+        let (dedupe, merge) = (
+            tidy.dedupe && !self.in_order,
+            tidy.merge > 0.0 && !self.in_order,
+        );
+        self.change_parts(|strokes| {
+            if dedupe {
+                let count = strokes.len();
+                let mut known = HashSet::new();
+                strokes.retain(|stroke| known.insert(shape(stroke)));
+                tidied.repeated += count - strokes.len();
+            }
+            if merge {
+                tidied.joined += join::join(strokes, tidy.merge);
+            }
+        });
         if tidy.simplify > 0.0 {
             for stroke in &mut self.strokes {
                 stroke.points = simplified(&stroke.points, tidy.simplify);

@@ -5,6 +5,7 @@ use std::ops::Range;
 use magician_host::{Given, Setting};
 
 use super::{Content, Fills, Parsed, ReadOptions};
+use crate::artwork::Style;
 use crate::fill::{Area, FillRule};
 use crate::lettering::{Glyphs, LaidText, lacks, lay_out};
 use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Lines, Origin, Stroke};
@@ -68,9 +69,13 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Parsed, Diagno
                 rings: points.collect(),
                 rule: FillRule::NonZero,
             };
-            artwork.areas.push(FilledArea { area, origin });
+            artwork.areas.push(FilledArea {
+                area,
+                origin,
+                style: Style::default(),
+            });
         } else {
-            let strokes = points.map(|points| Stroke { points, origin });
+            let strokes = points.map(|points| Stroke::new(points, origin));
             artwork.strokes.extend(strokes);
         }
     }

@@ -121,9 +121,9 @@ impl Frame<'_> {
             ..self.surface
         };
         let reach = Reach::new(self.marking.tool.bias(), at, self.marking.lift);
-        let strokes = rings.into_iter().map(|ring| Stroke {
-            points: round_the_base(&ring, &reach),
-            origin: Origin::NONE,
+        let strokes = rings.into_iter().map(|ring| {
+            let points = round_the_base(&ring, &reach);
+            Stroke::new(points, Origin::NONE)
         });
         let mut artwork = Artwork {
             title: self.marked.title.clone(),

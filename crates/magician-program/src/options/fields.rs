@@ -186,6 +186,17 @@ impl SetupOptions {
             let message = format!("fill_inset is a number from 0 on, not {inset}");
             return Err(OptionError::new("fill_inset", message));
         }
+        if let Some(message) = super::pens::passes_problem(self.passes) {
+            return Err(OptionError::new("passes", message));
+        }
+        for (n, pen) in (1..).zip(&self.pens) {
+            if let Some(problem) = pen.problem() {
+                return Err(OptionError::new(
+                    "pens",
+                    format!("pens: pen {n}: {problem}"),
+                ));
+            }
+        }
         if let Some(power) = self
             .frame_power
             .filter(|power| !(*power > 0.0 && *power <= Framing::MOST_POWER))

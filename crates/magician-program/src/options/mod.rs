@@ -5,6 +5,7 @@ mod asked;
 mod fields;
 mod grid;
 mod laying;
+mod pens;
 mod program;
 
 use magician_host::{Set, words};
@@ -14,6 +15,7 @@ pub use asked::AskedOption;
 pub use fields::OptionError;
 pub use grid::Grid;
 pub use laying::{Begins, FileToLay, LaidProgram, Laying};
+pub use pens::{PenMatch, PenOptions};
 pub use program::{Begun, FileRead, LaidFile, Reading, UnknownStart};
 
 use crate::artwork::{Marking, Sheet, Tidy};
@@ -22,8 +24,8 @@ use crate::formats::Dialect;
 use crate::lettering::{Align, FontChoice, TextOptions};
 use crate::raster::{Adjust, Engrave, ImageStyle, Size, Tone, Trace};
 use crate::{
-    Action, Ending, Fills, Frame, FrameShape, Framing, Placement, Plan, Power, ReadOptions, Setup,
-    Surface, SystemFonts, TextLines, Tool, White, Work,
+    Action, Ending, Fills, Frame, FrameShape, Framing, PartMode, PartRule, Placement, Plan, Power,
+    ReadOptions, Setup, Surface, SystemFonts, TextLines, Tool, White, Work,
 };
 
 /// Acceleration along paths when a speed is asked for, as at power-up, mm/s2.
@@ -207,6 +209,18 @@ pub struct SetupOptions {
     pub fill_angle: Option<f64>,
     /// Distance of the lines that fill a shape from its edge.
     pub fill_inset: Option<f64>,
+    /// What the parts of a drawing are; layers unless given, where a layer's name has a command to a plotter, or parts are chosen or
+    /// have pens; else it has none.
+    #[serde(with = "fields::text")]
+    pub parts: Option<PartMode>,
+    /// The parts that are drawn, each by its name, its colour or its number; all of them if none is given.
+    pub only: Vec<String>,
+    /// How often each part is drawn before the next.
+    pub passes: Option<u32>,
+    /// Pens of parts; the first that is for a part counts.
+    pub pens: Vec<PenOptions>,
+    /// The job never waits for a person, not between parts nor where the program says so.
+    pub no_pause: bool,
     /// Text is refused of which the font lacks a character.
     pub strict_text: bool,
     /// What is gone round of what would be marked, instead of marking it.
@@ -296,6 +310,11 @@ impl SetupOptions {
             filling: self.filling(),
             power: self.power,
             default_power: defaults.engrave_power,
+            parts: self.parts,
+            only: self.only.clone(),
+            passes: self.passes,
+            pens: self.pens.iter().map(PartRule::from).collect(),
+            no_pause: self.no_pause,
             fence: None,
             framing: self.frame.map(|shape| Framing {
                 power: self.frame_power,
@@ -311,7 +330,8 @@ impl SetupOptions {
         options.tolerance = self.tolerance.unwrap_or(options.tolerance);
         options.white = self.white.unwrap_or_default();
         options.clip_page = self.clip_page;
-        if self.filling().mode != FillMode::None {
+        let fills = |pen: &PenOptions| pen.fill.is_some_and(|mode| mode != FillMode::None);
+        if self.filling().mode != FillMode::None || self.pens.iter().any(fills) {
             options.fills = Fills::Areas;
         }
         options.resample = self.resample;

@@ -1,6 +1,8 @@
 use magician_host::words;
 use magician_protocol::{MAX_PARAMS, PtpMode, Set, Writer};
 
+use super::{Part, Pause};
+
 /// Which way a point-to-point move goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
@@ -24,6 +26,19 @@ impl Travel {
             Self::Jump => Self::Joints,
         }
     }
+
+    /// The command that goes to a pose in this way: x, y, z, r.
+    #[must_use]
+    pub fn to_pose(self, to: [f32; 4]) -> Set {
+        ptp(self, [words::move_to, words::line_to, words::jump_to], to)
+    }
+
+    /// The command that goes to joint angles in this way: J1 to J4.
+    #[must_use]
+    pub fn to_joints(self, to: [f32; 4]) -> Set {
+        let words = [words::move_joints, words::line_joints, words::jump_joints];
+        ptp(self, words, to)
+    }
 }
 
 /// What a gripper does.
@@ -37,8 +52,9 @@ pub enum Grip {
     Close,
 }
 
-/// What is done in one step. Every action is one command of the protocol; those that people say often have names of their own,
-/// all others are an [`Action::Command`]. A command has one action, `Action::from(command)`, which gives it back to the last bit.
+/// What is done in one step. An action is one command of the protocol, or none: a [`Part`](Self::Part) and a [`Pause`](Self::Pause) send
+/// nothing. Commands that people say often have names of their own, all others are an [`Action::Command`]. A command has one action,
+/// `Action::from(command)`, which gives it back to the last bit.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
 pub enum Action {
@@ -94,13 +110,17 @@ pub enum Action {
     Home,
     /// Anything else that can be queued: speeds, pins, sensors, the rail, motors.
     Command(Box<Set>),
+    /// A part of the work begins; nothing is sent.
+    Part(Box<Part>),
+    /// The job waits for a person; nothing is sent.
+    Pause(Box<Pause>),
 }
 
 impl Action {
     /// What each kind is called, in the order in which people are told.
-    pub const NAMES: [&'static str; 12] = [
+    pub const NAMES: [&'static str; 14] = [
         "move", "joints", "shift", "arc", "path", "burn", "suction", "gripper", "laser", "wait",
-        "home", "command",
+        "home", "command", "part", "pause",
     ];
 
     /// What its kind is called: one of [`NAMES`](Self::NAMES), and its key in a plan file.
@@ -124,18 +144,17 @@ impl Action {
             Self::Wait(_) => 9,
             Self::Home => 10,
             Self::Command(_) => 11,
+            Self::Part(_) => 12,
+            Self::Pause(_) => 13,
         }
     }
 
-    /// The command that does it.
+    /// The command that does it; none where nothing is sent.
     #[must_use]
-    pub fn command(&self) -> Set {
-        match *self {
-            Self::Move { to, by } => ptp(by, [words::move_to, words::line_to, words::jump_to], to),
-            Self::Joints { to, by } => {
-                let words = [words::move_joints, words::line_joints, words::jump_joints];
-                ptp(by, words, to)
-            }
+    pub fn command(&self) -> Option<Set> {
+        Some(match *self {
+            Self::Move { to, by } => by.to_pose(to),
+            Self::Joints { to, by } => by.to_joints(to),
             Self::Shift { by, line: false } => each(words::move_by, by),
             Self::Shift { by, line: true } => each(words::line_by, by),
             Self::Arc { via, to } => words::arc_to(via, to),
@@ -154,7 +173,14 @@ impl Action {
             }
             Self::Home => words::home(),
             Self::Command(ref command) => **command,
-        }
+            Self::Part(_) | Self::Pause(_) => return None,
+        })
+    }
+
+    /// Whether nothing is sent for it.
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
+        matches!(self, Self::Part(_) | Self::Pause(_))
     }
 
     /// Whether it draws or burns a line: a segment of a path, a burn, an arc.
@@ -228,7 +254,13 @@ impl From<Set> for Action {
         let action = named(&command);
         // What a name does not say in full stays a command.
         match action {
-            Some(action) if is_same(&action.command(), &command) => action,
+            Some(action)
+                if action
+                    .command()
+                    .is_some_and(|named| is_same(&named, &command)) =>
+            {
+                action
+            }
             _ => Self::Command(Box::new(command)),
         }
     }

@@ -9,6 +9,8 @@
 //! ]}
 //! ```
 //!
+//! A plan with a `part` or a `pause` has version 2.
+//!
 //! Numbers are the shortest decimals that read back the same, NaN and infinities strings. `plan.schema.json` beside the
 //! crate's manifest describes all of it; what is read back is the plan that was written.
 //!
@@ -24,8 +26,10 @@ use crate::formats::{Parsed, ReadOptions};
 
 /// What the file says it is.
 const FORMAT: &str = "magician-plan";
-/// The version that is written, and the only one that is read.
+/// The version of plans that wait for nobody and have no parts.
 const VERSION: u32 = 1;
+/// The version of those with parts or pauses, which a reader of version 1 refuses.
+const WITH_PARTS: u32 = 2;
 
 /// The JSON Schema of plan files.
 pub const PLAN_SCHEMA: &str = include_str!("../../plan.schema.json");

@@ -208,7 +208,9 @@ impl<'p> LeadIn<'p> {
             told.map_err(|error| Diagnostic::of_file(error.to_string()))?;
         }
         for (at, before) in plan.steps.iter().take(step).enumerate() {
-            let command = before.action.command();
+            let Some(command) = before.action.command() else {
+                continue;
+            };
             let from = arm.arm().map(|at| at.pose.z);
             let done = arm.check(&command).map_err(|error| {
                 let message = format!("the earlier step {} cannot be done: {error}", at + 1);
@@ -384,9 +386,12 @@ fn go(
     for by in ways {
         let to = pose.to_array().map(|value| value as f32);
         let plain = Action::Move { to, by: *by };
+        let Some(command) = plain.command() else {
+            continue;
+        };
         let command = match l {
-            Some(l) => words::with_rail(plain.command(), l)?,
-            None => plain.command(),
+            Some(l) => words::with_rail(command, l)?,
+            None => command,
         };
         match arm.check(&command) {
             Ok(_) => {

@@ -54,7 +54,7 @@ mod tests {
         assert_eq!(both.surface, None);
         assert_eq!(both.steps.len(), 2 + 1 + 2);
         let told = words::tool(Tool::Laser.bias());
-        assert_eq!(both.steps[2].action.command(), told);
+        assert_eq!(both.steps[2].action.command(), Some(told));
         let named = |at: usize| both.name_of(&both.steps[at].origin);
         assert_eq!([named(0), named(1)], [Some("one"), None]);
         assert_eq!([named(3), named(4)], [Some("two"), None]);

@@ -6,6 +6,7 @@ mod from;
 mod join;
 pub(crate) mod json;
 mod pallet;
+mod part;
 mod pen;
 mod power;
 mod step;
@@ -21,6 +22,7 @@ pub use file::PLAN_SCHEMA;
 pub use from::Continuation;
 pub(crate) use from::within;
 pub use pallet::Pallet;
+pub use part::{Color, Part, Pause, PauseCause};
 pub use step::{Step, Tool};
 
 use crate::{Origin, Surface};
@@ -76,9 +78,9 @@ impl Plan {
         self.tool.map(|tool| words::tool(tool.bias()))
     }
 
-    /// Everything the arm is told, in order: the preamble, and one command for each step.
+    /// Everything the arm is told, in order: the preamble, and the command of each step that has one.
     pub fn commands(&self) -> impl Iterator<Item = Set> + Clone + '_ {
-        let steps = self.steps.iter().map(|step| step.action.command());
+        let steps = self.steps.iter().filter_map(|step| step.action.command());
         self.preamble().into_iter().chain(steps)
     }
 
@@ -92,6 +94,21 @@ impl Plan {
             kinds.insert(command.row().id, command);
         }
         kinds.into_values().collect()
+    }
+
+    /// The places, from 0, at which it waits for a person.
+    pub fn pauses(&self) -> impl Iterator<Item = (usize, &Pause)> {
+        let steps = self.steps.iter().enumerate();
+        steps.filter_map(|(nth, step)| match &step.action {
+            Action::Pause(pause) => Some((nth, &**pause)),
+            _ => None,
+        })
+    }
+
+    /// Takes its pauses out.
+    pub fn without_pauses(&mut self) {
+        let pauses = |step: &Step| matches!(step.action, Action::Pause(_));
+        self.steps.retain(|step| !pauses(step));
     }
 
     /// Whether anything of it may light the laser.

@@ -59,12 +59,13 @@ impl Plan {
     }
 
     fn path_laws(&self) -> Vec<Option<VelocityProfile>> {
-        let commands: Vec<Set> = self
-            .steps
-            .iter()
-            .map(|step| step.action.command())
-            .collect();
-        PathProfiles::of(&commands)
+        let steps = self.steps.iter().map(|step| step.action.command());
+        let commands: Vec<Set> = steps.clone().flatten().collect();
+        let mut profiles = PathProfiles::of(&commands).into_iter();
+        // What sends nothing has none.
+        steps
+            .map(|step| step.and_then(|_| profiles.next()).flatten())
+            .collect()
     }
 
     /// With all power as a person wants it.

@@ -352,9 +352,12 @@ impl Map {
             Action::Path { to: [x, y, z] } | Action::Burn { to: [x, y, z], .. } => {
                 self.point([x, y, z])
             }
-            Action::Suction(_) | Action::Gripper(_) | Action::Laser(_) | Action::Wait(_) => {
-                Outcome::Done
-            }
+            Action::Suction(_)
+            | Action::Gripper(_)
+            | Action::Laser(_)
+            | Action::Wait(_)
+            | Action::Part(_)
+            | Action::Pause(_) => Outcome::Done,
             Action::Home => Outcome::Home,
             Action::Command(command) => self.command(command),
         }

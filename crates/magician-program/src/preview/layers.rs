@@ -1,5 +1,7 @@
 //! How each sort of way looks.
 
+use std::borrow::Cow;
+
 use super::toolpath::{Layer, SHADES, StrokeKind};
 use magician_sim::svg::palette::{BURNT, CARRIED, DRAWN, EMPTY, PAPER, UNREACHABLE};
 use magician_sim::svg::{Number, Svg};
@@ -16,7 +18,7 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> Str
         StrokeKind::Nothing => 0,
         StrokeKind::Carried => 1,
         StrokeKind::Burn(shade) => 1 + shade,
-        StrokeKind::Ink => 2 + SHADES,
+        StrokeKind::Ink(_) => 2 + SHADES,
         StrokeKind::Unreachable => 3 + SHADES,
     });
     for layer in layers {
@@ -36,7 +38,7 @@ pub(super) fn draw(svg: &mut Svg, layers: &[Layer], data: impl Fn(&Layer) -> Str
         let mut attributes = vec![
             ("class", class(layer.leaves)),
             ("fill", "none"),
-            ("stroke", colour),
+            ("stroke", &*colour),
             ("stroke-width", &width),
             ("stroke-linecap", cap(layer.leaves)),
             ("stroke-linejoin", "round"),
@@ -60,21 +62,23 @@ fn cap(leaves: StrokeKind) -> &'static str {
 }
 
 /// Colour, width in mm, opacity and dashes.
-pub(super) fn look(leaves: StrokeKind) -> (&'static str, f64, f64, Option<&'static str>) {
-    match leaves {
+pub(super) fn look(leaves: StrokeKind) -> (Cow<'static, str>, f64, f64, Option<&'static str>) {
+    let (colour, width, opacity, dashes) = match leaves {
         StrokeKind::Nothing => (EMPTY, 0.25, 0.9, Some("1.4 1.2")),
         StrokeKind::Carried => (CARRIED, 0.6, 1.0, None),
-        StrokeKind::Ink => (DRAWN, 0.5, 1.0, None),
+        StrokeKind::Ink(Some(color)) => return (color.to_string().into(), 0.5, 1.0, None),
+        StrokeKind::Ink(None) => (DRAWN, 0.5, 1.0, None),
         StrokeKind::Burn(shade) => (BURNT, 0.2, shade as f64 / SHADES as f64, None),
         StrokeKind::Unreachable => (UNREACHABLE, 0.5, 1.0, Some("2 1.2")),
-    }
+    };
+    (colour.into(), width, opacity, dashes)
 }
 
 /// What a program that reads the picture finds it by.
 fn class(leaves: StrokeKind) -> &'static str {
     match leaves {
         StrokeKind::Nothing | StrokeKind::Carried => "travel",
-        StrokeKind::Ink => "drawn",
+        StrokeKind::Ink(_) => "drawn",
         StrokeKind::Burn(_) => "burnt",
         StrokeKind::Unreachable => "unreachable",
     }

@@ -113,7 +113,9 @@ fn entries_of(toolpath: &Toolpath) -> Vec<(Sign, String)> {
             entries.push((Sign::Line(leaves), label.to_owned()));
         }
     };
-    lines(StrokeKind::Ink, "drawn");
+    let inks = toolpath.layers.iter().map(|layer| layer.leaves);
+    let inks = inks.filter(|leaves| matches!(leaves, StrokeKind::Ink(_)));
+    inks.for_each(|ink| lines(ink, "drawn"));
     lines(StrokeKind::Carried, "with something held");
     let nothing = match toolpath.purpose {
         PlanPurpose::Draws(_) => "pen up",
@@ -206,7 +208,7 @@ fn line(svg: &mut Svg, ends: [[f64; 2]; 2], leaves: StrokeKind) {
     let (colour, width, opacity, dashes) = look(leaves);
     let [width, opacity] = [width, opacity].map(|value| Number(value).to_string());
     let mut attributes = vec![
-        ("stroke", colour),
+        ("stroke", &*colour),
         ("stroke-width", width.as_str()),
         ("stroke-opacity", &opacity),
         ("stroke-linecap", "round"),

@@ -56,7 +56,7 @@ impl PlanPurpose {
             Self::Draws(Some(surface)) => {
                 let down = |[x, y, z]: [f64; 3]| z <= surface.at([x, y]) + AT_SURFACE;
                 if ends.into_iter().all(down) {
-                    StrokeKind::Ink
+                    StrokeKind::Ink(None)
                 } else {
                     StrokeKind::Nothing
                 }

@@ -6,7 +6,7 @@ use super::markers::Marker;
 use super::purpose::PlanPurpose;
 use super::tracer::PathTracer;
 use super::track::Track;
-use crate::{Plan, Report};
+use crate::{Color, Plan, Report};
 
 /// As coarse a picture may become to stay a picture, mm.
 const COARSEST: f64 = 0.2;
@@ -24,8 +24,8 @@ pub(super) enum StrokeKind {
     Nothing,
     /// Nothing, and the tool holds something.
     Carried,
-    /// A pen's line.
-    Ink,
+    /// A pen's line, in the colour of its part if that has one.
+    Ink(Option<Color>),
     /// A burnt line, by how dark it is: 1 to [`SHADES`].
     Burn(usize),
     /// Nothing: the arm does not come there.

@@ -13,7 +13,7 @@ use super::toolpath::{Layer, MOST_REFUSED, StrokeKind, Toolpath};
 use super::track::Track;
 use crate::check::reaches;
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
-use crate::{Action, Grip, Plan, Report, Travel};
+use crate::{Action, Color, Grip, Plan, Report, Travel};
 
 /// Corners are merged within this, mm: half of what is seen of a pen's line.
 const FINE: f64 = 0.02;
@@ -46,6 +46,8 @@ pub(super) struct PathTracer {
     turn: Turn,
     holds: bool,
     lit: bool,
+    /// The colour of the part under way.
+    ink: Option<Color>,
     /// Refused steps, the next one last.
     awaited: Vec<usize>,
     /// Whether it has come to a first place of its own: the way there leaves nothing.
@@ -90,6 +92,7 @@ impl PathTracer {
             turn: Turn::J4(0.0),
             holds: false,
             lit: false,
+            ink: None,
             awaited,
             begun: false,
             nth: 0,
@@ -166,13 +169,20 @@ impl PathTracer {
             Action::Move { .. }
             | Action::Joints { .. }
             | Action::Shift { .. }
-            | Action::Arc { .. } => self.curve(&action.command(), action.target()),
+            | Action::Arc { .. } => {
+                if let Some(command) = action.command() {
+                    self.curve(&command, action.target());
+                }
+            }
             Action::Suction(on) => self.hold(on, name),
             Action::Gripper(grip) => self.hold(grip == Grip::Close, name),
             Action::Laser(on) => self.lit = on,
             Action::Wait(_) => self.mark(MarkerKind::Wait, name),
             Action::Home => self.at = None,
             Action::Command(ref command) => self.command(command),
+            // White would not be seen.
+            Action::Part(ref part) => self.ink = part.color.filter(|color| !color.is_pale()),
+            Action::Pause(_) => {}
         }
         while self.awaited.pop_if(|step| *step == nth).is_some() {
             let there = action.target().map(|to| to.map(f64::from));
@@ -309,7 +319,7 @@ impl PathTracer {
 
     fn go(&mut self, from: [f64; 3], to: [f64; 3], power: Option<f64>) {
         let leaves = match self.toolpath.purpose.leaves([from, to], power, self.holds) {
-            StrokeKind::Ink if !self.begun => StrokeKind::Nothing,
+            StrokeKind::Ink(_) if !self.begun => StrokeKind::Nothing,
             leaves => leaves,
         };
         let geometry = self.course.geometry();
@@ -339,6 +349,10 @@ impl PathTracer {
 
     /// A part of the way as it is shown, and as it counts.
     fn draw(&mut self, shown: StrokeKind, leaves: StrokeKind, from: [f64; 3], to: [f64; 3]) {
+        let shown = match shown {
+            StrokeKind::Ink(_) => StrokeKind::Ink(self.ink),
+            other => other,
+        };
         let toolpath = &mut self.toolpath;
         let known = (toolpath.layers.iter()).position(|layer| layer.leaves == shown);
         let nth = known.unwrap_or_else(|| {
@@ -363,7 +377,7 @@ impl PathTracer {
         }
         let squares: f64 = (0..3).map(|axis| (to[axis] - from[axis]).powi(2)).sum();
         match leaves {
-            StrokeKind::Ink | StrokeKind::Burn(_) => {
+            StrokeKind::Ink(_) | StrokeKind::Burn(_) => {
                 if let Some(strokes) = &mut self.strokes {
                     DrawnLine::add(strokes, self.nth, flat(from), flat(to));
                 }

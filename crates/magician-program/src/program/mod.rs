@@ -11,6 +11,7 @@
 //! [`resume::StepCounter`](crate::resume::StepCounter)'s.
 
 mod iterations;
+mod numbering;
 mod remaining;
 mod timetable;
 
@@ -19,6 +20,7 @@ use std::sync::Arc;
 use magician_host::words::Preflight;
 use magician_host::{Ctrl, FrameBuf, Set};
 
+pub use numbering::StepNumbering;
 pub use remaining::RemainingProgram;
 pub use timetable::Timetable;
 
@@ -54,14 +56,17 @@ pub struct Program {
     /// Ends with the pen down.
     pub(crate) stays: bool,
     pub(crate) leading: u64,
+    pub(crate) numbering: StepNumbering,
 }
 
 impl Program {
     /// A plan, so many times; without a number for ever.
     #[must_use]
     pub fn new(plan: impl Into<Arc<Plan>>, iterations: Option<u64>) -> Self {
+        let plan = plan.into();
         Self {
-            plan: plan.into(),
+            numbering: StepNumbering::of(&plan),
+            plan,
             settings: Vec::new(),
             iterations,
             stays: false,
@@ -134,6 +139,12 @@ impl Program {
     pub fn steps(&self) -> Option<u64> {
         let all = self.iterations?.saturating_mul(self.steps_per_iteration());
         Some(all.saturating_sub(u64::from(self.stays)))
+    }
+
+    /// Which of its steps send nothing.
+    #[must_use]
+    pub fn numbering(&self) -> &StepNumbering {
+        &self.numbering
     }
 
     /// Steps of one iteration.
@@ -211,13 +222,17 @@ impl Program {
         } else {
             0
         };
-        let mut take_command = |command: &Set| {
-            if let Ok(frame) = FrameBuf::set(command, Ctrl::QUEUED) {
-                take(frame.bytes());
+        // Steps that send nothing are counted as well.
+        let mut take_step = |command: Option<Set>, name: &str| match command {
+            Some(command) => {
+                if let Ok(frame) = FrameBuf::set(&command, Ctrl::QUEUED) {
+                    take(frame.bytes());
+                }
             }
+            None => take(name.as_bytes()),
         };
         if let Some(tool) = self.plan.preamble() {
-            take_command(&tool);
+            take_step(Some(tool), "");
         }
         for slice in self
             .plan
@@ -227,7 +242,7 @@ impl Program {
             .chunks(SLICE)
         {
             for step in slice {
-                take_command(&step.action.command());
+                take_step(step.action.command(), step.action.name());
             }
             turns.give().await;
         }

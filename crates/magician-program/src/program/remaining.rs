@@ -6,11 +6,11 @@ use magician_host::Set;
 use magician_host::commands::Pose;
 use magician_host::words::{Guards, Preflight};
 
-use super::{Program, Timetable};
+use super::{Program, StepNumbering, Timetable};
 use crate::plan::within;
 use crate::resume::{ResumePoint, StepCounter};
 use crate::turns::{AtOnce, SLICE, Turns, at_once};
-use crate::{Diagnostic, Plan, Report};
+use crate::{Action, Diagnostic, Part, Pause, Plan, Report, Step};
 
 /// How far from where it should an arm may stand, mm: no further than a gap in a line may be, for what was cut off so near
 /// its end counts as done.
@@ -35,6 +35,7 @@ pub struct RemainingProgram {
     pub(super) follow: Option<u64>,
     /// The last step is left out: the pen stays down.
     stays: bool,
+    numbering: StepNumbering,
     start: Preflight,
     /// The start when the arm has been told the settings.
     pub(super) told: Preflight,
@@ -72,6 +73,7 @@ impl RemainingProgram {
             follow: (program.iterations)
                 .map(|iterations| iterations.saturating_sub(done.saturating_add(1))),
             stays: program.stays,
+            numbering: program.numbering.clone(),
             start,
             told,
         })
@@ -121,25 +123,112 @@ impl RemainingProgram {
         self.settings.len() as u64 + tool + self.added
     }
 
+    /// The counter of its steps: `mixed` as [`StepCounter::new`] has it.
+    #[must_use]
+    pub fn counter(&self, mixed: bool) -> StepCounter {
+        StepCounter::new(self.lead(), mixed).numbered(self.numbering.clone(), self.from)
+    }
+
+    /// The steps, from its first, up to the last of so many commands behind the [`lead`](Self::lead).
+    #[must_use]
+    pub fn steps_of(&self, commands: u64) -> u64 {
+        let before = self.numbering.commands(self.from);
+        let steps = self.numbering.steps(before.saturating_add(commands));
+        match commands {
+            0 => 0,
+            _ => steps.saturating_sub(self.from),
+        }
+    }
+
     /// The commands up to the end of the first part.
     pub fn first_commands(&self) -> impl Iterator<Item = Set> + Clone + '_ {
         self.settings.iter().copied().chain(self.first.commands())
     }
 
-    /// All commands, in order.
-    pub fn commands(&self) -> impl Iterator<Item = Set> + '_ {
+    /// The steps behind the first part.
+    fn later(&self) -> impl Iterator<Item = &Step> + '_ {
         let times = usize::try_from(self.follow.unwrap_or(u64::MAX)).unwrap_or(usize::MAX);
-        let iterations = repeat_n(&*self.whole, times);
-        let later = iterations.flat_map(|plan| plan.steps.iter().map(|step| step.action.command()));
-        let all = self.first_commands().chain(later);
-        all.take(if self.stays { self.count() } else { usize::MAX })
+        repeat_n(&*self.whole, times).flat_map(|plan| &plan.steps)
     }
 
-    /// How many commands there are without the last lift.
+    /// The first part, as [`slots`](Self::slots) has it.
+    fn first_slots(&self) -> impl Iterator<Item = Option<Set>> + '_ {
+        let before = self.settings.iter().copied().chain(self.first.preamble());
+        let steps = self.first.steps.iter().map(|step| step.action.command());
+        before.map(Some).chain(steps)
+    }
+
+    /// Everything in its order: each command, and a `None` for each step that has none.
+    fn slots(&self) -> impl Iterator<Item = Option<Set>> + '_ {
+        let later = self.later().map(|step| step.action.command());
+        let slots = self.first_slots().chain(later);
+        slots.take(if self.stays { self.count() } else { usize::MAX })
+    }
+
+    /// All commands, in order.
+    pub fn commands(&self) -> impl Iterator<Item = Set> + '_ {
+        self.slots().flatten()
+    }
+
+    /// The commands up to its first [`pause`](Self::pause), in order; all without one.
+    pub fn commands_to_pause(&self) -> impl Iterator<Item = Set> + '_ {
+        let steps = self.pause().map(|(step, _)| step.saturating_sub(self.from));
+        let slots = steps.map(|steps| steps.saturating_add(self.lead()));
+        let slots = slots.map_or(usize::MAX, |slots| {
+            usize::try_from(slots).unwrap_or(usize::MAX)
+        });
+        self.slots().take(slots).flatten()
+    }
+
+    /// The command that is sent next when so many of its steps are finished.
+    #[must_use]
+    pub fn next_command(&self, steps: u64) -> Option<Set> {
+        let slots = usize::try_from(steps.saturating_add(self.lead())).ok()?;
+        self.slots().skip(slots).flatten().next()
+    }
+
+    /// The steps from the first one on, over all iterations; of a program without end no more than the first and one whole iteration.
+    fn ahead(&self) -> impl Iterator<Item = (u64, &Step)> + '_ {
+        let added = usize::try_from(self.added).unwrap_or(usize::MAX);
+        let first = self.first.steps.iter().skip(added);
+        let later = Some(&self.whole).filter(|_| self.follow != Some(0));
+        let later = later.into_iter().flat_map(|plan| &plan.steps);
+        (self.from..).zip(first.chain(later))
+    }
+
+    /// The first step that waits for a person, over all iterations.
+    #[must_use]
+    pub fn pause(&self) -> Option<(u64, &Pause)> {
+        self.ahead().find_map(|(nth, step)| match &step.action {
+            Action::Pause(pause) => Some((nth, &**pause)),
+            _ => None,
+        })
+    }
+
+    /// Whether it waits for a person before it sends anything.
+    #[must_use]
+    pub fn begins_with_pause(&self) -> bool {
+        let mut silent = self.ahead().take_while(|(_, step)| step.action.is_silent());
+        silent.any(|(_, step)| matches!(step.action, Action::Pause(_)))
+    }
+
+    /// The part that begins behind a step before anything is sent, if one does.
+    #[must_use]
+    pub fn part_after(&self, step: u64) -> Option<&Part> {
+        let behind = self.ahead().skip_while(|(nth, _)| *nth <= step);
+        let mut silent = behind.take_while(|(_, step)| step.action.is_silent());
+        silent.find_map(|(_, step)| match &step.action {
+            Action::Part(part) => Some(&**part),
+            _ => None,
+        })
+    }
+
+    /// How many commands and steps there are without the last lift.
     fn count(&self) -> usize {
         let iterations = self.follow.unwrap_or(u64::MAX);
         let later = iterations.saturating_mul(self.whole.steps.len() as u64);
-        let first = self.first_commands().count() as u64;
+        let tool = u64::from(self.first.tool.is_some());
+        let first = (self.settings.len() + self.first.steps.len()) as u64 + tool;
         let all = first.saturating_add(later).saturating_sub(1);
         usize::try_from(all).unwrap_or(usize::MAX)
     }
@@ -206,7 +295,7 @@ impl RemainingProgram {
             return Timetable::default();
         };
         let mut course = self.start.clone().guards(Guards::NONE);
-        let first = sums(&mut course, self.first_commands(), turns).await;
+        let first = sums(&mut course, self.first_slots(), turns).await;
         let iteration = match self.follow {
             Some(0) => Vec::new(),
             _ => {
@@ -232,12 +321,13 @@ impl RemainingProgram {
             return Timetable::default();
         }
         let mut course = self.start.clone().guards(Guards::NONE);
-        let sooner = sums(&mut course, before.iter().copied(), turns).await;
-        let first = sums(&mut course, self.first_commands().map(&change), turns).await;
+        let sooner = sums(&mut course, before.iter().copied().map(Some), turns).await;
+        let first = self.first_slots().map(|slot| slot.map(&change));
+        let first = sums(&mut course, first, turns).await;
         let (mut iteration, mut iterations) = (Vec::new(), 0);
         if let Some(follow @ 1..) = self.follow {
             let steps = self.whole.steps.iter();
-            let commands = steps.map(|step| change(step.action.command()));
+            let commands = steps.map(|step| step.action.command().map(&change));
             (iteration, iterations) = (sums(&mut course, commands, turns).await, follow);
         }
         let last = |sums: &[f64]| sums.last().copied().unwrap_or_default();
@@ -273,12 +363,12 @@ impl RemainingProgram {
         let done = steps.checked_sub(self.from)?.saturating_add(self.lead());
         let done = usize::try_from(done).ok()?;
         let mut course = self.start.clone().guards(Guards::NONE);
-        let mut commands = self.commands();
-        for command in commands.by_ref().take(done) {
+        let mut slots = self.slots();
+        for command in slots.by_ref().take(done).flatten() {
             // What could not be checked was not sent.
             let _ = course.check(&command);
         }
-        let (passed, at) = within::place_on(&mut course, commands, pose)?;
+        let (passed, at) = within::place_on(&mut course, slots, pose)?;
         Some((steps + passed, at))
     }
 
@@ -291,7 +381,7 @@ impl RemainingProgram {
         let count = usize::try_from(done.saturating_add(self.lead())).ok()?;
         let mut course = self.start.clone().guards(Guards::NONE);
         let mut last = None;
-        for command in self.commands().take(count) {
+        for command in self.slots().take(count).flatten() {
             // What could not be checked was not sent.
             let _ = course.check(&command);
             last = Some(command);
@@ -306,11 +396,11 @@ impl RemainingProgram {
     }
 }
 
-/// How long commands take up to each of them, seconds; what has no end that is known counts nothing. Within a continuous path a segment
-/// counts when it is settled, some segments later.
+/// How long steps take up to each of them, seconds; what has no command, or no end that is known, counts nothing. Within a continuous
+/// path a segment counts when it is settled, some segments later.
 async fn sums(
     course: &mut Preflight,
-    mut commands: impl Iterator<Item = Set> + Send,
+    mut slots: impl Iterator<Item = Option<Set>> + Send,
     turns: &impl Turns,
 ) -> Vec<f64> {
     *course = course.clone().summing();
@@ -318,9 +408,11 @@ async fn sums(
     let mut sums = Vec::new();
     loop {
         let before = sums.len();
-        sums.extend(commands.by_ref().take(SLICE).map(|command| {
-            let time = course.check(&command).map(|step| step.time);
-            let known = time.ok().filter(|time| *time < Duration::MAX);
+        sums.extend(slots.by_ref().take(SLICE).map(|slot| {
+            let done = slot.and_then(|command| course.check(&command).ok());
+            let known = done
+                .map(|step| step.time)
+                .filter(|time| *time < Duration::MAX);
             sum += known.map_or(0.0, |time| time.as_secs_f64());
             sum
         }));

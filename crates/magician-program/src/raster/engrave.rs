@@ -92,10 +92,7 @@ impl Engrave {
         let frame = |beyond: f64| {
             let [left, right] = [-beyond, size[0] + beyond];
             let corners = [[left, size[1]], [right, size[1]], [right, 0.0], [left, 0.0]];
-            Stroke {
-                points: [&corners[..], &corners[..1]].concat(),
-                origin: Origin::NONE,
-            }
+            Stroke::new([&corners[..], &corners[..1]].concat(), Origin::NONE)
         };
         Artwork {
             page: Some(size),

@@ -37,6 +37,7 @@ pub(super) fn strokes(image: &Raster, page: [f64; 2], trace: &Trace) -> (Vec<Str
                 line: row.saturating_add(1).min(image.height as u32),
                 ..Origin::NONE
             },
+            style: crate::artwork::Style::default(),
         };
         if stroke.is_closed() {
             strokes.push(stroke);

@@ -102,6 +102,7 @@ impl Shade {
                 line: row.saturating_add(1).min(self.height as u32),
                 ..Origin::NONE
             },
+            style: crate::artwork::Style::default(),
         }
     }
 }

@@ -62,6 +62,7 @@ impl Setup {
             (Content::Artwork(artwork), _) => artwork,
             (content, _) => return Ok((content, notes)),
         };
+        artwork = self.divided(artwork, &mut notes)?;
         let repeated = artwork.tidy(&self.tidied(scale)).repeated;
         if repeated > 0 {
             let lines = if repeated == 1 { "line" } else { "lines" };

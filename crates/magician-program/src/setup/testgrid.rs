@@ -63,9 +63,9 @@ impl Setup {
 
 /// The labels, with the weakest power at the highest speed.
 fn labels(wanted: &TestGrid, grid: &Grid, surface: Surface, engrave: &Engrave, tool: Tool) -> Plan {
-    let strokes = wanted.labels.iter().map(|line| Stroke {
-        points: line.iter().map(|point| on(wanted, grid, *point)).collect(),
-        origin: Origin::NONE,
+    let strokes = wanted.labels.iter().map(|line| {
+        let points = line.iter().map(|point| on(wanted, grid, *point));
+        Stroke::new(points.collect(), Origin::NONE)
     });
     let artwork = Artwork {
         title: wanted.title.clone(),

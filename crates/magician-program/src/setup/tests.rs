@@ -20,10 +20,7 @@ fn taught() -> Plan {
 
 fn line() -> Artwork {
     Artwork {
-        strokes: vec![Stroke {
-            points: vec![[0.0, 0.0], [20.0, 0.0]],
-            origin: Origin::NONE,
-        }],
+        strokes: vec![Stroke::new(vec![[0.0, 0.0], [20.0, 0.0]], Origin::NONE)],
         ..Artwork::default()
     }
 }

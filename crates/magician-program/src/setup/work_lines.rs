@@ -51,10 +51,7 @@ impl WorkLines {
                 Some(stroke) if last == Some(ends[0]) => {
                     stroke.points.extend(points.into_iter().skip(1));
                 }
-                _ => strokes.push(Stroke {
-                    points,
-                    origin: segment.origin,
-                }),
+                _ => strokes.push(Stroke::new(points, segment.origin)),
             }
             last = Some(ends[1]);
         }

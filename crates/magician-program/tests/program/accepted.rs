@@ -88,10 +88,7 @@ fn drawings() -> impl Strategy<Value = Artwork> {
     proptest::collection::vec(stroke, 1..8).prop_map(|lines| Artwork {
         strokes: lines
             .into_iter()
-            .map(|points| Stroke {
-                points,
-                origin: Origin::NONE,
-            })
+            .map(|points| Stroke::new(points, Origin::NONE))
             .collect(),
         ..Artwork::default()
     })
@@ -277,10 +274,8 @@ fn lines_far_apart_on_a_slope_are_left_and_come_to_from_above() {
         height: -100.0,
         slope: [0.2, 0.15],
     };
-    let strokes = [[0.0, 0.0], [110.0, 0.0], [0.0, 90.0], [110.0, 90.0]].map(|[x, y]| Stroke {
-        points: vec![[x, y], [x + 3.0, y + 2.0]],
-        origin: Origin::NONE,
-    });
+    let strokes = [[0.0, 0.0], [110.0, 0.0], [0.0, 90.0], [110.0, 90.0]]
+        .map(|[x, y]| Stroke::new(vec![[x, y], [x + 3.0, y + 2.0]], Origin::NONE));
     let drawing = Artwork {
         strokes: strokes.to_vec(),
         ..Artwork::default()

@@ -405,7 +405,6 @@ fn what_is_left_out_is_said_and_what_cannot_be_is_refused() {
         [
             "line 1, column 8: line types (LT) are left out: all lines are solid",
             "line 1, column 48: XX is left out",
-            "pens 1, 2 draw alike: the arm has one pen",
         ]
     );
     assert!(

@@ -14,6 +14,7 @@ mod gcode;
 mod hpgl;
 mod lossy;
 mod order;
+mod parts;
 mod placing;
 mod plan;
 mod points;

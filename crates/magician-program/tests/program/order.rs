@@ -5,10 +5,9 @@ use magician_program::{Artwork, Origin, Stroke};
 use proptest::prelude::*;
 
 fn artwork(lines: Vec<Vec<[f64; 2]>>) -> Artwork {
-    let strokes = lines.into_iter().map(|points| Stroke {
-        points,
-        origin: Origin::NONE,
-    });
+    let strokes = lines
+        .into_iter()
+        .map(|points| Stroke::new(points, Origin::NONE));
     Artwork {
         strokes: strokes.collect(),
         ..Artwork::default()

@@ -11,14 +11,14 @@ use magician_program::{Action, Artwork, Origin, Stroke, Surface, Tool, Travel, c
 const PAPER: Surface = Surface::level(-60.0);
 
 fn artwork(lines: &[&[[f64; 2]]]) -> Artwork {
-    let strokes = lines.iter().enumerate().map(|(nth, points)| Stroke {
-        points: points.to_vec(),
-        origin: Origin {
+    let strokes = lines.iter().enumerate().map(|(nth, points)| {
+        let origin = Origin {
             line: nth as u32 + 1,
             column: 1,
             length: 1,
             name: 0,
-        },
+        };
+        Stroke::new(points.to_vec(), origin)
     });
     Artwork {
         title: "test".into(),

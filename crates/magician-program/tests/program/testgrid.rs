@@ -42,7 +42,7 @@ fn said(plan: &Plan, name: &str) -> (Vec<f32>, Vec<f32>, [[f64; 2]; 2]) {
         .iter()
         .filter(|step| plan.name_of(&step.origin) == Some(name))
     {
-        match step.action.command() {
+        match step.action.command().expect("it has one") {
             Set::CpLeCmd(segment) => {
                 let to = [segment.x, segment.y].map(f64::from);
                 if segment.velocity_or_power > 0.0 {
@@ -164,7 +164,7 @@ fn labels_are_burnt_with_the_weakest_power_at_the_highest_speed() {
         .take_while(|step| step.origin.name_index().is_none());
     let mut burns = 0;
     for step in labels {
-        match step.action.command() {
+        match step.action.command().expect("it has one") {
             Set::CpLeCmd(segment) => {
                 assert_eq!(segment.velocity_or_power, 30.0);
                 burns += 1;

@@ -148,6 +148,8 @@ class JobState(Value):
     """Who has started it."""
     reason: str | None
     """Why it is paused."""
+    text: str | None
+    """What the person is told for whom it pauses between parts, or because the program says so."""
     error: Mapping[str, Any] | None
     """Why it has failed."""
 

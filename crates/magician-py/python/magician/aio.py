@@ -1604,6 +1604,8 @@ class Arm(Bound):
             raise InvalidInputError(_PROGRESS_WAITS)
         if not isinstance(program, Plan):
             program = await self._kept(program)
+        if flag("wait", wait):
+            _check_pauses(program)
         await self._settle()
         job = self.start(
             program,
@@ -1879,6 +1881,14 @@ class Jog(Bound):
         self._jog.keep()
 
 
+def _check_pauses(plan: Plan) -> None:
+    for step, text in plan.pauses:
+        raise InvalidInputError(
+            f"the plan pauses at step {step} ({text}), and nobody could resume it: start() gives a job that can be "
+            "resumed, and load(no_pause=True) never pauses"
+        )
+
+
 class Job(Bound):
     """A plan under way: see :meth:`Arm.start`."""
 
@@ -1909,6 +1919,32 @@ class Job(Bound):
         :raises ClosedError: It is ending, or over.
         """
         await until(self._job.pause())
+
+    @property
+    def pause_reason(self) -> str | None:
+        """Why it is paused: ``person`` who asked for it, ``part`` between two parts of a drawing, ``program`` where the
+        plan says so. ``None`` while it is not paused.
+        """
+        found = self._job.pause_reason()
+        return None if found is None else found[0]
+
+    @property
+    def pause_text(self) -> str | None:
+        """What the person is told whom it waits for, such as which pen to mount."""
+        found = self._job.pause_reason()
+        return None if found is None else found[2]
+
+    async def paused(self) -> str | None:
+        """Waits until it is paused, and returns what the person is told: empty at a pause that somebody asked for.
+        ``None`` when the job is over; :meth:`wait` has its result.
+
+        >>> job = arm.start(magician.load("two.svg", surface=-60, parts="layer"))
+        >>> while (text := job.paused()) is not None:
+        ...     input(text)
+        ...     job.resume()
+        >>> result = job.wait()
+        """
+        return await until(self._job.paused())
 
     async def resume(self) -> None:
         """Goes on with a paused job: above the point where it paused, down, and on. A laser job burns again.

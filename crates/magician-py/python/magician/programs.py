@@ -81,17 +81,17 @@ class Sheet(Value):
 
 
 class Step(Value):
-    """One step of a plan: one command."""
+    """One step of a plan: one command, or where a part begins or the plan waits for a person."""
 
     number: int
     """Which, from 1."""
     action: str
     """What is done: ``move``, ``joints``, ``shift``, ``arc``, ``path``, ``burn``, ``suction``, ``gripper``, ``laser``,
-    ``wait``, ``home``, or ``command`` for anything else."""
+    ``wait``, ``home``, ``part``, ``pause``, or ``command`` for anything else."""
     by: Literal["joints", "line", "jump"] | None
     """Which way a move goes."""
-    command: Queueable
-    """The command that does it."""
+    command: Queueable | None
+    """The command that does it; none of a part and of a pause."""
     values: tuple[float, ...]
     """Its numbers: x, y, z, r (an arc's twice, a burn's last the power in percent), seconds of a wait, 1 for on and 0
     for off (a gripper closes at 1, opens at 0, and its pump is off at -1)."""
@@ -503,6 +503,11 @@ class Plan:
             return lost
         raise InvalidInputError(f"{to}: a plan is kept as .plan.json or .playback; preview() makes pictures")
 
+    @property
+    def pauses(self) -> list[tuple[int, str]]:
+        """Where it waits for a person: the numbers of these steps, and what the person is told."""
+        return self.native.pauses()
+
     # What every value has.
 
     def __len__(self) -> int:
@@ -586,6 +591,11 @@ def load(
     fill_spacing: float | None = None,
     fill_angle: float | None = None,
     fill_inset: float | None = None,
+    parts: Literal["none", "layer", "color"] | None = None,
+    only: str | Iterable[str] = (),
+    passes: int | None = None,
+    pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None = None,
+    no_pause: bool = False,
     frame: Literal["box", "hull", "outline"] | None = None,
     frame_power: float | None = None,
     preset: str | None = None,
@@ -674,6 +684,16 @@ def load(
         pen and 0.2 with the laser if left out. It, ``fill_angle`` and ``fill_inset`` need a ``fill``.
     :param fill_angle: Their direction, degrees counter-clockwise from x; 45 if left out.
     :param fill_inset: Their distance from the edge, mm, 0 or more; half of ``fill_spacing`` if left out.
+    :param parts: What a drawing is divided into: ``"layer"`` (layers, pens of a plot, tools of G-code) or ``"color"``.
+        Between its parts the job pauses, so that a pen can be changed; a laser job only before layers whose name
+        begins with ``!``. If left out: layers, with ``only`` or ``pens`` and where names of Inkscape layers begin
+        with ``%`` (left out) or ``!``; else a drawing has no parts.
+    :param only: Parts that are drawn, each by its name, its colour (``#rrggbb`` or a name of CSS) or its number.
+    :param passes: How often each part is drawn before the next, 1 to 1000.
+    :param pens: Pens of the parts: mappings with ``match`` (a name, a colour or a number) and any of
+        ``surface_offset``, ``lift``, ``speed``, ``power``, ``passes`` and ``fill``; or the path of a TOML file with a
+        ``[[pen]]`` for each. The first that matches a part counts.
+    :param no_pause: Whether the plan never waits for a person.
     :param frame: Go round what would be drawn or burnt, without a mark, instead: see :func:`frame`.
     :param frame_power: Power of the laser on a frame, percent, 5 at most; dark if left out.
     :param preset: A preset of ``magician preset``: what it says counts for arguments that are left out or as usual.
@@ -710,6 +730,7 @@ def load(
             one_way=one_way,
             dedupe=dedupe,
             strict_text=strict_text,
+            no_pause=no_pause,
         ),
         "by": _three("move", move),
         "speed": number("speed", speed, above=0, unit="mm/s"),
@@ -750,6 +771,10 @@ def load(
         "fill_spacing": number("fill_spacing", fill_spacing, least=0.02, unit="mm"),
         "fill_angle": number("fill_angle", fill_angle, unit="deg"),
         "fill_inset": number("fill_inset", fill_inset, least=0, unit="mm"),
+        "parts": string("parts", parts),
+        "only": [only] if isinstance(only, str) else [str(string("only", one)) for one in only],
+        "passes": None if passes is None else whole("passes", passes, 1, 1000),
+        **_pens(pens),
         "frame": string("frame", frame),
         "frame_power": number("frame_power", frame_power, above=0, unit="percent"),
         "preset": string("preset", preset),
@@ -878,6 +903,17 @@ def _font(font: str | os.PathLike[str] | None) -> tuple[str | None, bytes | None
         return path.name, path.read_bytes()
     except OSError as error:
         raise OSError(error.errno, f"font takes {_FONTS_OR_FILE}: {error.strerror}", str(path)) from None
+
+
+def _pens(pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None) -> dict[str, str | None]:
+    if pens is None:
+        return {"pens": None, "pens_file": None}
+    if isinstance(pens, (str, os.PathLike)):
+        return {"pens": None, "pens_file": Path(pens).read_text("utf-8")}
+    try:
+        return {"pens": json.dumps([dict(pen) for pen in pens]), "pens_file": None}
+    except (TypeError, ValueError):
+        raise TypeError(f"pens is {pens!r}; it takes mappings, or the path of a TOML file") from None
 
 
 def _open(file: str | os.PathLike[str] | IO[bytes]) -> tuple[str, bytes]:

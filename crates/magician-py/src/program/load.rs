@@ -80,6 +80,13 @@ struct Wanted {
     fill_spacing: Option<f64>,
     fill_angle: Option<f64>,
     fill_inset: Option<f64>,
+    parts: Option<String>,
+    only: Vec<String>,
+    passes: Option<u32>,
+    /// As JSON, or a file of pens.
+    pens: Option<String>,
+    pens_file: Option<String>,
+    no_pause: bool,
     frame: Option<String>,
     frame_power: Option<f64>,
     preset: Option<String>,
@@ -148,6 +155,19 @@ impl Wanted {
         options.fill = fill.map(str::parse).transpose()?;
         (options.fill_spacing, options.fill_angle) = (self.fill_spacing, self.fill_angle);
         options.fill_inset = self.fill_inset;
+        options.parts = self.parts.as_deref().map(str::parse).transpose()?;
+        options.only.clone_from(&self.only);
+        (options.passes, options.no_pause) = (self.passes, self.no_pause);
+        options.pens = match (&self.pens, &self.pens_file) {
+            (Some(json), _) => {
+                let pens = serde_json::from_str(json);
+                pens.map_err(|error| format!("pens: {error}"))?
+            }
+            (None, Some(text)) => {
+                let pens = magician_job::pens::from_text(text);
+                pens.map_err(|problem| format!("pens: {problem}"))?
+            }
+            (None, None) => Vec::new(),
         options.frame = self.frame.as_deref().map(str::parse).transpose()?;
         options.frame_power = self.frame_power;
         let note = self.preset(format, &mut options)?;

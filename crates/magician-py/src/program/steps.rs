@@ -28,7 +28,8 @@ impl PyPlan {
         parts.set_item("column", known(place.column))?;
         parts.set_item("row", row)?;
         parts.set_item("name", self.plan.name_of(&place))?;
-        let command = values::object(py, &step.action.command())?;
+        let command = step.action.command();
+        let command = command.map(|command| values::object(py, &command)).transpose()?;
         parts.set_item("command", command)?;
         Ok(parts)
     }
@@ -88,6 +89,6 @@ fn said(action: &Action) -> Vec<f64> {
             Grip::Close => 1.0,
         }],
         Action::Wait(milliseconds) => vec![f64::from(*milliseconds) / 1000.0],
-        Action::Home | Action::Command(_) => Vec::new(),
+        Action::Home | Action::Command(_) | Action::Part(_) | Action::Pause(_) => Vec::new(),
     }
 }

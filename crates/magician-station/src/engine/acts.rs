@@ -3,7 +3,7 @@
 use magician::commands::{JogCommonParams, Pose, PtpCommonParams};
 use magician::words::{self, Axis};
 use magician::{Arm, Ctrl, Set};
-use magician_program::{Action, Travel};
+use magician_program::Travel;
 use serde_json::{Value, json};
 
 use super::Done;
@@ -219,11 +219,14 @@ fn command(
             words::move_joints_by(j1, j2, j3, j4)
         }
         (by, false, true) => {
-            let line = by == Travel::Line;
-            Action::Shift { by: to, line }.command()
+            let [x, y, z, r] = to;
+            match by {
+                Travel::Line => words::line_by(x, y, z, r),
+                _ => words::move_by(x, y, z, r),
+            }
         }
-        (by, false, false) => Action::Move { to, by }.command(),
-        (by, true, false) => Action::Joints { to, by }.command(),
+        (by, false, false) => by.to_pose(to),
+        (by, true, false) => by.to_joints(to),
     };
     match rail {
         None => Ok(command),

@@ -158,7 +158,8 @@ impl Work {
                             let pose = arm.get::<Pose>().await.ok();
                             *lock(&paused) = pose;
                         }
-                        JobNews::State(state)
+                        let text = handle.pause_text();
+                        JobNews::State(state, text.map(|text| text.to_string()))
                     }
                     JobEvent::Progress(progress) => JobNews::Progress(progress),
                     JobEvent::Starts(starts) => JobNews::Starts(starts.steps),

@@ -333,7 +333,7 @@ impl Station {
                     self.notify_all("job.changed", &json!({"job": shown}));
                 }
             }
-            JobNews::State(state) => {
+            JobNews::State(state, text) => {
                 let name = match state {
                     // The pen goes up, and the settings are restored.
                     JobState::Ending => "running",
@@ -349,6 +349,7 @@ impl Station {
                 name.clone_into(&mut record.state);
                 record.reason = paused.map(|(reason, _)| reason.to_owned());
                 record.part = paused.and_then(|(_, part)| part);
+                record.text = text.filter(|_| paused.is_some());
                 self.job_changed(now, arm, job);
                 match state {
                     JobState::Running => {

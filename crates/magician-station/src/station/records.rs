@@ -37,6 +37,7 @@ pub(super) struct JobRecord {
     pub(super) holder: Value,
     pub(super) part: Option<u64>,
     pub(super) reason: Option<String>,
+    pub(super) text: Option<String>,
     pub(super) error: Value,
     /// What it does; for the file alone.
     #[serde(skip)]
@@ -74,6 +75,7 @@ impl JobRecord {
             holder: Value::Null,
             part: None,
             reason: None,
+            text: None,
             error: Value::Null,
             order: Some(Arc::new(order)),
             number: Some(number),
@@ -108,7 +110,7 @@ impl JobRecord {
     /// It is over.
     pub(super) fn is_over(&mut self, t: f64, end: &JobEnd) {
         end.state.clone_into(&mut self.state);
-        (self.reason, self.part) = (None, None);
+        (self.reason, self.part, self.text) = (None, None, None);
         self.seconds_left = None;
         self.ended = Some(t);
         if let Some([drawn, travelled]) = end.lengths {
@@ -181,7 +183,7 @@ impl Records {
         let mut changed = false;
         for record in all.iter_mut().filter(|record| is_under_way(&record.state)) {
             "interrupted".clone_into(&mut record.state);
-            (record.reason, record.part) = (None, None);
+            (record.reason, record.part, record.text) = (None, None, None);
             (record.ended, record.seconds_left) = (Some(t), None);
             changed = true;
         }

@@ -375,3 +375,42 @@ async fn a_job_that_burns_needs_a_teacher_who_means_it() {
     until(&mut teacher, &job, "done").await;
     assert!(!bench.arms[0].state().laser);
 }
+
+/// The arm has a pen to change: whoever watches reads which.
+#[tokio::test(start_paused = true)]
+async fn a_job_that_waits_between_parts_says_what_for() {
+    let bench = Bench::new(1).await;
+    let mut anna = bench.join("Anna").await;
+    anna.lease().await;
+    let two = "<svg xmlns='http://www.w3.org/2000/svg' width='30mm' height='30mm' viewBox='0 0 30 30'>\
+        <path d='M5 5H25' stroke='red'/><path d='M5 15H25' stroke='blue'/></svg>";
+    let setup = json!({"surface": PAPER, "parts": "color", "pens": [{"match": "blue", "lift": 6}]});
+    let params = json!({"text": two, "format": "svg", "setup": setup});
+    let job = anna.ok("job.start", params).await["job"].clone();
+    let paused = until(&mut anna, &job, "paused").await;
+    assert_eq!(
+        (&paused["reason"], &paused["part"], &paused["text"]),
+        (
+            &json!("part"),
+            &json!(2),
+            &json!("mount the pen for part 2, #0000ff")
+        )
+    );
+    assert!(pen_is_up(&bench));
+    anna.listen(Duration::from_secs(5)).await;
+    assert!(!bench.arms[0].state().moving);
+    assert_eq!(state_of(&mut anna, &job).await["state"], json!("paused"));
+    anna.lease().await;
+    let running = anna.ok("job.resume", json!({"job": job})).await;
+    assert_eq!(
+        (&running["state"], &running["text"]),
+        (&json!("running"), &json!(null))
+    );
+    until(&mut anna, &job, "done").await;
+    anna.lease().await;
+    let wrong = json!({"surface": PAPER, "pens": [{"match": "blue", "width": 6}]});
+    let params = json!({"text": two, "format": "svg", "setup": wrong});
+    let refused = anna.call("job.start", params).await.unwrap_err();
+    let message = refused["message"].as_str().unwrap_or_default();
+    assert!(message.contains("unknown field `width`"), "{refused}");
+}

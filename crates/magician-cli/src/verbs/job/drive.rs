@@ -292,7 +292,8 @@ impl Drive<'_> {
         let state = run.job.state();
         let mut paused = recorder.is_none() && matches!(state, JobState::Paused { .. });
         if let (true, JobState::Paused { reason, part }) = (paused, state) {
-            teller.paused(reason, part);
+            teller.paused(reason, part, run.job.pause_text().as_deref());
+            run.stops_unanswered();
         }
         if std::mem::take(&mut run.suspends) {
             run.hears_control(Control::Suspend, teller);
@@ -307,7 +308,8 @@ impl Drive<'_> {
                     JobState::Pausing => teller.pausing(),
                     JobState::Paused { reason, part } => {
                         paused = true;
-                        teller.paused(reason, part);
+                        teller.paused(reason, part, run.job.pause_text().as_deref());
+                        run.stops_unanswered();
                     }
                     JobState::Running if std::mem::take(&mut paused) => teller.resumed(),
                     JobState::Stopping => teller.ends(true),
@@ -330,7 +332,7 @@ impl Drive<'_> {
                     run.resuming = None;
                     match resumed {
                         // A running job is resumed already.
-                        Ok(()) | Err(ResumeError::NotPaused) => {}
+                        Ok(()) | Err(ResumeError::NotPaused) => run.stops_unanswered(),
                         Err(error) => {
                             let failure = self.wording().resume(&error);
                             teller.say(&format!("still paused: {}", failure.message));

@@ -30,6 +30,8 @@ pub(super) enum Typed {
     Slower,
     /// A line that means nothing.
     Line(String),
+    /// There will be no more lines.
+    End,
 }
 
 /// The source of the input.
@@ -90,6 +92,15 @@ impl Job {
 }
 
 impl Input {
+    /// Whether somebody may answer a pause: at the keyboard, or by lines.
+    pub(super) fn can_answer(&self, tui: bool) -> bool {
+        match self.source {
+            Source::Nowhere => tui,
+            Source::Lines => true,
+            Source::Keys => io::stdin().is_terminal(),
+        }
+    }
+
     /// Listens from now on, if there can be a person.
     pub(super) fn listen(&mut self) {
         let to = self.to.clone();
@@ -101,7 +112,11 @@ impl Input {
             Source::Lines => {
                 self.reads = true;
                 // It ends with the process: nothing wakes a thread that reads a line.
-                let read = move || lines(InFront(io::stdin()), &to);
+                let read = move || {
+                    lines(InFront(io::stdin()), &to);
+                    // The job may be over.
+                    let _ = to.send(Typed::End);
+                };
                 let _ = thread::Builder::new().name("stdin".to_owned()).spawn(read);
             }
         }

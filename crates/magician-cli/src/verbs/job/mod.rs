@@ -3,6 +3,7 @@
 mod drive;
 mod input;
 mod keys;
+mod list_parts;
 pub(crate) mod options;
 mod reading;
 mod report;
@@ -166,6 +167,9 @@ impl Job {
             self.check_terminal(looks, context)?;
         }
         let opened = self.opened()?;
+        if self.look.list_parts {
+            return self.list_parts(opened, &Where::Nowhere, context);
+        }
         let place = match self.place(looks, context) {
             Ok(place) => place,
             Err(no_arm) => {
@@ -186,6 +190,9 @@ impl Job {
         if made.start.is_some() && goes_on {
             return Err(needs_start());
         }
+        if !looks {
+            self.check_pauses(&made, from, context)?;
+        }
         let look = show::Shown {
             made: &made,
             from,
@@ -197,6 +204,26 @@ impl Job {
             Where::Stage(speed) => self.run_on_stage(&made, speed, picture, context),
             Where::Arm => self.run_on_arm(&made, context),
         }
+    }
+
+    /// A job that waits for a person wants somebody who can go on with it.
+    fn check_pauses(&self, made: &Made, from: u64, context: &Context) -> Result<(), Failure> {
+        let plan = made.program.plan();
+        let goes_over_again = self.way.resume || made.program.iterations() != Some(1);
+        let first = if goes_over_again { 0 } else { from };
+        let mut ahead = plan.pauses().filter(|(step, _)| *step as u64 >= first);
+        let Some((step, pause)) = ahead.next() else {
+            return Ok(());
+        };
+        if self.input(context).can_answer(self.way.tui) {
+            return Ok(());
+        }
+        let text = visible_lines(&pause.text);
+        let message = format!(
+            "the job would pause at step {} ({text}), and nobody can resume it",
+            step + 1
+        );
+        Err(Failure::usage(message).hint("run it at a terminal or with --json, or add --no-pause"))
     }
 
     /// Whether the whole terminal can be had.
@@ -551,6 +578,7 @@ impl PreviewFlags {
 
     /// Whether anything is to be looked at.
     pub(crate) fn is_wanted(&self) -> bool {
-        self.check || self.estimate || self.preview.is_some() || self.dry_run
+        let listed = self.list_parts;
+        self.check || self.estimate || self.preview.is_some() || self.dry_run || listed
     }
 }

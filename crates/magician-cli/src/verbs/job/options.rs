@@ -8,8 +8,8 @@ use magician_program::fill::FillMode;
 use magician_program::formats::Dialect;
 use magician_program::raster::ImageStyle;
 use magician_program::{
-    Align, FontChoice, Format, Framing, Grid, Power, SetupOptions, SystemFonts, TextLines, Tool,
-    White,
+    Align, FontChoice, Format, Framing, Grid, PartMode, PenOptions, Power, SetupOptions,
+    SystemFonts, TextLines, Tool, White,
 };
 
 use crate::options::number;
@@ -122,6 +122,9 @@ pub(crate) struct PreviewFlags {
     /// Do everything but send; -v or --json prints the commands
     #[arg(long)]
     pub(super) dry_run: bool,
+    /// Only list the parts that --parts divides it into (layers unless given): name, colour, lines, length, time
+    #[arg(long, conflicts_with_all = ["check", "estimate", "preview", "dry_run"])]
+    pub(super) list_parts: bool,
 }
 
 /// Where it goes.
@@ -251,6 +254,39 @@ pub(crate) struct RunFlags {
     /// Full-screen display during the run: the sheet as it fills up, time left, queue, line
     #[arg(long)]
     pub(super) tui: bool,
+}
+
+/// Parts of a drawing, and their pens.
+#[derive(Args, Debug, Default)]
+#[command(next_help_heading = "Layers, pens and colours")]
+pub(crate) struct PartFlags {
+    /// Divide a drawing into parts, and pause between them to change the pen: none, layer (layers, pens of a plot, tools of
+    /// G-code), color [default: none; layer with --only or --pens, and if Inkscape layers have names with % or !]
+    #[arg(long, value_name = "none|layer|color", value_parser = str::parse::<PartMode>)]
+    parts: Option<PartMode>,
+    /// Only draw the part of this name, colour (#rrggbb or a CSS name) or number; may be repeated
+    #[arg(long, value_name = "NAME")]
+    only: Vec<String>,
+    /// Draw each part N times before the next
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    passes: Option<u32>,
+    /// Pens of the parts, a TOML file of [[pen]] tables: match, surface_offset, lift, speed, power, passes, fill
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, value_parser = pens)]
+    pens: Option<Pens>,
+    /// Never pause for a person, neither between parts nor at M0, M1, M6 and T
+    #[arg(long)]
+    no_pause: bool,
+}
+
+impl PartFlags {
+    /// Says it as options.
+    pub(crate) fn say(&self, options: &mut SetupOptions) {
+        options.parts = self.parts;
+        options.only.clone_from(&self.only);
+        options.passes = self.passes;
+        options.pens = self.pens.clone().unwrap_or_default().0;
+        options.no_pause = self.no_pause;
+    }
 }
 
 /// How lines are drawn with a pen.
@@ -499,6 +535,14 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     parsed
         .and_then(|all| all.try_into().ok())
         .ok_or_else(|| format!("expected {N} numbers with commas between them"))
+}
+
+/// The pens of a file.
+#[derive(Clone, Debug, Default)]
+struct Pens(Vec<PenOptions>);
+
+fn pens(path: &str) -> Result<Pens, String> {
+    magician_job::pens::read(path.as_ref()).map(Pens)
 }
 
 /// A font that is built in, or a file.

@@ -13,7 +13,7 @@ use crate::verbs::preset::Save;
 use crate::verbs::write::Write;
 
 /// Flags that change nothing of what is made: how it is looked at, and how the job goes.
-const NOT_OF_A_SETUP: [&str; 17] = [
+const NOT_OF_A_SETUP: [&str; 18] = [
     "preset",
     "repeat",
     "format",
@@ -21,6 +21,7 @@ const NOT_OF_A_SETUP: [&str; 17] = [
     "estimate",
     "preview",
     "dry-run",
+    "list-parts",
     "loops",
     "from",
     "resume",
@@ -93,8 +94,11 @@ fn flags(command: &Command) -> BTreeSet<String> {
     flags.map(str::to_owned).collect()
 }
 
-/// The key of a flag: `--no-X` is X.
+/// The key of a flag: `--no-X` is X, but for the one that is no switch of something.
 fn key(flag: &str) -> String {
+    if flag == "no-pause" {
+        return "no_pause".to_owned();
+    }
     flag.strip_prefix("no-").unwrap_or(flag).replace('-', "_")
 }
 
@@ -162,6 +166,11 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"text": "stroke"}), json!({})),
         (json!({"system_fonts": "off"}), json!({})),
         (json!({"strict_text": true}), json!({})),
+        (json!({"parts": "color"}), json!({})),
+        (json!({"only": ["red", "2"]}), json!({})),
+        (json!({"passes": 3}), json!({})),
+        (json!({"no_pause": true}), json!({})),
+        (json!({"pens": [{"match": "red", "lift": 4.0, "fill": "hatch"}, {"match": 2, "passes": 2}]}), json!({})),
         (json!({"frame": "hull"}), json!({})),
         (json!({"frame_power": 2.0}), json!({"frame": "box"})),
     ]
@@ -173,18 +182,28 @@ fn arguments(members: &Value) -> Vec<String> {
     let members = members.as_object().unwrap();
     let flag = |(key, value): (&String, &Value)| {
         let flag = key.replace('_', "-");
-        match value {
+        vec![match value {
             Value::Bool(true) => format!("--{flag}"),
             Value::Bool(false) => format!("--no-{flag}"),
             Value::String(text) => format!("--{flag}={text}"),
+            Value::Array(_) if flag == "pens" => {
+                let path = std::env::temp_dir().join(format!("pens-{}.toml", std::process::id()));
+                let pens = toml::to_string(&json!({ "pen": value })).unwrap();
+                std::fs::write(&path, pens).unwrap();
+                format!("--pens={}", path.display())
+            }
+            Value::Array(items) if flag == "only" => {
+                let items = items.iter().filter_map(Value::as_str);
+                return items.map(|item| format!("--only={item}")).collect();
+            }
             Value::Array(items) => {
                 let items: Vec<_> = items.iter().map(ToString::to_string).collect();
                 format!("--{flag}={}", items.join(","))
             }
             number => format!("--{flag}={number}"),
-        }
+        }]
     };
-    members.iter().map(flag).collect()
+    members.iter().flat_map(flag).collect()
 }
 
 fn said_to_draw(arguments: &[String]) -> SetupOptions {

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use magician_job::report::clock;
 use magician_job::{JobProgress, PauseReason};
+use magician_protocol::visible_lines;
 use serde::Serialize;
 use serde_json::json;
 
@@ -186,16 +187,26 @@ impl<'o> ProgressReporter<'o> {
     }
 
     /// Nothing moves until the job is resumed.
-    pub(super) fn paused(&self, reason: PauseReason, part: Option<u64>) {
+    pub(super) fn paused(&self, reason: PauseReason, part: Option<u64>, text: Option<&str>) {
         let reason = reason.name();
         self.object(&json!({"event": "paused", "part": part, "reason": reason}));
         self.does("paused: p resumes");
+        let text = text.map(|text| visible_lines(text).to_string());
+        if let Some(text) = text
+            .as_deref()
+            .filter(|_| self.bar.is_some() || self.screen.is_some())
+        {
+            self.say(text);
+        }
         match &self.bar {
             Some(bar) => {
                 bar.set_message("paused: p resumes, space stops");
                 bar.tick();
             }
-            None => self.say("paused"),
+            None => match text {
+                Some(text) if self.screen.is_none() => self.say(&format!("paused: {text}")),
+                _ => self.say("paused"),
+            },
         }
     }
 

@@ -55,6 +55,8 @@ pub(super) struct UnderWay<'a> {
     pub(super) pausing: Option<Pausing>,
     /// What becomes of the wish to go on.
     pub(super) resuming: Option<Resuming>,
+    /// Whether nobody can answer a pause any more.
+    unanswered: bool,
     /// Whether a first stop was said.
     pub(super) stops: bool,
     /// The whole terminal, if it has it.
@@ -81,6 +83,7 @@ impl<'a> UnderWay<'a> {
             suspends: false,
             pausing: None,
             resuming: None,
+            unanswered: false,
             stops: false,
             screen: None,
             waits: None,
@@ -162,6 +165,10 @@ impl UnderWay<'_> {
             Typed::Line(line) => return Obeyed::Ignored(line),
             Typed::Toggle if !self.is_paused() => self.pauses(),
             Typed::Pause => self.pauses(),
+            Typed::End => {
+                self.unanswered = true;
+                self.stops_unanswered();
+            }
             Typed::Toggle | Typed::Resume => self.resumes(),
             // Keys repeat themselves: only a signal stops what a stop has begun to do.
             Typed::Stop if self.stops => {}
@@ -181,6 +188,21 @@ impl UnderWay<'_> {
             }
         }
         Obeyed::Yes
+    }
+
+    /// Whether it waits for a person because the program says so.
+    fn waits_for_person(&self) -> bool {
+        let JobState::Paused { reason, .. } = self.job.state() else {
+            return false;
+        };
+        matches!(reason, PauseReason::Part | PauseReason::Program)
+    }
+
+    /// Stops a job that waits for an answer which cannot come.
+    pub(super) fn stops_unanswered(&mut self) {
+        if self.unanswered && !self.stops && self.resuming.is_none() && self.waits_for_person() {
+            self.stop();
+        }
     }
 
     /// Takes the terminal again.
@@ -247,7 +269,10 @@ impl UnderWay<'_> {
             }
             Act::GoOn => {
                 self.listens();
-                self.resumes();
+                // What the program waits for is not done by that.
+                if !self.waits_for_person() {
+                    self.resumes();
+                }
             }
             Act::Stay { dark } => {
                 self.listens();

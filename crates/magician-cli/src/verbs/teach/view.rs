@@ -195,7 +195,10 @@ fn motion(row: &TeachStep, roomy: bool) -> String {
             format!("CPLE {x:>6.1}{y:>7.1}{z:>7.1} {power:.0} %")
         }
         Some(Action::Home) => "home".to_owned(),
-        Some(other) => other.command().row().set_name.to_owned(),
+        Some(other) => match other.command() {
+            Some(command) => command.row().set_name.to_owned(),
+            None => other.name().to_owned(),
+        },
         None => "there".to_owned(),
     };
     let mut text = motion;

@@ -54,13 +54,10 @@ impl Artwork {
     /// How long the ways between its lines are, mm.
     #[must_use]
     pub fn travel(&self) -> f64 {
-        let pairs = self.strokes.iter().zip(self.strokes.iter().skip(1));
-        let ways = pairs
-            .filter_map(|(one, other)| Some(distance(*one.points.last()?, *other.points.first()?)));
-        ways.sum()
+        travel(&self.strokes)
     }
 
-    /// Puts its lines in an order with short ways between them. What is drawn stays the same to the last bit, but for what
+    /// Puts the lines of each part in an order with short ways between them. What is drawn stays the same to the last bit, but for what
     /// joins lines whose ends do not quite meet; the ways never become longer. The same lines always come out in the same
     /// order.
     pub fn put_in_order(&mut self, order: &Order) -> Saving {
@@ -71,27 +68,33 @@ impl Artwork {
             ..Saving::default()
         };
         if order.rearrange {
-            let mut strokes = self.strokes.clone();
-            if strokes
-                .iter()
-                .all(|stroke| stroke.is_finite() && !stroke.points.is_empty())
-            {
-                saving.joined = join::join(&mut strokes, order.joining);
-                let candidate = Self {
-                    strokes: rearranged(strokes, order.effort),
-                    ..Self::default()
-                };
-                // What is not better is not worth a change.
-                if candidate.travel() < self.travel() {
-                    self.strokes = candidate.strokes;
-                } else {
-                    saving.joined = 0;
+            self.change_parts(|strokes| {
+                let mut candidate = strokes.clone();
+                if !candidate
+                    .iter()
+                    .all(|stroke| stroke.is_finite() && !stroke.points.is_empty())
+                {
+                    return;
                 }
-            }
+                let joined = join::join(&mut candidate, order.joining);
+                let candidate = rearranged(candidate, order.effort);
+                // What is not better is not worth a change.
+                if travel(&candidate) < travel(strokes) {
+                    *strokes = candidate;
+                    saving.joined += joined;
+                }
+            });
         }
         saving.after_mm = self.travel();
         saving
     }
+}
+
+fn travel(strokes: &[Stroke]) -> f64 {
+    let pairs = strokes.iter().zip(strokes.iter().skip(1));
+    let ways = pairs
+        .filter_map(|(one, other)| Some(distance(*one.points.last()?, *other.points.first()?)));
+    ways.sum()
 }
 
 /// One line on the way: where it is entered and left.

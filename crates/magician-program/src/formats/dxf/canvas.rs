@@ -6,16 +6,18 @@ use std::ops::Range;
 use kurbo::{Affine, Point, Vec2};
 use magician_host::{Given, Setting};
 
+use super::color;
 use super::drawing::{Block, Drawing, Hidden};
 use super::entity;
 use super::join::joined;
 use super::pairs::Record;
-use super::text::{Style, turn_of};
+use super::text::{Style as TextStyle, turn_of};
 use super::xclip::Clip;
+use crate::artwork::{Layer, Style, numbered};
 use crate::fill::{Area, FillRule};
 use crate::formats::{Fills, ReadOptions};
 use crate::lettering::{Glyph, Lettering};
-use crate::{Artwork, Diagnostic, DiagnosticCode, FilledArea, Origin, Stroke};
+use crate::{Artwork, Color, Diagnostic, DiagnosticCode, FilledArea, Origin, Stroke};
 
 /// Points of all lines together, at most.
 pub(super) const MOST_POINTS: usize = 2_000_000;
@@ -48,6 +50,7 @@ pub(super) struct Canvas<'p> {
     missing: Vec<(char, Diagnostic)>,
     /// What is drawn has to be inside each of these.
     clips: Vec<Clip>,
+    colors: Vec<Color>,
     /// Where in the names each layer is.
     layers: HashMap<&'p str, usize>,
     /// Why what kind was left out, how often, and where first.
@@ -92,6 +95,7 @@ impl<'p> Canvas<'p> {
             missing: Vec::new(),
             clips: Vec::new(),
             names: Vec::new(),
+            colors: Vec::new(),
             layers: HashMap::new(),
             left_out: HashMap::new(),
             flattened: None,
@@ -161,10 +165,16 @@ impl<'p> Canvas<'p> {
         notes.extend(self.missing.into_iter().map(|(_, note)| note));
         let mut strokes = joined(self.strokes);
         strokes.extend(self.letters);
+        let layers = self.names.iter().map(|name| Layer {
+            name: Some(name.clone()),
+            inkscape: false,
+        });
         let artwork = Artwork {
             title: self.options.title.clone(),
             strokes,
             areas: self.areas,
+            layers: layers.collect(),
+            colors: self.colors,
             names: self.names,
             ..Artwork::default()
         };
@@ -379,9 +389,13 @@ impl<'p> Canvas<'p> {
                     rule: FillRule::EvenOdd,
                 };
                 let area = self.clips.iter().fold(whole, |area, clip| clip.area(&area));
-                let origin = self.named(record, layer);
+                let (origin, style) = self.named(record, layer);
                 if !area.rings.is_empty() {
-                    self.areas.push(FilledArea { area, origin });
+                    self.areas.push(FilledArea {
+                        area,
+                        origin,
+                        style,
+                    });
                 }
                 Ok(())
             }
@@ -389,7 +403,7 @@ impl<'p> Canvas<'p> {
     }
 
     /// A style of texts.
-    pub(super) fn style(&self, name: Option<&str>) -> Style {
+    pub(super) fn style(&self, name: Option<&str>) -> TextStyle {
         self.drawing.style(name.unwrap_or("STANDARD"))
     }
 
@@ -438,8 +452,12 @@ impl<'p> Canvas<'p> {
         for line in lines {
             let points = self.points(line, record)?;
             if !points.is_empty() {
-                let origin = self.named(record, layer);
-                self.strokes.push(Stroke { points, origin });
+                let (origin, style) = self.named(record, layer);
+                self.strokes.push(Stroke {
+                    points,
+                    origin,
+                    style,
+                });
             }
         }
         Ok(())
@@ -467,13 +485,25 @@ impl<'p> Canvas<'p> {
         Ok(points)
     }
 
-    /// Where an entity is, with the name of its layer.
-    fn named(&mut self, record: &Record<'p>, layer: &'p str) -> Origin {
+    /// Where an entity is, with the name of its layer, and what it belongs to.
+    fn named(&mut self, record: &Record<'p>, layer: &'p str) -> (Origin, Style) {
         let index = *self.layers.entry(layer).or_insert_with(|| {
             self.names.push(layer.to_owned());
             self.names.len() - 1
         });
-        record.origin.named(index)
+        let style = Style {
+            layer: u32::try_from(index + 1).unwrap_or(0),
+            color: self.color(record, layer),
+            ..Style::default()
+        };
+        (record.origin.named(index), style)
+    }
+
+    /// The place of a line's colour in the list, from 1; 0 without one.
+    fn color(&mut self, record: &Record<'p>, layer: &str) -> u32 {
+        let own = color::of(record);
+        let color = own.unwrap_or_else(|| self.drawing.color(layer));
+        color.map_or(0, |color| numbered(&mut self.colors, &color))
     }
 
     /// As many points may still be added.

@@ -3,9 +3,10 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
+use super::color;
 use super::pairs::Record;
 use super::text::Style;
-use crate::{Diagnostic, Origin};
+use crate::{Color, Diagnostic, Origin};
 
 /// A file, taken apart.
 pub(super) struct Drawing<'p> {
@@ -23,6 +24,8 @@ pub(super) struct Drawing<'p> {
     arrow: f64,
     /// Objects that are no entities, by their handles in capitals.
     objects: HashMap<String, usize>,
+    /// The colours of layers, by their names in capitals.
+    colors: HashMap<String, Color>,
     /// How many mm a unit is, where the file says so.
     pub(super) unit: Option<f64>,
     /// Where it ends, if it does not say that it ends there.
@@ -55,6 +58,7 @@ impl<'p> Drawing<'p> {
             arrows: HashMap::new(),
             arrow: ARROW,
             objects: HashMap::new(),
+            colors: HashMap::new(),
             unit: None,
             cut: records
                 .last()
@@ -120,6 +124,11 @@ impl<'p> Drawing<'p> {
         self.records.get(*at)
     }
 
+    /// The colour of a layer, if it has one.
+    pub(super) fn color(&self, layer: &str) -> Option<Color> {
+        self.colors.get(&layer.to_uppercase()).copied()
+    }
+
     pub(super) fn block(&self, name: &str) -> Option<&Block> {
         self.blocks.get(&name.to_uppercase())
     }
@@ -137,6 +146,9 @@ impl<'p> Drawing<'p> {
             let (Some(name), flags) = (layer.text(2), layer.integer(70)?) else {
                 continue;
             };
+            if let Some(Some(color)) = color::of(layer) {
+                self.colors.insert(name.to_uppercase(), color);
+            }
             let plotted = layer.text(290).is_none_or(|plots| plots != "0");
             let hidden = if flags & 1 != 0 {
                 Hidden::Frozen

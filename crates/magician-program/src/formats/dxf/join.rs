@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::Stroke;
+use crate::artwork::Style;
 
 /// Ends that are nearer to one another than this meet, mm.
 const NEAR: f64 = 1e-4;
@@ -10,16 +11,17 @@ const NEAR: f64 = 1e-4;
 /// An end of a line: twice its index, and one more for its last point.
 type End = usize;
 
-/// Joins lines of one layer where the ends of two, and no more, meet. A line that was joined from several is where the first of
+/// Joins lines of one layer and colour where the ends of two, and no more, meet. A line that was joined from several is where the first of
 /// them was, and came from there.
 pub(super) fn joined(strokes: Vec<Stroke>) -> Vec<Stroke> {
     let partners = partners(&strokes);
     let mut slots: Vec<Option<Stroke>> = strokes.into_iter().map(Some).collect();
     let mut joined = Vec::with_capacity(slots.len());
     for nth in 0..slots.len() {
-        let Some(origin) = slots.get(nth).and_then(|slot| Some(slot.as_ref()?.origin)) else {
+        let Some(first) = slots.get(nth).and_then(Option::as_ref) else {
             continue;
         };
+        let (origin, style) = (first.origin, first.style);
         let mut points = Vec::new();
         let mut next = Some(first_end(&partners, nth));
         while let Some(end) = next {
@@ -41,7 +43,11 @@ pub(super) fn joined(strokes: Vec<Stroke>) -> Vec<Stroke> {
         if let (Some(_), [first, .., last]) = (next, points.as_mut_slice()) {
             *last = *first;
         }
-        joined.push(Stroke { points, origin });
+        joined.push(Stroke {
+            points,
+            origin,
+            style,
+        });
     }
     joined
 }
@@ -64,14 +70,14 @@ fn partner(partners: &[Option<End>], end: End) -> Option<End> {
 
 /// For each end of a line the one that it meets.
 fn partners(strokes: &[Stroke]) -> Vec<Option<End>> {
-    let mut meetings: HashMap<(u32, [i64; 2]), Vec<End>> = HashMap::new();
+    let mut meetings: HashMap<(Style, [i64; 2]), Vec<End>> = HashMap::new();
     for (nth, stroke) in strokes.iter().enumerate() {
         let ([first, .., last], false) = (stroke.points.as_slice(), stroke.is_closed()) else {
             continue;
         };
         for (end, point) in [(2 * nth, first), (2 * nth + 1, last)] {
             let cell = point.map(|value| (value / NEAR).round() as i64);
-            let met = meetings.entry((stroke.origin.name, cell)).or_default();
+            let met = meetings.entry((stroke.style, cell)).or_default();
             met.push(end);
         }
     }

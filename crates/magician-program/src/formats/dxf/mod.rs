@@ -8,6 +8,7 @@
 
 mod binary;
 mod canvas;
+mod color;
 mod curve;
 mod drawing;
 mod entity;

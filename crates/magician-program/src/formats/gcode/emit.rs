@@ -5,7 +5,7 @@ use magician_protocol::Set;
 
 use super::arc::Arc;
 use super::{Arcs, GcodeOptions};
-use crate::{Action, Origin, Plan, Step, Travel};
+use crate::{Action, Origin, Part, Pause, PauseCause, Plan, Step, Travel};
 
 /// The rotation of all poses: a pen or a laser has none.
 const ROTATION: f32 = 0.0;
@@ -173,6 +173,20 @@ impl<'o> Emitter<'o> {
         let was_lit = self.darken(origin);
         self.plan.push(Action::Wait(milliseconds), origin);
         was_lit
+    }
+
+    /// Waits for a person, with the laser dark.
+    pub(super) fn pause(&mut self, text: String, origin: Origin) {
+        self.laser_off(origin);
+        let cause = PauseCause::Program;
+        let pause = Box::new(Pause { text, cause });
+        self.plan.push(Action::Pause(pause), origin);
+    }
+
+    /// Another tool is at work.
+    pub(super) fn part(&mut self, part: Part, origin: Origin) {
+        self.laser_off(origin);
+        self.plan.push(Action::Part(Box::new(part)), origin);
     }
 
     /// Homes the arm, with the laser dark.

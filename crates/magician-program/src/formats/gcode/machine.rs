@@ -12,11 +12,15 @@ use super::cycle::Cycle;
 use super::emit::Emitter;
 use super::interpreter::LineOutcome;
 use super::offsets::Offsets;
+use super::pause::{self, pause_code};
 use super::power::s_max;
 use super::servo::Servo;
 use super::survey::{Kind, Survey};
 use crate::formats::span::SpanDiagnostic;
-use crate::{Diagnostic, DiagnosticCode, Origin, Plan};
+use crate::{Diagnostic, DiagnosticCode, Origin, Part, Plan};
+
+/// As many tools are told apart.
+const MOST_TOOLS: usize = 1000;
 
 /// The motion that a line without a code of its own repeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +66,9 @@ pub(super) struct Machine<'o> {
     pub(super) pen_is_down: bool,
     /// Where the tool is in the arm's coordinates, as far as that is known.
     pub(super) at: [Option<f64>; 3],
+    /// The tools (T) so far, and the one at work.
+    tools: Vec<u64>,
+    tool: Option<u64>,
     pub(super) begin: Begin,
     /// The program's zero in the arm's coordinates.
     pub(super) offsets: Offsets,
@@ -130,6 +137,8 @@ impl<'o> Machine<'o> {
             survey,
             pen_is_down: false,
             at: options.begins_at().map_or([None; 3], |at| at.map(Some)),
+            tools: Vec::new(),
+            tool: None,
             begin: Begin::new(options.placed),
             offsets: Offsets::default(),
         })
@@ -157,7 +166,7 @@ impl<'o> Machine<'o> {
                 Ok(())
             }
             LineOutcome::Words if !block.is_empty() => {
-                let done = self.follow(block, line.origin(&block.range));
+                let done = self.follow(block, line);
                 done.map_err(|error| line.diagnostic(error))
             }
             _ => Ok(()),
@@ -165,7 +174,8 @@ impl<'o> Machine<'o> {
     }
 
     /// In the order that G-code has: settings, switches, pauses, motion, end.
-    fn follow(&mut self, block: &Block, origin: Origin) -> Result<(), SpanDiagnostic> {
+    fn follow(&mut self, block: &Block, line: &SourceLine<'_>) -> Result<(), SpanDiagnostic> {
+        let origin = line.origin(&block.range);
         for code in block.codes.iter() {
             if code.is(b'M', 72) || code.is(b'M', 73) {
                 let message = format!("{code} restores earlier settings, which is not supported");
@@ -180,20 +190,51 @@ impl<'o> Machine<'o> {
         self.check_bare(block)?;
         self.settings(block, origin)?;
         self.switches(block, origin)?;
+        let changes = self.change_tool(block, line.text, origin);
         if block.has(b'G', 4) {
             self.pause(block, origin)?;
         }
         self.motion(block, origin)?;
-        if block.has(b'M', 0) || block.has(b'M', 1) {
-            self.out.darken(origin);
-            let help = "end the program here, and run the rest as another one";
-            let message = "a pause (M0, M1) is left out: the arm goes on";
-            self.notes
-                .add_with(DiagnosticCode::LeftOut, origin, message, |note| {
-                    note.help(help)
-                });
+        if let Some(code) = pause_code(block)
+            && !changes
+        {
+            let told = pause::told(line.text, block);
+            let text = told.unwrap_or_else(|| format!("the program pauses ({code})"));
+            self.out.pause(text, origin);
         }
         Ok(())
+    }
+
+    /// Another tool than before, or M6: the program waits until it is mounted. Whether it does.
+    fn change_tool(&mut self, block: &Block, line: &str, origin: Origin) -> bool {
+        let named = block.number(b'T').filter(|tool| (0.0..1e6).contains(tool));
+        let named = named.map(|tool| tool as u64);
+        let changes = named.is_some() && self.tool.is_some() && named != self.tool;
+        let pauses = changes || block.has(b'M', 6);
+        let tool = named.or(self.tool);
+        if pauses {
+            let told = pause::told(line, block).map(|told| format!(": {told}"));
+            let told = told.unwrap_or_default();
+            let text = match tool {
+                Some(tool) => format!("mount tool {tool}{told}"),
+                None => format!("change the tool{told}"),
+            };
+            self.out.pause(text, origin);
+        }
+        if let Some(tool) = named.filter(|_| named != self.tool) {
+            if !self.tools.contains(&tool) && self.tools.len() < MOST_TOOLS {
+                self.tools.push(tool);
+            }
+            let nth = self.tools.iter().position(|known| *known == tool);
+            let part = Part {
+                n: nth.unwrap_or(self.tools.len()) as u64 + 1,
+                name: Some(format!("tool {tool}")),
+                ..Part::default()
+            };
+            self.out.part(part, origin);
+        }
+        self.tool = tool;
+        pauses
     }
 
     fn note_codes(&mut self, block: &Block, origin: Origin) {
@@ -233,7 +274,7 @@ impl<'o> Machine<'o> {
         };
         for code in block.codes.iter().filter(|code| code.letter == b'M') {
             match code.tenths / 10 {
-                0 | 1 | 2 | 30 => {}
+                0 | 1 | 2 | 6 | 30 => {}
                 3 | 4 if self.laser => self.light(code),
                 106 if self.laser && self.survey.fan_lights() => self.light(code),
                 5 if self.laser => self.darken(origin),

@@ -19,7 +19,7 @@
 //! | M4 | that, in proportion to speed: [`Step::feed`](crate::Step::feed) |
 //! | M300 S30, S50; M280 S | a servo's pen down and up, at the heights of the options |
 //! | F | the speed along lines and arcs, mm/min |
-//! | M0, M1 | noted: the arm does not wait for anybody |
+//! | M0, M1, M6, another T | the arm waits for a person, who reads the comment of the line |
 //! | M2, M30 | the end |
 //!
 //! Other M codes, E, T and rotary axes are noted and left out; other G codes that move, or say where things are, are refused.
@@ -43,6 +43,7 @@ mod motion;
 mod offsets;
 mod oword;
 mod parameters;
+mod pause;
 mod power;
 mod servo;
 mod settings;

@@ -49,7 +49,6 @@ impl Machine<'_> {
         }
         for (letter, message) in [
             (b'E', "E words are left out: nothing is extruded"),
-            (b'T', "tools (T) are left out: the mounted tool is used"),
             (b'O', "program numbers (O) are left out"),
         ] {
             if block.number(letter).is_some() {

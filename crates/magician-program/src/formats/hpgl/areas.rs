@@ -49,7 +49,7 @@ impl Plotter<'_> {
         if self.pen == 0.0 || rings.is_empty() {
             return;
         }
-        self.uses_pen();
+        let style = self.style();
         if let FillType::Lines {
             spacing,
             angle,
@@ -69,7 +69,11 @@ impl Plotter<'_> {
             match lines {
                 Some(lines) => lines.into_iter().for_each(|line| {
                     let points = line.to_vec();
-                    self.put(Stroke { points, origin });
+                    self.put(Stroke {
+                        points,
+                        origin,
+                        style,
+                    });
                 }),
                 None => self.note(by, "a hatch of too many lines is left out"),
             }
@@ -83,13 +87,21 @@ impl Plotter<'_> {
                     Some(window) => whole.within(window),
                     None => whole,
                 };
-                self.artwork.areas.push(FilledArea { area, origin });
+                self.artwork.areas.push(FilledArea {
+                    area,
+                    origin,
+                    style,
+                });
             }
             Fills::Outline => {
                 for mut points in rings {
                     points.extend(points.first().copied());
                     points.dedup();
-                    self.put(Stroke { points, origin });
+                    self.put(Stroke {
+                        points,
+                        origin,
+                        style,
+                    });
                 }
                 let message = "filled shapes are drawn as outlines";
                 self.notes

@@ -57,9 +57,13 @@ impl Plotter<'_> {
             self.on_a_sheet(*point, instruction)?;
         }
         if self.pen != 0.0 && points[0] != points[1] {
-            self.uses_pen();
+            let style = self.style();
             let origin = self.lines.origin(instruction.range.clone());
-            self.put(Stroke { points, origin });
+            self.put(Stroke {
+                points,
+                origin,
+                style,
+            });
         }
         Ok(())
     }

@@ -12,7 +12,7 @@
 //! | IP, IR, SC, PS | scaling to user units; where the file does not say where P1 and P2 are, as on a sheet of A4, with a note |
 //! | RO | the coordinate system is turned |
 //! | IW | what lies outside of it is cut off |
-//! | SP | SP0 is no pen; all others draw alike |
+//! | SP | SP0 is no pen; the others are the layers of the drawing |
 //! | LB, BL, PB, SI, SR, DI, DR, DV, SL, LO, CP, ES, DT, SM | text, in the lettering that is asked for |
 //! | IN, DF, LT, VS, PW, WU ... | as it is here anyway |
 //!

@@ -8,11 +8,14 @@ use super::figures::{TICK, ticks};
 use super::lexer::Instruction;
 use super::scale::Scale;
 use super::text::LabelStyle;
+use crate::artwork::{Layer, Style};
 use crate::formats::span::SpanDiagnostic;
 use crate::formats::{Fills, ReadOptions};
 use crate::lettering::Lettering;
 use crate::{Artwork, Diagnostic, DiagnosticCode, Lines, Stroke};
 
+/// As many pens are told apart.
+const MOST_PENS: usize = 100;
 /// No sheet is as large, mm.
 const LARGEST: f64 = 1e5;
 
@@ -21,6 +24,7 @@ const LARGEST: f64 = 1e5;
 pub(super) struct Open {
     points: Vec<[f64; 2]>,
     range: Range<usize>,
+    style: Style,
     /// It is to be a dot if the pen goes nowhere.
     pub(super) dot: bool,
 }
@@ -39,8 +43,6 @@ pub(super) struct Plotter<'t> {
     pub(super) relative: bool,
     /// 0 is none.
     pub(super) pen: f64,
-    /// The pens that have drawn.
-    pens: Vec<f64>,
     pub(super) open: Option<Open>,
     /// Within a polygon strokes are gathered and not drawn.
     pub(super) polygon: Option<usize>,
@@ -89,7 +91,6 @@ impl<'t> Plotter<'t> {
             down: false,
             relative: false,
             pen: 1.0,
-            pens: Vec::new(),
             open: None,
             polygon: None,
             edges: Vec::new(),
@@ -121,12 +122,6 @@ impl<'t> Plotter<'t> {
         self.lift();
         self.end_polygon();
         self.artwork.page = self.scale.page();
-        if self.pens.len() > 1 {
-            let pens: Vec<_> = self.pens.iter().map(ToString::to_string).collect();
-            let message = format!("pens {} draw alike: the arm has one pen", pens.join(", "));
-            self.notes
-                .add(DiagnosticCode::Assumed, crate::Origin::NONE, &message);
-        }
         (self.artwork, self.notes.into_diagnostics())
     }
 
@@ -230,15 +225,29 @@ impl<'t> Plotter<'t> {
     }
 
     pub(super) fn begin(&mut self, range: Range<usize>, dot: bool) {
-        self.uses_pen();
+        let style = self.style();
         let points = vec![self.scale.place(self.at)];
-        self.open = Some(Open { points, range, dot });
+        self.open = Some(Open {
+            points,
+            range,
+            style,
+            dot,
+        });
     }
 
-    /// Remembers that the pen draws.
-    pub(super) fn uses_pen(&mut self) {
-        if !self.pens.contains(&self.pen) && self.pens.len() < 100 {
-            self.pens.push(self.pen);
+    /// What is drawn now belongs to: the pen is a layer of the drawing.
+    pub(super) fn style(&mut self) -> Style {
+        let layer = Layer {
+            name: Some(format!("pen {}", self.pen)),
+            inkscape: false,
+        };
+        let layer = match self.artwork.layers.len() < MOST_PENS {
+            true => self.artwork.layer(&layer),
+            false => 0,
+        };
+        Style {
+            layer,
+            ..Style::default()
         }
     }
 
@@ -267,7 +276,11 @@ impl<'t> Plotter<'t> {
         {
             let origin = self.lines.origin(open.range);
             let points = open.points;
-            self.add(Stroke { points, origin });
+            self.add(Stroke {
+                points,
+                origin,
+                style: open.style,
+            });
         }
     }
 

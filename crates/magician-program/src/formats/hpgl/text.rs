@@ -306,8 +306,12 @@ impl Plotter<'_> {
             for point in &points {
                 self.on_a_sheet(*point, instruction)?;
             }
-            self.uses_pen();
-            self.put(Stroke { points, origin });
+            let style = self.style();
+            self.put(Stroke {
+                points,
+                origin,
+                style,
+            });
         }
         Ok(())
     }

@@ -7,6 +7,9 @@ use super::write::can_be_said;
 use super::{Playback, Point, PointMotion, Row};
 use crate::{Action, Diagnostic, DiagnosticCode, Grip, Plan, Step, Tool, Travel};
 
+/// What plans say besides that no file has.
+const SILENT: &str = "parts and pauses for a person";
+
 impl Playback {
     /// A plan as a file for DobotStudio 1.9, as far as such a file can say it: moves to poses with all joints, on lines and as
     /// jumps, arcs, the suction cup or the gripper, and pauses.
@@ -121,7 +124,12 @@ impl<'p> Recorder<'p> {
             }
             Action::Wait(milliseconds) => self.wait(nth, step, *milliseconds),
             other => {
-                let command = other.command();
+                let Some(command) = other.command() else {
+                    if !self.left_out.contains(&SILENT) {
+                        self.left_out.push(SILENT);
+                    }
+                    return Ok(());
+                };
                 if let Some(what) = setting(&command) {
                     if !self.left_out.contains(&what) {
                         self.left_out.push(what);

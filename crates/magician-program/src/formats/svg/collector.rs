@@ -13,9 +13,10 @@ use super::lines::{Line, curves, dashed, flatten};
 use super::notes::Notes;
 use super::source::Element;
 use super::white::Whites;
+use crate::artwork::{Layer, Style, numbered};
 use crate::fill::{Area, FillRule, Region as Shapes};
 use crate::formats::Fills;
-use crate::{Diagnostic, DiagnosticCode, ReadOptions, Stroke};
+use crate::{Color, Diagnostic, DiagnosticCode, ReadOptions, Stroke};
 
 /// As many corners a drawing may have.
 const MOST_CORNERS: usize = 5_000_000;
@@ -43,6 +44,10 @@ pub(super) struct StrokeCollector<'a> {
     pub(super) areas: Areas,
     pub(super) names: Vec<String>,
     pub(super) whites: Whites,
+    /// The layers of the file, and those that have lines so far.
+    source: &'a [Layer],
+    pub(super) layers: Vec<Layer>,
+    pub(super) colors: Vec<Color>,
     /// Where a name is in the list.
     known: HashMap<String, usize>,
     corners: usize,
@@ -57,11 +62,14 @@ pub(super) struct NodeContext {
     pub(super) clips: Vec<Region>,
     /// The innermost element with an id that is known.
     pub(super) element: Element,
+    /// The outermost layer that it is in, from 1; 0 is none.
+    pub(super) layer: usize,
 }
 
 impl<'a> StrokeCollector<'a> {
     pub(super) fn new(
         elements: &'a HashMap<String, Element>,
+        source: &'a [Layer],
         tolerance: f64,
         writing: &'a ReadOptions,
         whites: Whites,
@@ -78,6 +86,9 @@ impl<'a> StrokeCollector<'a> {
             strokes: Vec::new(),
             areas: Areas::default(),
             names: Vec::new(),
+            source,
+            layers: Vec::new(),
+            colors: Vec::new(),
             known: HashMap::new(),
             corners: 0,
         }
@@ -89,6 +100,7 @@ impl<'a> StrokeCollector<'a> {
             to,
             clips: Vec::new(),
             element: Element::default(),
+            layer: 0,
         };
         self.group(root, &place)?;
         self.tell_white();
@@ -139,6 +151,10 @@ impl<'a> StrokeCollector<'a> {
         let known = self.elements.get(id);
         NodeContext {
             element: known.unwrap_or(&outer.element).clone(),
+            layer: match outer.layer {
+                0 => known.map_or(0, |known| known.layer),
+                layer => layer,
+            },
             ..outer.clone()
         }
     }
@@ -168,7 +184,8 @@ impl<'a> StrokeCollector<'a> {
             self.area(rings, fill, &place)?;
         }
         let drawn = self.lines_of(path, stroke, fill, &place)?;
-        self.add(drawn, &place, white)?;
+        let paint = stroke.map(Outline::paint).or(fill.map(usvg::Fill::paint));
+        self.add(drawn, &place, white, paint)?;
         self.whites
             .paint(path, place.to, &place.clips, self.tolerance);
         Ok(())
@@ -229,7 +246,8 @@ impl<'a> StrokeCollector<'a> {
             .fold(whole, |shapes, clip| shapes.common(&clip.shapes()));
         if self.is_area(fill) {
             let origin = place.element.origin.named(self.name(&place.element.name));
-            self.areas.paint(shapes, origin);
+            let style = self.style(place, Some(fill.paint()));
+            self.areas.paint(shapes, origin, style);
         } else {
             self.areas.hide(&shapes);
         }
@@ -316,6 +334,7 @@ impl<'a> StrokeCollector<'a> {
         mut lines: Vec<Line>,
         place: &NodeContext,
         white: bool,
+        paint: Option<&Paint>,
     ) -> Result<(), Diagnostic> {
         for region in &place.clips {
             let clipped: Option<Vec<Vec<Line>>> =
@@ -340,8 +359,12 @@ impl<'a> StrokeCollector<'a> {
             }
             if self.strokes.is_empty() && seen.is_empty() {
                 self.count(&unseen)?;
-                let unseen = unseen.into_iter();
-                let strokes = unseen.map(|points| Stroke { points, origin });
+                let style = self.style(place, paint);
+                let strokes = unseen.into_iter().map(|points| Stroke {
+                    points,
+                    origin,
+                    style,
+                });
                 self.whites.kept.extend(strokes);
             }
             lines = seen;
@@ -350,10 +373,42 @@ impl<'a> StrokeCollector<'a> {
             self.whites.kept = Vec::new();
         }
         self.count(&lines)?;
-        let strokes = lines.into_iter();
-        let strokes = strokes.map(|points| Stroke { points, origin });
+        if lines.is_empty() {
+            return Ok(());
+        }
+        let style = self.style(place, paint);
+        let strokes = lines.into_iter().map(|points| Stroke {
+            points,
+            origin,
+            style,
+        });
         self.strokes.extend(strokes);
         Ok(())
+    }
+
+    /// The layer and the colour of something.
+    fn style(&mut self, place: &NodeContext, paint: Option<&Paint>) -> Style {
+        let color = match paint {
+            Some(Paint::Color(color)) => {
+                let color = Color([color.red, color.green, color.blue]);
+                numbered(&mut self.colors, &color)
+            }
+            _ => 0,
+        };
+        let outside = Layer::default();
+        let layer = place
+            .layer
+            .checked_sub(1)
+            .and_then(|at| self.source.get(at));
+        let layer = match self.source {
+            [] => 0,
+            _ => numbered(&mut self.layers, layer.unwrap_or(&outside)),
+        };
+        Style {
+            layer,
+            color,
+            part: 0,
+        }
     }
 
     /// Refuses more corners than can be drawn.

@@ -1,7 +1,7 @@
 //! What is filled in a drawing.
 
 use crate::Origin;
-use crate::artwork::FilledArea;
+use crate::artwork::{FilledArea, Style};
 use crate::fill::Region as Shapes;
 
 /// What is filled, as it is seen from above.
@@ -11,16 +11,18 @@ pub(super) struct Areas(Vec<FilledShapes>);
 struct FilledShapes {
     shapes: Shapes,
     origin: Origin,
+    style: Style,
     /// Least and greatest corner.
     bounds: [[f64; 2]; 2],
 }
 
 impl Areas {
-    pub(super) fn paint(&mut self, shapes: Shapes, origin: Origin) {
+    pub(super) fn paint(&mut self, shapes: Shapes, origin: Origin, style: Style) {
         if let Some(bounds) = shapes.bounds() {
             self.0.push(FilledShapes {
                 shapes,
                 origin,
+                style,
                 bounds,
             });
         }
@@ -47,6 +49,7 @@ impl Areas {
         let filled = self.0.into_iter().map(|area| FilledArea {
             area: area.shapes.area(),
             origin: area.origin,
+            style: area.style,
         });
         filled.collect()
     }

@@ -119,17 +119,21 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
     };
     let Source {
         elements,
+        layers: in_file,
         page: says,
         ..
     } = source;
     let whites = Whites::of(tree.root(), options.white);
-    let mut collector = StrokeCollector::new(&elements, tolerance, options, whites, &mut notes);
+    let mut collector =
+        StrokeCollector::new(&elements, &in_file, tolerance, options, whites, &mut notes);
     collector.installed = installed;
     collector.all(tree.root(), to)?;
     let StrokeCollector {
         strokes,
         areas,
         names,
+        layers,
+        colors,
         ..
     } = collector;
     if says != Page::Unknown && !options.clip_page {
@@ -141,6 +145,9 @@ fn drawing(text: &str, options: &ReadOptions) -> Result<Parsed<Artwork>, Diagnos
         strokes,
         areas: areas.into_filled(),
         names,
+        layers,
+        colors,
+        parts: Vec::new(),
         in_order: false,
     };
     Ok(Parsed {

@@ -11,6 +11,7 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::cost;
 use super::notes::Notes;
 use super::{numbers, text};
+use crate::artwork::Layer;
 use crate::{Diagnostic, DiagnosticCode, Lines, Origin};
 
 /// Elements that can be what a stroke came from.
@@ -27,6 +28,7 @@ const LEFT_OUT: [(&str, &str); 2] = [
 const IGNORED: [(&str, &str); 1] = [("filter", "filters are left out")];
 /// As many elements are read, those in definitions included.
 const MOST_NODES: u32 = 2_000_000;
+const INKSCAPE: &str = "http://www.inkscape.org/namespaces/inkscape";
 const SVG: &str = "http://www.w3.org/2000/svg";
 
 /// A text that is ready, and where its elements are in the one that it was made of.
@@ -34,6 +36,8 @@ pub(super) struct Source {
     pub(super) text: String,
     /// By id.
     pub(super) elements: HashMap<String, Element>,
+    /// Its layers: Inkscape's, else its outermost groups that have an id.
+    pub(super) layers: Vec<Layer>,
     /// Whether it says how large it is, in any way.
     pub(super) page: Page,
 }
@@ -55,6 +59,8 @@ pub(super) struct Element {
     pub(super) origin: Origin,
     /// Its id, its tag if it has none.
     pub(super) name: String,
+    /// The outermost layer that it is in, from 1; 0 is none.
+    pub(super) layer: usize,
 }
 
 impl Element {
@@ -86,12 +92,14 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
     let mut elements = HashMap::new();
     let mut edits = Vec::new();
     let mut emptied = 0..0;
+    let mut layers = LayerTracker::of(&root);
     for (nth, node) in root.descendants().enumerate() {
         let range = node.range();
         let within = root.range().contains(&range.start) && range.start >= emptied.end;
         if !node.is_element() || !within {
             continue;
         }
+        let layer = layers.at(&node);
         if is(&node, "pattern")
             && let Some(inside) = inside(&node)
         {
@@ -116,6 +124,7 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
             name: own
                 .clone()
                 .unwrap_or_else(|| node.tag_name().name().to_owned()),
+            layer,
         };
         for remark in remarks {
             notes.add(element.diagnostic(remark).coded(DiagnosticCode::LeftOut));
@@ -140,8 +149,60 @@ pub(super) fn prepare(text: &str, notes: &mut Notes) -> Result<Source, Diagnosti
     Ok(Source {
         text: ready,
         elements,
+        layers: layers.layers,
         page,
     })
+}
+
+/// Tells the layers of nodes that come in the order of the file.
+struct LayerTracker {
+    layers: Vec<Layer>,
+    /// Whether Inkscape has made them.
+    inkscape: bool,
+    /// Where the one that it is in ends.
+    ends: usize,
+}
+
+impl LayerTracker {
+    fn of(root: &Node<'_, '_>) -> Self {
+        let inkscape = root.descendants().any(|node| is_inkscape_layer(&node));
+        Self {
+            layers: Vec::new(),
+            inkscape,
+            ends: 0,
+        }
+    }
+
+    /// The outermost layer that a node is in, or is, from 1.
+    fn at(&mut self, node: &Node<'_, '_>) -> usize {
+        let range = node.range();
+        if range.start < self.ends {
+            return self.layers.len();
+        }
+        let outermost = || {
+            let parent = node.parent_element();
+            is(node, "g") && parent.is_some_and(|parent| parent.parent_element().is_none())
+        };
+        let id = node.attribute("id");
+        let name = match self.inkscape {
+            true if is_inkscape_layer(node) => node.attribute((INKSCAPE, "label")).or(id),
+            false if outermost() => id,
+            _ => return 0,
+        };
+        if !self.inkscape && name.is_none() {
+            return 0;
+        }
+        self.layers.push(Layer {
+            name: name.map(str::to_owned),
+            inkscape: self.inkscape,
+        });
+        self.ends = range.end;
+        self.layers.len()
+    }
+}
+
+fn is_inkscape_layer(node: &Node<'_, '_>) -> bool {
+    is(node, "g") && node.attribute((INKSCAPE, "groupmode")) == Some("layer")
 }
 
 pub(super) fn parse(text: &str) -> Result<Document<'_>, Diagnostic> {

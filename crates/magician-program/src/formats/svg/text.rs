@@ -141,7 +141,9 @@ impl StrokeCollector<'_> {
                         self.area(lines.clone(), fill, &place)?;
                     }
                     if fill.is_none() || white {
-                        self.add(lines, &place, white)?;
+                        let paint = path.stroke().map(usvg::Stroke::paint);
+                        let paint = paint.or(path.fill().map(usvg::Fill::paint));
+                        self.add(lines, &place, white, paint)?;
                     }
                     self.whites
                         .paint(path, place.to, &place.clips, self.tolerance);

@@ -6,9 +6,11 @@ use std::str::FromStr;
 use magician_protocol::{MAX_PARAMS, ParseError, Row, Set, Writer, encode_text};
 
 use super::write::{grip_name, travel};
-use super::{FORMAT, VERSION};
+use super::{FORMAT, VERSION, WITH_PARTS};
 use crate::plan::json::{Json, Member};
-use crate::{Action, Diagnostic, Grip, Origin, Plan, Step, Surface, Tool, Travel};
+use crate::{
+    Action, Diagnostic, Grip, Origin, Part, Pause, PauseCause, Plan, Step, Surface, Tool, Travel,
+};
 
 /// Reads a plan file.
 pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
@@ -16,7 +18,7 @@ pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
     let file = json.object(json.whole()?)?;
     let mut plan = Plan::default();
     let mut names = HashMap::new();
-    check_format(&json, &file)?;
+    let version = check_format(&json, &file)?;
     let mut steps = None;
     for member in &file {
         let value = member.value;
@@ -48,13 +50,14 @@ pub(super) fn plan(bytes: &[u8]) -> Result<Plan, Diagnostic> {
         json: &json,
         plan,
         names,
+        version,
     };
     json.each(steps, |step| reader.step(step))?;
     Ok(reader.plan)
 }
 
 /// That it is a plan, and of a version that is known; both are looked at before anything else.
-fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<(), Diagnostic> {
+fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<u32, Diagnostic> {
     let find = |key: &str| file.iter().find(|member| member.key == key);
     let help = format!("a plan begins with {{\"format\":\"{FORMAT}\",\"version\":{VERSION},");
     let Some(format) = find("format") else {
@@ -70,17 +73,19 @@ fn check_format<'t>(json: &Json<'t>, file: &[Member<'t>]) -> Result<(), Diagnost
             .help(help));
     };
     let number: u32 = json.number(version.value, "a whole number")?;
-    if number != VERSION {
-        let message =
-            format!("this is a plan of version {number}; only version {VERSION} is known here");
-        let help = if number > VERSION {
+    if !(VERSION..=WITH_PARTS).contains(&number) {
+        let message = format!(
+            "this is a plan of version {number}; only versions {VERSION} and {WITH_PARTS} are \
+                known here"
+        );
+        let help = if number > WITH_PARTS {
             "a newer release of this program may read it"
         } else {
             "versions count from 1"
         };
         return Err(json.diagnostic(version.value, message).help(help));
     }
-    Ok(())
+    Ok(number)
 }
 
 fn tool(json: &Json<'_>, value: &str) -> Result<Option<Tool>, Diagnostic> {
@@ -192,6 +197,7 @@ struct StepReader<'j, 't> {
     plan: Plan,
     /// Where each name is in the plan's list.
     names: HashMap<String, usize>,
+    version: u32,
 }
 
 impl<'t> StepReader<'_, 't> {
@@ -317,6 +323,18 @@ impl<'t> StepReader<'_, 't> {
                     );
                 }
             },
+            "part" | "pause" if self.version < WITH_PARTS => {
+                let message = format!("a '{key}' needs a plan of version {WITH_PARTS}");
+                return Err(json.diagnostic(value, message));
+            }
+            "part" => Action::Part(Box::new(part(json, value)?)),
+            "pause" => {
+                let causes = PauseCause::ALL.map(|cause| (cause.name(), cause));
+                Action::Pause(Box::new(Pause {
+                    text: json.string(value)?.into_owned(),
+                    cause: json.one_of(beside.needed("reason")?, &causes)?,
+                }))
+            }
             _ => command(json, value, beside.take("values"))?,
         };
         match beside.members.first() {
@@ -366,9 +384,35 @@ impl<'t> StepMembers<'_, 't> {
             "arc" => "arc, via",
             "burn" => "burn, power",
             "command" => "command, values",
+            "pause" => "pause, reason",
             _ => "the action itself",
         }
     }
+}
+
+/// What begins.
+fn part<'t>(json: &Json<'t>, value: &'t str) -> Result<Part, Diagnostic> {
+    let mut part = Part::default();
+    let what = "a whole number from 1";
+    for member in json.object(value)? {
+        let value = member.value;
+        match &*member.key {
+            "n" => part.n = json.number(value, what)?,
+            "pass" => part.pass = Some(json.number(value, what)?),
+            "name" | "color" if value == "null" => {}
+            "name" => part.name = Some(json.string(value)?.into_owned()),
+            "color" => {
+                let color = json.string(value)?.parse();
+                let color = color.map_err(|error: String| json.diagnostic(value, error))?;
+                part.color = Some(color);
+            }
+            _ => return Err(json.unknown(&member, "n, name, color, pass")),
+        }
+    }
+    if part.n == 0 || part.pass == Some(0) {
+        return Err(json.diagnostic(value, "parts and passes count from 1"));
+    }
+    Ok(part)
 }
 
 /// Seconds, whole ms, as ms.

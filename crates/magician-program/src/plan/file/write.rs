@@ -6,8 +6,8 @@ use serde::ser::{Error as _, SerializeMap};
 use serde::{Serialize, Serializer};
 use serde_json::ser::Formatter;
 
-use super::{FORMAT, VERSION};
-use crate::{Action, Grip, Plan, Step, Tool, Travel};
+use super::{FORMAT, VERSION, WITH_PARTS};
+use crate::{Action, Grip, Part, Plan, Step, Tool, Travel};
 
 impl Plan {
     /// Writes it as a file that [`from_json`](Self::from_json) reads back as the same plan.
@@ -19,7 +19,9 @@ impl Plan {
         write!(writer, "{{")?;
         entry(writer, "format", &FORMAT)?;
         write!(writer, ",")?;
-        entry(writer, "version", &VERSION)?;
+        let silent = self.steps.iter().any(|step| step.action.is_silent());
+        let version = if silent { WITH_PARTS } else { VERSION };
+        entry(writer, "version", &version)?;
         write!(writer, ",")?;
         entry(writer, "title", &self.title)?;
         write!(writer, ",")?;
@@ -233,6 +235,11 @@ fn action<M: SerializeMap>(map: &mut M, action: &Action) -> Result<(), M::Error>
             map.serialize_entry(key, command.row().name)?;
             map.serialize_entry("values", &CommandValues(command))
         }
+        Action::Part(part) => map.serialize_entry(key, &PartLine(part)),
+        Action::Pause(pause) => {
+            map.serialize_entry(key, &pause.text)?;
+            map.serialize_entry("reason", pause.cause.name())
+        }
     }
 }
 
@@ -249,6 +256,27 @@ pub(super) fn grip_name(grip: Grip) -> &'static str {
         Grip::Off => "off",
         Grip::Open => "open",
         Grip::Close => "close",
+    }
+}
+
+struct PartLine<'p>(&'p Part);
+
+impl Serialize for PartLine<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Part {
+            n,
+            name,
+            color,
+            pass,
+        } = self.0;
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("n", n)?;
+        map.serialize_entry("name", name)?;
+        map.serialize_entry("color", &color.map(|color| color.to_string()))?;
+        if let Some(pass) = pass {
+            map.serialize_entry("pass", pass)?;
+        }
+        map.end()
     }
 }
 

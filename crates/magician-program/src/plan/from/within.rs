@@ -69,17 +69,18 @@ fn is_straight(command: &Set) -> bool {
     }
 }
 
-/// Where an arm stands on the lines of what comes next, of which the first was under way when it was stopped: so many are
+/// Where an arm stands on the lines of the steps that come next, of which the first was under way when it was stopped: so many are
 /// passed, and the place on the one after them. The arm may have run on, over short lines to others, or beyond a corner.
 pub(crate) fn place_on(
     course: &mut Preflight,
-    commands: impl Iterator<Item = Set>,
+    steps: impl Iterator<Item = Option<Set>>,
     pose: &commands::Pose,
 ) -> Option<(u64, [f64; 3])> {
     let place = [pose.x, pose.y, pose.z].map(f64::from);
     let mut best: Option<(f64, (u64, [f64; 3]))> = None;
     let (mut beyond, mut passed) = (0.0, 0);
-    for command in commands.take_while(is_straight) {
+    // Not beyond a step that sends nothing: it may be a pause.
+    for command in steps.map_while(|step| step).take_while(is_straight) {
         let line = StraightMove::of(&command, course)?;
         let (share, off) = line.nearest(place);
         let within = share.clamp(0.0, 1.0);
@@ -111,7 +112,7 @@ pub(super) fn from_there(
     course: &Preflight,
     place: [f64; 3],
 ) -> Option<(ArmState, Option<Action>)> {
-    let command = action.command();
+    let command = action.command()?;
     let line = StraightMove::of(&command, &mut course.clone())?;
     let (share, _) = line.nearest(place);
     let share = share.clamp(0.0, 1.0);

@@ -217,7 +217,7 @@ fn only_the_last_of_each_setting_is_told_again() {
         .plan
         .steps
         .iter()
-        .map(|step| step.action.command())
+        .filter_map(|step| step.action.command())
         .collect();
     let expected = [
         words::output(4, true),
@@ -319,7 +319,7 @@ fn from_a_start_that_nobody_knows_it_comes_from_above() {
         targets(&rest),
         [[230.0, 0.0, 30.0], [230.0, 0.0, 0.0], [240.0, 0.0, 0.0]]
     );
-    let by = match rest.plan.steps[0].action.command() {
+    let by = match rest.plan.steps[0].action.command().expect("it has one") {
         Set::PtpCmd(commands::PtpCmd { ptp_mode, .. }) => ptp_mode,
         other => panic!("{other:?}"),
     };

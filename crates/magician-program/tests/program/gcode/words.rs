@@ -257,8 +257,6 @@ fn what_is_left_out_is_said_once() {
             "line 5, column 1: E words are left out: nothing is extruded (3 times)",
             "line 8, column 1: M106 is left out",
             "line 9, column 1: M107 is left out",
-            "line 10, column 1: a pause (M0, M1) is left out: the arm goes on",
-            "line 11, column 1: tools (T) are left out: the mounted tool is used",
             "line 12, column 1: G61.2 is left out",
             "2 lines after the end of the program are left out",
         ]

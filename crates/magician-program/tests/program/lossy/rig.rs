@@ -12,6 +12,7 @@ use magician::sim::world::Drawing;
 use magician::sim::{LineTiming, Runner, Speed};
 use magician::words::{Guards, Preflight};
 use magician::{Arm, Error, ErrorKind, Options, Ran, Run, Set, VirtualArm};
+use magician_program::StepNumbering;
 use magician_program::rehearse::{RehearseOptions, stage, start_of};
 use magician_program::resume::{Checkpoint, ObservedProgress, ResumePoint, StepCounter, StepRange};
 use magician_program::{Action, Plan, Step};
@@ -253,9 +254,11 @@ impl<'p> Ride<'p> {
         arm.stop().await?;
         arm.clear_alarms().await?;
         let now = arm.preflight().await?;
-        let resume_point = self
-            .checkpoint
-            .resume_point(Some(seen), |steps| self.stands_after(steps, &now));
+        let resume_point =
+            self.checkpoint
+                .resume_point(Some(seen), &StepNumbering::default(), |steps| {
+                    self.stands_after(steps, &now)
+                });
         let (step, span) = match resume_point {
             ResumePoint::After(steps) => (Some(steps), exactly(steps)),
             ResumePoint::Again(steps) => (

@@ -251,9 +251,9 @@ fn problems_say_where_and_what_would_be_right() {
             "this is not JSON: key must be a string",
         ),
         (
-            String::from(r#"{"format":"magician-plan","version":2,"steps":[{"new":1}]}"#),
+            String::from(r#"{"format":"magician-plan","version":3,"steps":[{"new":1}]}"#),
             (1, 37, 1),
-            "this is a plan of version 2; only version 1 is known here",
+            "this is a plan of version 3; only versions 1 and 2 are known here",
         ),
         (
             String::from(r#"{"format":"recipe","version":1}"#),

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 
 use magician::words::{self, Preflight};
 use magician::{JointAngles, ToolBias};
-use magician_program::{Action, Grip, Origin, PLAN_SCHEMA, Plan, Tool, Travel, check};
+use magician_program::{
+    Action, Color, Grip, Origin, PLAN_SCHEMA, Part, Pause, PauseCause, Plan, Tool, Travel, check,
+};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -196,6 +198,16 @@ fn one_of_each() -> Vec<Action> {
         Action::Wait(20),
         Action::Home,
         Action::Command(Box::new(words::output(3, true))),
+        Action::Part(Box::new(Part {
+            n: 1,
+            name: Some("outline".to_owned()),
+            color: Some(Color([255, 0, 0])),
+            pass: Some(2),
+        })),
+        Action::Pause(Box::new(Pause {
+            text: "mount the red pen".to_owned(),
+            cause: PauseCause::Part,
+        })),
     ];
     for action in &all {
         match action {
@@ -206,6 +218,7 @@ fn one_of_each() -> Vec<Action> {
             Action::Path { .. } | Action::Burn { .. } | Action::Suction(_) | Action::Gripper(_) => {
             }
             Action::Laser(_) | Action::Wait(_) | Action::Home | Action::Command(_) => {}
+            Action::Part(_) | Action::Pause(_) => {}
         }
     }
     all
@@ -239,8 +252,11 @@ fn every_kind_of_step_is_one_kind_of_the_schema() {
 fn what_the_reader_refuses_the_schema_refuses() {
     let schema = Schema::new();
     for text in [
-        r#"{"format":"magician-plan","version":2,"steps":[]}"#,
+        r#"{"format":"magician-plan","version":3,"steps":[]}"#,
         r#"{"format":"magician-plan","version":1,"steps":[{}]}"#,
+        r#"{"format":"magician-plan","version":2,"steps":[{"part":{"n":0}}]}"#,
+        r#"{"format":"magician-plan","version":2,"steps":[{"pause":"wait"}]}"#,
+        r#"{"format":"magician-plan","version":2,"steps":[{"pause":"wait","reason":"lunch"}]}"#,
         r#"{"format":"magician-plan","version":1,"steps":[{"move":[1,2,3]}]}"#,
         r#"{"format":"magician-plan","version":1,"steps":[{"home":true,"wait":1}]}"#,
         r#"{"format":"magician-plan","version":1,"steps":[{"shift":[1,2,3,4],"by":"jump"}]}"#,

@@ -133,7 +133,7 @@ fn is_same(
     {
         let is_path = matches!(
             step.action.command(),
-            magician::Set::CpCmd(_) | magician::Set::CpLeCmd(_)
+            Some(magician::Set::CpCmd(_) | magician::Set::CpLeCmd(_))
         );
         let (Some(one), Some(other)) = (one, other) else {
             // One of them is beyond a limit there: they go on from different places.

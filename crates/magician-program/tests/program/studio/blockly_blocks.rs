@@ -127,7 +127,9 @@ fn the_place_of_the_arm_can_be_read_where_it_is_known() {
     );
     let rail = words::move_with_rail(200.0, 200.0, 55.0, 0.0, 300.0);
     assert!(
-        plan.steps.iter().any(|step| step.action.command() == rail),
+        plan.steps
+            .iter()
+            .any(|step| step.action.command() == Some(rail)),
         "{}",
         told(&plan)
     );
@@ -167,7 +169,10 @@ fn tools_are_selected_by_how_far_they_stand_out() {
         let blocks = block("dobot_selectendtype", &field("type", out));
         let (plan, _) = plan(Format::Blockly, &workspace(&blocks));
         assert_eq!(plan.tool, Some(tool));
-        assert_eq!(plan.steps[0].action.command(), words::tool(tool.bias()));
+        assert_eq!(
+            plan.steps[0].action.command(),
+            Some(words::tool(tool.bias()))
+        );
     }
 }
 
@@ -220,7 +225,8 @@ fn speeds_and_heights_are_set() {
         words::jump_height(30.0, 100.0),
     );
     let (actions, _) = one("dobot_setptpoordinateparams", &rates);
-    let magician::Set::PtpCoordinateParams(params) = actions[0].command() else {
+    let magician::Set::PtpCoordinateParams(params) = actions[0].command().expect("it has one")
+    else {
         panic!("{actions:?}");
     };
     assert_eq!([params.xyz_velocity, params.r_velocity], [40.0; 2]);
@@ -328,7 +334,10 @@ fn pins_motors_and_sensors_are_driven() {
         "dobot_linearRail",
         &fields(&[("enable", "1"), ("version", "1")]),
     );
-    assert_eq!(actions[0].command().row().set_name, "SetDeviceWithL");
+    assert_eq!(
+        actions[0].command().expect("it has one").row().set_name,
+        "SetDeviceWithL"
+    );
 }
 
 #[test]

@@ -290,7 +290,7 @@ impl Life {
         };
         if let Some((job, state)) = news {
             let news = if good && state != JobState::Stopping {
-                JobNews::State(state)
+                JobNews::State(state, None)
             } else {
                 JobNews::Over(Box::new(JobEnd::new("stopped")))
             };

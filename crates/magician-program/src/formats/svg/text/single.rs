@@ -84,7 +84,7 @@ impl StrokeCollector<'_> {
             let white = paint.is_some_and(|paint| self.whites.is_white(paint));
             let lines = [&span.underline, &span.overline, &span.line_through];
             for line in lines.into_iter().flatten() {
-                self.add(vec![middle(line, place.to)], place, white)?;
+                self.add(vec![middle(line, place.to)], place, white, paint)?;
             }
             for laid in &span.positioned_glyphs {
                 let Some(own) = metrics(&database, laid) else {
@@ -123,7 +123,7 @@ impl StrokeCollector<'_> {
                     let at = to * kurbo::Point::new(point[0], point[1]);
                     *point = [at.x, at.y];
                 }
-                self.add(letters, place, white)?;
+                self.add(letters, place, white, paint)?;
             }
         }
         for character in missing.chars() {

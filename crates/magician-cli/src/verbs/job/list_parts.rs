@@ -1,0 +1,63 @@
+//! `--list-parts`: what there is to choose from.
+
+use magician_job::report::clock;
+use magician_program::PartSummary;
+use magician_protocol::visible_lines;
+use serde::Serialize;
+
+use super::reading::Opened;
+use super::{Job, Where};
+use crate::context::Context;
+use crate::failure::Failure;
+
+/// The parts, as JSON has them.
+#[derive(Serialize)]
+struct Parts {
+    parts: Vec<PartSummary>,
+}
+
+impl Job {
+    /// Shows the parts of a file.
+    pub(super) fn list_parts(
+        &self,
+        opened: Opened,
+        place: &Where,
+        context: &mut Context,
+    ) -> Result<(), Failure> {
+        let read = self.read(opened, place, context)?;
+        let setup = self.setup(place, context)?;
+        let parts = setup.list_parts(read.file.format, &read.file.content);
+        let parts = parts.map_err(|problem| read.source.failure(&problem))?;
+        let answer = Parts { parts };
+        context.show(&answer, |out| {
+            if answer.parts.is_empty() {
+                return out.line(format_args!("{}: no parts", read.source.name));
+            }
+            answer
+                .parts
+                .iter()
+                .try_for_each(|part| out.line(line(part)))
+        })
+    }
+}
+
+/// `2  outline  #ff0000  14 lines, 320 mm, 0:41`.
+fn line(part: &PartSummary) -> String {
+    let name = part.name.as_deref().unwrap_or("-");
+    let color = part.color.as_deref().unwrap_or("-");
+    let lines = if part.strokes == 1 { "line" } else { "lines" };
+    let time = part
+        .seconds
+        .and_then(|seconds| std::time::Duration::try_from_secs_f64(seconds).ok());
+    let time = time
+        .map(|time| format!(", {}", clock(time)))
+        .unwrap_or_default();
+    let skipped = if part.skipped { ", left out" } else { "" };
+    format!(
+        "{:>3}  {}  {color}  {} {lines}, {:.0} mm{time}{skipped}",
+        part.n,
+        visible_lines(name),
+        part.strokes,
+        part.drawn_mm,
+    )
+}

@@ -1,0 +1,183 @@
+//! Jobs that wait for a person between the parts of a drawing.
+#![cfg(unix)]
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+use crate::magician::command;
+use crate::magician::drawing::Place;
+use crate::magician::terminal::Terminal;
+use serde_json::{Value, json};
+
+const TWO: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='30mm' height='30mm' viewBox='0 0 30 30'>\
+    <path d='M5 5H25' stroke='red'/><path d='M5 15H25' stroke='blue'/></svg>";
+
+struct Talk {
+    child: Child,
+    lines: BufReader<ChildStdout>,
+}
+
+impl Talk {
+    fn with(mut command: Command) -> Self {
+        command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = command.stderr(Stdio::null()).spawn().expect("it starts");
+        let lines = BufReader::new(child.stdout.take().expect("a pipe"));
+        Self { child, lines }
+    }
+
+    fn until(&mut self, event: &str) -> Value {
+        loop {
+            let mut line = String::new();
+            self.lines.read_line(&mut line).expect("a line");
+            let next: Value = serde_json::from_str(&line).unwrap_or_else(|_| panic!("{line:?}"));
+            if next["event"] == event {
+                return next;
+            }
+            assert!(next["event"].is_string(), "{next}");
+        }
+    }
+}
+
+fn file(name: &str) -> String {
+    let path = std::env::temp_dir().join(format!("waits-{}-{name}.svg", std::process::id()));
+    std::fs::write(&path, TWO).expect("it is written");
+    path.display().to_string()
+}
+
+fn draw(place: &Place, file: &str, more: &[&str]) -> Command {
+    let mut command = place.command(&["draw", file, "--surface", "-60", "--parts", "color"]);
+    command.args(more);
+    command
+}
+
+#[test]
+fn a_program_that_reads_the_events_goes_on_with_the_next_part() {
+    let place = Place::homed("5");
+    let file = file("json");
+    let mut talk = Talk::with(draw(&place, &file, &["--json"]));
+    let paused = talk.until("paused");
+    assert_eq!(
+        paused,
+        json!({"event": "paused", "part": 2, "reason": "part"})
+    );
+    assert_eq!(place.number("queue", "left_space"), 32.0);
+    let before = place.number("pose", "x");
+    assert_eq!(place.number("pose", "x"), before, "nothing moves");
+    let stdin = talk.child.stdin.as_mut().expect("a pipe");
+    writeln!(stdin, "{{\"do\":\"resume\"}}").expect("it reads");
+    assert_eq!(talk.until("resumed"), json!({"event": "resumed"}));
+    assert!(talk.child.wait().expect("it ends").success());
+}
+
+#[test]
+fn a_pause_that_nobody_can_answer_any_more_stops_the_job() {
+    let place = Place::homed("5");
+    let file = file("end");
+    let mut talk = Talk::with(draw(&place, &file, &["--json"]));
+    drop(talk.child.stdin.take());
+    talk.until("paused");
+    assert_eq!(talk.child.wait().expect("it ends").code(), Some(130));
+    // It goes on where it was stopped: it waits there again.
+    let mut talk = Talk::with(draw(&place, &file, &["--json", "--resume"]));
+    talk.until("paused");
+    let stdin = talk.child.stdin.as_mut().expect("a pipe");
+    writeln!(stdin, "{{\"do\":\"resume\"}}").expect("it reads");
+    assert!(talk.child.wait().expect("it ends").success());
+}
+
+#[test]
+fn a_person_is_told_which_pen_to_mount() {
+    let place = Place::homed("5");
+    let file = file("keys");
+    let mut terminal = Terminal::running(draw(&place, &file, &[]));
+    terminal.until_seen("mount the pen for part 2, #0000ff");
+    terminal.until_seen("paused: p resumes, space stops");
+    terminal.types("p");
+    terminal.until_seen("done in");
+}
+
+#[test]
+fn a_job_that_nobody_could_go_on_with_is_not_begun() {
+    let file = file("nobody");
+    let run = |more: &[&str]| {
+        let mut magician = command();
+        magician.args([
+            "draw",
+            &file,
+            "--surface",
+            "-60",
+            "--parts",
+            "color",
+            "--port",
+            "sim",
+        ]);
+        magician.args(more).stdin(Stdio::null());
+        magician.output().expect("it runs")
+    };
+    let refused = run(&[]);
+    assert_eq!(refused.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(
+        said.contains("the job would pause at step") && said.contains("--no-pause"),
+        "{said}"
+    );
+    assert!(run(&["--no-pause"]).status.success());
+    assert!(run(&["--only", "blue"]).status.success(), "one part alone");
+}
+
+#[test]
+fn a_file_of_pens_is_read_and_what_is_wrong_in_it_is_told_with_its_place() {
+    let file = file("pens");
+    let pens = format!("{file}.toml");
+    let run = |text: &str| {
+        std::fs::write(&pens, text).expect("it is written");
+        let mut magician = command();
+        magician.args([
+            "draw",
+            &file,
+            "--surface",
+            "-60",
+            "--parts",
+            "color",
+            "--check",
+            "--json",
+        ]);
+        magician.args(["--pens", &pens]).output().expect("it runs")
+    };
+    let good = run("[[pen]]\nmatch = 'red'\npasses = 3\n");
+    let report: Value = serde_json::from_slice(&good.stdout).expect("JSON");
+    assert_eq!(
+        report["drawn_mm"].as_f64().map(f64::round),
+        Some(80.0),
+        "{report}"
+    );
+    let wrong = run("[[pen]]\nmatch = 'red'\nwidth = 3\n");
+    let said = String::from_utf8_lossy(&wrong.stderr).into_owned()
+        + &String::from_utf8_lossy(&wrong.stdout);
+    assert!(
+        said.contains("line 3, column 1: unknown field `width`"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_parts_of_a_drawing_are_listed() {
+    let file = file("list");
+    let mut magician = command();
+    let listed = magician.args([
+        "draw",
+        &file,
+        "--surface",
+        "-60",
+        "--parts",
+        "color",
+        "--list-parts",
+        "--json",
+    ]);
+    let listed = listed.output().expect("it runs");
+    let listed: Value = serde_json::from_slice(&listed.stdout).expect("JSON");
+    let parts = listed["parts"].as_array().expect("a list");
+    assert_eq!(parts.len(), 2);
+    assert_eq!(parts[1]["color"], "#0000ff");
+    assert_eq!(parts[1]["n"], 2);
+}

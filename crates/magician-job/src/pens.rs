@@ -1,0 +1,123 @@
+//! Pens of the parts of a drawing, as a file.
+
+use std::fs;
+use std::path::Path;
+
+use magician_program::{PenOptions, SetupOptions};
+use serde::Deserialize;
+
+/// The largest file that is read, bytes.
+const LARGEST: u64 = 1 << 20;
+
+/// A file of pens.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Pens {
+    /// The pens; the first that is for a part counts.
+    pen: Vec<PenOptions>,
+}
+
+/// Reads a file of pens.
+///
+/// # Errors
+/// Why it cannot be read; what is wrong in it, with line and column.
+pub fn read(path: &Path) -> Result<Vec<PenOptions>, String> {
+    let shown = path.display();
+    let unread = |error: std::io::Error| format!("cannot read {shown}: {error}");
+    let size = fs::metadata(path).map_err(unread)?.len();
+    if size > LARGEST {
+        return Err(format!(
+            "{shown} has {size} bytes: no file of pens is larger than {LARGEST}"
+        ));
+    }
+    let text = fs::read_to_string(path).map_err(unread)?;
+    from_text(&text).map_err(|problem| format!("{shown}: {problem}"))
+}
+
+/// The pens of such a file.
+///
+/// # Errors
+/// What is wrong in it, with line and column.
+pub fn from_text(text: &str) -> Result<Vec<PenOptions>, String> {
+    let pens: Pens = toml::from_str(text).map_err(|error| {
+        let at = error.span().map_or(0, |span| span.start);
+        let before = text.get(..at).unwrap_or_default();
+        let line = before.matches('\n').count() + 1;
+        let last = before.rsplit('\n').next().unwrap_or_default();
+        let column = last.chars().count() + 1;
+        let message = error.message().trim();
+        format!("line {line}, column {column}: {message}")
+    })?;
+    let mut options = SetupOptions::default();
+    options.pens = pens.pen;
+    options.check_values().map_err(|error| error.message)?;
+    Ok(options.pens)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_wrong_with_a_file_of_pens_has_line_and_column() {
+        let problem = |text: &str| from_text(text).expect_err("it is wrong");
+        let unknown = problem("[[pen]]\nmatch = \"red\"\n  colour = \"red\"\n");
+        assert!(
+            unknown.starts_with("line 3, column 3: unknown field `colour`"),
+            "{unknown}"
+        );
+        for (text, says) in [
+            (
+                "[[pen]]\nlift = 3\n",
+                "line 1, column 1: missing field `match`",
+            ),
+            (
+                "[[pen]]\nmatch = 1\nlift = -3\n",
+                "pens: pen 1: lift is a number above 0, not -3",
+            ),
+            (
+                "[[pen]]\nmatch = 0\n",
+                "pens: pen 1: match counts parts from 1",
+            ),
+            (
+                "[[pen]]\nmatch = 1.5\n",
+                "line 2, column 9: expected a name, a colour, or a whole number from 1",
+            ),
+            (
+                "[[pen]]\nmatch = 1\npower = nan\n",
+                "pens: pen 1: power is percent above 0, not NaN",
+            ),
+            (
+                "[[pen]]\nmatch = 1\nsurface_offset = inf\n",
+                "pens: pen 1: surface_offset is -100 to 100 mm, not inf",
+            ),
+            (
+                "[[pen]]\nmatch = 1\npasses = 0\n",
+                "pens: pen 1: passes is a number from 1 to 1000, not 0",
+            ),
+            (
+                "[[pen]]\nmatch = 1\nfill = \"dots\"\n",
+                "line 3, column 8: fill is 'none'",
+            ),
+            ("[pen]\nmatch = 1\n", "line 1, column 1: "),
+            ("pencil = 1\n", "line 1, column 1: unknown field `pencil`"),
+            ("[[pen", "line 1, column "),
+            ("\0", "line 1, column 1: "),
+        ] {
+            let found = problem(text);
+            assert!(found.starts_with(says), "{text:?}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_file_of_pens_is_what_it_says() {
+        let text = "[[pen]]\nmatch = 'red'\nsurface_offset = -0.5\nlift = 4\nspeed = 20\nfill = 'hatch'\n\n[[pen]]\nmatch = 2\npower = 40\npasses = 3\n";
+        let pens = from_text(text).expect("two pens");
+        assert_eq!(pens.len(), 2);
+        assert_eq!(
+            (pens[0].lift, pens[0].surface_offset),
+            (Some(4.0), Some(-0.5))
+        );
+        assert_eq!((pens[1].power, pens[1].passes), (Some(40.0), Some(3)));
+    }
+}

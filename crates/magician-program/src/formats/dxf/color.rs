@@ -1,0 +1,81 @@
+//! Colours of entities and layers: AutoCAD's 255, and true ones.
+
+use super::pairs::Record;
+use crate::Color;
+
+/// The first nine, which have names (AutoCAD Color Index).
+const FIRST: [[u8; 3]; 9] = [
+    [255, 0, 0],
+    [255, 255, 0],
+    [0, 255, 0],
+    [0, 255, 255],
+    [0, 0, 255],
+    [255, 0, 255],
+    // White on a dark screen, black on paper.
+    [0, 0, 0],
+    [128, 128, 128],
+    [192, 192, 192],
+];
+/// The greys from 250.
+const GREYS: [u8; 6] = [51, 91, 132, 173, 214, 255];
+/// How bright the ten of a hue are, two by two, of 255.
+const BRIGHT: [f64; 5] = [255.0, 165.0, 127.0, 76.0, 38.0];
+
+/// The colour that a record says: none where it has that of its layer, none in it where its number is no colour.
+pub(super) fn of(record: &Record<'_>) -> Option<Option<Color>> {
+    let number = |code| record.text(code)?.trim().parse::<i64>().ok();
+    if let Some(rgb) = number(420) {
+        let [.., red, green, blue] = rgb.to_be_bytes();
+        return Some(Some(Color([red, green, blue])));
+    }
+    // A layer that is off has its number below 0.
+    match number(62)?.unsigned_abs() {
+        256 => None,
+        index => Some(indexed(index)),
+    }
+}
+
+fn indexed(index: u64) -> Option<Color> {
+    let index = usize::try_from(index).ok()?;
+    match index {
+        1..=9 => FIRST.get(index - 1).copied().map(Color),
+        250..=255 => GREYS.get(index - 250).map(|grey| Color([*grey; 3])),
+        10..250 => {
+            let hue = (index / 10 - 1) as f64 * 15.0;
+            let bright = *BRIGHT.get(index % 10 / 2)?;
+            let pale = if index % 2 == 1 { 0.5 } else { 0.0 };
+            // Each of the three is full within 60 degrees of its own hue, and gone beyond 120.
+            let channel = |own: f64| {
+                let off = ((hue - own).rem_euclid(360.0)).min((own - hue).rem_euclid(360.0));
+                let share = ((120.0 - off) / 60.0).clamp(0.0, 1.0);
+                (bright * (pale + (1.0 - pale) * share)) as u8
+            };
+            Some(Color([channel(0.0), channel(120.0), channel(240.0)]))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn indices_are_colours() {
+        let shown = |index| indexed(index).map(|color| color.to_string());
+        for (index, color) in [
+            (1, "#ff0000"),
+            (7, "#000000"),
+            (10, "#ff0000"),
+            (11, "#ff7f7f"),
+            (30, "#ff7f00"),
+            (90, "#00ff00"),
+            (170, "#0000ff"),
+            (14, "#7f0000"),
+            (254, "#d6d6d6"),
+        ] {
+            assert_eq!(shown(index).as_deref(), Some(color), "{index}");
+        }
+        assert_eq!((shown(0), shown(300)), (None, None));
+    }
+}

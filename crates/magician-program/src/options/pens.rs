@@ -1,0 +1,103 @@
+//! Pens of the parts of a drawing.
+
+use serde::{Deserialize, Serialize};
+
+use super::fields;
+use crate::artwork::PartPen;
+use crate::fill::FillMode;
+use crate::{PartMatch, PartRule};
+
+/// A pen, and the parts that it is for. What is not given is as for all. Lengths are mm, speeds mm/s, power percent.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PenOptions {
+    /// The parts: a name or a colour, or a number.
+    #[serde(rename = "match")]
+    pub matches: PenMatch,
+    /// How much higher the pen draws; above 0 is up.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub surface_offset: Option<f64>,
+    /// Pen lift between lines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lift: Option<f64>,
+    /// Speed along the lines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub speed: Option<f64>,
+    /// Power along the lines.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<f64>,
+    /// How often its parts are drawn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub passes: Option<u32>,
+    /// How their shapes are filled.
+    #[serde(
+        with = "fields::text",
+        default,
+        skip_serializing_if = "Option::is_none"
+    )]
+    pub fill: Option<FillMode>,
+}
+
+/// Which parts a pen is for.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    expecting = "expected a name, a colour, or a whole number from 1"
+)]
+pub enum PenMatch {
+    /// The part of this number, from 1.
+    Number(u64),
+    /// Parts of this name or colour.
+    Name(String),
+}
+
+impl PenOptions {
+    /// What of it is out of its range, in a sentence.
+    pub(super) fn problem(&self) -> Option<String> {
+        if self.matches == PenMatch::Number(0) {
+            return Some("match counts parts from 1".to_owned());
+        }
+        for (key, value) in [("lift", self.lift), ("speed", self.speed)] {
+            if let Some(value) = value.filter(|value| !(value.is_finite() && *value > 0.0)) {
+                return Some(format!("{key} is a number above 0, not {value}"));
+            }
+        }
+        let fits = |power: &f64| *power > 0.0 && *power <= 100.0;
+        if let Some(power) = self.power.filter(|power| !fits(power)) {
+            return Some(format!("power is percent above 0, not {power}"));
+        }
+        if let Some(offset) = self
+            .surface_offset
+            .filter(|offset| !(-100.0..=100.0).contains(offset))
+        {
+            return Some(format!("surface_offset is -100 to 100 mm, not {offset}"));
+        }
+        passes_problem(self.passes)
+    }
+}
+
+/// What is wrong with a number of passes, in a sentence.
+pub(super) fn passes_problem(passes: Option<u32>) -> Option<String> {
+    let most = crate::setup::MOST_PASSES;
+    let wrong = passes.filter(|passes| !(1..=most).contains(passes))?;
+    Some(format!("passes is a number from 1 to {most}, not {wrong}"))
+}
+
+impl From<&PenOptions> for PartRule {
+    fn from(options: &PenOptions) -> Self {
+        Self {
+            matches: match &options.matches {
+                PenMatch::Name(name) => PartMatch::Name(name.clone()),
+                PenMatch::Number(n) => PartMatch::Number(*n),
+            },
+            pen: PartPen {
+                surface_offset: options.surface_offset.unwrap_or(0.0),
+                lift: options.lift,
+                speed: options.speed,
+                power: options.power,
+                fill: options.fill,
+            },
+            passes: options.passes,
+        }
+    }
+}

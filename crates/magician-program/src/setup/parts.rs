@@ -1,0 +1,360 @@
+//! Which parts a drawing has, which of them are drawn, and with which pens.
+
+use std::fmt;
+use std::str::FromStr;
+
+use magician_host::{Given, Setting};
+
+use super::Setup;
+use crate::artwork::{DrawingPart, PartPen};
+use crate::{Action, Artwork, Color, Diagnostic, DiagnosticCode, Part, PauseCause, Plan};
+
+/// As many parts are named in an error.
+const NAMED: usize = 20;
+/// Nothing is drawn more often.
+pub(crate) const MOST_PASSES: u32 = 1000;
+
+/// What the parts of a drawing are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(not(feature = "exhaustive"), non_exhaustive)]
+pub enum PartMode {
+    /// It has none.
+    None,
+    /// Layers, pens, tools.
+    Layer,
+    /// Colours.
+    Color,
+}
+
+impl FromStr for PartMode {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "none" => Ok(Self::None),
+            "layer" => Ok(Self::Layer),
+            "color" => Ok(Self::Color),
+            other => Err(format!(
+                "parts is 'none', 'layer' or 'color', not '{other}'"
+            )),
+        }
+    }
+}
+
+impl fmt::Display for PartMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::None => "none",
+            Self::Layer => "layer",
+            Self::Color => "color",
+        })
+    }
+}
+
+/// A pen, and the parts that it is for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartRule {
+    /// The parts.
+    pub matches: PartMatch,
+    /// What it needs.
+    pub pen: PartPen,
+    /// How often its parts are drawn.
+    pub passes: Option<u32>,
+}
+
+/// Which parts are meant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PartMatch {
+    /// Those of this name, or of this colour.
+    Name(String),
+    /// The one of this number, from 1.
+    Number(u64),
+}
+
+impl PartMatch {
+    fn is(&self, part: &DrawingPart) -> bool {
+        match self {
+            Self::Name(name) => part.has_name(name) || part.has_color(name.parse().ok()),
+            Self::Number(n) => part.part.n == *n,
+        }
+    }
+}
+
+/// What a layer's name says to a plotter.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct LayerCommands {
+    skips: bool,
+    waits: bool,
+}
+
+impl LayerCommands {
+    fn of(name: &str) -> Self {
+        let mut commands = Self::default();
+        for sign in name.trim_start().chars() {
+            match sign {
+                '%' => commands.skips = true,
+                '!' => commands.waits = true,
+                _ => break,
+            }
+        }
+        commands
+    }
+}
+
+impl Setup {
+    /// What the parts of a drawing are, and whether that was said or needed.
+    fn part_mode(&self, artwork: &Artwork) -> PartMode {
+        let commanded = artwork.layers.iter().any(|layer| {
+            let name = layer.name.as_deref().filter(|_| layer.inkscape);
+            name.is_some_and(|name| LayerCommands::of(name) != LayerCommands::default())
+        });
+        let implied = !self.only.is_empty() || !self.pens.is_empty() || commanded;
+        self.parts.unwrap_or(match implied {
+            true => PartMode::Layer,
+            false => PartMode::None,
+        })
+    }
+
+    /// All parts of a drawing, those that are left out as well.
+    ///
+    /// # Errors
+    /// A part that was asked for and is not there.
+    pub fn parts_of(
+        &self,
+        artwork: &Artwork,
+        mode: PartMode,
+    ) -> Result<(Vec<DrawingPart>, Vec<Diagnostic>), Diagnostic> {
+        let keys = || {
+            let strokes = artwork.strokes.iter().map(|stroke| stroke.style);
+            strokes.chain(artwork.areas.iter().map(|filled| filled.style))
+        };
+        let key = |style: crate::artwork::Style| match mode {
+            PartMode::None => 0,
+            PartMode::Layer => style.layer,
+            PartMode::Color => style.color,
+        };
+        let last = keys().map(key).max().unwrap_or(0) as usize;
+        let mut colors: Vec<Option<Option<u32>>> = vec![None; last + 1];
+        for style in keys() {
+            if let Some(known) = colors.get_mut(key(style) as usize) {
+                *known = match known {
+                    None => Some(Some(style.color)),
+                    Some(Some(color)) if *color == style.color => continue,
+                    Some(_) => Some(None),
+                };
+            }
+        }
+        let listed = |color: u32| {
+            let place = (color as usize).checked_sub(1)?;
+            artwork.colors.get(place).copied()
+        };
+        let mut parts: Vec<DrawingPart> = Vec::new();
+        for (nth, color) in colors.into_iter().enumerate() {
+            let layer = nth.checked_sub(1).and_then(|at| artwork.layers.get(at));
+            let name = layer.filter(|_| mode == PartMode::Layer);
+            let name = name.and_then(|layer| layer.name.clone());
+            let commands = name.as_deref().map(LayerCommands::of).unwrap_or_default();
+            // Parts keep their places in the lists: what has no lines is none.
+            let empty = color.is_none();
+            let part = Part {
+                n: 0,
+                name,
+                color: color
+                    .flatten()
+                    .filter(|_| mode != PartMode::None)
+                    .and_then(listed),
+                pass: None,
+            };
+            parts.push(DrawingPart {
+                part,
+                waits: commands.waits,
+                skipped: empty || commands.skips,
+                passes: if empty { 0 } else { self.passes.unwrap_or(1) },
+                pen: PartPen::default(),
+            });
+        }
+        let there = parts.iter_mut().filter(|part| part.passes > 0);
+        for (n, part) in (1..).zip(there) {
+            part.part.n = n;
+        }
+        let mut notes = Vec::new();
+        for rule in &self.pens {
+            let mut found = false;
+            for part in parts.iter().filter(|part| part.passes > 0) {
+                found |= rule.matches.is(part);
+            }
+            if !found {
+                let what = match &rule.matches {
+                    PartMatch::Name(name) => format!("no part has the name or colour '{name}'"),
+                    PartMatch::Number(n) => format!("there is no part {n}"),
+                };
+                let what = format!("a pen is not used: {what}");
+                notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
+            }
+        }
+        for part in parts.iter_mut().filter(|part| part.passes > 0) {
+            if let Some(rule) = self.pens.iter().find(|rule| rule.matches.is(part)) {
+                part.pen = rule.pen;
+                part.passes = rule.passes.unwrap_or(part.passes);
+            }
+        }
+        self.choose(&mut parts)?;
+        Ok((parts, notes))
+    }
+
+    /// Leaves out the parts that were not asked for, if any were.
+    fn choose(&self, parts: &mut [DrawingPart]) -> Result<(), Diagnostic> {
+        if self.only.is_empty() {
+            return Ok(());
+        }
+        let mut chosen = vec![false; parts.len()];
+        for wanted in &self.only {
+            let there = |part: &DrawingPart| part.passes > 0;
+            let color: Option<Color> = wanted.parse().ok();
+            let number = wanted.trim().parse().ok();
+            let named = |part: &DrawingPart| there(part) && part.has_name(wanted);
+            let coloured = |part: &DrawingPart| there(part) && part.has_color(color);
+            let counted = |part: &DrawingPart| there(part) && Some(part.part.n) == number;
+            let ways: [&dyn Fn(&DrawingPart) -> bool; 3] = [&named, &coloured, &counted];
+            let Some(way) = ways.into_iter().find(|way| parts.iter().any(way)) else {
+                return Err(unknown(wanted, parts));
+            };
+            for (part, chosen) in parts.iter().zip(&mut chosen) {
+                *chosen |= way(part);
+            }
+        }
+        for (part, chosen) in parts.iter_mut().zip(chosen) {
+            // A part that a person names is drawn, whatever its name says.
+            part.skipped = !chosen;
+        }
+        Ok(())
+    }
+
+    /// A drawing with its parts, without those that are left out.
+    pub(super) fn divided(
+        &self,
+        mut artwork: Artwork,
+        notes: &mut Vec<Diagnostic>,
+    ) -> Result<Artwork, Diagnostic> {
+        let mode = self.part_mode(&artwork);
+        if mode == PartMode::None {
+            notes.extend(draw_alike(&artwork));
+            if self.passes.unwrap_or(1) == 1 && self.pens.is_empty() && self.only.is_empty() {
+                return Ok(artwork);
+            }
+        }
+        let (parts, more) = self.parts_of(&artwork, mode)?;
+        notes.extend(more);
+        let key = |style: &mut crate::artwork::Style| {
+            style.part = 1 + match mode {
+                PartMode::None => 0,
+                PartMode::Layer => style.layer,
+                PartMode::Color => style.color,
+            };
+            let part = parts.get(style.part as usize - 1);
+            part.is_some_and(|part| !part.skipped)
+        };
+        artwork.strokes.retain_mut(|stroke| key(&mut stroke.style));
+        artwork.areas.retain_mut(|filled| key(&mut filled.style));
+        if artwork.strokes.is_empty() && artwork.areas.is_empty() {
+            return Err(Diagnostic::of_file("all parts of the drawing are left out"));
+        }
+        // Who has chosen parts knows that the others are not drawn.
+        let told = self.only.is_empty();
+        let left_out = |part: &&DrawingPart| told && part.skipped && part.passes > 0;
+        for part in parts.iter().filter(left_out) {
+            let what = format!("left out: part {}", part.part);
+            notes.push(Diagnostic::of_file(what).coded(DiagnosticCode::LeftOut));
+        }
+        artwork.parts = parts;
+        Ok(artwork)
+    }
+
+    /// A program whose tools are parts, if that was asked for; one with as many passes as are wanted.
+    pub(super) fn with_passes(&self, mut plan: Plan, gcode: bool) -> Result<Plan, Diagnostic> {
+        if let Some(setting) = [
+            (!self.only.is_empty()).then_some(Setting::Only),
+            (!self.pens.is_empty()).then_some(Setting::Pens),
+        ]
+        .into_iter()
+        .flatten()
+        .next()
+        {
+            let what = "only the parts of a drawing can be chosen, and have pens of their own";
+            return Err(Diagnostic::of_file(what).with(magician_host::Remedy::without(setting)));
+        }
+        if gcode {
+            self.tools(&mut plan);
+        }
+        let passes = self.passes.unwrap_or(1);
+        if passes > 1 {
+            let is_part = |step: &crate::Step| matches!(step.action, Action::Part(_));
+            if plan.steps.iter().any(is_part) {
+                let what = "a program that has parts already cannot have passes";
+                let remedy = magician_host::Remedy::without(Setting::Passes);
+                return Err(Diagnostic::of_file(what).with(remedy));
+            }
+            let once = std::mem::take(&mut plan.steps);
+            for pass in 1..=u64::from(passes) {
+                let part = Part {
+                    n: 1,
+                    pass: Some(pass),
+                    ..Part::default()
+                };
+                plan.push(Action::Part(Box::new(part)), crate::Origin::NONE);
+                plan.steps.extend(once.iter().cloned());
+            }
+        }
+        Ok(plan)
+    }
+
+    /// The tools of a program are its parts, or none.
+    fn tools(&self, plan: &mut Plan) {
+        if self.parts != Some(PartMode::Layer) {
+            plan.steps
+                .retain(|step| !matches!(step.action, Action::Part(_)));
+            return;
+        }
+        let next: Vec<bool> = { plan.steps.iter().skip(1) }
+            .map(|step| matches!(step.action, Action::Part(_)))
+            .collect();
+        for (step, next) in plan.steps.iter_mut().zip(next) {
+            if let (Action::Pause(pause), true) = (&mut step.action, next) {
+                pause.cause = PauseCause::Part;
+            }
+        }
+    }
+}
+
+fn unknown(wanted: &str, parts: &[DrawingPart]) -> Diagnostic {
+    let known = parts.iter().filter(|part| part.passes > 0);
+    let all = known.clone().count();
+    let names: Vec<String> = known
+        .take(NAMED)
+        .map(|part| part.part.to_string())
+        .collect();
+    let more = if all > NAMED { "; and more" } else { "" };
+    let message = format!(
+        "no part has the name, colour or number '{wanted}'; the parts are {}{more}",
+        names.join("; ")
+    );
+    Diagnostic::of_file(message).remedy(
+        (Setting::Parts, Given::Word("color")),
+        "divides the drawing by colour",
+    )
+}
+
+/// That several pens of a plot draw alike.
+fn draw_alike(artwork: &Artwork) -> Option<Diagnostic> {
+    let pens = artwork.layers.iter();
+    let pens = pens.map(|layer| layer.name.as_deref()?.strip_prefix("pen "));
+    let pens: Vec<&str> = pens.collect::<Option<_>>()?;
+    (pens.len() > 1 && artwork.areas.is_empty()).then(|| {
+        let what = format!("pens {} draw alike: the arm has one pen", pens.join(", "));
+        let note = Diagnostic::of_file(what).coded(DiagnosticCode::Assumed);
+        note.remedy(
+            (Setting::Parts, Given::Word("layer")),
+            "pauses to change the pen",
+        )
+    })
+}
