@@ -244,6 +244,7 @@ pages! {
     start: "docs/START.md",
     troubleshooting: "docs/TROUBLESHOOTING.md",
     draw: "docs/recipes/draw.md",
+    pens: "docs/recipes/pens.md",
     photo: "docs/recipes/photo.md",
     write: "docs/recipes/write.md",
     fence: "docs/recipes/fence.md",

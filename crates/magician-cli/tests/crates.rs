@@ -231,7 +231,7 @@ fn built_with(package: &str, features: &str) -> BTreeSet<String> {
 }
 
 /// What only a feature of `magician-program` brings in: the crate, and the features that do.
-const BROUGHT_IN: [(&str, &[&str]); 10] = [
+const BROUGHT_IN: [(&str, &[&str]); 9] = [
     (
         "crc32fast",
         &["read-points", "read-svg", "font-files", "image", "picture"],
@@ -239,10 +239,6 @@ const BROUGHT_IN: [(&str, &[&str]); 10] = [
     ("flate2", &["read-svg", "font-files", "image", "picture"]),
     ("fontdb", &["picture"]),
     ("image", &["image"]),
-    (
-        "kurbo",
-        &["read-dxf", "read-hpgl", "read-svg", "font-files", "picture"],
-    ),
     ("png", &["image", "picture"]),
     ("resvg", &["picture"]),
     (

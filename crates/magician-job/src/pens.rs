@@ -102,7 +102,7 @@ mod tests {
             ("[pen]\nmatch = 1\n", "line 1, column 1: "),
             ("pencil = 1\n", "line 1, column 1: unknown field `pencil`"),
             ("[[pen", "line 1, column "),
-            ("\0", "line 1, column 1: "),
+            ("\0", "line 1, column "),
         ] {
             let found = problem(text);
             assert!(found.starts_with(says), "{text:?}: {found}");

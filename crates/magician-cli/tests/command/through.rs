@@ -162,6 +162,23 @@ const VERBS: &[(&str, &[Through])] = &[
         ])],
     ),
     (
+        "frame",
+        &[Same(&[
+            &["frame", "line.svg", "--surface", "-50"],
+            &["home"],
+            &["frame", "line.svg", "--surface", "-50", "--json"],
+            &["frame", "line.svg", "--surface", "-50", "--shape", "hull"],
+        ])],
+    ),
+    (
+        "testgrid",
+        &[Same(&[
+            &["home"],
+            &["testgrid", "--surface", "-50", "--check", "--json"],
+            &["testgrid", "--surface", "-50", "--cell", "2", "--json"],
+        ])],
+    ),
+    (
         "write",
         &[Same(&[
             &[
@@ -310,6 +327,7 @@ const VERBS: &[(&str, &[Through])] = &[
         "inverse",
         &[NoArm(&["inverse", "220", "0", "30", "0", "--json"])],
     ),
+    ("preset", &[NoArm(&["preset", "list", "--json"])]),
     ("config", &[NoArm(&["config", "--json"])]),
     ("completions", &[NoArm(&["completions", "bash"])]),
     ("man", &[NoArm(&["man"])]),

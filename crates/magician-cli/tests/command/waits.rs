@@ -90,8 +90,10 @@ fn a_person_is_told_which_pen_to_mount() {
     let place = Place::homed("5");
     let file = file("keys");
     let mut terminal = Terminal::running(draw(&place, &file, &[]));
-    terminal.until_seen("mount the pen for part 2, #0000ff");
-    terminal.until_seen("paused: p resumes, space stops");
+    terminal.until_both_seen([
+        "mount the pen for part 2, #0000ff",
+        "paused: p resumes, space stops",
+    ]);
     terminal.types("p");
     terminal.until_seen("done in");
 }

@@ -79,6 +79,15 @@ impl Terminal {
         });
     }
 
+    /// Reads until both were shown, the first before the second; they may come at once.
+    pub(crate) fn until_both_seen(&mut self, [first, second]: [&str; 2]) {
+        self.read_until(second, |seen| {
+            let text = plain(seen);
+            let (_, rest) = text.split_once(first)?;
+            rest.contains(second).then_some(seen.len())
+        });
+    }
+
     /// Has everything drawn anew, with Ctrl-L, until this is seen: for what changes by itself, where only the difference is
     /// drawn.
     pub(crate) fn until_drawn(&mut self, text: &str) {
