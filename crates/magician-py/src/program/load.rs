@@ -168,6 +168,7 @@ impl Wanted {
                 pens.map_err(|problem| format!("pens: {problem}"))?
             }
             (None, None) => Vec::new(),
+        };
         options.frame = self.frame.as_deref().map(str::parse).transpose()?;
         options.frame_power = self.frame_power;
         let note = self.preset(format, &mut options)?;
