@@ -6,9 +6,8 @@ use std::time::Duration;
 use magician::{Action, Error, ErrorCode};
 use magician_job::{
     Done, Fault, FileJournal, JobError, JobEvent, JobHandle, JobProgress, JobSpec, JobState,
-    JournalError,
-    NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings, SpeedError,
-    Start as StartsWhere,
+    JournalError, NoJournal, PauseError, PauseReason, PenLift, ResumeError, SavedSettings,
+    SpeedError, Start as StartsWhere,
 };
 use magician_program::{Ending, Program};
 use pyo3::prelude::*;
@@ -216,7 +215,10 @@ impl Job {
     }
 
     /// Why it is paused, and what the person is told.
-    fn pause_reason(&self, py: Python<'_>) -> PyResult<Option<(&'static str, Option<u64>, Option<String>)>> {
+    fn pause_reason(
+        &self,
+        py: Python<'_>,
+    ) -> PyResult<Option<(&'static str, Option<u64>, Option<String>)>> {
         let handle = &self.inner.get(py)?.handle;
         let JobState::Paused { reason, part } = handle.state() else {
             return Ok(None);

@@ -364,7 +364,9 @@ impl PyPlan {
     /// Where it waits for a person, from 1, and what that person is told.
     fn pauses(&self) -> Vec<(usize, String)> {
         let pauses = self.plan.pauses();
-        pauses.map(|(nth, pause)| (nth + 1, pause.text.clone())).collect()
+        pauses
+            .map(|(nth, pause)| (nth + 1, pause.text.clone()))
+            .collect()
     }
 
     fn __len__(&self) -> usize {

@@ -29,7 +29,9 @@ impl PyPlan {
         parts.set_item("row", row)?;
         parts.set_item("name", self.plan.name_of(&place))?;
         let command = step.action.command();
-        let command = command.map(|command| values::object(py, &command)).transpose()?;
+        let command = command
+            .map(|command| values::object(py, &command))
+            .transpose()?;
         parts.set_item("command", command)?;
         Ok(parts)
     }
