@@ -1882,9 +1882,9 @@ class Jog(Bound):
 
 
 def _check_pauses(plan: Plan) -> None:
-    for step, text in plan.pauses:
+    for step, told in plan.pauses:
         raise InvalidInputError(
-            f"the plan pauses at step {step} ({text}), and nobody could resume it: start() gives a job that can be "
+            f"the plan pauses at step {step} ({told}), and nobody could resume it: start() gives a job that can be "
             "resumed, and load(no_pause=True) never pauses"
         )
 

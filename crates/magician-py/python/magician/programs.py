@@ -642,7 +642,7 @@ def load(
         their lines.
     :param width: How wide it becomes, mm.
     :param height: How high it becomes, mm, instead.
-    :param threshold: With ``image="outline"``, ``"centerline"`` or ``mode="threshold"``: what is darker is dark, 1 to 255.
+    :param threshold: With ``image="outline"``, ``"centerline"`` or ``mode="threshold"``: darker is dark, 1 to 255.
     :param power: What full power is, percent, of whatever burns; or the least and the most of all that is above 0.
     :param mode: How grey levels become power.
     :param image: What the pen makes of an image: ``"outline"`` draws the edges of what is dark, ``"centerline"`` one
@@ -958,7 +958,7 @@ def _crop(values: Iterable[int]) -> tuple[int, ...]:
     window = tuple(values)
     if len(window) != 4:
         raise InvalidInputError(f"crop is {window}; it takes x, y, width and height in pixels")
-    return tuple(whole("crop", value, least, _MOST) for value, least in zip(window, (0, 0, 1, 1)))
+    return tuple(whole("crop", value, least, _MOST) for value, least in zip(window, (0, 0, 1, 1), strict=True))
 
 
 def _three(name: str, values: Iterable[float]) -> tuple[float, float, float]:
