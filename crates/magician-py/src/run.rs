@@ -152,6 +152,9 @@ fn resumed(outcome: Result<(), ResumeError>) -> Result<(), Arc<Error>> {
     })
 }
 
+/// Why a job is paused, its part, and what the person is told.
+type Pause = (&'static str, Option<u64>, Option<String>);
+
 #[pymethods]
 impl Job {
     /// Waits for its end, and reports its progress. Dropping this stops the job.
@@ -215,10 +218,7 @@ impl Job {
     }
 
     /// Why it is paused, and what the person is told.
-    fn pause_reason(
-        &self,
-        py: Python<'_>,
-    ) -> PyResult<Option<(&'static str, Option<u64>, Option<String>)>> {
+    fn pause_reason(&self, py: Python<'_>) -> PyResult<Option<Pause>> {
         let handle = &self.inner.get(py)?.handle;
         let JobState::Paused { reason, part } = handle.state() else {
             return Ok(None);
