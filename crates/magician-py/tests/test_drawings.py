@@ -150,7 +150,7 @@ def test_values_that_make_no_sense_are_told_by_their_option(samples: Path, name:
     with pytest.raises(InvalidInputError, match=said):
         _logo(samples, **{"fill": "hatch", name: value, "work": "engrave"})
     wrong = 3 if isinstance(value, str) else "wide"
-    with pytest.raises(TypeError, match=rf"{name} is .*{wrong}.*; it takes a (text|number)"):
+    with pytest.raises(TypeError, match=rf"{name} is .*{wrong}.*; it takes a (text|number|whole number)"):
         _logo(samples, **{name: wrong})
 
 

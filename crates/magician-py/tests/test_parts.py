@@ -8,7 +8,8 @@ from typing import Any
 
 import magician
 import pytest
-from magician import Arm, InvalidInputError
+from magician import Arm
+from magician.errors import InvalidInputError
 
 TWO = b"""<svg xmlns='http://www.w3.org/2000/svg' width='30mm' height='30mm' viewBox='0 0 30 30'>
 <path d='M5 5H25' stroke='red'/><path d='M5 15H25' stroke='blue'/></svg>"""

@@ -1503,7 +1503,7 @@ class Arm(Bound):
             raise InvalidInputError(_PROGRESS_WAITS)
         if not isinstance(program, Plan):
             program = self._kept(program)
-        if flag("wait", wait):
+        if flag("wait", wait) and isinstance(program, Plan):
             _check_pauses(program)
         self._settle()
         job = self.start(

@@ -1604,7 +1604,7 @@ class Arm(Bound):
             raise InvalidInputError(_PROGRESS_WAITS)
         if not isinstance(program, Plan):
             program = await self._kept(program)
-        if flag("wait", wait):
+        if flag("wait", wait) and isinstance(program, Plan):
             _check_pauses(program)
         await self._settle()
         job = self.start(

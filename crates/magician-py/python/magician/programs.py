@@ -870,11 +870,11 @@ def testgrid(
     :returns: The plan.
     :raises InvalidInputError: A value is out of its range.
     """
-    series = {}
+    series: dict[str, str] = {}
     for name, (first, last, count) in (("power", power), ("speed", speed)):
         ends = (number(name, first, above=0), number(name, last, above=0))
         series[name] = "{}:{}:{}".format(*map(repr, ends), _count(name, count))
-    grid = {
+    grid: dict[str, Any] = {
         "format": "magician-testgrid",
         **series,
         "cell": number("cell", cell, above=0, unit="mm"),
