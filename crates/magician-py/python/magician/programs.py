@@ -11,7 +11,6 @@ Lengths are mm, angles degrees, times seconds; coordinates are the arm's: X forw
 from __future__ import annotations
 
 import io
-import json
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -882,6 +881,8 @@ def testgrid(
         **flags(labels=labels),
     }
     options.setdefault("title", "test grid")
+    import json
+
     return load(io.BytesIO(json.dumps(grid).encode()), format="testgrid", **options)
 
 
@@ -911,6 +912,8 @@ def _pens(pens: str | os.PathLike[str] | Iterable[Mapping[str, Any]] | None) -> 
     if isinstance(pens, (str, os.PathLike)):
         return {"pens": None, "pens_file": Path(pens).read_text("utf-8")}
     try:
+        import json
+
         return {"pens": json.dumps([dict(pen) for pen in pens]), "pens_file": None}
     except (TypeError, ValueError):
         raise TypeError(f"pens is {pens!r}; it takes mappings, or the path of a TOML file") from None
