@@ -5,8 +5,8 @@ use magician_program::WorkOption;
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, ImageFlags, PartFlags, Pen, PlacementOptions, PreviewFlags, RunFlags,
-    SpeedFlag, TextFlags, TidyFlags, TraceFlags,
+    DrawingFlags, File, ImageFlags, Pen, PlacementOptions, PreviewFlags, RunFlags, SpeedFlag,
+    TraceFlags,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -35,13 +35,7 @@ pub(crate) struct Draw {
     #[command(flatten)]
     image: ImageFlags,
     #[command(flatten)]
-    fill: FillFlags,
-    #[command(flatten)]
-    text: TextFlags,
-    #[command(flatten)]
-    tidy: TidyFlags,
-    #[command(flatten)]
-    parts: PartFlags,
+    drawing: DrawingFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
@@ -63,10 +57,7 @@ impl Draw {
         self.pen.say(&mut job.options);
         self.trace.say(&mut job.options);
         self.image.say(&mut job.options);
-        self.fill.say(&mut job.options);
-        self.text.say(&mut job.options);
-        self.tidy.say(&mut job.options);
-        self.parts.say(&mut job.options);
+        self.drawing.say(&mut job.options);
         job
     }
 }

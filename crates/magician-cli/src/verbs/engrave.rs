@@ -5,8 +5,8 @@ use magician_program::{FrameShape, ModeOption, SetupOptions, WorkOption};
 
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, ImageFlags, LaserFlags, PartFlags, PlacementOptions, PreviewFlags, RunFlags,
-    SpeedFlag, TextFlags, TidyFlags, frame_power, positive,
+    DrawingFlags, File, ImageFlags, LaserFlags, PlacementOptions, PreviewFlags, RunFlags,
+    SpeedFlag, frame_power, positive,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -52,13 +52,7 @@ pub(crate) struct Verb {
     #[command(flatten)]
     image: ImageFlags,
     #[command(flatten)]
-    fill: FillFlags,
-    #[command(flatten)]
-    text: TextFlags,
-    #[command(flatten)]
-    tidy: TidyFlags,
-    #[command(flatten)]
-    parts: PartFlags,
+    drawing: DrawingFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
@@ -122,10 +116,7 @@ impl Verb {
         self.beam.say(&mut job.options);
         self.laser.say(&mut job.options);
         self.image.say(&mut job.options);
-        self.fill.say(&mut job.options);
-        self.text.say(&mut job.options);
-        self.tidy.say(&mut job.options);
-        self.parts.say(&mut job.options);
+        self.drawing.say(&mut job.options);
         job.options.frame = self.frame;
         job.options.frame_power = self.frame_power;
         job.repeats = self.repeat;

@@ -6,8 +6,8 @@ use magician_program::FrameShape;
 use super::engrave::Laser;
 use super::job::Job;
 use super::job::options::{
-    File, FillFlags, ImageFlags, ImageStyleFlags, LaserFlags, PartFlags, Pen, PlacementOptions,
-    PreviewFlags, RunFlags, SpeedFlag, TextFlags, TidyFlags, frame_power,
+    DrawingFlags, File, ImageFlags, ImageStyleFlags, LaserFlags, Pen, PlacementOptions,
+    PreviewFlags, RunFlags, SpeedFlag, frame_power,
 };
 use crate::context::Context;
 use crate::failure::Failure;
@@ -54,13 +54,7 @@ pub(crate) struct Frame {
     #[command(flatten)]
     style: ImageStyleFlags,
     #[command(flatten)]
-    fill: FillFlags,
-    #[command(flatten)]
-    text: TextFlags,
-    #[command(flatten)]
-    tidy: TidyFlags,
-    #[command(flatten)]
-    parts: PartFlags,
+    drawing: DrawingFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
@@ -83,10 +77,7 @@ impl Frame {
         self.pen.say(&mut job.options);
         self.image.say(&mut job.options);
         self.style.say(&mut job.options);
-        self.fill.say(&mut job.options);
-        self.text.say(&mut job.options);
-        self.tidy.say(&mut job.options);
-        self.parts.say(&mut job.options);
+        self.drawing.say(&mut job.options);
         job.options.frame = Some(self.shape);
         job.options.frame_power = self.frame_power;
         job.repeats = self.repeat;

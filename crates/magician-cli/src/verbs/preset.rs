@@ -11,8 +11,8 @@ use serde_json::{Map, Value};
 
 use super::engrave::Laser;
 use super::job::options::{
-    FillFlags, ImageFlags, ImageStyleFlags, LaserFlags, MotionFlags, PartFlags, Pen,
-    PlacementOptions, ReadingFlags, SpeedFlag, TextFlags, TidyFlags,
+    DrawingFlags, ImageFlags, ImageStyleFlags, LaserFlags, MotionFlags, Pen, PlacementOptions,
+    ReadingFlags, SpeedFlag,
 };
 use crate::columns::Columns;
 use crate::context::Context;
@@ -80,13 +80,7 @@ pub(crate) struct Save {
     #[command(flatten)]
     style: ImageStyleFlags,
     #[command(flatten)]
-    fill: FillFlags,
-    #[command(flatten)]
-    text: TextFlags,
-    #[command(flatten)]
-    tidy: TidyFlags,
-    #[command(flatten)]
-    parts: PartFlags,
+    drawing: DrawingFlags,
     #[command(flatten)]
     place: PlacementOptions,
     #[command(flatten)]
@@ -167,10 +161,7 @@ impl Save {
         self.pen.say(&mut options);
         self.image.say(&mut options);
         self.style.say(&mut options);
-        self.fill.say(&mut options);
-        self.text.say(&mut options);
-        self.tidy.say(&mut options);
-        self.parts.say(&mut options);
+        self.drawing.say(&mut options);
         self.place.say(&mut options);
         self.speed.say(&mut options);
         self.motion.say(&mut options);

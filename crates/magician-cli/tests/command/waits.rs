@@ -12,6 +12,13 @@ use serde_json::{Value, json};
 const TWO: &str = "<svg xmlns='http://www.w3.org/2000/svg' width='30mm' height='30mm' viewBox='0 0 30 30'>\
     <path d='M5 5H25' stroke='red'/><path d='M5 15H25' stroke='blue'/></svg>";
 
+/// A drawing by its colours.
+fn in_colors(file: &str) -> Command {
+    let mut magician = command();
+    magician.args(["draw", file, "--surface", "-60", "--parts", "color"]);
+    magician
+}
+
 struct Talk {
     child: Child,
     lines: BufReader<ChildStdout>,
@@ -102,17 +109,8 @@ fn a_person_is_told_which_pen_to_mount() {
 fn a_job_that_nobody_could_go_on_with_is_not_begun() {
     let file = file("nobody");
     let run = |more: &[&str]| {
-        let mut magician = command();
-        magician.args([
-            "draw",
-            &file,
-            "--surface",
-            "-60",
-            "--parts",
-            "color",
-            "--port",
-            "sim",
-        ]);
+        let mut magician = in_colors(&file);
+        magician.args(["--port", "sim"]);
         magician.args(more).stdin(Stdio::null());
         magician.output().expect("it runs")
     };
@@ -133,17 +131,8 @@ fn a_file_of_pens_is_read_and_what_is_wrong_in_it_is_told_with_its_place() {
     let pens = format!("{file}.toml");
     let run = |text: &str| {
         std::fs::write(&pens, text).expect("it is written");
-        let mut magician = command();
-        magician.args([
-            "draw",
-            &file,
-            "--surface",
-            "-60",
-            "--parts",
-            "color",
-            "--check",
-            "--json",
-        ]);
+        let mut magician = in_colors(&file);
+        magician.args(["--check", "--json"]);
         magician.args(["--pens", &pens]).output().expect("it runs")
     };
     let good = run("[[pen]]\nmatch = 'red'\npasses = 3\n");
