@@ -1,4 +1,4 @@
-//! Long computing beside the tasks of the runtime: on a thread of its own, or in slices where there are none.
+//! Long computations beside the tasks of the runtime: on a thread of their own, or in slices where threads do not exist.
 
 use std::future::Future;
 
@@ -14,18 +14,16 @@ impl Turns for BesideTurns {
     async fn give(&self) {}
 }
 
-/// Who waits for the next turn.
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
-static NEXT: tokio::sync::Notify = tokio::sync::Notify::const_new();
-/// Whether anybody turns the runtime by hand.
-#[cfg(any(target_family = "wasm", feature = "single-thread"))]
-static TURNED: std::sync::atomic::AtomicBool = std::sync::atomic::AtomicBool::new(false);
+thread_local! {
+    /// Wakes who waits for the next turn, where this thread's runtime is turned by hand.
+    static NEXT: std::cell::OnceCell<std::sync::Arc<tokio::sync::Notify>> = const { std::cell::OnceCell::new() };
+}
 
-/// Whoever turns the runtime by hand has done all else that was due: what is computed [`beside`] goes on by one slice.
+/// Lets computations [`beside`] the tasks advance by one slice. Call it at the end of each turn if the runtime is turned by hand.
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
 pub fn next_turn() {
-    TURNED.store(true, std::sync::atomic::Ordering::Relaxed);
-    NEXT.notify_waiters();
+    NEXT.with(|next| next.get_or_init(Default::default).notify_waiters());
 }
 
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
@@ -33,9 +31,9 @@ impl Turns for BesideTurns {
     async fn give(&self) {
         // Where somebody turns it, neither a yield nor a timer would do: as much runs between two looks for a stop as time has passed
         // since the last, and that is more each time.
-        match TURNED.load(std::sync::atomic::Ordering::Relaxed) {
-            true => NEXT.notified().await,
-            false => tokio::task::yield_now().await,
+        match NEXT.with(|next| next.get().cloned()) {
+            Some(next) => next.notified().await,
+            None => tokio::task::yield_now().await,
         }
     }
 }
@@ -59,6 +57,6 @@ pub async fn beside<T: Send + 'static>(
 /// None.
 #[cfg(any(target_family = "wasm", feature = "single-thread"))]
 pub async fn beside<T>(computing: impl Future<Output = T>) -> Result<T, Error> {
-    BesideTurns.give().await;
+    tokio::task::yield_now().await;
     Ok(computing.await)
 }

@@ -18,7 +18,7 @@ use crate::files::replace;
 const LARGEST: u64 = 1 << 16;
 /// No name is longer.
 const LONGEST: usize = 64;
-/// What people are told of a preset.
+/// The key of a preset's note.
 const NOTE: &str = "note";
 /// What a preset does not decide: which work it is, and whether it is done.
 const NOT_OF_A_PRESET: [&str; 3] = ["work", "frame", "frame_power"];
@@ -43,7 +43,7 @@ const SHIPPED: [(&str, &str); 5] = [
 pub struct Preset {
     /// What it is called.
     pub name: String,
-    /// What people are told of it.
+    /// Its note.
     pub note: Option<String>,
     /// What it says.
     pub options: SetupOptions,
@@ -59,7 +59,7 @@ pub struct Preset {
 pub enum PresetError {
     /// No preset can be called so.
     Name(String),
-    /// There is none of this name; those that there are.
+    /// No preset has this name; the names that exist.
     Unknown(String, Vec<String>),
     /// It comes with this crate, and cannot be removed.
     Shipped(String),

@@ -1,5 +1,5 @@
 // Keeps the page in the browser: after one visit it needs no network. `cargo xtask studio` writes the two lines below.
-const BUILD = "870d5ada49c35717";
+const BUILD = "e2615edebfa544c5";
 const FILES = ["assets/app.js","assets/arm.wasm","assets/arms.css","assets/arms.js","assets/files.wasm","assets/first.json","assets/fleet.js","assets/icon.svg","assets/io.css","assets/io.js","assets/jobs.css","assets/jobs.js","assets/plot.css","assets/plot.js","assets/preact.js","assets/reader.js","assets/run.js","assets/scene.js","assets/settings.js","assets/shell.js","assets/teach.css","assets/teach.js","assets/three.js","assets/worker.js","assets/world.css","assets/world.js","assets/zh.js","index.html","licences.txt","manifest.webmanifest"];
 
 // Pages of other folders of the same server have theirs.

@@ -4,7 +4,7 @@ use super::{Artwork, Stroke};
 use crate::fill::FillMode;
 use crate::{Color, Part};
 
-/// What of a drawing a line or an area belongs to. Numbers from 1 in the lists of its [`Artwork`]; 0 is none.
+/// The layer, colour and part of a line or an area: numbers from 1 into the lists of its [`Artwork`], 0 without one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Style {
     /// Its layer or pen, in [`Artwork::layers`].

@@ -37,7 +37,7 @@ pub enum Begins {
     Ask,
     /// Where the tip of the tool is, mm.
     At([f64; 3]),
-    /// Nobody knows.
+    /// Unknown: the arm does not know it either.
     Unknown,
     /// Where a virtual arm of its own stands.
     OnStage,

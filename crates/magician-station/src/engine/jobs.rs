@@ -436,19 +436,12 @@ async fn read(
     }
 }
 
-/// Computes beside the tasks of the runtime, where there are threads.
-#[cfg(not(any(target_family = "wasm", feature = "single-thread")))]
+/// Calls it beside the tasks of the runtime.
 pub(crate) async fn beside<T: Send + 'static>(
     compute: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, RpcError> {
-    let computed = tokio::task::spawn_blocking(compute).await;
+    let computed = in_turns(async move { compute() }).await;
     computed.map_err(|error| RpcError::internal(error.to_string()))
-}
-
-#[cfg(any(target_family = "wasm", feature = "single-thread"))]
-pub(crate) async fn beside<T>(compute: impl FnOnce() -> T) -> Result<T, RpcError> {
-    tokio::task::yield_now().await;
-    Ok(compute())
 }
 
 /// How it ended.

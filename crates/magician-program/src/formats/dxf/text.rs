@@ -182,7 +182,7 @@ impl Row {
     }
 }
 
-/// A direction as a turn; along x if it is none.
+/// The rotation from x to a direction; none for a vector without length.
 pub(super) fn turn_of(direction: Vec2) -> Affine {
     match direction.hypot() > 0.0 && direction.is_finite() {
         true => Affine::rotate(direction.atan2()),

@@ -62,7 +62,7 @@ pub(super) struct NodeContext {
     pub(super) clips: Vec<Region>,
     /// The innermost element with an id that is known.
     pub(super) element: Element,
-    /// The outermost layer that it is in, from 1; 0 is none.
+    /// Number of its outermost layer, from 1; 0 outside of all layers.
     pub(super) layer: usize,
 }
 

@@ -59,7 +59,7 @@ pub(super) struct Element {
     pub(super) origin: Origin,
     /// Its id, its tag if it has none.
     pub(super) name: String,
-    /// The outermost layer that it is in, from 1; 0 is none.
+    /// Number of its outermost layer, from 1; 0 outside of all layers.
     pub(super) layer: usize,
 }
 

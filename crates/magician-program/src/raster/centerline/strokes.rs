@@ -145,7 +145,7 @@ impl Graph {
             if other_end == 1 {
                 on.reverse();
             }
-            // The middle of a junction that is none is beside the line.
+            // The middle of a spurious junction lies beside the line.
             points.pop();
             points.extend(on.into_iter().skip(1));
             self.branches[one] = Branch {
@@ -231,7 +231,7 @@ struct Joints {
     links: Vec<[Option<End>; 2]>,
     /// Where each ends then.
     corners: Vec<[Option<Point>; 2]>,
-    /// Branches that are none.
+    /// Spurious branches.
     dropped: Vec<bool>,
 }
 

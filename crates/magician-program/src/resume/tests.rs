@@ -1,0 +1,214 @@
+use super::*;
+
+fn exactly(steps: u64) -> StepRange {
+    StepRange {
+        least: steps,
+        most: steps,
+    }
+}
+
+#[test]
+fn an_index_is_a_step() {
+    let mut counter = StepCounter::new(2, false);
+    assert_eq!(counter.finished(0), exactly(0));
+    counter.note(10, 110);
+    assert_eq!(counter.finished(101), exactly(0));
+    assert_eq!(counter.finished(102), exactly(0));
+    assert_eq!(counter.finished(103), exactly(1));
+    assert_eq!(counter.finished(110), exactly(8));
+    counter.note(14, 114);
+    assert_eq!(counter.finished(112), exactly(10));
+    assert_eq!(counter.last(), Some((114, 12)));
+}
+
+#[test]
+fn what_came_twice_is_in_doubt_only_behind_the_last_that_is_known() {
+    let mut counter = StepCounter::new(2, false);
+    counter.note(10, 110);
+    assert_eq!(counter.certain(109), exactly(7));
+    assert_eq!(counter.certain(110), exactly(8));
+    assert_eq!(counter.certain(112), StepRange { least: 8, most: 10 });
+}
+
+#[test]
+fn what_the_driver_puts_between_is_in_doubt_until_it_is_passed() {
+    let mut counter = StepCounter::new(0, true);
+    counter.note(5, 5);
+    counter.note(9, 10);
+    assert_eq!(counter.finished(5), exactly(5));
+    assert_eq!(counter.finished(3), StepRange { least: 3, most: 5 });
+    assert_eq!(counter.finished(7), StepRange { least: 6, most: 7 });
+    assert_eq!(counter.finished(10), exactly(9));
+}
+
+#[test]
+fn what_was_inserted_is_counted_for_no_step() {
+    let mut counter = StepCounter::new(1, false);
+    counter.note(3, 103);
+    for command in [4, 5] {
+        counter.insert(command);
+    }
+    assert!(!counter.has_passed_inserted(104));
+    counter.note(8, 108);
+    let finished = [101, 102, 103, 104, 105, 106, 108].map(|index| counter.finished(index));
+    assert_eq!(finished, [0, 1, 2, 2, 2, 3, 5].map(exactly));
+    assert_eq!(counter.last(), Some((108, 5)));
+    assert!(counter.has_passed_inserted(105) && !counter.has_passed_inserted(104));
+    // The oldest are remembered as a number.
+    let mut counter = StepCounter::new(0, false);
+    let many = 3 * REMEMBERED as u64;
+    for command in 1..=many {
+        counter.insert(command);
+    }
+    counter.note(many + 10, many + 10);
+    assert_eq!(counter.finished(many + 4), exactly(4));
+}
+
+#[test]
+fn what_was_dropped_and_sent_again_has_new_indices() {
+    let mut counter = StepCounter::new(0, false);
+    counter.note(4, 4);
+    counter.note(10, 10);
+    counter.note(7, 7);
+    counter.note(12, 15);
+    assert_eq!(counter.finished(15), exactly(12));
+    assert_eq!(counter.finished(7), exactly(7));
+}
+
+fn checkpoint() -> Checkpoint {
+    Checkpoint {
+        finished: 40,
+        handed: 100,
+        index: Some((150, 50)),
+        clock: 5000,
+        ..Checkpoint::new("pen", Some(200), false)
+    }
+}
+
+fn at(current: u64) -> Option<ObservedProgress> {
+    Some(ObservedProgress {
+        current,
+        clock: 6000,
+    })
+}
+
+#[test]
+fn a_run_that_was_killed_is_asked_of_the_arm() {
+    assert_eq!(
+        checkpoint().resume_point(at(160), &StepNumbering::default(), |_| Some(true)),
+        ResumePoint::After(60)
+    );
+    assert_eq!(
+        checkpoint().resume_point(at(145), &StepNumbering::default(), |_| Some(true)),
+        ResumePoint::After(45)
+    );
+    assert_eq!(
+        checkpoint().resume_point(at(160), &StepNumbering::default(), |_| None),
+        ResumePoint::After(60)
+    );
+    // The arm was stopped meanwhile.
+    assert_eq!(
+        checkpoint().resume_point(at(160), &StepNumbering::default(), |_| Some(false)),
+        ResumePoint::Again(59)
+    );
+}
+
+#[test]
+fn what_nobody_can_know_is_in_doubt() {
+    let all = ResumePoint::Doubt(StepRange {
+        least: 40,
+        most: 100,
+    });
+    let reset = Some(ObservedProgress {
+        current: 160,
+        clock: 4000,
+    });
+    for seen in [None, reset, at(3), at(139), at(201)] {
+        assert_eq!(
+            checkpoint().resume_point(seen, &StepNumbering::default(), |_| Some(true)),
+            all,
+            "{seen:?}"
+        );
+    }
+    let mixed = Checkpoint {
+        mixed: true,
+        ..checkpoint()
+    };
+    let few = ResumePoint::Doubt(StepRange {
+        least: 50,
+        most: 53,
+    });
+    assert_eq!(
+        mixed.resume_point(at(153), &StepNumbering::default(), |_| Some(true)),
+        few
+    );
+    let fresh = Checkpoint::new("pen", Some(200), false);
+    assert_eq!(
+        fresh.resume_point(None, &StepNumbering::default(), |_| None),
+        ResumePoint::After(0)
+    );
+    let begun = Checkpoint { handed: 1, ..fresh };
+    assert_eq!(
+        begun.resume_point(None, &StepNumbering::default(), |_| None),
+        ResumePoint::Again(0)
+    );
+}
+
+#[test]
+fn a_run_without_an_answer_is_judged_by_the_arm_at_rest() {
+    let checkpoint = Checkpoint {
+        handed: 64,
+        clock: 5000,
+        rest: Some(7),
+        ..Checkpoint::new("pen", Some(200), false)
+    };
+    let told = |checkpoint: &Checkpoint, current| {
+        checkpoint.resume_point(at(current), &StepNumbering::default(), |_| Some(true))
+    };
+    assert_eq!(
+        told(&checkpoint, 7),
+        ResumePoint::After(0),
+        "nothing was taken"
+    );
+    assert_eq!(
+        told(&checkpoint, 8),
+        ResumePoint::Again(0),
+        "one may have been"
+    );
+    let several = ResumePoint::Doubt(StepRange { least: 0, most: 3 });
+    assert_eq!(told(&checkpoint, 10), several);
+    let all = ResumePoint::Doubt(StepRange { least: 0, most: 64 });
+    assert_eq!(told(&checkpoint, 6), all, "it was reset");
+    let unknown = Checkpoint {
+        rest: None,
+        ..checkpoint
+    };
+    assert_eq!(told(&unknown, 7), all);
+    // An answer that was lost leaves the same doubt to the run itself.
+    let counter = StepCounter::new(0, false).from_rest(Some(7));
+    assert_eq!(counter.certain(7), exactly(0));
+    assert_eq!(counter.certain(8), StepRange { least: 0, most: 1 });
+}
+
+#[test]
+fn a_run_that_has_said_how_it_ended_is_believed() {
+    for resume_point in [
+        ResumePoint::After(61),
+        ResumePoint::Again(61),
+        ResumePoint::Doubt(StepRange {
+            least: 61,
+            most: 64,
+        }),
+    ] {
+        let checkpoint = checkpoint().ended(resume_point);
+        assert_eq!(
+            checkpoint.resume_point(at(7), &StepNumbering::default(), |_| Some(false)),
+            resume_point
+        );
+        let text = serde_json::to_string(&checkpoint).expect("it can be written");
+        assert_eq!(
+            serde_json::from_str::<Checkpoint>(&text).expect("and read"),
+            checkpoint
+        );
+    }
+}
