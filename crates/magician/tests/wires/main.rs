@@ -107,8 +107,9 @@ fn a_port_in_use_names_its_user() {
     assert!(error.to_string().contains("this program itself"), "{error}");
 }
 
-/// Held where a port is closed and opened again, and where a process is started: until it is another program, a child has the open ports
-/// of all tests, and they stay locked.
+/// Held where a port is closed and opened again, and where a process is started, until that process
+/// has said something: a child has the open ports of all tests, locked, for an instant longer than
+/// `spawn` takes, which returns before the system has closed them.
 static CHILDREN: Mutex<()> = Mutex::new(());
 
 #[cfg(target_os = "linux")]
@@ -124,11 +125,11 @@ fn a_port_that_another_program_has_locked_is_not_said_to_be_ours() {
         .stdin(std::process::Stdio::piped())
         .stdout(std::process::Stdio::piped())
         .spawn();
-    drop(starting);
     let Ok(mut other) = other else { return };
     let mut line = String::new();
     let out = other.stdout.take().unwrap();
     std::io::BufRead::read_line(&mut std::io::BufReader::new(out), &mut line).unwrap();
+    drop(starting);
     let message = blocking::Arm::connect(serial(&path))
         .unwrap_err()
         .to_string();
