@@ -28,8 +28,8 @@ use magician::{JointAngles, Options, SimSpeed, Target, VirtualArm, blocking, bur
 use magician_job::report::advised;
 use magician_program::rehearse::{RehearseOptions, stage};
 use magician_program::{
-    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup,
-    SetupOptions, WorkOption, WouldFit,
+    AppliedPlacement, Diagnostic, Ending, Format, Plan, Program, Setup, SetupOptions, WorkOption,
+    WouldFit,
 };
 use magician_protocol::visible_lines;
 
