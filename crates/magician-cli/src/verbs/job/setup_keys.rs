@@ -153,6 +153,7 @@ fn examples() -> Vec<(Value, Value)> {
         (json!({"gamma": 1.5}), json!({})),
         (json!({"merge": 0.5}), json!({})),
         (json!({"dedupe": false}), json!({})),
+        (json!({"dedupe": true}), json!({})),
         (json!({"simplify": 0.0}), json!({})),
         (json!({"fill": "hatch"}), json!({})),
         (json!({"fill_spacing": 0.5}), json!({"fill": "hatch"})),
