@@ -194,11 +194,7 @@ fn studio_exports_its_files_to_a_new_folder_alone() {
     std::fs::write(site.join("index.html"), "mine").expect("written");
     let refused = run(&words);
     assert_eq!(refused.status, 2);
-    assert!(
-        refused.err.contains("is not empty"),
-        "{}",
-        refused.err
-    );
+    assert!(refused.err.contains("is not empty"), "{}", refused.err);
     let kept = std::fs::read_to_string(site.join("index.html")).expect("read");
     assert_eq!(kept, "mine");
 }
