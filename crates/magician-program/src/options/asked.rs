@@ -4,6 +4,9 @@ use serde::Serialize;
 
 use super::SetupOptions;
 use crate::Format;
+use crate::fill::FillMode;
+use crate::lettering::BundledFont;
+use crate::raster::ImageStyle;
 
 /// An option that a person is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -47,17 +50,17 @@ const SURFACE: AskedOption = asked("surface", "number", "mm", "Height of the wor
 const AT: AskedOption = asked("at", "point", "mm", "Where its centre goes");
 const WIDTH: AskedOption = asked("width", "number", "mm", "How wide it becomes");
 const IMAGE: AskedOption = AskedOption {
-    choices: &["outline", "centerline", "halftone", "squiggle", "hatch"],
+    choices: ImageStyle::NAMES,
     ..asked("image", "choice", "", "What the pen makes of an image")
 };
 const SCALE: AskedOption = asked("scale", "number", "", "Its size, 1 being the true one");
 const ROTATE: AskedOption = asked("rotate", "number", "deg", "Turned counter-clockwise");
 const FILL: AskedOption = AskedOption {
-    choices: &["none", "hatch", "cross", "contour"],
+    choices: FillMode::NAMES,
     ..asked("fill", "choice", "", "Lines that shapes are filled with")
 };
 const FONT: AskedOption = AskedOption {
-    choices: &["sans", "script", "gothic"],
+    choices: BundledFont::NAMES,
     ..asked("font", "choice", "", "Font of text")
 };
 const SIZE: AskedOption = asked("size", "number", "mm", "Height of a capital");
