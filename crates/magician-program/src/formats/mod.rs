@@ -141,8 +141,8 @@ pub enum SystemFonts {
 
 words! {
     SystemFonts, "system_fonts":
-    Off = "off",
     On = "on",
+    Off = "off",
 }
 
 /// What becomes of white lines and shapes in a drawing.
