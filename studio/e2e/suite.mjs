@@ -272,6 +272,25 @@ test("without WebGL the arm is seen from above", async () => {
   await closed(page);
 });
 
+test("without a graphics chip the picture has fewer pixels, and follows the arm", async () => {
+  const sharpness = async (processor) => {
+    const page = await browser.inControl(url(), { processor });
+    const view = page.getByTestId("view");
+    await page.locator("[data-testid=view][data-tip]").waitFor();
+    const share = await view.locator("canvas").evaluate((canvas) => canvas.width / canvas.clientWidth);
+    const before = await view.getAttribute("data-tip");
+    await page.getByTestId("jog-y-plus").hover();
+    await page.mouse.down();
+    await page.waitForFunction((before) => document.querySelector("[data-testid=view]").dataset.tip !== before, before);
+    await page.mouse.up();
+    await is(page, "jog", "idle");
+    await closed(page);
+    return share;
+  };
+  assert.ok(near(await sharpness(true), 0.5));
+  assert.ok(near(await sharpness(false), 1));
+});
+
 test("a second page sees, asks, gets, and a teacher takes back", async () => {
   const one = await browser.inControl(url());
   const two = await browser.connected(url());
