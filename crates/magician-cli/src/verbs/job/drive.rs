@@ -34,6 +34,8 @@ pub(super) struct Drive<'a> {
     pub(super) made: &'a Made,
     pub(super) from: Option<u64>,
     pub(super) resume: bool,
+    /// How far a burn that is resumed begins before the place where it stopped, mm.
+    pub(super) overlap: f64,
     pub(super) keep: bool,
     /// Whether several commands may be under way on the line at a time.
     pub(super) windowed: bool,
@@ -99,6 +101,17 @@ struct Ignored<'a> {
     message: Option<&'a str>,
 }
 
+/// Where a run goes on that was interrupted, as JSON has it.
+#[derive(Serialize)]
+struct Starts {
+    event: &'static str,
+    /// From 1.
+    step: u64,
+    /// Whether it goes on within the step, and not at its beginning.
+    within: bool,
+    burnt_twice_mm: f64,
+}
+
 impl<'a> Ignored<'a> {
     const fn of(line: &'a str) -> Self {
         Self {
@@ -118,6 +131,7 @@ impl Drive<'_> {
                 (true, _) => Start::Resume,
                 (false, from) => Start::Step(from.map_or(0, |step| step - 1)),
             })
+            .overlap(self.overlap)
             .origin(made.source.name.clone())
             .keep(self.keep)
             .require_homed(self.require_homed)
@@ -232,7 +246,7 @@ impl Drive<'_> {
                     JobEvent::Settled(settled) => out.settled(&settled, self.json),
                     JobEvent::Starts(starts) => {
                         from = starts.steps;
-                        self.tell_start(starts);
+                        self.tell_start(starts, out);
                     }
                     JobEvent::State(JobState::Running | JobState::Paused { .. }) => {
                         return Some(from);
@@ -266,14 +280,35 @@ impl Drive<'_> {
     }
 
     /// Where a run goes on that was interrupted.
-    fn tell_start(&self, starts: StartsAt) {
+    fn tell_start(&self, starts: StartsAt, out: &mut Output) {
         let step = starts.steps + 1;
-        let text = if starts.within && self.resume {
-            format!("step {step} was cut short: it continues where it stopped")
-        } else if starts.again {
-            format!("step {step} was cut short, or its end is unknown: it is repeated")
-        } else {
-            return;
+        let twice = starts.burnt_twice;
+        if self.json && self.resume {
+            let starts = Starts {
+                event: "starts",
+                step,
+                within: starts.within,
+                burnt_twice_mm: (twice * 100.0).round() / 100.0,
+            };
+            // Output without a reader is no reason to stop.
+            let _ = out.event(&starts).and_then(|()| out.flush());
+        }
+        let text = match (starts.again, starts.within && self.resume, twice > 0.0) {
+            (true, _, false) => {
+                format!("step {step} was cut short, or its end is unknown: it is repeated")
+            }
+            (true, _, true) => format!(
+                "step {step} was cut short, or its end is unknown: it is repeated, and up to {twice:.1} mm are burnt twice"
+            ),
+            (false, _, true) => {
+                format!(
+                    "it continues in step {step}, before where it stopped: {twice:.1} mm are burnt twice"
+                )
+            }
+            (false, true, false) => {
+                format!("step {step} was cut short: it continues where it stopped")
+            }
+            (false, false, false) => return,
         };
         if !self.json {
             super::say(&text);

@@ -466,6 +466,7 @@ impl Job {
             made,
             from: way.from,
             resume: way.resume,
+            overlap: way.overlap.unwrap_or_default(),
             keep: way.keep,
             windowed: context.global.window.is_some_and(|window| window > 1),
             require_homed: way.require_homed,

@@ -25,6 +25,7 @@ const NOT_OF_A_SETUP: [&str; 18] = [
     "loops",
     "from",
     "resume",
+    "overlap",
     "record",
     "picture",
     "whole",
