@@ -130,6 +130,7 @@ fn measure(plan: &Plan, listed: &mut Vec<PartSummary>, drawing: bool) {
             let lines = lines.filter(|line| line.first().is_some_and(|step| step.action.marks()));
             known.strokes += lines.count();
         }
+        known.drawn_mm = (known.drawn_mm * 1000.0).round() / 1000.0;
         before = after;
     }
 }

@@ -26,7 +26,7 @@ use crate::paint::Paint;
 use crate::saved::SavedSettings;
 
 /// Readings of a recording for a second of the arm's clock, and the most for one of ours.
-const RATE: f64 = 20.0;
+pub(super) const RATE: f64 = 20.0;
 const MOST: f64 = 500.0;
 
 /// What is to run, and how.
@@ -43,6 +43,10 @@ pub(super) struct Drive<'a> {
     /// Whether an arm that was not homed is refused, because of what the program is.
     pub(super) refuses_unhomed: bool,
     pub(super) record: Option<&'a Path>,
+    /// Readings of it for a second of the arm's clock.
+    pub(super) rate: f64,
+    /// Whether they have a line of units.
+    pub(super) units: bool,
     pub(super) json: bool,
     /// Whether it goes on until it is stopped, which is its good end.
     pub(super) repeats: bool,
@@ -407,8 +411,9 @@ impl Drive<'_> {
 
     /// What keeps the poses, on the arm's clock: a virtual one may be faster than ours.
     async fn recorder(&self, arm: &Arm, path: &Path, job: &JobHandle) -> Result<Recorder, Failure> {
-        let rate = (RATE * self.pace.unwrap_or(1.0)).clamp(RATE, MOST);
+        let rate = (self.rate * self.pace.unwrap_or(1.0)).clamp(self.rate, MOST);
         let options = Options {
+            units: self.units,
             clock: Clock::Arm,
             steps: Some(job.finished()),
             ..Options::new(SystemTime::now(), rate)

@@ -27,6 +27,8 @@ const NOT_OF_A_SETUP: [&str; 18] = [
     "resume",
     "overlap",
     "record",
+    "rate",
+    "units",
     "picture",
     "whole",
     "keep",
