@@ -1,6 +1,8 @@
 // The studio in a browser, judged at the station: node e2e/suite.mjs [WORD of the tests' names]
 import assert from "node:assert/strict";
-import { existsSync, mkdirSync } from "node:fs";
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { setTimeout as sleep } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
@@ -406,7 +408,9 @@ looks(test, { browser, station, shots });
 
 const swap = (to) => ({ station, browser, url } = to);
 const shared = [...tests];
-const bundle = process.env.STUDIO ?? join(here, "../../crates/magician-studio/dist");
+/** The page's files, for a server that knows nothing. */
+const bundle = mkdtempSync(join(tmpdir(), "studio-"));
+execFileSync(program, ["studio", "--export", bundle], { stdio: "ignore" });
 const files = onSim(tests, { browser, swap, shots }, bundle);
 const port = onSerial(tests, shared, { browser, swap, shots, program }, bundle);
 
@@ -435,5 +439,6 @@ await first.browser.end();
 files.end();
 port.end();
 await first.station.end();
+rmSync(bundle, { recursive: true });
 console.log(failed === 0 ? "all passed" : `${failed} failed`);
 process.exitCode = failed === 0 ? 0 : 1;

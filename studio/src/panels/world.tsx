@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { complain } from "../actions";
 import type { Params } from "../client";
-import { t } from "../i18n";
+import { t, told } from "../i18n";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
@@ -67,7 +67,7 @@ function Scenario({ off }: { off: boolean }) {
             {current === "own" ? <option value="own">{title ?? t("world.own")}</option> : null}
             {all.value.map((one) => (
               <option key={one.name} value={one.name}>
-                {one.title}
+                {told(`scenario.${one.name}`, one.title ?? one.name)}
               </option>
             ))}
           </select>
