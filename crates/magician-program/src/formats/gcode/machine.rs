@@ -259,7 +259,7 @@ impl<'o> Machine<'o> {
         };
         let action = Action::Part(Box::new(part));
         let origin = steps.first().map_or(Origin::NONE, |step| step.origin);
-        steps.insert(0, Step { action, origin });
+        steps.insert(0, Step::new(action, origin));
     }
 
     fn note_codes(&mut self, block: &Block, origin: Origin) {
