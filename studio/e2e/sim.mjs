@@ -4,6 +4,7 @@ import { createServer } from "node:http";
 import { existsSync, readFileSync } from "node:fs";
 import { extname, join } from "node:path";
 import { Browser, Station, is, near } from "./bench.mjs";
+import { drawing } from "./draw.mjs";
 
 const TYPES = {
   ".html": "text/html", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml", ".json": "application/json",
@@ -202,6 +203,8 @@ export function onSim(tests, bench, folder) {
     await sim.until("a step up", (state) => near(state.z, before.z + 5) && !state.moving);
     await closed(page);
   });
+
+  drawing((name, body) => test(`files: ${name}`, body), { station: sim, browser, url: () => `${files.url}?speed=10`, closed });
 
   const sample = (name) => join(import.meta.dirname, "../../crates/magician-program/samples", name);
   const onRun = async (query = "") => {

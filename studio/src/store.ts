@@ -7,9 +7,9 @@ export type Model = Methods["arm.model"]["result"];
 export type Alarm = NonNullable<Methods["arm.alarms"]["result"]["alarms"]>[number];
 export type Fence = Methods["arm.fence"]["result"]["fence"];
 
-export type Route = "move" | "teach" | "run" | "io" | "plots" | "world" | "arms" | "settings";
+export type Route = "move" | "teach" | "draw" | "engrave" | "run" | "io" | "plots" | "world" | "arms" | "settings";
 /** As they stand in the page's frame. */
-export const ROUTES: readonly Route[] = ["move", "teach", "run", "io", "plots", "world", "arms", "settings"];
+export const ROUTES: readonly Route[] = ["move", "teach", "draw", "engrave", "run", "io", "plots", "world", "arms", "settings"];
 
 export const route = signal<Route>("move");
 

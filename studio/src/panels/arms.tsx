@@ -21,9 +21,9 @@ function Log() {
               {t("log.bytes")}
             </Do>
           ) : null}
-          <button type="button" class="quiet small" disabled={all.length === 0} onClick={() => save("magician-log.txt", text())}>
+          <Do class="quiet small" off={all.length === 0} press={() => save("magician-log.txt", text())}>
             {t("log.export")}
-          </button>
+          </Do>
         </>
       }
     >

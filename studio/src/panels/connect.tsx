@@ -5,7 +5,7 @@ import { tokenFor } from "../pairing";
 import { serial } from "../serial";
 import { apiUrl, connect, connectSerial, connectSim, disconnect, keptToken } from "../session";
 import * as store from "../store";
-import { Card } from "../ui/parts";
+import { Card, Do } from "../ui/parts";
 
 /** What stands beside the button: what it does, or why it does nothing here. */
 function serialHint() {
@@ -35,30 +35,28 @@ export function Connect() {
     <Card title={t("connect.title")} class="connect">
       <div class="ways">
         <div class="way">
-          <button
-            type="button"
+          <Do
+            id="connect-sim"
             class={store.isStatic.value && !isOn ? "primary" : ""}
-            data-testid="connect-sim"
-            disabled={store.backend.value === "sim"}
+            off={store.backend.value === "sim"}
             aria-describedby="sim-why"
-            onClick={connectSim}
+            press={connectSim}
           >
             {t("connect.sim")}
-          </button>
+          </Do>
           <p id="sim-why" class="hint">
             {t("connect.sim.why")}
           </p>
         </div>
         <div class="way">
-          <button
-            type="button"
-            data-testid="connect-serial"
-            disabled={serial === undefined || (store.backend.value === "serial" && store.link.value !== "lost")}
+          <Do
+            id="connect-serial"
+            off={serial === undefined || (store.backend.value === "serial" && store.link.value !== "lost")}
             aria-describedby="serial-why"
-            onClick={() => void connectSerial()}
+            press={connectSerial}
           >
             {t("connect.serial")}
-          </button>
+          </Do>
           <p id="serial-why" class={`hint ${store.portFault.value === null ? "" : "bad"}`} role="status" data-testid="serial-why">
             {serialHint()}
           </p>
@@ -104,9 +102,9 @@ export function Connect() {
             {t("connect.station")}
           </button>
           {isOn ? (
-            <button type="button" class="quiet" onClick={disconnect}>
+            <Do class="quiet" press={disconnect}>
               {t("connect.end")}
-            </button>
+            </Do>
           ) : null}
         </div>
       </form>

@@ -6,7 +6,7 @@ import type { Params } from "../client";
 import { call, shown } from "../session";
 import { hasTried } from "../settings";
 import * as store from "../store";
-import { Card } from "../ui/parts";
+import { Card, Do } from "../ui/parts";
 
 const TRIES = ["wave", "house", "circle"] as const;
 type Try = (typeof TRIES)[number];
@@ -40,18 +40,18 @@ export function FirstSteps() {
     if (text !== "" && why === null) void start(async () => ({ text, format: "text", setup: LETTERS }));
   };
   const done = (
-    <button type="button" class="quiet small" data-testid="first-close" onClick={() => (hasTried.value = "yes")}>
+    <Do id="first-close" class="quiet small" press={() => (hasTried.value = "yes")}>
       {t("close")}
-    </button>
+    </Do>
   );
   return (
     <Card title={t("first.title")} class="first" more={done}>
       <ul class="tries">
         {TRIES.map((what) => (
           <li key={what}>
-            <button type="button" class="primary" data-testid={`first-${what}`} disabled={why !== null} aria-describedby="first-why" onClick={() => void go(what)}>
+            <Do id={`first-${what}`} class="primary" off={why !== null} aria-describedby="first-why" press={() => go(what)}>
               {t(`first.${what}`)}
-            </button>
+            </Do>
           </li>
         ))}
       </ul>

@@ -7,7 +7,7 @@ import { language } from "../settings";
 import { type Field, io, levels, refresh, type Row, watchOf, watchPins } from "../pins";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { Card } from "../ui/parts";
+import { Card, Do } from "../ui/parts";
 import "./io.css";
 import texts from "./io.words.json";
 
@@ -65,9 +65,15 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
   if (kind === "output") {
     const is = levels.value.get(address) ?? pin.level ?? 0;
     return (
-      <button type="button" aria-pressed={is !== 0} aria-label={t("io.set", { n: address })} data-testid={`pin-${address}-set`} {...because} onClick={() => setPin("output", [address, is === 0 ? 1 : 0])}>
+      <Do
+        id={`pin-${address}-set`}
+        aria-pressed={is !== 0}
+        label={t("io.set", { n: address })}
+        off={off} why={WHY}
+        press={() => setPin("output", [address, is === 0 ? 1 : 0])}
+      >
         {t(is === 0 ? "io.high" : "io.low")}
-      </button>
+      </Do>
     );
   }
   if (pin.frequency !== null) {
@@ -88,9 +94,15 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
       <>
         {number(hertz, frequency)}
         {number(percent, duty)}
-        <button type="button" class="small" aria-label={t("io.set", { n: address })} data-testid={`pin-${address}-set`} {...because} onClick={() => setPin("signal", [address, frequency.value, duty.value])}>
+        <Do
+          id={`pin-${address}-set`}
+          class="small"
+          label={t("io.set", { n: address })}
+          off={off} why={WHY}
+          press={() => setPin("signal", [address, frequency.value, duty.value])}
+        >
           {t("io.signal")}
-        </button>
+        </Do>
       </>
     );
   }
@@ -114,9 +126,16 @@ function Setting({ pin, off }: { pin: Pin; off: boolean }) {
     );
   }
   return (
-    <button type="button" class="quiet" aria-pressed={level !== 0} aria-label={t("io.drive", { n: address })} data-testid={`pin-${address}-drive`} {...inputOff} onClick={() => drive(address, { level: level === 0 })}>
+    <Do
+      id={`pin-${address}-drive`}
+      class="quiet"
+      aria-pressed={level !== 0}
+      label={t("io.drive", { n: address })}
+      off={inputOff.disabled} why={WHY}
+      press={() => drive(address, { level: level === 0 })}
+    >
       {t(level === 0 ? "io.driveHigh" : "io.driveLow")}
-    </button>
+    </Do>
   );
 }
 
@@ -236,9 +255,9 @@ function Device({ row, off }: { row: Row; off: boolean }) {
           {t("io.send")}
         </button>
         {tells.length > 0 ? (
-          <button type="button" aria-pressed={reads.value} disabled={!store.isUp.value} data-testid={`read-${row.command}`} onClick={() => (reads.value = !reads.value)}>
+          <Do id={`read-${row.command}`} aria-pressed={reads.value} off={!store.isUp.value} press={() => (reads.value = !reads.value)}>
             {t(reads.value ? "io.reading" : "io.read")}
-          </button>
+          </Do>
         ) : null}
         {seen.value === null ? null : (
           <>

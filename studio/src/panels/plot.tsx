@@ -9,7 +9,7 @@ import { io, levels, watchOf, watchPins } from "../pins";
 import { at, beat, POSE, type Readings, readings, snapshot } from "../ring";
 import { theme } from "../settings";
 import * as store from "../store";
-import { Card, Choice } from "../ui/parts";
+import { Card, Choice, Do } from "../ui/parts";
 import "./plot.css";
 
 type Group = "tip" | "joints" | "speed" | "queue" | "pins";
@@ -217,18 +217,12 @@ export function Plots() {
         title={t("nav.plots")}
         more={
           <div class="sheet-buttons">
-            <button type="button" aria-pressed={held.value !== null} data-testid="plot-pause" onClick={() => hold(held.value === null)}>
+            <Do id="plot-pause" aria-pressed={held.value !== null} press={() => hold(held.value === null)}>
               {t(held.value === null ? "plot.pause" : "plot.go")}
-            </button>
-            <button
-              type="button"
-              class="quiet"
-              disabled={from.count === 0}
-              data-testid="plot-export"
-              onClick={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source.current()))}
-            >
+            </Do>
+            <Do id="plot-export" class="quiet" off={from.count === 0} press={() => save(`${store.armName.value ?? "arm"}-readings.csv`, csv(source.current()))}>
               {t("plot.export")}
-            </button>
+            </Do>
           </div>
         }
       >

@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import { type Key, t } from "../i18n";
 import { underWay } from "../teach/actions";
 import * as program from "../teach/rows";
+import { NumberInput } from "../ui/parts";
 
 const WAYS = ["joints", "line", "jump"] as const;
 const AXES = { move: ["x", "y", "z", "r"], joints: ["J1", "J2", "J3", "J4"] } as const;
@@ -26,31 +27,6 @@ function plain(motion: program.Motion): string {
   const { command, values, ...rest } = motion;
   const shown = typeof command === "string" ? { [command]: values } : rest;
   return JSON.stringify(shown).replace(/[{}"]/g, "").replace(/([:,])/g, "$1 ");
-}
-
-interface NumberProps {
-  label: string;
-  value: number;
-  set: (value: number) => void;
-}
-
-function NumberCell({ label, value, set }: NumberProps) {
-  const shown = String(Math.round(value * 100) / 100);
-  return (
-    <input
-      type="text"
-      inputMode="decimal"
-      autocomplete="off"
-      aria-label={label}
-      value={shown}
-      onChange={(event) => {
-        const field = event.currentTarget;
-        const read = Number(field.value.replace(",", "."));
-        if (field.value.trim() === "" || !Number.isFinite(read)) field.value = shown;
-        else set(read);
-      }}
-    />
-  );
 }
 
 function Motion({ row, nth }: { row: program.Row; nth: number }) {
@@ -82,8 +58,9 @@ function Motion({ row, nth }: { row: program.Row; nth: number }) {
       </td>
       {AXES[kind].map((axis, at) => (
         <td key={axis} class="number" data-label={axis}>
-          <NumberCell
+          <NumberInput
             label={t("teach.valueOf", { axis, n: nth + 1 })}
+            digits={2}
             value={values[at] ?? 0}
             set={(value) => program.edit(nth, { motion: { ...motion, [kind]: values.with(at, value) } })}
           />
@@ -175,7 +152,7 @@ function Row({ row, nth, over }: { row: program.Row; nth: number; over: { value:
         </select>
       </td>
       <td class="number wait-cell" data-label={t("teach.wait")}>
-        <NumberCell label={t("teach.waitOf", { n })} value={row.wait ?? 0} set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })} />
+        <NumberInput label={t("teach.waitOf", { n })} digits={2} value={row.wait ?? 0} set={(wait) => program.edit(nth, { wait: wait > 0 ? wait : null })} />
       </td>
     </tr>
   );

@@ -137,18 +137,18 @@ function Bar() {
   const because = { disabled: none || isViewer, "aria-describedby": none || isViewer ? "site-why" : undefined };
   return (
     <div class="site-bar" role="group" aria-label={t("site.bar")}>
-      <button type="button" class="stop-all" data-testid="stop-all" onClick={() => void stop(true)}>
+      <Do id="stop-all" class="stop-all" press={() => stop(true)}>
         {t("site.stopAll")}
-      </button>
-      <button type="button" data-testid="choose-all" onClick={() => (chosen.value = new Set(mine.length === arms.length ? [] : arms.map(({ name }) => name)))}>
+      </Do>
+      <Do id="choose-all" press={() => (chosen.value = new Set(mine.length === arms.length ? [] : arms.map(({ name }) => name)))}>
         {t(mine.length === arms.length ? "site.none" : "site.all")}
-      </button>
-      <button type="button" data-testid="site-take" {...because} onClick={() => said(each(mine, take))}>
+      </Do>
+      <Do id="site-take" {...because} press={() => said(each(mine, take))}>
         {t("lease.take")}
-      </button>
-      <button type="button" data-testid="site-give" {...because} onClick={() => said(each(mine, give))}>
+      </Do>
+      <Do id="site-give" {...because} press={() => said(each(mine, give))}>
         {t("lease.release")}
-      </button>
+      </Do>
       <select aria-label={t("site.program")} data-testid="site-program" value={program.value} onChange={(event) => (program.value = event.currentTarget.value)}>
         <option value="">{t("site.program")}</option>
         {programs.value.map((name) => (
@@ -157,16 +157,15 @@ function Bar() {
           </option>
         ))}
       </select>
-      <button
-        type="button"
+      <Do
+        id="site-send"
         class="primary"
-        data-testid="site-send"
-        disabled={none || isViewer || program.value === ""}
+        off={none || isViewer || program.value === ""}
         aria-describedby={none || isViewer ? "site-why" : undefined}
-        onClick={() => said(send(mine, { program: program.value }, program.value))}
+        press={() => said(send(mine, { program: program.value }, program.value))}
       >
         {t("site.send", { n: mine.length })}
-      </button>
+      </Do>
       <label class="pick-file">
         <span>{t("site.file")}</span>
         <input
@@ -222,12 +221,12 @@ function Pictures() {
           const box = [least(xs) - 4, -most(ys) - 4, most(xs) - least(xs) + 8, most(ys) - least(ys) + 8];
           return (
             <div key={name} class="picture">
-              <button type="button" aria-label={t("site.picture", { name })} data-testid={`picture-${name}`} onClick={() => save(`${name}.svg`, svg)}>
+              <Do id={`picture-${name}`} label={t("site.picture", { name })} press={() => save(`${name}.svg`, svg)}>
                 <svg viewBox={box.join(" ")} aria-hidden="true">
                   <path d={strokes.map((stroke) => `M${stroke.points.map(([x = 0, y = 0]) => `${x} ${-y}`).join("L")}`).join("")} />
                 </svg>
                 <span>{name}</span>
-              </button>
+              </Do>
               <Do id={`picture-delete-${name}`} class="quiet small icon" label={t("site.picture.delete", { name })} press={() => drop([name])}>
                 ✕
               </Do>

@@ -2,7 +2,7 @@
 import * as actions from "../actions";
 import { t } from "../i18n";
 import * as store from "../store";
-import { Card, Switch } from "../ui/parts";
+import { Card, Do, Switch } from "../ui/parts";
 
 const TOOLS = ["none", "suction", "gripper", "pen", "laser"] as const;
 const GRIPPER = ["open", "closed", "off"] as const;
@@ -17,19 +17,12 @@ export function ArmCard() {
   return (
     <Card title={t("arm.title")} class="arm-card">
       <div class="buttons">
-        <button type="button" data-testid="home" disabled={off} aria-describedby={reason} onClick={actions.home}>
+        <Do id="home" off={off} why={reason} press={actions.home}>
           {t("home")}
-        </button>
-        <button
-          type="button"
-          class={store.alarms.value.length > 0 ? "primary" : ""}
-          data-testid="clear-alarms"
-          disabled={off}
-          aria-describedby={reason}
-          onClick={actions.clearAlarms}
-        >
+        </Do>
+        <Do id="clear-alarms" class={store.alarms.value.length > 0 ? "primary" : ""} off={off} why={reason} press={actions.clearAlarms}>
           {t("alarms.clear")}
-        </button>
+        </Do>
       </div>
       {state?.homed === false ? <p class="hint">{t("home.unknown")}</p> : null}
       <label class="field">
@@ -83,17 +76,9 @@ export function ArmCard() {
         <span aria-hidden="true">{t("tool.gripper")}</span>
         <div class="segments">
           {GRIPPER.map((gripper) => (
-            <button
-              key={gripper}
-              type="button"
-              data-testid={`tool-gripper-${gripper}`}
-              aria-pressed={tool?.gripper === gripper}
-              disabled={off}
-              aria-describedby={reason}
-              onClick={() => actions.tool({ gripper })}
-            >
+            <Do id={`tool-gripper-${gripper}`} key={gripper} aria-pressed={tool?.gripper === gripper} off={off} why={reason} press={() => actions.tool({ gripper })}>
               {t(`tool.${gripper}`)}
-            </button>
+            </Do>
           ))}
         </div>
       </div>

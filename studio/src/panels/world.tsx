@@ -7,7 +7,7 @@ import { t } from "../i18n";
 import { save } from "../log";
 import { call, shown } from "../session";
 import * as store from "../store";
-import { Card, Switch } from "../ui/parts";
+import { Card, Do, NumberInput, Switch } from "../ui/parts";
 import { hand } from "../view/layers";
 import { drawn, look, world, worldless } from "../view/seen";
 import { ArmView } from "../view/view";
@@ -95,31 +95,6 @@ function Scenario({ off }: { off: boolean }) {
   );
 }
 
-/** Where an object is, and where it goes: what is being typed stays while the world goes on. */
-function Side({ axis, name, value, off, set }: { axis: "x" | "y"; name: string; value: number; off: boolean; set: (to: number) => void }) {
-  const typed = useSignal<string | null>(null);
-  const take = (text: string) => {
-    typed.value = null;
-    if (text !== "" && Number.isFinite(Number(text))) set(Number(text));
-  };
-  return (
-    <label>
-      {axis}
-      <input
-        type="number"
-        step={5}
-        value={typed.value ?? Math.round(value * 10) / 10}
-        disabled={off}
-        aria-label={t("world.object.axis", { name, axis })}
-        aria-describedby={off ? WHY : undefined}
-        onInput={(event) => (typed.value = event.currentTarget.value)}
-        onChange={(event) => take(event.currentTarget.value)}
-        onBlur={() => (typed.value = null)}
-      />
-    </label>
-  );
-}
-
 function Objects({ off }: { off: boolean }) {
   const objects = world.value?.objects ?? [];
   if (objects.length === 0) return null;
@@ -129,7 +104,17 @@ function Objects({ off }: { off: boolean }) {
       <ul class="objects">
         {objects.map(({ name, color, held, at: [x = 0, y = 0, z = 0] }) => {
           const field = (axis: "x" | "y", value: number) => (
-            <Side axis={axis} name={name} value={value} off={off} set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)} />
+            <label>
+              {axis}
+              <NumberInput
+                label={t("world.object.axis", { name, axis })}
+                value={value}
+                step={5}
+                off={off}
+                why={WHY}
+                set={(to) => void place(name, axis === "x" ? to : x, axis === "y" ? to : y)}
+              />
+            </label>
           );
           return (
             <li key={name} data-testid={`world-object-${name}`}>
@@ -166,9 +151,9 @@ function Paper() {
     <Card
       title={t("world.paper")}
       more={
-        <button type="button" class="quiet small" disabled={strokes.length === 0} data-testid="world-paper-save" onClick={() => save(`${store.armName.value}-drawing.svg`, svg)}>
+        <Do id="world-paper-save" class="quiet small" off={strokes.length === 0} press={() => save(`${store.armName.value}-drawing.svg`, svg)}>
           {t("world.paper.save")}
-        </button>
+        </Do>
       }
     >
       <svg class={`paper ${strokes.length === 0 ? "blank" : ""}`} data-testid="world-paper" role="img" aria-label={t("world.paper.text", { n: strokes.length })} viewBox={`${left} ${-top} ${right - left} ${top - bottom}`}>
@@ -235,12 +220,12 @@ function Hands({ off }: { off: boolean }) {
   return (
     <Card title={t("world.hands")}>
       <div class="row" role="group" aria-label={t("world.key")}>
-        <button type="button" data-testid="world-press" disabled={off} aria-describedby={reason} onClick={() => press(false)}>
+        <Do id="world-press" off={off} why={reason} press={() => press(false)}>
           {t("world.press")}
-        </button>
-        <button type="button" data-testid="world-press-long" disabled={off} aria-describedby={reason} onClick={() => press(true)}>
+        </Do>
+        <Do id="world-press-long" off={off} why={reason} press={() => press(true)}>
           {t("world.press.long")}
-        </button>
+        </Do>
       </div>
       <Switch
         label={t("world.unlock")}
@@ -281,24 +266,18 @@ function Faults({ off }: { off: boolean }) {
       <div class="row">
         {number(t("world.slip.joint"), joint, 1, 4)}
         {number(t("world.slip.by"), degrees, -90, 90)}
-        <button
-          type="button"
-          data-testid="world-slip"
-          disabled={off}
-          aria-describedby={reason}
-          onClick={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })}
-        >
+        <Do id="world-slip" off={off} why={reason} press={() => fault({ fault: "slip", joint: joint.value, degrees: degrees.value })}>
           {t("world.slip")}
-        </button>
+        </Do>
       </div>
       <div class="row">
         {number(t("world.alarm.code"), code, 0, 255)}
-        <button type="button" data-testid="world-alarm" disabled={off} aria-describedby={reason} onClick={() => fault({ fault: "alarm", alarm: code.value })}>
+        <Do id="world-alarm" off={off} why={reason} press={() => fault({ fault: "alarm", alarm: code.value })}>
           {t("world.alarm")}
-        </button>
-        <button type="button" data-testid="world-reset" disabled={off} aria-describedby={reason} onClick={() => fault({ fault: "reset" })}>
+        </Do>
+        <Do id="world-reset" off={off} why={reason} press={() => fault({ fault: "reset" })}>
           {t("world.reset")}
-        </button>
+        </Do>
       </div>
     </Card>
   );

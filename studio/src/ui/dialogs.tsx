@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import * as actions from "../actions";
 import { t } from "../i18n";
 import * as store from "../store";
+import { Do } from "./parts";
 
 interface SheetProps {
   role: "alertdialog" | "dialog";
@@ -37,12 +38,12 @@ function Question() {
     <Sheet key={question.title} role="alertdialog" id="confirm" testId="confirm" title={question.title}>
       <p id="confirm-text">{question.text}</p>
       <div class="sheet-buttons">
-        <button type="button" data-first data-testid="confirm-no" onClick={() => question.answer(false)}>
+        <Do id="confirm-no" data-first press={() => question.answer(false)}>
           {t("no")}
-        </button>
-        <button type="button" class="primary" data-testid="confirm-yes" onClick={() => question.answer(true)}>
+        </Do>
+        <Do id="confirm-yes" class="primary" press={() => question.answer(true)}>
           {question.yes}
-        </button>
+        </Do>
       </div>
     </Sheet>
   );
@@ -57,12 +58,12 @@ function Asked() {
         {asked.message ? <q>{asked.message}</q> : null} {t("lease.asked.text")}
       </p>
       <div class="sheet-buttons">
-        <button type="button" data-first data-testid="lease-refuse" onClick={() => actions.answer(false)}>
+        <Do id="lease-refuse" data-first press={() => actions.answer(false)}>
           {t("lease.refuse")}
-        </button>
-        <button type="button" class="primary" data-testid="lease-grant" onClick={() => actions.answer(true)}>
+        </Do>
+        <Do id="lease-grant" class="primary" press={() => actions.answer(true)}>
           {t("lease.grant")}
-        </button>
+        </Do>
       </div>
     </Sheet>
   );
@@ -99,9 +100,9 @@ function Keys() {
         ))}
       </dl>
       <div class="sheet-buttons">
-        <button type="button" data-first onClick={() => (store.showsKeys.value = false)}>
+        <Do data-first press={() => (store.showsKeys.value = false)}>
           {t("close")}
-        </button>
+        </Do>
       </div>
     </Sheet>
   );

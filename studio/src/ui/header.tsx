@@ -5,10 +5,13 @@ import * as actions from "../actions";
 import { t } from "../i18n";
 import { clock } from "../log";
 import * as store from "../store";
+import { Do } from "./parts";
 
 const ICONS: Record<store.Route, ComponentChildren> = {
   move: <path d="M12 3v18M3 12h18M12 3l-3 3M12 3l3 3M12 21l-3-3M12 21l3-3M3 12l3-3M3 12l3 3M21 12l-3-3M21 12l-3 3" />,
   teach: <path d="M5 6h.01M5 12h.01M5 18h.01M9.500 6H20M9.500 12H16M9.500 18H13M18 15v6M15 18h6" />,
+  draw: <path d="M4 20l1-4.500L16.500 4l3.500 3.500L8.500 19zM14 6.500l3.500 3.500M12 20h8" />,
+  engrave: <path d="M12 3v9M9.500 3h5M12 15v.01M12 18v3M6.500 12.500l2 1.500M17.500 12.500l-2 1.500M4 20h4M16 20h4" />,
   run: <path d="M7 4.500v15l12-7.500z" />,
   io: <path d="M4 8h4v8H4zM8 10h3m-3 4h3M20 8h-4v8h4zM16 12h-5" />,
   plots: <path d="M4 4v16h16M7 15l4-5 3 3 5-7" />,
@@ -70,26 +73,19 @@ function Lease() {
       </span>
       <div class="lease-buttons">
       {lease === "mine" ? (
-        <button type="button" class="quiet" data-testid="lease-release" onClick={actions.release}>
+        <Do id="lease-release" class="quiet" press={actions.release}>
           {t("lease.release")}
-        </button>
+        </Do>
       ) : null}
       {lease === "other" ? (
-        <button type="button" class="primary" data-testid="lease-ask" disabled={isViewer || store.asking.value} onClick={actions.askFor}>
+        <Do id="lease-ask" class="primary" off={isViewer || store.asking.value} press={actions.askFor}>
           {store.asking.value ? t("lease.asking") : t("lease.ask")}
-        </button>
+        </Do>
       ) : null}
       {lease !== "mine" ? (
-        <button
-          type="button"
-          class={lease === "free" ? "primary" : "quiet"}
-          data-testid="lease-take"
-          disabled={noTake}
-          aria-describedby={noTake ? "no-take" : undefined}
-          onClick={actions.take}
-        >
+        <Do id="lease-take" class={lease === "free" ? "primary" : "quiet"} off={noTake} why="no-take" press={actions.take}>
           {t("lease.take")}
-        </button>
+        </Do>
       ) : null}
       </div>
       {noTake ? (
@@ -104,9 +100,9 @@ function Lease() {
 export function Header() {
   return (
     <header>
-      <button type="button" class="stop" data-testid="stop" title={t("stop.hint")} onClick={() => void actions.stop()}>
+      <Do id="stop" class="stop" title={t("stop.hint")} press={actions.stop}>
         {t("stop")}
-      </button>
+      </Do>
       <What />
       <Lease />
       <Nav />
@@ -140,9 +136,9 @@ export function Update() {
   return (
     <div class="banner update" role="status">
       <p>{t("update.text")}</p>
-      <button type="button" class="small" data-testid="update-offer" onClick={take}>
+      <Do id="update-offer" class="small" press={take}>
         {t("update")}
-      </button>
+      </Do>
     </div>
   );
 }

@@ -1,6 +1,6 @@
 // Small parts that panels share.
-import type { Signal } from "@preact/signals";
-import type { ComponentChildren } from "preact";
+import { type Signal, useSignal } from "@preact/signals";
+import type { ButtonHTMLAttributes, ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
 
 interface ChoiceProps<T extends string> {
@@ -83,23 +83,78 @@ export function Switch({ label, testId, on, disabled, reason, danger, flip }: Sw
   );
 }
 
-interface DoProps {
-  id: string;
+interface DoProps extends Omit<ButtonHTMLAttributes<HTMLButtonElement>, "onClick"> {
+  /** The name that tests know it by. */
+  id?: string;
   press: () => unknown;
   off?: boolean;
   /** The id of the element that says why it is off. */
   why?: string | null | undefined;
-  class?: string;
   label?: string;
-  children: ComponentChildren;
 }
 
 /** A button that does something. */
-export function Do({ id, press, off = false, why, label, children, ...rest }: DoProps) {
+export function Do({ id, press, off = false, why, label, ...rest }: DoProps) {
+  const because = off && why ? why : undefined;
+  return <button type="button" aria-describedby={because} {...rest} data-testid={id} aria-label={label} disabled={off} onClick={() => void press()} />;
+}
+
+interface NumberInputProps {
+  id?: string;
+  label: string;
+  value: number;
+  digits?: number;
+  /** By how much an arrow key changes it. */
+  step?: number;
+  off?: boolean;
+  why?: string | undefined;
+  set: (value: number) => void;
+}
+
+/** A number: what is being typed stays while the value goes on, and what is no number changes nothing. */
+export function NumberInput({ id, label, value, digits = 1, step, off = false, why, set }: NumberInputProps) {
+  const typed = useSignal<string | null>(null);
+  const take = (text: string) => {
+    typed.value = null;
+    const read = Number(text.replace(",", "."));
+    if (text.trim() !== "" && Number.isFinite(read)) set(read);
+  };
   return (
-    <button type="button" {...rest} data-testid={id} aria-label={label} disabled={off} aria-describedby={off && why ? why : undefined} onClick={() => void press()}>
+    <input
+      {...(step === undefined ? { type: "text", list: undefined } : { type: "number", step })}
+      inputMode="decimal"
+      autocomplete="off"
+      aria-label={label}
+      aria-describedby={off ? why : undefined}
+      disabled={off}
+      data-testid={id}
+      value={typed.value ?? String(Number(value.toFixed(digits)))}
+      onInput={(event) => (typed.value = event.currentTarget.value)}
+      onChange={(event) => take(event.currentTarget.value)}
+      onBlur={() => (typed.value = null)}
+    />
+  );
+}
+
+/** A place where files may be dropped. */
+export function Drop({ off, open, children, ...rest }: { off: boolean; open: (files: File[]) => unknown; class?: string; children: ComponentChildren }) {
+  const over = useSignal(false);
+  return (
+    <div
+      class={`drop ${rest.class ?? ""} ${over.value ? "over" : ""}`}
+      onDragOver={(event) => {
+        event.preventDefault();
+        over.value = !off;
+      }}
+      onDragLeave={() => (over.value = false)}
+      onDrop={(event) => {
+        event.preventDefault();
+        over.value = false;
+        if (!off) void open([...(event.dataTransfer?.files ?? [])]);
+      }}
+    >
       {children}
-    </button>
+    </div>
   );
 }
 

@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { t } from "../i18n";
 import { theme } from "../settings";
 import * as store from "../store";
+import { Do } from "../ui/parts";
 import "./fence";
 import { layers } from "./layers";
 import { watchWorld } from "./seen";
@@ -132,30 +133,28 @@ export function ArmView() {
       ) : (
         <div class="cameras" role="group" aria-label={t("view.cameras")}>
           {VIEWS.map((name) => (
-            <button
+            <Do
+              id={`view-${name}`}
               key={name}
-              type="button"
               aria-pressed={view.value === name}
-              data-testid={`view-${name}`}
-              onClick={() => {
+              press={() => {
                 view.value = name;
                 scene.current?.look(name);
               }}
             >
               {t(`view.${name}`)}
-            </button>
+            </Do>
           ))}
-          <button
-            type="button"
+          <Do
+            id="view-follow"
             aria-pressed={follows.value}
-            data-testid="view-follow"
-            onClick={() => {
+            press={() => {
               follows.value = !follows.value;
               scene.current?.setFollow(follows.value);
             }}
           >
             {t("view.follow")}
-          </button>
+          </Do>
         </div>
       )}
     </section>

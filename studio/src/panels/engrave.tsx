@@ -1,0 +1,72 @@
+// Engraving with the laser: on the sheet first, round it with the laser off, and burnt once it is armed.
+import { signal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { t } from "../i18n";
+import * as check from "../run/check";
+import { isArmed, watchArmed } from "../run/laser";
+import * as store from "../store";
+import { Card, Do, Switch } from "../ui/parts";
+import { JobCard } from "./job";
+import { Sheet } from "./sheet";
+import { OptionsCard, Start, title, useWorkshop, What, why } from "./workshop";
+
+/** What is typed of a test grid; the rest is the station's. */
+const grid = signal<Record<string, string>>({});
+const GRID = ["power", "speed", "cell"] as const;
+const isGrid = () => check.chosen.value?.format === "testgrid";
+
+function lay(fields: Record<string, string>, isWanted = true): void {
+  grid.value = fields;
+  if (!isWanted) return;
+  const typed = Object.entries(fields).flatMap(([name, text]) => (text.trim() === "" ? [] : [[name, name === "cell" ? Number(text) : text.trim()]]));
+  void check.choose({ text: JSON.stringify({ format: "magician-testgrid", ...Object.fromEntries(typed) }), format: "testgrid" });
+}
+
+function TestGrid() {
+  const off = !store.isUp.value;
+  return (
+    <Card title={t("laser.grid")} class="grid-card">
+      <p class="hint">{t("laser.grid.text")}</p>
+      <div class="setup">
+        {GRID.map((name) => (
+          <label key={name} class="field">
+            <span>{t(`laser.grid.${name}`)}</span>
+            <input type="text" autocomplete="off" placeholder={t("setup.unset")} disabled={off} data-testid={`testgrid-${name}`} value={grid.value[name] ?? ""} onChange={(event) => lay({ ...grid.value, [name]: event.currentTarget.value }, isGrid())} />
+          </label>
+        ))}
+        <Do id="laser-testgrid" aria-pressed={isGrid()} off={off} press={() => lay(grid.value)}>
+          {t("laser.grid.lay")}
+        </Do>
+      </div>
+    </Card>
+  );
+}
+
+export function Engrave() {
+  useWorkshop("laser");
+  useEffect(watchArmed, []);
+  const off = why() !== null;
+  const frame = () => check.start(t("laser.frame.of", { title: title() }), t("laser.frame.text"), { setup: { frame: "box" } });
+  return (
+    <div class="workshop">
+      <Sheet hint={t("engrave.empty")} />
+      <div class="workshop-do" role="group" aria-label={t("nav.engrave")}>
+        <What />
+        <Start
+          because={isArmed.value ? null : "laser.unarmed"}
+          more={
+            <div class="laser-do">
+              <Do id="laser-frame" off={off || check.chosen.value === null} why="draw-why" press={frame} title={t("laser.frame.text")}>
+                {t("laser.frame")}
+              </Do>
+              <Switch label={t("laser.arm")} testId="laser-arm" on={isArmed.value} disabled={off} reason="draw-why" danger flip={(on) => (isArmed.value = on)} />
+            </div>
+          }
+        />
+        <JobCard />
+        <OptionsCard />
+        <TestGrid />
+      </div>
+    </div>
+  );
+}

@@ -1,0 +1,194 @@
+// What the routes of programs share: the options of one, what its check has found, and what they hear while they are open.
+import { effect, useSignal } from "@preact/signals";
+import { useEffect } from "preact/hooks";
+import { tried } from "../actions";
+import { t, told } from "../i18n";
+import * as check from "../run/check";
+import * as jobs from "../run/jobs";
+import * as library from "../run/programs";
+import * as store from "../store";
+import { world } from "../view/seen";
+import "./run.css";
+
+function Field({ option }: { option: check.Option }) {
+  const { name, kind, unit, choices, about } = option;
+  const label = told(`setup.${name}`, about);
+  const value = check.values.value[name] ?? "";
+  const set = (to: string) => (check.values.value = { ...check.values.value, [name]: to });
+  if (kind === "switch") {
+    return (
+      <label class="tick">
+        <input type="checkbox" checked={value === "true"} data-testid={`setup-${name}`} onChange={(event) => set(String(event.currentTarget.checked))} />
+        <span>{label}</span>
+      </label>
+    );
+  }
+  const hint = kind === "point" ? `x, y ${unit}` : unit === "deg" ? "°" : unit;
+  return (
+    <label class="field">
+      <span>
+        {label} <small>{kind === "choice" ? "" : hint}</small>
+      </span>
+      {kind === "choice" ? (
+        <select data-testid={`setup-${name}`} value={value || (choices[0] ?? "")} onChange={(event) => set(event.currentTarget.value)}>
+          {choices.map((choice) => (
+            <option key={choice} value={choice}>
+              {told(`setup.${name}.${choice}`, told(`tools.${choice}`, choice))}
+            </option>
+          ))}
+        </select>
+      ) : (
+        <input
+          type="text"
+          inputMode={kind === "number" ? "decimal" : undefined}
+          autocomplete="off"
+          placeholder={t("setup.unset")}
+          data-testid={`setup-${name}`}
+          value={value}
+          onChange={(event) => set(event.currentTarget.value)}
+        />
+      )}
+    </label>
+  );
+}
+
+/** What a person is asked of a program. */
+export function Options() {
+  const asked = check.asked.value;
+  if (asked.length === 0) return null;
+  return (
+    <div class="setup" role="group" aria-label={t("setup.title")}>
+      {asked.map((option) => (
+        <Field key={option.name} option={option} />
+      ))}
+    </div>
+  );
+}
+
+/** The file's own picture, where the browser can show it. */
+export function Picture({ program }: { program: library.Entry }) {
+  const url = useSignal<string | null>(null);
+  useEffect(() => {
+    let made: string | null = null;
+    let gone = false;
+    const kind = { svg: "image/svg+xml", image: "" }[program.format ?? ""];
+    if (kind !== undefined && program.bytes < 4e6 && !program.name.endsWith(".svgz")) {
+      library.get(program).then((bytes) => {
+        if (gone) return;
+        made = URL.createObjectURL(kind === "" ? bytes : new Blob([bytes], { type: kind }));
+        url.value = made;
+      }, () => {});
+    }
+    return () => {
+      gone = true;
+      if (made !== null) URL.revokeObjectURL(made);
+    };
+  }, [program.name, program.modified]);
+  return url.value === null ? null : <img class="file-picture" src={url.value} alt={t("run.picture", { name: program.name })} onError={() => (url.value = null)} />;
+}
+
+function Complaints({ report, program }: { report: check.Report; program: library.Entry | null }) {
+  const lines = useSignal<library.Line[]>([]);
+  const at = useSignal<number | null>(null);
+  useEffect(() => {
+    lines.value = [];
+    at.value = null;
+  }, [report]);
+  const look = (line: number) =>
+    tried(async () => {
+      if (program === null) return;
+      at.value = line;
+      lines.value = await library.linesAt(await library.get(program), line);
+    });
+  return (
+    <div class="complaints">
+      <ol>
+        {report.complaints.map((complaint, nth) => (
+          <li key={nth}>
+            <button
+              type="button"
+              class="link"
+              data-testid={`run-complaint-${nth + 1}`}
+              aria-expanded={complaint.line === undefined ? undefined : at.value === complaint.line}
+              onClick={() => complaint.line !== undefined && look(complaint.line)}
+            >
+              <b>{complaint.line === undefined ? t("run.step", { step: complaint.step }) : t("run.line", { line: complaint.line })}</b> {complaint.message}
+            </button>
+          </li>
+        ))}
+      </ol>
+      {lines.value.length > 0 ? (
+        <pre class="lines" tabIndex={0} aria-label={t("run.lines")} data-testid="run-lines">
+          {lines.value.map((line) => (
+            <code key={line.number} class={line.number === at.value ? "at" : ""}>
+              <i>{line.number}</i> {line.text}
+              {"\n"}
+            </code>
+          ))}
+        </pre>
+      ) : null}
+    </div>
+  );
+}
+
+/** What it takes and draws, in numbers. */
+export function about(report: check.Report | null): string {
+  if (report === null) return "";
+  const facts = [report.seconds === null ? null : t("run.takes", { time: jobs.duration(report.seconds) })];
+  if (report.drawn_mm > 0) facts.push(t("run.draws", { mm: Math.round(report.drawn_mm) }));
+  const { bounds } = report;
+  if (bounds) facts.push(t("run.size", { x: Math.round(bounds.x[1] - bounds.x[0]), y: Math.round(bounds.y[1] - bounds.y[0]) }));
+  return facts.filter((fact) => fact !== null).join(" · ");
+}
+
+/** What the check has found. */
+export function Found() {
+  const program = check.entry.value;
+  const report = check.report.value;
+  if (check.isChecking.value) return <p class="check busy">{t("run.checking")}</p>;
+  if (check.problem.value !== null) return <p class="check bad" role="alert">{check.problem.value}</p>;
+  if (program?.format === null) return <p class="check bad">{t("run.unknown")}</p>;
+  if (report === null) return <p class="hint">{t("run.unchecked")}</p>;
+  return (
+    <>
+      <p class={`check ${report.ok ? "good" : "bad"}`} role="status">
+        <b>{report.ok ? t("run.good") : report.refused > 0 ? t("run.refused", { count: report.refused }) : t("run.unfit")}</b> <span class="number">{about(report)}</span>
+      </p>
+      {report.complaints.length > 0 ? <Complaints report={report} program={program} /> : null}
+      {(report.notes ?? []).map((note, nth) => (
+        <p key={nth} class="hint">
+          {note.text}
+        </p>
+      ))}
+    </>
+  );
+}
+
+/** That the lines would not be seen: the virtual arm has no such tool. */
+export function Unseen() {
+  const around = world.value;
+  if (around === null || store.arm.value?.virtual !== true || !((check.report.value?.drawn_mm ?? 0) > 0)) return null;
+  const asked = check.options.value.find(({ name }) => name === "tool");
+  const chosen = check.fixed.value["tool"] ?? (asked && (check.values.value["tool"] || asked.choices[0]));
+  const tool = String(chosen ?? around.draws ?? "pen");
+  if (tool === around.draws) return null;
+  return (
+    <p class="check note" role="status" data-testid="run-bare">
+      {t("run.draws.none", { tool: told(`tools.${tool}`, tool).toLowerCase() })}
+    </p>
+  );
+}
+
+/** Follows jobs and library, and checks what is set, as long as the panel is open. */
+export function usePrograms(most?: number): void {
+  useEffect(() => {
+    const ends = [
+      jobs.follow(),
+      check.checkAlong(most),
+      effect(() => {
+        if (store.socket.value === "up") library.list().catch(() => {});
+      }),
+    ];
+    return () => ends.forEach((end) => end());
+  }, []);
+}

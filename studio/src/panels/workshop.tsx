@@ -1,0 +1,118 @@
+// What drawing and engraving share: what is put on the sheet, how long it takes, and its start.
+import { effect, signal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { useEffect } from "preact/hooks";
+import { type Key, t } from "../i18n";
+import * as check from "../run/check";
+import * as jobs from "../run/jobs";
+import { setup } from "../run/place";
+import * as library from "../run/programs";
+import * as store from "../store";
+import { Card, Do, Drop, OpenFile } from "../ui/parts";
+import { formatOf } from "./programs";
+import { about, Found, Options, Unseen, usePrograms } from "./setup";
+
+/** What has lines of its own that can lie anywhere. */
+const FORMATS = ["svg", "dxf", "hpgl", "image", "text", "gcode"];
+const ACCEPT = ".svg,.svgz,.dxf,.plt,.hpgl,.png,.jpg,.jpeg,.bmp,.webp,.gif,.tif,.tiff,.txt,.gcode,.nc,.ngc,.gc,.g,.tap";
+/** Larger files are checked when they are asked for. */
+const AT_ONCE = 8 * 1024 * 1024;
+
+const typed = signal("");
+
+function write(text: string): void {
+  typed.value = text;
+  void check.choose(text.trim() === "" ? null : { text, format: "text" });
+}
+
+/** Draws with a tool, where the sheet has it, as long as the panel is open. */
+export function useWorkshop(tool: "pen" | "laser"): void {
+  usePrograms(AT_ONCE);
+  useEffect(() => {
+    const end = effect(() => void (check.fixed.value = { tool, work: tool === "pen" ? "draw" : "engrave", ...setup.value }));
+    if (check.chosen.value === null && store.isUp.value) write(typed.value);
+    return () => {
+      end();
+      check.fixed.value = {};
+      if (check.selected.value === null) void check.choose(null);
+    };
+  }, []);
+}
+
+export function What() {
+  const off = !store.isUp.value;
+  const noFile = off || store.role.value === "viewer";
+  const drawings = library.programs.value.filter(({ format }) => FORMATS.includes(format ?? ""));
+  return (
+    <Card title={t("draw.what")} class="what-card" more={<OpenFile id="draw-open" class="small" accept={ACCEPT} off={noFile} text={t(library.isLoading.value ? "programs.loading" : "programs.open")} open={check.openFiles} />}>
+      <Drop off={noFile} open={check.openFiles} class="what-drop">
+        <label class="field">
+          <span>{t("draw.text")}</span>
+          <textarea rows={2} maxLength={2000} disabled={off} placeholder={t("draw.text.hint")} data-testid="draw-text" value={check.chosen.value?.format === "text" ? typed.value : ""} onInput={(event) => write(event.currentTarget.value)} />
+        </label>
+        <label class="field">
+          <span>{t("draw.program")}</span>
+          <select data-testid="draw-program" value={check.selected.value ?? ""} disabled={off || drawings.length === 0} onChange={(event) => void check.select(event.currentTarget.value || null)}>
+            <option value="">{t("draw.program.none")}</option>
+            {drawings.map(({ name, format }) => (
+              <option key={name} value={name}>
+                {`${name} (${formatOf(format)})`}
+              </option>
+            ))}
+          </select>
+        </label>
+      </Drop>
+    </Card>
+  );
+}
+
+/** The options of what is on the sheet, if it has any. */
+export function OptionsCard() {
+  return check.asked.value.length === 0 ? null : (
+    <Card title={t("setup.title")} class="options-card">
+      <Options />
+    </Card>
+  );
+}
+
+export function title(): string {
+  return check.selected.value ?? (check.chosen.value?.format === "testgrid" ? t("laser.grid") : typed.value.trim().slice(0, 40));
+}
+/** Why nothing can be started now. */
+export const why = (): Key | null => jobs.why.value ?? (jobs.busy.value ? "why.busy.job" : null);
+
+export function Time() {
+  const seconds = check.report.value?.seconds ?? null;
+  return (
+    <p class="draw-time">
+      <b class="number" data-testid="draw-time">
+        {seconds === null ? "–" : jobs.duration(seconds)}
+      </b>{" "}
+      <span class="hint">{t("draw.time")}</span>
+    </p>
+  );
+}
+
+/** The start of what is on the sheet; `because` is why it is off, beyond what holds for every job. */
+export function Start({ because, more }: { because?: Key | null; more?: ComponentChildren }) {
+  const reason = why() ?? because ?? null;
+  const isThere = check.chosen.value !== null;
+  return (
+    <Card title={t("draw.go")} class="start-card" more={<Time />}>
+      {isThere ? <Found /> : null}
+      <Unseen />
+      {more}
+      <div class="buttons-row">
+        <Do id="draw-start" class="primary" off={reason !== null || !isThere} why="draw-why" press={() => check.start(title(), about(check.report.value))}>
+          {t("run.start")}
+        </Do>
+        <Do id="draw-check" off={!store.isUp.value || !isThere} press={check.check}>
+          {t("run.check")}
+        </Do>
+      </div>
+      <p id="draw-why" class="hint" role="status">
+        {reason === null ? "" : t(reason)}
+      </p>
+    </Card>
+  );
+}
