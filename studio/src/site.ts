@@ -3,7 +3,7 @@
 import { signal } from "@preact/signals";
 import type { Job, State } from "./api";
 import type { Params } from "./client";
-import { DANGEROUS, complain } from "./actions";
+import { complain, dangerOf } from "./actions";
 import { t } from "./i18n";
 import { LINE_ENDED, RpcError } from "./client";
 import { change, kept, newest } from "./results";
@@ -160,8 +160,9 @@ export async function send(arms: readonly string[], source: Source, title: strin
     try {
       await start(arm, source, title);
     } catch (error) {
-      if (!(error instanceof RpcError) || error.code !== DANGEROUS) throw error;
-      refused.set(arm, error.message);
+      const danger = dangerOf(error);
+      if (danger === null) throw error;
+      refused.set(arm, danger);
       return false;
     }
     return true;
